@@ -1,0 +1,183 @@
+//! `epirig demo`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::evaluate::table;
+use super::matching::describe;
+use super::{CliError, Talk};
+use crate::camera::SimCamera;
+use crate::capture::{CapturePlan, capture};
+use crate::epi::MatchOptions;
+use crate::evaluate::{TruthReport, compare_with_truth, mean_step};
+use crate::measure::{Measurement, measure};
+use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
+use crate::results::{MatchSummary, ResultsFolder};
+use crate::sequence::{Intrinsics, Sequence};
+use crate::stage::SimStage;
+use crate::twin::{Scene, Truth, Twin, TwinConfig};
+
+/// Measure a simulated tile from end to end, no hardware needed
+///
+/// The simulated rig moves a 15 cm tile with hollows 0.2 mm deep past a camera; the frames are captured, written, matched
+/// and compared with the truth, which only the simulation knows.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig demo
+  epirig demo --size 512 --out /tmp/demo
+  epirig demo --noise 1")]
+pub(super) struct Demo {
+    /// Folder for the sequence and the results [default: epirig-demo, or the first of epirig-demo-2, ... that is free]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Width and height of the frames, in px
+    #[arg(long, value_name = "PX", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(64..=4096))]
+    size: u32,
+    /// Number of frames
+    #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(3..=1000))]
+    frames: u32,
+    /// Read noise of the simulated sensor, in grey levels of 255
+    #[arg(long, value_name = "DN", default_value_t = 0.0)]
+    noise: f64,
+}
+
+#[derive(Serialize)]
+struct DemoOutput<'a> {
+    folder: String,
+    summary: &'a MatchSummary,
+    truth: &'a TruthReport,
+    hollow_depth_mm: Option<f64>,
+    true_hollow_depth_mm: f64,
+}
+
+impl Demo {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let out = self.out.clone().unwrap_or_else(free_folder);
+        let mut config = TwinConfig::tile(self.size as usize, self.frames as usize);
+        config.sensor.read_noise_dn = self.noise;
+        let Scene::Tile { hollow_depth_mm: true_depth_mm, .. } = config.scene else {
+            return Err(CliError::Usage("the demo's scene is no tile".to_owned()));
+        };
+        let twin = Arc::new(Twin::new(config)?);
+        talk.say(&format!(
+            "A simulated tile, {} x {} px, {} frames. Everything goes to {}.",
+            self.size,
+            self.size,
+            self.frames,
+            out.display()
+        ));
+        let folder = out.join("sequence");
+        capture_twin(&twin, &folder, talk)?;
+        let truth = twin.truth(0)?;
+        write_truth(&folder.join("truth"), &truth)?;
+
+        let sequence = Sequence::open(&folder)?;
+        let results = ResultsFolder::create(&folder.join("results"), false)?;
+        let measurement =
+            measure(&sequence, &MatchOptions::default(), None, Some(&truth.disparity), &results, talk)?;
+        write_comparison(&results, &measurement, &truth)?;
+        results.commit()?;
+
+        let summary = &measurement.summary;
+        let ends = (summary.tau_before, summary.tau_after);
+        let report =
+            compare_with_truth(&measurement.maps.disparity, Some(&measurement.maps.sigma), &truth.disparity, ends)?;
+        let depth_mm = measurement.heights.as_ref().and_then(|heights| {
+            // Walls belong to neither level.
+            let (raised, hollow) = (0.0, -true_depth_mm as f32);
+            mean_step(&heights.height_mm, &truth.height_mm, raised, hollow, 1e-3)
+        });
+        let output = DemoOutput {
+            folder: out.display().to_string(),
+            summary,
+            truth: &report,
+            hollow_depth_mm: depth_mm,
+            true_hollow_depth_mm: true_depth_mm,
+        };
+        talk.result(&output, || {
+            let depth = depth_mm.map_or("-".to_owned(), |depth| format!("{depth:.4}"));
+            let pictures = folder.join("results");
+            format!(
+                "{}\n{}\nhollow depth              {depth:>14} mm, in truth {true_depth_mm:.4} mm\n\n\
+                 look at {}  (measured beside the truth)\n        {}\n",
+                describe(&measurement),
+                table(&report),
+                pictures.join("measured-and-truth.png").display(),
+                pictures.join("height-along-row.png").display(),
+            )
+        })
+    }
+}
+
+/// The simulated scan, through the drivers that any scan uses.
+fn capture_twin(twin: &Arc<Twin>, folder: &Path, talk: &Talk) -> Result<(), CliError> {
+    let config = twin.config();
+    let positions_mm = config.scan.positions_mm();
+    let farthest_mm = positions_mm.iter().copied().fold(0.0, f64::max);
+    let mut stage = SimStage::new(farthest_mm + 10.0);
+    let mut camera = SimCamera::new(Arc::clone(twin), stage.watch());
+    let plan = CapturePlan {
+        positions_mm,
+        intrinsics: Some(Intrinsics {
+            focal_length_px: config.optics.focal_length_px,
+            principal_point_x_px: config.optics.principal_point_x_px,
+            principal_point_y_px: config.optics.principal_point_y_px,
+        }),
+        twin: serde_json::to_value(config).ok(),
+    };
+    Ok(capture(&mut stage, &mut camera, &plan, folder, talk)?)
+}
+
+fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
+    let files = ResultsFolder::create(folder, false)?;
+    files.write_map("disparity.pfm", &truth.disparity)?;
+    files.write_map("height_mm.tiff", &truth.height_mm)?;
+    files.write_map("visible_frames.tiff", &truth.visible_frames.map(f32::from))?;
+    Ok(files.commit()?)
+}
+
+/// Disparity and height beside the truth in the same colours, and a section through the hollows.
+fn write_comparison(results: &ResultsFolder, measurement: &Measurement, truth: &Truth) -> Result<(), CliError> {
+    let range = ValueRange::of(&truth.disparity, 0.05);
+    let pictures = side_by_side(&[
+        map_picture(&measurement.maps.disparity, "Disparity, measured", "px", range)?,
+        map_picture(&truth.disparity, "Disparity, truth", "px", range)?,
+    ]);
+    results.write_picture("measured-and-truth.png", &pictures)?;
+    let Some(heights) = &measurement.heights else { return Ok(()) };
+    let y = truth.height_mm.rows() / 2;
+    // Measured heights count from the median distance, true ones from the raised stripes: bring the medians together.
+    let offset = median(truth.height_mm.row(y)) - median(heights.height_mm.row(y));
+    let line = |name: &str, row: &[f32], offset: f64| Series {
+        name: name.to_owned(),
+        points: row.iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value) + offset)).collect(),
+    };
+    let chart = Chart {
+        title: format!("Height along row {y}"),
+        x_label: "column (px)".to_owned(),
+        y_label: "height (mm)".to_owned(),
+        series: vec![
+            line("measured", heights.height_mm.row(y), offset),
+            line("truth", truth.height_mm.row(y), 0.0),
+        ],
+    };
+    results.write_picture("height-along-row.png", &chart.picture()?)?;
+    Ok(results.write("height-along-row.csv", chart.csv().as_bytes())?)
+}
+
+fn median(values: &[f32]) -> f64 {
+    let mut known: Vec<f32> = values.iter().copied().filter(|value| !value.is_nan()).collect();
+    known.sort_unstable_by(f32::total_cmp);
+    known.get(known.len() / 2).copied().map_or(0.0, f64::from)
+}
+
+fn free_folder() -> PathBuf {
+    let names = (1..).map(|number| match number {
+        1 => PathBuf::from("epirig-demo"),
+        number => PathBuf::from(format!("epirig-demo-{number}")),
+    });
+    names.into_iter().find(|path| !path.exists()).unwrap_or_default()
+}

@@ -1,0 +1,88 @@
+//! Errors as a person and a script see them.
+
+use thiserror::Error;
+
+use crate::capture::CaptureError;
+use crate::epi::MatchError;
+use crate::evaluate::{LeaveOutError, SizeMismatch};
+use crate::measure::MeasureError;
+use crate::report::ReportError;
+use crate::results::ResultsError;
+use crate::sequence::SequenceError;
+use crate::twin::TwinError;
+
+const TROUBLE: u8 = 1;
+const USAGE: u8 = 2;
+const DEVICE: u8 = 4;
+const INTEGRITY: u8 = 5;
+
+#[derive(Debug, Error)]
+pub(super) enum CliError {
+    #[error(transparent)]
+    Sequence(#[from] SequenceError),
+    #[error(transparent)]
+    Match(#[from] MatchError),
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    #[error(transparent)]
+    Twin(#[from] TwinError),
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    #[error(transparent)]
+    LeaveOut(#[from] LeaveOutError),
+    #[error(transparent)]
+    Size(#[from] SizeMismatch),
+    #[error("{0}")]
+    Usage(String),
+    #[error("{0}")]
+    Integrity(String),
+    #[error("cannot print the result: {0}")]
+    Output(#[from] std::io::Error),
+}
+
+impl From<MeasureError> for CliError {
+    fn from(error: MeasureError) -> Self {
+        match error {
+            MeasureError::Sequence(error) => Self::Sequence(error),
+            MeasureError::Match(error) => Self::Match(error),
+            MeasureError::Results(error) => Self::Results(error),
+            MeasureError::Report(error) => Self::Report(error),
+        }
+    }
+}
+
+impl CliError {
+    /// The exit code of the error's kind, as listed in `--help`.
+    pub(super) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Sequence(error) | Self::Capture(CaptureError::Sequence(error)) => sequence_code(error),
+            Self::Match(error) | Self::LeaveOut(LeaveOutError::Match(error)) => match error {
+                MatchError::TooSmall { .. } | MatchError::NoRange => INTEGRITY,
+                _ => USAGE,
+            },
+            Self::Results(error) => match error {
+                ResultsError::Exists { .. } | ResultsError::Foreign { .. } | ResultsError::UnknownFormat { .. } => USAGE,
+                ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
+                _ => TROUBLE,
+            },
+            Self::Twin(_) | Self::LeaveOut(_) | Self::Size(_) | Self::Usage(_) => USAGE,
+            Self::Capture(CaptureError::EmptyPlan(_)) => USAGE,
+            Self::Capture(_) => DEVICE,
+            Self::Integrity(_) => INTEGRITY,
+            Self::Report(_) | Self::Output(_) => TROUBLE,
+        }
+    }
+}
+
+fn sequence_code(error: &SequenceError) -> u8 {
+    match error {
+        SequenceError::Io { .. } => TROUBLE,
+        SequenceError::Exists { .. }
+        | SequenceError::NoImages { .. }
+        | SequenceError::NoSuchFrames { .. }
+        | SequenceError::NotASequence { .. } => USAGE,
+        _ => INTEGRITY,
+    }
+}

@@ -1,0 +1,146 @@
+//! The matcher's options on the command line, shared by the verbs that match.
+
+use clap::{Args, ValueEnum};
+
+use crate::epi::interpolation::Interpolation;
+use crate::epi::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering, ReferenceFrame};
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum MethodName {
+    /// Variance of the intensities along the line; needs equal illumination
+    Variance,
+    /// Correlation of windows with the reference frame's window
+    NccFirst,
+    /// Correlation of windows with their mean
+    NccMean,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum InterpolationName {
+    Linear,
+    /// Cubic convolution (Keys)
+    Cubic,
+    /// Cubic B-spline, the most accurate
+    BSpline,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OrderingName {
+    /// Points keep their order: the paper's strictly increasing mapping
+    Strict,
+    /// Each pixel by itself: for things in front of other things
+    Free,
+    /// Strict unless depth edges forbid it
+    Auto,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum HiddenName {
+    /// Nothing hides anything
+    None,
+    /// A point may be hidden before or after the reference frame
+    OneSide,
+    /// One side with free ordering, none with strict
+    Auto,
+}
+
+/// How to match.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Matching")]
+pub(super) struct MatchArguments {
+    /// How the samples along a line are compared
+    #[arg(long, value_enum, default_value = "variance", env = "EPIRIG_METHOD")]
+    method: MethodName,
+    /// Disparities to search, in px over the whole baseline, such as 420..434 or -60..0 [default: found from the data]
+    #[arg(long, value_name = "MIN..MAX", value_parser = parse_range, allow_hyphen_values = true)]
+    range: Option<DisparityRange>,
+    /// The frame whose pixels are answered: first, middle, last or an index from 0
+    #[arg(long, default_value = "first", value_parser = parse_reference)]
+    reference: ReferenceFrame,
+    /// Step between the disparities tried, in px
+    #[arg(long, value_name = "PX", default_value_t = 0.25)]
+    raster: f64,
+    /// Side of the cost's window, odd, in px [default: 3 for variance, 7 for correlation]
+    #[arg(long, value_name = "PX")]
+    window: Option<usize>,
+    /// How frames are sampled between pixels
+    #[arg(long, value_enum, default_value = "b-spline")]
+    interpolation: InterpolationName,
+    /// Whether points keep their order from the first to the last frame
+    #[arg(long, value_enum, default_value = "auto")]
+    ordering: OrderingName,
+    /// Whether points may be hidden in part of the sequence
+    #[arg(long, value_enum, default_value = "auto")]
+    hidden: HiddenName,
+    /// Share of the frames that must see a point, from above 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
+    min_visible: f64,
+    /// Leave a pixel without answer if its sigma is larger, in px
+    #[arg(long, value_name = "PX", default_value_t = 0.5)]
+    max_sigma: f64,
+    /// Leave a pixel without answer if its confidence is lower (free ordering only), from 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1)]
+    min_confidence: f64,
+    /// Side of the window of the sub-pixel fit, odd, in px
+    #[arg(long, value_name = "PX", default_value_t = 5)]
+    fit_window: usize,
+    /// Take the parabola through three costs instead of the fit over all frames (always so for correlation)
+    #[arg(long)]
+    no_fit: bool,
+}
+
+impl MatchArguments {
+    pub(super) fn options(&self) -> MatchOptions {
+        let method = match self.method {
+            MethodName::Variance => Method::Variance,
+            MethodName::NccFirst => Method::NccFirst,
+            MethodName::NccMean => Method::NccMean,
+        };
+        let defaults = MatchOptions::for_method(method);
+        MatchOptions {
+            method,
+            interpolation: match self.interpolation {
+                InterpolationName::Linear => Interpolation::Linear,
+                InterpolationName::Cubic => Interpolation::Cubic,
+                InterpolationName::BSpline => Interpolation::BSpline,
+            },
+            range: self.range,
+            raster_px: self.raster,
+            window_px: self.window.unwrap_or(defaults.window_px),
+            reference: self.reference,
+            minimum_visible: self.min_visible,
+            hidden_points: match self.hidden {
+                HiddenName::None => HiddenPoints::None,
+                HiddenName::OneSide => HiddenPoints::OneSide,
+                HiddenName::Auto => HiddenPoints::Automatic,
+            },
+            ordering: match self.ordering {
+                OrderingName::Strict => Ordering::Strict,
+                OrderingName::Free => Ordering::Free,
+                OrderingName::Auto => Ordering::Automatic,
+            },
+            refine: defaults.refine && !self.no_fit,
+            refine_window_px: self.fit_window,
+            maximum_sigma_px: self.max_sigma,
+            minimum_confidence: self.min_confidence,
+        }
+    }
+}
+
+fn parse_range(text: &str) -> Result<DisparityRange, String> {
+    let wrong = || format!("\"{text}\" is no range; write the smallest and the largest disparity, such as 420..434");
+    let (low, high) = text.split_once("..").ok_or_else(wrong)?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
+    Ok(DisparityRange { minimum_px: number(low)?, maximum_px: number(high)? })
+}
+
+fn parse_reference(text: &str) -> Result<ReferenceFrame, String> {
+    match text {
+        "first" => Ok(ReferenceFrame::First),
+        "middle" => Ok(ReferenceFrame::Middle),
+        "last" => Ok(ReferenceFrame::Last),
+        _ => text.parse().map(ReferenceFrame::Index).map_err(|_| {
+            format!("\"{text}\" is no frame; write first, middle, last or an index from 0")
+        }),
+    }
+}

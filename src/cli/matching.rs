@@ -1,0 +1,101 @@
+//! `epirig match`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::match_arguments::MatchArguments;
+use super::{CliError, Talk};
+use crate::measure::{Measurement, measure};
+use crate::results::ResultsFolder;
+use crate::sequence::Sequence;
+
+/// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig match seq
+  epirig match seq --reference middle --ordering free      things in front of other things
+  epirig match seq --method ncc-mean                       illumination that varies
+  epirig match seq --range 420..434 --out results          a range that is known
+
+The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
+(255 answer, 0 leaves the image, 80 no texture, 160 ambiguous), pictures, figures/ and match.json.")]
+pub(super) struct Match {
+    /// Folder of the sequence
+    seq: PathBuf,
+    /// Folder of the results [default: SEQ/results]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace results that are there already
+    #[arg(long)]
+    overwrite: bool,
+    /// Row of the reference frame that the figures show [default: the middle one]
+    #[arg(long, value_name = "ROW")]
+    figure_row: Option<usize>,
+    #[command(flatten)]
+    matching: MatchArguments,
+}
+
+impl Match {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let options = self.matching.options();
+        let sequence = Sequence::open(&self.seq)?;
+        if let Some(row) = self.figure_row.filter(|&row| row >= sequence.record().rows) {
+            let last = sequence.record().rows - 1;
+            return Err(CliError::Usage(format!("there is no row {row} to draw; the last is {last}")));
+        }
+        let out = self.out.unwrap_or_else(|| self.seq.join("results"));
+        let folder = ResultsFolder::create(&out, self.overwrite)?;
+        let measurement = measure(&sequence, &options, self.figure_row, None, &folder, talk)?;
+        folder.commit()?;
+        advise(&measurement, talk);
+        talk.result(&measurement.summary, || {
+            format!("{}look at {}\n", describe(&measurement), out.join("disparity.png").display())
+        })
+    }
+}
+
+/// What a person may do about pixels without answer.
+pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
+    let summary = &measurement.summary;
+    let at_end = summary.tau_before == 0.0 || summary.tau_after == 0.0;
+    if summary.leaves_image > 0.2 && at_end {
+        talk.say(&format!(
+            "hint: {:.0} % of the pixels leave the image too early to be answered; --reference middle sees more",
+            100.0 * summary.leaves_image
+        ));
+    }
+    if summary.no_texture > 0.5 {
+        talk.say(&format!(
+            "hint: {:.0} % of the pixels show too little texture; a larger --fit-window or --max-sigma answers more",
+            100.0 * summary.no_texture
+        ));
+    }
+}
+
+/// The measurement in a few lines.
+pub(super) fn describe(measurement: &Measurement) -> String {
+    let summary = &measurement.summary;
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    let mut text = format!(
+        "range searched     {:.2} .. {:.2} px{}\n\
+         ordering           {}\n\
+         answered           {:.1} % (leaves image {:.1} %, no texture {:.1} %, ambiguous {:.1} %)\n\
+         median disparity   {} px, median sigma {} px\n",
+        summary.minimum_px,
+        summary.maximum_px,
+        if summary.range_found { " (found from the data)" } else { "" },
+        summary.ordering,
+        100.0 * summary.answered,
+        100.0 * summary.leaves_image,
+        100.0 * summary.no_texture,
+        100.0 * summary.ambiguous,
+        number(summary.median_disparity_px),
+        number(summary.median_sigma_px),
+    );
+    if let Some(distance_mm) = summary.distance_mm {
+        text.push_str(&format!("median distance    {distance_mm:.2} mm\n"));
+    }
+    text.push_str(&format!("matching took      {:.1} s\n", summary.seconds));
+    text
+}

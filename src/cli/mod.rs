@@ -1,0 +1,82 @@
+//! The command line: one file a verb, no logic of its own.
+
+mod demo;
+mod error;
+mod evaluate;
+mod export;
+mod import;
+mod match_arguments;
+mod matching;
+mod progress;
+mod verify;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+use error::CliError;
+use progress::Talk;
+
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
+5 bad or damaged data, 6 calibration rejected, 7 interrupted but resumable.
+
+Examples:
+  epirig demo                                       a simulated measurement, no hardware needed
+  epirig import photos/ --out seq && epirig match seq    your own photographs";
+
+/// Turns the frames of a capture rig into disparity, height and their uncertainty.
+#[derive(Debug, Parser)]
+#[command(name = "epirig", version, max_term_width = 100, after_help = EXIT_CODES, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+    /// Print the result as JSON on stdout
+    #[arg(long, global = true)]
+    json: bool,
+    /// Say nothing but errors and the result
+    #[arg(long, short, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    Demo(demo::Demo),
+    Import(import::Import),
+    Verify(verify::Verify),
+    Match(matching::Match),
+    Evaluate(evaluate::Evaluate),
+    Export(export::Export),
+    /// Print a completion script for a shell
+    #[command(after_help = "Example:\n  epirig completions bash > ~/.local/share/bash-completion/completions/epirig")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Runs the program with the process's arguments.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let talk = Talk::new(cli.json, cli.quiet);
+    let done = match cli.verb {
+        Verb::Demo(verb) => verb.run(&talk),
+        Verb::Import(verb) => verb.run(&talk),
+        Verb::Verify(verb) => verb.run(&talk),
+        Verb::Match(verb) => verb.run(&talk),
+        Verb::Evaluate(verb) => verb.run(&talk),
+        Verb::Export(verb) => verb.run(&talk),
+        Verb::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "epirig", &mut script);
+            talk.print(&String::from_utf8_lossy(&script))
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            talk.clear();
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What the program says while it works: talk to stderr, data to stdout.
+
+use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use super::CliError;
+use crate::progress::Progress;
+
+/// The program's voice.
+pub(super) struct Talk {
+    json: bool,
+    quiet: bool,
+    bar: Mutex<Option<ProgressBar>>,
+}
+
+impl Talk {
+    pub(super) fn new(json: bool, quiet: bool) -> Self {
+        Self { json, quiet, bar: Mutex::new(None) }
+    }
+
+    /// A line for the person, above the progress bar.
+    pub(super) fn say(&self, line: &str) {
+        if !self.quiet {
+            match self.bar().as_ref() {
+                Some(bar) => bar.println(line),
+                None => eprintln!("{line}"),
+            }
+        }
+    }
+
+    /// The result: as JSON if that was asked for, else as text for a person.
+    pub(super) fn result(&self, data: &impl Serialize, text: impl FnOnce() -> String) -> Result<(), CliError> {
+        if self.json {
+            let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
+            self.print(&(line + "\n"))
+        } else {
+            self.print(&text())
+        }
+    }
+
+    /// Text to stdout as it is.
+    pub(super) fn print(&self, text: &str) -> Result<(), CliError> {
+        let mut stdout = std::io::stdout().lock();
+        Ok(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())?)
+    }
+
+    /// Takes the progress bar off the screen.
+    pub(super) fn clear(&self) {
+        if let Some(bar) = self.bar().take() {
+            bar.finish_and_clear();
+        }
+    }
+
+    fn bar(&self) -> std::sync::MutexGuard<'_, Option<ProgressBar>> {
+        self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+impl Progress for Talk {
+    fn begin(&self, what: &str, total: u64) {
+        let bar = ProgressBar::new(total);
+        let silent = self.quiet || !std::io::stderr().is_terminal();
+        bar.set_draw_target(if silent { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
+        // A single step shows that it is alive; more show how long they will take.
+        let template = if total > 1 {
+            "{msg:>22} [{bar:32}] {pos}/{len}  {eta} left"
+        } else {
+            "{msg:>22} {spinner} {elapsed}"
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message(what.to_owned());
+        bar.enable_steady_tick(Duration::from_millis(200));
+        *self.bar() = Some(bar);
+    }
+
+    fn advance(&self, count: u64) {
+        if let Some(bar) = self.bar().as_ref() {
+            bar.inc(count);
+        }
+    }
+
+    fn end(&self) {
+        self.clear();
+    }
+}

@@ -1,0 +1,276 @@
+//! What a caller may choose, and the checks that a choice makes sense for a volume.
+
+use thiserror::Error;
+
+use super::interpolation::Interpolation;
+use crate::volume::Volume;
+
+/// How badly the samples along a candidate agree is measured by ...
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// the variance of the intensities along the candidate (paper, section 4), averaged over the window.
+    Variance,
+    /// one minus the normalised correlation of a window with the reference frame's window, averaged over the frames.
+    /// With the first frame as reference this is the paper's own choice of model.
+    NccFirst,
+    /// the same with the mean of all observations of the window as the model.
+    NccMean,
+}
+
+impl Method {
+    /// A difference of costs that means nothing: the variance of quantisation in DN^2, or a correlation of 0.999.
+    pub(super) fn resolution(self) -> f32 {
+        match self {
+            Self::Variance => 1.0 / 12.0,
+            Self::NccFirst | Self::NccMean => 1e-3,
+        }
+    }
+}
+
+/// The frame whose pixels are given a disparity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReferenceFrame {
+    /// The first frame: disparity belongs to (i, y), as in the paper.
+    First,
+    /// The frame nearest to the middle of the baseline: each point in it stays in view longest.
+    Middle,
+    /// The last frame.
+    Last,
+    /// Any frame, by its index from 0.
+    Index(usize),
+}
+
+/// Whether the mapping from the first to the last frame must be strictly increasing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ordering {
+    /// Always: the paper's ordering and uniqueness constraints. Right for a surface seen without occlusions.
+    Strict,
+    /// Never: each pixel takes its best candidate. Right for things in front of other things.
+    Free,
+    /// Strict, unless the sampled rows show depth edges that no strictly increasing mapping allows.
+    Automatic,
+}
+
+/// What to expect of points that are hidden in part of the sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HiddenPoints {
+    /// Nothing hides anything: all frames that contain the candidate count.
+    None,
+    /// A point may be hidden before or after the reference frame: the better of all frames, the frames up to the
+    /// reference and the frames from it on counts (after Kang, Szeliski and Chai 2001, "best half").
+    OneSide,
+    /// `OneSide` if the ordering turns out to be free, else `None`.
+    Automatic,
+}
+
+/// A closed interval of disparities, in pixels over the whole baseline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DisparityRange {
+    /// Smallest disparity, in px.
+    pub minimum_px: f64,
+    /// Largest disparity, in px.
+    pub maximum_px: f64,
+}
+
+/// Everything that a caller may choose of the matcher.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatchOptions {
+    /// The cost of a candidate.
+    pub method: Method,
+    /// How frames are sampled between pixels during the search.
+    pub interpolation: Interpolation,
+    /// Disparities searched; `None`: found from the data.
+    pub range: Option<DisparityRange>,
+    /// Step between the disparities of neighbouring candidates, in px over the whole baseline; (0, 1].
+    pub raster_px: f64,
+    /// Side of the square window of the costs, in px, odd.
+    pub window_px: usize,
+    /// The frame whose pixels are answered.
+    pub reference: ReferenceFrame,
+    /// Share of the frames that a candidate must lie in to be answered; (0, 1].
+    pub minimum_visible: f64,
+    /// Whether points may be hidden in part of the sequence.
+    pub hidden_points: HiddenPoints,
+    /// Whether the mapping must be strictly increasing.
+    pub ordering: Ordering,
+    /// Whether the fit over all frames moves the disparity off the raster. Without it the vertex of the parabola through
+    /// three costs does, as far as half the raster. The fit presumes equal intensities, as `Method::Variance` does.
+    pub refine: bool,
+    /// Side of the square window of the fit, in px, odd.
+    pub refine_window_px: usize,
+    /// A pixel whose sigma exceeds this has no answer, in px.
+    pub maximum_sigma_px: f64,
+    /// With free ordering, a pixel whose confidence is lower has no answer; [0, 1].
+    pub minimum_confidence: f64,
+}
+
+impl Default for MatchOptions {
+    fn default() -> Self {
+        Self::for_method(Method::Variance)
+    }
+}
+
+impl MatchOptions {
+    /// The options that serve `method` well where nothing is known of the scene.
+    pub fn for_method(method: Method) -> Self {
+        Self {
+            method,
+            interpolation: Interpolation::BSpline,
+            range: None,
+            raster_px: 0.25,
+            window_px: if method == Method::Variance { 3 } else { 7 },
+            reference: ReferenceFrame::First,
+            minimum_visible: 0.5,
+            hidden_points: HiddenPoints::Automatic,
+            ordering: Ordering::Automatic,
+            refine: method == Method::Variance,
+            refine_window_px: 5,
+            maximum_sigma_px: 0.5,
+            minimum_confidence: 0.1,
+        }
+    }
+}
+
+/// Why a volume cannot be matched as asked.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MatchError {
+    /// Too few rows, columns or frames for lines to be seen in.
+    #[error(
+        "a volume of {columns} x {rows} pixels and {frames} frame(s) shows no lines; at least 2 frames and 8 columns are \
+         needed"
+    )]
+    TooSmall {
+        /// Rows of the volume.
+        rows: usize,
+        /// Columns of the volume.
+        columns: usize,
+        /// Frames of the volume.
+        frames: usize,
+    },
+    /// The range is empty or not finite.
+    #[error("the disparity range {minimum_px}..{maximum_px} px is empty; give the smaller number first")]
+    EmptyRange {
+        /// Smallest disparity asked for, in px.
+        minimum_px: f64,
+        /// Largest disparity asked for, in px.
+        maximum_px: f64,
+    },
+    /// The range spans more than the image does, or no point of it can stay in view.
+    #[error(
+        "the disparity range {minimum_px}..{maximum_px} px does not fit images {columns} px wide; a point must be in view \
+         in {minimum_visible} of the frames, so disparities lie within +-{limit_px:.0} px and span less than {columns} px"
+    )]
+    RangeTooWide {
+        /// Smallest disparity asked for, in px.
+        minimum_px: f64,
+        /// Largest disparity asked for, in px.
+        maximum_px: f64,
+        /// Image width, in px.
+        columns: usize,
+        /// Share of the frames that must see a point.
+        minimum_visible: f64,
+        /// Largest magnitude that keeps a point in view so long, in px.
+        limit_px: f64,
+    },
+    /// The reference frame does not exist.
+    #[error("there is no frame {index} to refer to; the sequence has frames 0 to {last}")]
+    NoSuchReference {
+        /// Index asked for.
+        index: usize,
+        /// Index of the last frame.
+        last: usize,
+    },
+    /// An option outside its values.
+    #[error("{option} is {value}, but must be {expected}")]
+    BadOption {
+        /// The option's name.
+        option: &'static str,
+        /// The value given.
+        value: f64,
+        /// The values allowed.
+        expected: &'static str,
+    },
+    /// No range was given and none could be found.
+    #[error(
+        "no range of disparities stands out in the data: too little texture, or the frames do not show one moving scene; \
+         look at the frames, or give the range"
+    )]
+    NoRange,
+}
+
+impl MatchOptions {
+    /// Index of the reference frame in `volume`.
+    ///
+    /// # Errors
+    /// [`MatchError::NoSuchReference`] if there is no such frame.
+    pub fn reference_index(&self, volume: &Volume) -> Result<usize, MatchError> {
+        let last = volume.frames() - 1;
+        match self.reference {
+            ReferenceFrame::First => Ok(0),
+            ReferenceFrame::Middle => Ok(volume.tau().middle_frame()),
+            ReferenceFrame::Last => Ok(last),
+            ReferenceFrame::Index(index) if index <= last => Ok(index),
+            ReferenceFrame::Index(index) => Err(MatchError::NoSuchReference { index, last }),
+        }
+    }
+
+    /// Whether these options can be used on `volume`.
+    ///
+    /// # Errors
+    /// [`MatchError`] naming the first option that cannot.
+    pub fn check(&self, volume: &Volume) -> Result<(), MatchError> {
+        let (rows, columns, frames) = (volume.rows(), volume.columns(), volume.frames());
+        if rows == 0 || columns < 8 || frames < 2 {
+            return Err(MatchError::TooSmall { rows, columns, frames });
+        }
+        self.reference_index(volume)?;
+        let odd = "odd, from 1 to 31";
+        let share = "greater than 0 and at most 1";
+        let allowed = |side: usize| side % 2 == 1 && side <= 31;
+        let bad = |option, value, expected| Err(MatchError::BadOption { option, value, expected });
+        if !allowed(self.window_px) {
+            return bad("the window", self.window_px as f64, odd);
+        }
+        if !allowed(self.refine_window_px) {
+            return bad("the window of the fit", self.refine_window_px as f64, odd);
+        }
+        if !(self.raster_px >= 0.01 && self.raster_px <= 1.0) {
+            return bad("the raster", self.raster_px, "from 0.01 to 1 px");
+        }
+        if !(self.minimum_visible > 0.0 && self.minimum_visible <= 1.0) {
+            return bad("the share of frames that must see a point", self.minimum_visible, share);
+        }
+        if self.maximum_sigma_px.is_nan() || self.maximum_sigma_px <= 0.0 {
+            return bad("the largest sigma", self.maximum_sigma_px, "greater than 0 px");
+        }
+        if !(0.0..=1.0).contains(&self.minimum_confidence) {
+            return bad("the least confidence", self.minimum_confidence, "from 0 to 1");
+        }
+        self.range.map_or(Ok(()), |range| self.check_range(range, columns))
+    }
+
+    fn check_range(&self, range: DisparityRange, columns: usize) -> Result<(), MatchError> {
+        let DisparityRange { minimum_px, maximum_px } = range;
+        if !(minimum_px.is_finite() && maximum_px.is_finite() && minimum_px <= maximum_px) {
+            return Err(MatchError::EmptyRange { minimum_px, maximum_px });
+        }
+        let limit_px = self.largest_disparity_px(columns);
+        let span = maximum_px - minimum_px;
+        if span >= columns as f64 || minimum_px.abs().max(maximum_px.abs()) > limit_px {
+            return Err(MatchError::RangeTooWide {
+                minimum_px,
+                maximum_px,
+                columns,
+                minimum_visible: self.minimum_visible,
+                limit_px,
+            });
+        }
+        Ok(())
+    }
+
+    /// Largest magnitude of a disparity whose point can be in view in the share of the frames asked for, in px.
+    pub fn largest_disparity_px(&self, columns: usize) -> f64 {
+        (columns - 1) as f64 / self.minimum_visible
+    }
+}

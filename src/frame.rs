@@ -1,0 +1,175 @@
+//! One grey image as a sensor gave it.
+
+use thiserror::Error;
+
+/// Intensities of a frame or a volume, in DN, in the narrowest type that holds them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Samples {
+    /// Bit depths 1 to 8.
+    U8(Vec<u8>),
+    /// Bit depths 9 to 16.
+    U16(Vec<u16>),
+}
+
+impl Samples {
+    /// `count` zeros in the type for `bit_depth`.
+    pub fn zeros(bit_depth: u8, count: usize) -> Self {
+        if bit_depth <= 8 { Self::U8(vec![0; count]) } else { Self::U16(vec![0; count]) }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::U8(values) => values.len(),
+            Self::U16(values) => values.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The largest sample, 0 if there are none.
+    pub fn maximum(&self) -> u16 {
+        match self {
+            Self::U8(values) => values.iter().copied().max().unwrap_or(0).into(),
+            Self::U16(values) => values.iter().copied().max().unwrap_or(0),
+        }
+    }
+
+    /// The mean, 0 if there are none.
+    pub fn mean(&self) -> f64 {
+        let sum: u64 = match self {
+            Self::U8(values) => values.iter().map(|&value| u64::from(value)).sum(),
+            Self::U16(values) => values.iter().map(|&value| u64::from(value)).sum(),
+        };
+        sum as f64 / self.len().max(1) as f64
+    }
+
+    /// How many samples are at least `level`.
+    pub fn count_at_least(&self, level: u16) -> usize {
+        match self {
+            Self::U8(values) => values.iter().filter(|&&value| u16::from(value) >= level).count(),
+            Self::U16(values) => values.iter().filter(|&&value| value >= level).count(),
+        }
+    }
+
+    /// Writes `target.len()` samples from `start` on into `target`, as DN.
+    ///
+    /// # Panics
+    /// If the range leaves the samples.
+    pub fn copy_to_f32(&self, start: usize, target: &mut [f32]) {
+        let range = start..start + target.len();
+        match self {
+            Self::U8(values) => {
+                target.iter_mut().zip(&values[range]).for_each(|(out, &value)| *out = value.into());
+            }
+            Self::U16(values) => {
+                target.iter_mut().zip(&values[range]).for_each(|(out, &value)| *out = value.into());
+            }
+        }
+    }
+}
+
+/// Why samples do not make a frame.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// The number of samples contradicts the size.
+    #[error("{samples} samples cannot fill {rows} rows x {columns} columns")]
+    Size {
+        /// Rows asked for.
+        rows: usize,
+        /// Columns asked for.
+        columns: usize,
+        /// Samples given.
+        samples: usize,
+    },
+    /// The stated bit depth cannot hold the largest sample, or is not 1 to 16.
+    #[error("a sample of {maximum} DN does not fit the stated {bit_depth} bit; state the true bit depth")]
+    BitDepth {
+        /// Bits stated.
+        bit_depth: u8,
+        /// Largest sample found.
+        maximum: u16,
+    },
+}
+
+/// A grey image: rows x columns samples of `bit_depth` bits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Frame {
+    rows: usize,
+    columns: usize,
+    bit_depth: u8,
+    samples: Samples,
+}
+
+impl Frame {
+    /// A frame over `samples`, row by row.
+    ///
+    /// # Errors
+    /// [`FrameError`] if the number of samples or their values contradict size or bit depth.
+    pub fn new(rows: usize, columns: usize, bit_depth: u8, samples: Samples) -> Result<Self, FrameError> {
+        if samples.len() != rows * columns {
+            return Err(FrameError::Size { rows, columns, samples: samples.len() });
+        }
+        let narrow = matches!(samples, Samples::U8(_));
+        let maximum = samples.maximum();
+        let fits = (1..=16).contains(&bit_depth)
+            && narrow == (bit_depth <= 8)
+            && u32::from(maximum) < 1_u32 << bit_depth;
+        if !fits {
+            return Err(FrameError::BitDepth { bit_depth, maximum });
+        }
+        Ok(Self { rows, columns, bit_depth, samples })
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Bits of a sample, 1 to 16.
+    pub fn bit_depth(&self) -> u8 {
+        self.bit_depth
+    }
+
+    /// The intensities, row by row.
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// The largest value that the bit depth allows, in DN.
+    pub fn full_scale(&self) -> u16 {
+        full_scale(self.bit_depth)
+    }
+}
+
+/// The largest value of a sample of `bit_depth` bits (1 to 16), in DN.
+pub fn full_scale(bit_depth: u8) -> u16 {
+    u16::MAX >> (16 - bit_depth.clamp(1, 16))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_holds_what_its_bit_depth_allows() {
+        assert_eq!(full_scale(8), 255);
+        assert_eq!(full_scale(12), 4095);
+        assert_eq!(full_scale(16), 65535);
+        assert!(Frame::new(1, 2, 10, Samples::U16(vec![0, 1023])).is_ok());
+        assert!(matches!(
+            Frame::new(1, 2, 10, Samples::U16(vec![0, 1024])),
+            Err(FrameError::BitDepth { maximum: 1024, .. })
+        ));
+        assert!(matches!(Frame::new(1, 2, 8, Samples::U8(vec![0])), Err(FrameError::Size { .. })));
+    }
+}

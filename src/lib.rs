@@ -1,0 +1,50 @@
+//! epirig turns the frames of a capture rig into a measurement.
+//!
+//! A stage moves an object (or the camera) along a line; at each stop a camera takes a frame. Stacked over time the
+//! frames form a volume f(x, y, t); one row y through all frames is an *epipolar plane image* (EPI), in which every
+//! surface point draws a straight line. Its slope is the point's disparity, hence its distance.
+//!
+//! Data flows one way, and so do the modules' arrows:
+//!
+//! ```text
+//! stage + camera -> capture -> sequence -> volume -> epi -> surface -> results, report
+//!    (or twin)                (on disk)            (matcher)
+//! ```
+//!
+//! - [`twin`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
+//! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
+//! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
+//! - [`epi`]: the matcher. It knows no files, stages or cameras: a volume and options in, maps out.
+//! - [`surface`]: disparity to height; [`evaluate`]: measured against truth, or against frames left out.
+//! - [`formats`], [`results`], [`report`]: files and pictures for other programs and for people.
+//!
+//! ```
+//! use epirig::epi::{MatchOptions, match_volume};
+//! use epirig::progress::Silent;
+//! use epirig::twin::{Twin, TwinConfig};
+//!
+//! let twin = Twin::new(TwinConfig::textured_plane(64, 48, 9))?;
+//! let volume = twin.render_volume(&Silent)?;
+//! let maps = match_volume(&volume, &MatchOptions::default(), &Silent)?;
+//! assert_eq!((maps.disparity.rows(), maps.disparity.columns()), (48, 64));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod camera;
+pub mod capture;
+pub mod cli;
+pub mod epi;
+pub mod evaluate;
+pub mod formats;
+pub mod frame;
+pub mod measure;
+pub mod plane;
+pub mod progress;
+pub mod report;
+pub mod results;
+pub mod sequence;
+pub mod stage;
+pub mod surface;
+pub mod tau;
+pub mod twin;
+pub mod volume;

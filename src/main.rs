@@ -1,0 +1,7 @@
+//! The program `epirig`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    epirig::cli::main()
+}

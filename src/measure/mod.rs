@@ -1,0 +1,158 @@
+//! From a sequence to its folder of results: the stations in their order.
+
+use std::time::Instant;
+
+use thiserror::Error;
+
+use crate::epi::lines::Lines;
+use crate::epi::{Answer, DisparityMaps, MatchError, MatchOptions, Method, OrderingUsed, match_volume, row_costs};
+use crate::plane::Plane;
+use crate::progress::Progress;
+use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
+use crate::results::{FORMAT_VERSION, MatchSummary, ResultsError, ResultsFolder};
+use crate::sequence::{Sequence, SequenceError, load_volume};
+use crate::surface::{Geometry, Heights, heights};
+use crate::volume::Volume;
+
+/// Why a sequence has no results.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MeasureError {
+    /// The sequence cannot be read.
+    #[error(transparent)]
+    Sequence(#[from] SequenceError),
+    /// It cannot be matched.
+    #[error(transparent)]
+    Match(#[from] MatchError),
+    /// The results cannot be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A picture cannot be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+}
+
+/// What a measurement found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// The matcher's maps.
+    pub maps: DisparityMaps,
+    /// Heights, if lens and travel are known.
+    pub heights: Option<Heights>,
+    /// The numbers of `match.json`.
+    pub summary: MatchSummary,
+}
+
+/// Matches `sequence` and writes everything that can be said of it into `folder`, which the caller commits.
+///
+/// `figure_row` is the row that the paper's figures show, the middle one if not given; `truth` is drawn beside the
+/// measured disparity there and used for nothing else.
+///
+/// # Errors
+/// [`MeasureError`] of the first station that fails.
+pub fn measure(
+    sequence: &Sequence,
+    options: &MatchOptions,
+    figure_row: Option<usize>,
+    truth: Option<&Plane<f32>>,
+    folder: &ResultsFolder,
+    progress: &dyn Progress,
+) -> Result<Measurement, MeasureError> {
+    let volume = load_volume(sequence, progress)?;
+    let begun = Instant::now();
+    let maps = match_volume(&volume, options, progress)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let heights =
+        geometry(sequence).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
+    let summary = summarise(sequence, &volume, &maps, options, heights.as_ref(), seconds);
+
+    progress.begin("writing results", 1);
+    write_maps(folder, &maps, heights.as_ref())?;
+    let y = figure_row.unwrap_or(volume.rows() / 2).min(volume.rows() - 1);
+    let (hypotheses, costs) = row_costs(&volume, y, &maps, options)?;
+    for figure in paper_figures(&volume, &maps, FigureRow { y, hypotheses, costs: &costs, truth })? {
+        folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?;
+        folder.write(&format!("figures/{}.csv", figure.name), figure.csv.as_bytes())?;
+    }
+    folder.write_summary(&summary)?;
+    progress.end();
+    Ok(Measurement { maps, heights, summary })
+}
+
+/// Lens and baseline, as far as the sequence's records tell.
+pub fn geometry(sequence: &Sequence) -> Option<Geometry> {
+    let positions = sequence.positions_mm()?;
+    let baseline_mm = positions.last()? - positions.first()?;
+    Some(Geometry { focal_length_px: sequence.record().intrinsics?.focal_length_px, baseline_mm })
+}
+
+fn write_maps(folder: &ResultsFolder, maps: &DisparityMaps, heights: Option<&Heights>) -> Result<(), MeasureError> {
+    for name in ["disparity.pfm", "disparity.tiff", "disparity.npy"] {
+        folder.write_map(name, &maps.disparity)?;
+    }
+    folder.write_map("sigma.tiff", &maps.sigma)?;
+    folder.write_map("cost.tiff", &maps.cost)?;
+    folder.write_map("confidence.tiff", &maps.confidence)?;
+    folder.write_mask("mask.png", &maps.answer)?;
+    let range = ValueRange::of(&maps.disparity, 0.05);
+    folder.write_picture("disparity.png", &map_picture(&maps.disparity, "Disparity", "px", range)?)?;
+    let range = ValueRange { low: 0.0, ..ValueRange::of(&maps.sigma, 0.001) };
+    folder.write_picture("sigma.png", &map_picture(&maps.sigma, "Sigma of the disparity", "px", range)?)?;
+    if let Some(heights) = heights {
+        folder.write_map("height_mm.tiff", &heights.height_mm)?;
+        folder.write_map("height_sigma_mm.tiff", &heights.sigma_mm)?;
+        let range = ValueRange::of(&heights.height_mm, 0.01);
+        folder.write_picture("height.png", &map_picture(&heights.height_mm, "Height", "mm", range)?)?;
+    }
+    Ok(())
+}
+
+fn summarise(
+    sequence: &Sequence,
+    volume: &Volume,
+    maps: &DisparityMaps,
+    options: &MatchOptions,
+    heights: Option<&Heights>,
+    seconds: f64,
+) -> MatchSummary {
+    let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+    let (tau_before, tau_after) = (lines.tau_before(), lines.tau_after());
+    MatchSummary {
+        format: FORMAT_VERSION,
+        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        sequence_uid: sequence.record().uid.clone(),
+        method: match options.method {
+            Method::Variance => "variance",
+            Method::NccFirst => "ncc-first",
+            Method::NccMean => "ncc-mean",
+        }
+        .to_owned(),
+        reference: maps.reference,
+        tau_before,
+        tau_after,
+        minimum_px: maps.range.minimum_px,
+        maximum_px: maps.range.maximum_px,
+        range_found: maps.range_found,
+        raster_px: options.raster_px,
+        ordering: match maps.ordering {
+            OrderingUsed::Strict => "strict",
+            OrderingUsed::Free => "free",
+        }
+        .to_owned(),
+        order_violations: maps.order_violations(tau_before, tau_after),
+        answered: maps.share(Answer::Found),
+        leaves_image: maps.share(Answer::LeavesImage),
+        no_texture: maps.share(Answer::NoTexture),
+        ambiguous: maps.share(Answer::Ambiguous),
+        median_disparity_px: median(&maps.disparity),
+        median_sigma_px: median(&maps.sigma),
+        distance_mm: heights.map(|heights| heights.distance_mm),
+        seconds,
+    }
+}
+
+fn median(map: &Plane<f32>) -> Option<f64> {
+    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| !value.is_nan()).collect();
+    let middle = known.len() / 2;
+    (!known.is_empty()).then(|| f64::from(*known.select_nth_unstable_by(middle, f32::total_cmp).1))
+}

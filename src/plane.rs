@@ -1,0 +1,86 @@
+//! A two-dimensional array of values, one for each pixel.
+
+/// Values on a pixel grid, rows x columns, row by row.
+///
+/// Pixel centres are at integer coordinates, the first at (0, 0); x runs to the right, y down.
+///
+/// ```
+/// use epirig::plane::Plane;
+///
+/// let mut plane = Plane::filled(2, 3, 0.0_f32);
+/// plane.row_mut(1)[2] = 5.0;
+/// assert_eq!(plane.at(2, 1), 5.0);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane<T> {
+    rows: usize,
+    columns: usize,
+    values: Vec<T>,
+}
+
+impl<T: Copy> Plane<T> {
+    /// A plane of `rows` x `columns` equal values.
+    pub fn filled(rows: usize, columns: usize, value: T) -> Self {
+        Self { rows, columns, values: vec![value; rows * columns] }
+    }
+
+    /// A plane over existing values, row by row; `None` if their number is not `rows * columns`.
+    pub fn from_values(rows: usize, columns: usize, values: Vec<T>) -> Option<Self> {
+        (values.len() == rows * columns).then_some(Self { rows, columns, values })
+    }
+
+    /// The value at column `x` of row `y`.
+    ///
+    /// # Panics
+    /// If `x` or `y` lies outside the plane.
+    pub fn at(&self, x: usize, y: usize) -> T {
+        self.row(y)[x]
+    }
+
+    /// A plane of the same size whose values are `convert(value)`.
+    pub fn map<U: Copy>(&self, convert: impl FnMut(T) -> U) -> Plane<U> {
+        Plane {
+            rows: self.rows,
+            columns: self.columns,
+            values: self.values.iter().copied().map(convert).collect(),
+        }
+    }
+}
+
+impl<T> Plane<T> {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// All values, row by row.
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// All values, row by row, to be changed in place.
+    pub fn values_mut(&mut self) -> &mut [T] {
+        &mut self.values
+    }
+
+    /// Row `y`.
+    ///
+    /// # Panics
+    /// If `y` lies outside the plane.
+    pub fn row(&self, y: usize) -> &[T] {
+        &self.values[y * self.columns..(y + 1) * self.columns]
+    }
+
+    /// Row `y`, to be changed in place.
+    ///
+    /// # Panics
+    /// If `y` lies outside the plane.
+    pub fn row_mut(&mut self, y: usize) -> &mut [T] {
+        &mut self.values[y * self.columns..(y + 1) * self.columns]
+    }
+}

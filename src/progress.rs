@@ -1,0 +1,21 @@
+//! How long-running work tells whoever waits for it how far it is.
+
+/// A listener to work that takes a while. Methods are called from any thread.
+pub trait Progress: Sync {
+    /// Work named `what` begins and consists of `total` parts.
+    fn begin(&self, what: &str, total: u64);
+    /// `count` more parts are done.
+    fn advance(&self, count: u64);
+    /// The work that began last is over.
+    fn end(&self);
+}
+
+/// Listens to nothing: for tests and for callers without a terminal.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn begin(&self, _what: &str, _total: u64) {}
+    fn advance(&self, _count: u64) {}
+    fn end(&self) {}
+}

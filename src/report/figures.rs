@@ -1,0 +1,171 @@
+//! The figures of the paper, drawn from our own volume and maps.
+
+use image::{Rgb, RgbImage};
+
+use super::chart::{Chart, Series};
+use super::{ReportError, map_picture};
+use crate::epi::lines::{Hypotheses, Lines};
+use crate::epi::cost::CostTable;
+use crate::epi::{Answer, DisparityMaps, line_profile};
+use crate::plane::Plane;
+use crate::volume::Volume;
+
+/// A figure as a picture and as the numbers behind it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Name for files, without ending.
+    pub name: &'static str,
+    /// The picture.
+    pub picture: RgbImage,
+    /// The numbers, as comma-separated values.
+    pub csv: String,
+}
+
+/// What the figures show: one row of the reference frame, with the costs of its candidates.
+#[derive(Debug, Clone, Copy)]
+pub struct FigureRow<'a> {
+    /// The row.
+    pub y: usize,
+    /// Its hypotheses.
+    pub hypotheses: Hypotheses,
+    /// Their costs.
+    pub costs: &'a CostTable,
+    /// The truth for the reference frame, if it is known; rows x columns, px.
+    pub truth: Option<&'a Plane<f32>>,
+}
+
+/// Number of lines in the figure of aligned profiles.
+const ALIGNED_LINES: usize = 6;
+
+/// The paper's figures for one row: cost image with the mapping (3b), intensity profiles of a line and of its neighbours
+/// (5a), normalised profiles aligned by image position (5b) and disparity along the row (6). The profiles are missing if
+/// no pixel of the row has an answer.
+///
+/// # Errors
+/// [`ReportError`] if a picture cannot be drawn.
+pub fn paper_figures(volume: &Volume, maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Vec<Figure>, ReportError> {
+    let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+    let mut figures = vec![cost_image(maps, row)?];
+    let answered: Vec<usize> =
+        (0..volume.columns()).filter(|&x| maps.answer.at(x, row.y) == Answer::Found).collect();
+    if answered.is_empty() {
+        return Ok(figures);
+    }
+    figures.push(neighbour_profiles(volume, maps, &lines, row.y, &answered)?);
+    figures.push(aligned_profiles(volume, maps, &lines, row.y, &answered)?);
+    figures.push(disparity_along_row(maps, row)?);
+    Ok(figures)
+}
+
+/// Columns x disparities, bright where the cost is low (logarithmic), the found mapping in red.
+fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
+    let costs = row.costs;
+    let (count, columns) = (costs.hypotheses(), costs.columns());
+    // Large disparities on top, as in a diagram; brightness is the negative logarithm.
+    let mut brightness = Plane::filled(count, columns, f32::NAN);
+    for k in 0..count {
+        for (value, cost) in brightness.row_mut(count - 1 - k).iter_mut().zip(costs.row(k)) {
+            *value = -(cost + 1e-3).log10();
+        }
+    }
+    let range = map_picture::ValueRange::of(&brightness, 0.1);
+    let height = (count as u32).max(160);
+    let mut picture = RgbImage::new(columns as u32, height);
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let value = brightness.at(x as usize, (y as usize * count) / height as usize);
+        let share = ((value - range.low) / (range.high - range.low)).clamp(0.0, 1.0);
+        let grey = if value.is_nan() { 70 } else { (share * 255.0) as u8 };
+        *pixel = Rgb([grey; 3]);
+    }
+    let first = row.hypotheses.disparity_px(0.0);
+    let mut csv = "disparity_px".to_owned();
+    (0..columns).for_each(|x| csv.push_str(&format!(",x={x}")));
+    csv.push_str("\nmapping");
+    for x in 0..columns {
+        let disparity = maps.disparity.at(x, row.y);
+        csv.push_str(&format!(",{}", if disparity.is_nan() { "nan".to_owned() } else { disparity.to_string() }));
+        let k = (f64::from(disparity) - first) / row.hypotheses.raster_px();
+        let y = (count as f64 - 0.5 - k) / count as f64 * f64::from(height);
+        if y >= 0.0 && y < f64::from(height) {
+            picture.put_pixel(x as u32, y as u32, Rgb([230, 30, 30]));
+        }
+    }
+    csv.push('\n');
+    for k in 0..count {
+        csv.push_str(&row.hypotheses.disparity_px(k as f64).to_string());
+        for cost in costs.row(k) {
+            csv.push_str(&format!(",{}", if cost.is_nan() { "nan".to_owned() } else { cost.to_string() }));
+        }
+        csv.push('\n');
+    }
+    Ok(Figure { name: "3b-cost-image-with-mapping", picture, csv })
+}
+
+fn neighbour_profiles(
+    volume: &Volume,
+    maps: &DisparityMaps,
+    lines: &Lines,
+    y: usize,
+    answered: &[usize],
+) -> Result<Figure, ReportError> {
+    // The pixel that is known best, away from the border so that its neighbours are seen too.
+    let x = answered
+        .iter()
+        .copied()
+        .min_by(|&a, &b| maps.sigma.at(a, y).total_cmp(&maps.sigma.at(b, y)))
+        .unwrap_or(answered[0]);
+    let disparity = f64::from(maps.disparity.at(x, y));
+    let series = [(0.0, "(i, j)"), (1.0, "(i, j + 1)"), (-1.0, "(i, j - 1)")].map(|(shift, name)| {
+        let profile = line_profile(volume, lines, x as f64, y, disparity + shift);
+        let points = profile.iter().enumerate().map(|(t, &value)| (t as f64, f64::from(value))).collect();
+        Series { name: name.to_owned(), points }
+    });
+    let chart = Chart {
+        title: format!("Intensity along the line of pixel ({x}, {y}), d = {disparity:.3} px, and along its neighbours"),
+        x_label: "frame".to_owned(),
+        y_label: "intensity (DN)".to_owned(),
+        series: series.to_vec(),
+    };
+    Ok(Figure { name: "5a-intensity-profiles", picture: chart.picture()?, csv: chart.csv() })
+}
+
+fn aligned_profiles(
+    volume: &Volume,
+    maps: &DisparityMaps,
+    lines: &Lines,
+    y: usize,
+    answered: &[usize],
+) -> Result<Figure, ReportError> {
+    let chosen = (0..ALIGNED_LINES).map(|index| answered[(2 * index + 1) * answered.len() / (2 * ALIGNED_LINES)]);
+    let series = chosen.map(|x| {
+        let disparity = f64::from(maps.disparity.at(x, y));
+        let profile = line_profile(volume, lines, x as f64, y, disparity);
+        let maximum = profile.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+        let columns = lines.offsets().iter().map(|tau| x as f64 + disparity * tau);
+        let points = columns.zip(profile.iter().map(|value| f64::from(value / maximum))).collect();
+        Series { name: format!("i = {x}"), points }
+    });
+    let chart = Chart {
+        title: "Intensities along lines, over their maxima, aligned by position in the image".to_owned(),
+        x_label: "column (px)".to_owned(),
+        y_label: "intensity / maximum".to_owned(),
+        series: series.collect(),
+    };
+    Ok(Figure { name: "5b-aligned-profiles", picture: chart.picture()?, csv: chart.csv() })
+}
+
+fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
+    let along = |map: &Plane<f32>, name: &str| Series {
+        name: name.to_owned(),
+        points: map.row(row.y).iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value))).collect(),
+    };
+    let mut series = vec![along(&maps.disparity, "measured")];
+    series.extend(row.truth.map(|truth| along(truth, "truth")));
+    let chart = Chart {
+        title: format!("Disparity along row {}", row.y),
+        x_label: "column (px)".to_owned(),
+        y_label: "disparity (px)".to_owned(),
+        series,
+    };
+    Ok(Figure { name: "6-disparity-along-row", picture: chart.picture()?, csv: chart.csv() })
+}

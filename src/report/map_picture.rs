@@ -1,0 +1,152 @@
+//! A map in perceptual colours with a scale bar.
+
+use image::{Rgb, RgbImage};
+use plotters::prelude::*;
+
+use super::{FONT, ReportError, register_font};
+use crate::plane::Plane;
+
+/// Colour of pixels without an answer.
+const UNKNOWN: Rgb<u8> = Rgb([70, 70, 70]);
+const TITLE_HEIGHT: u32 = 34;
+const BAR_WIDTH: u32 = 20;
+const BAR_SPACE: u32 = 150;
+/// Maps narrower than this are enlarged by a whole factor.
+const COMFORTABLE_WIDTH: usize = 400;
+
+/// The values at the two ends of the colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValueRange {
+    /// Value of the darkest colour.
+    pub low: f32,
+    /// Value of the brightest colour.
+    pub high: f32,
+}
+
+impl ValueRange {
+    /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if none is known.
+    pub fn of(map: &Plane<f32>, least_span: f32) -> Self {
+        let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
+        if known.is_empty() {
+            return Self { low: 0.0, high: 1.0 };
+        }
+        known.sort_unstable_by(f32::total_cmp);
+        let at = |share: f64| known[((known.len() - 1) as f64 * share) as usize];
+        let (low, high) = (at(0.01), at(0.99));
+        let missing = (least_span - (high - low)).max(0.0);
+        Self { low: low - 0.5 * missing, high: high + 0.5 * missing }
+    }
+}
+
+/// `map` in the colours of viridis over `range`, grey where unknown, under a title and beside a scale bar in `unit`.
+///
+/// # Errors
+/// [`ReportError`] if the text cannot be drawn.
+pub fn map_picture(map: &Plane<f32>, title: &str, unit: &str, range: ValueRange) -> Result<RgbImage, ReportError> {
+    register_font();
+    let factor = COMFORTABLE_WIDTH.div_ceil(map.columns().max(1)).max(1);
+    let (width, height) = ((map.columns() * factor) as u32, (map.rows() * factor) as u32);
+    let full = (width + BAR_SPACE, height.max(120) + TITLE_HEIGHT + 10);
+    let mut picture = RgbImage::from_pixel(full.0, full.1, Rgb([255, 255, 255]));
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let value = map.at(x as usize / factor, y as usize / factor);
+        picture.put_pixel(x, y + TITLE_HEIGHT, colour(value, range));
+    }
+    let bar_height = full.1 - TITLE_HEIGHT - 30;
+    let bar_top = TITLE_HEIGHT + 10;
+    for step in 0..bar_height {
+        let share = 1.0 - step as f32 / (bar_height - 1).max(1) as f32;
+        let shade = colour(range.low + share * (range.high - range.low), range);
+        for x in 0..BAR_WIDTH {
+            picture.put_pixel(width + 14 + x, bar_top + step, shade);
+        }
+    }
+    let mut raw = picture.into_raw();
+    let drawn = draw_text(&mut raw, full, (title, unit), range, (width, bar_top, bar_height));
+    drawn.map_err(|reason| ReportError::new(title, reason))?;
+    RgbImage::from_raw(full.0, full.1, raw).ok_or_else(|| ReportError::new(title, "its size does not fit"))
+}
+
+/// Pictures beside each other, aligned at the top.
+pub fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
+    let width = pictures.iter().map(RgbImage::width).sum();
+    let height = pictures.iter().map(RgbImage::height).max().unwrap_or(0);
+    let mut joined = RgbImage::from_pixel(width, height, Rgb([255, 255, 255]));
+    let mut left = 0;
+    for picture in pictures {
+        image::imageops::replace(&mut joined, picture, left, 0);
+        left += i64::from(picture.width());
+    }
+    joined
+}
+
+fn colour(value: f32, range: ValueRange) -> Rgb<u8> {
+    if value.is_nan() {
+        return UNKNOWN;
+    }
+    let share = f64::from((value - range.low) / (range.high - range.low).max(f32::MIN_POSITIVE));
+    let colour = colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0));
+    Rgb([colour.r, colour.g, colour.b])
+}
+
+fn draw_text(
+    raw: &mut [u8],
+    size: (u32, u32),
+    (title, unit): (&str, &str),
+    range: ValueRange,
+    (width, bar_top, bar_height): (u32, u32, u32),
+) -> Result<(), String> {
+    let area = BitMapBackend::with_buffer(raw, size).into_drawing_area();
+    let say = |error: DrawingAreaErrorKind<_>| error.to_string();
+    area.draw_text(title, &(FONT, 19).into_font().into_text_style(&area), (8, 7)).map_err(say)?;
+    let style = (FONT, 14).into_font().into_text_style(&area);
+    let span = f64::from(range.high - range.low);
+    let (step, decimals) = tick_step(span);
+    let mut tick = (f64::from(range.low) / step).ceil() * step;
+    while tick <= f64::from(range.high) + 1e-9 * span && step > 0.0 {
+        let share = ((tick - f64::from(range.low)) / span).clamp(0.0, 1.0);
+        let y = f64::from(bar_top) + (1.0 - share) * f64::from(bar_height - 1);
+        let x = (width + 14 + BAR_WIDTH) as i32;
+        let line = PathElement::new(vec![(x, y as i32), (x + 5, y as i32)], BLACK);
+        area.draw(&line).map_err(say)?;
+        area.draw_text(&format!("{tick:.decimals$}"), &style, (x + 9, y as i32 - 8)).map_err(say)?;
+        tick += step;
+    }
+    area.draw_text(unit, &style, ((width + 14) as i32, (bar_top + bar_height + 3) as i32)).map_err(say)?;
+    area.present().map_err(say)
+}
+
+/// A round distance between ticks, about six of them, and the decimals that show it.
+fn tick_step(span: f64) -> (f64, usize) {
+    let raw = (span / 6.0).max(f64::MIN_POSITIVE);
+    let decade = 10.0_f64.powf(raw.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|factor| factor * decade).find(|&step| step >= raw * 0.999);
+    let step = step.unwrap_or(10.0 * decade);
+    (step, (-step.log10().floor()).clamp(0.0, 9.0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_pixels_are_grey_and_values_span_the_colours() {
+        let mut map = Plane::filled(40, 400, 1.0);
+        map.values_mut()[0] = f32::NAN;
+        map.values_mut()[1] = 3.0;
+        let picture = map_picture(&map, "test", "px", ValueRange { low: 1.0, high: 3.0 }).unwrap();
+        assert_eq!(*picture.get_pixel(0, TITLE_HEIGHT), UNKNOWN);
+        // The ends of viridis, from its definition.
+        assert_eq!(*picture.get_pixel(1, TITLE_HEIGHT), Rgb([253, 231, 37]));
+        assert_eq!(*picture.get_pixel(2, TITLE_HEIGHT), Rgb([68, 1, 84]));
+        // The title is drawn: something is dark above the map.
+        assert!((0..100).any(|x| (0..TITLE_HEIGHT).any(|y| picture.get_pixel(x, y).0[0] < 100)));
+    }
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(tick_step(6.0), (1.0, 0));
+        assert_eq!(tick_step(0.1).1, 2);
+        assert!((tick_step(0.1).0 - 0.02).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,39 @@
+//! Pictures for people: maps with a scale bar, charts, and the figures of the paper.
+
+mod chart;
+mod figures;
+mod map_picture;
+
+use thiserror::Error;
+
+pub use chart::{Chart, Series};
+pub use figures::{Figure, FigureRow, paper_figures};
+pub use map_picture::{ValueRange, map_picture, side_by_side};
+
+/// A picture could not be drawn.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("the picture \"{title}\" cannot be drawn: {reason}")]
+pub struct ReportError {
+    /// The picture's title.
+    pub title: String,
+    /// What went wrong.
+    pub reason: String,
+}
+
+impl ReportError {
+    fn new(title: &str, reason: impl ToString) -> Self {
+        Self { title: title.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// The name under which charts ask for the font.
+const FONT: &str = "sans-serif";
+
+/// Makes the embedded font known; pictures then need none installed.
+fn register_font() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    // An unusable font shows in the first text that is drawn, as an error of that picture.
+    ONCE.call_once(|| {
+        let _ = plotters::style::register_font(FONT, plotters::style::FontStyle::Normal, dejavu::sans::regular());
+    });
+}

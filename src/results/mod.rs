@@ -1,0 +1,125 @@
+//! The folder of results: written whole or not at all.
+
+mod read;
+mod write;
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+pub use read::{read_map, read_summary};
+pub use write::{ResultsFolder, mask_value};
+
+/// Version of `match.json`.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// Why results cannot be written or read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ResultsError {
+    /// The folder holds something already.
+    #[error("{} holds results already; add --overwrite to replace them, or choose another folder with --out", path.display())]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder holds something that are no results.
+    #[error("{} is not empty and holds no results of this program; choose another folder with --out", path.display())]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The operating system refused.
+    #[error("cannot {action} {}: {source}; {}", path.display(), if is_full(source) { "make room or choose another disk with --out; nothing was left half-written" } else { "choose a folder that you may write to with --out, or check the path" })]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A map that cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: crate::formats::FormatError,
+    },
+    /// A file whose name tells no format.
+    #[error("{} has no known ending; maps end in .pfm, .tiff or .npy", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A summary that cannot be understood.
+    #[error("{}: {reason}; match the sequence again", path.display())]
+    BadSummary {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A picture that cannot be drawn.
+    #[error("cannot draw {}: {reason}", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+fn is_full(error: &std::io::Error) -> bool {
+    use std::io::ErrorKind;
+    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
+}
+
+/// `match.json`: what was done and what came out, in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MatchSummary {
+    /// [`FORMAT_VERSION`].
+    pub format: u32,
+    /// Version of the program.
+    pub program: String,
+    /// Uid of the sequence.
+    pub sequence_uid: String,
+    /// Cost: `variance`, `ncc-first` or `ncc-mean`.
+    pub method: String,
+    /// Index of the reference frame.
+    pub reference: usize,
+    /// Part of the baseline before the reference frame.
+    pub tau_before: f64,
+    /// Part of the baseline after it.
+    pub tau_after: f64,
+    /// Smallest disparity searched, in px.
+    pub minimum_px: f64,
+    /// Largest disparity searched, in px.
+    pub maximum_px: f64,
+    /// Whether the range was found from the data.
+    pub range_found: bool,
+    /// Raster of the search, in px.
+    pub raster_px: f64,
+    /// `strict` or `free`.
+    pub ordering: String,
+    /// Neighbouring pixels whose order the sub-pixel fit reversed.
+    pub order_violations: usize,
+    /// Share of the pixels with an answer.
+    pub answered: f64,
+    /// Share of the pixels whose line is in view in too few frames.
+    pub leaves_image: f64,
+    /// Share of the pixels with too little texture.
+    pub no_texture: f64,
+    /// Share of the pixels with several equally good candidates.
+    pub ambiguous: f64,
+    /// Median disparity of the answered pixels, in px; `None` if there are none.
+    pub median_disparity_px: Option<f64>,
+    /// Median sigma of the answered pixels, in px.
+    pub median_sigma_px: Option<f64>,
+    /// Distance that heights are counted from, in mm, if the geometry is known.
+    pub distance_mm: Option<f64>,
+    /// Seconds of the matching itself.
+    pub seconds: f64,
+}

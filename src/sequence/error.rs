@@ -1,0 +1,170 @@
+//! What can go wrong with a folder of frames.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::frame::FrameError;
+use crate::tau::TauError;
+use crate::volume::VolumeError;
+
+/// Why a sequence cannot be written, read or imported. Every message names the file and what to do.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SequenceError {
+    /// The operating system refused.
+    #[error("cannot {action} {}: {source}; {}", path.display(), advice(source))]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The folder to be made exists and is not empty.
+    #[error("{} exists already and is not empty; choose another folder, or move it away", path.display())]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A folder without images.
+    #[error("{} holds no PNG, TIFF or JPEG images; give the folder that holds the frames", path.display())]
+    NoImages {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Fewer than two frames.
+    #[error("{} holds {count} frame(s) to use; a sequence needs at least 2", path.display())]
+    TooFewFrames {
+        /// The folder.
+        path: PathBuf,
+        /// How many there are.
+        count: usize,
+    },
+    /// A selection of frames that do not exist.
+    #[error("frames {first}..{last} are not all there: {} holds {count} images, 0 to {}; change --frames", path.display(), count.saturating_sub(1))]
+    NoSuchFrames {
+        /// The folder.
+        path: PathBuf,
+        /// First index asked for.
+        first: usize,
+        /// Last index asked for.
+        last: usize,
+        /// Images in the folder.
+        count: usize,
+    },
+    /// An image that cannot be decoded.
+    #[error("{} is damaged or no image: {reason}; copy it again from its source, or leave it out with --frames", path.display())]
+    BadImage {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder said.
+        reason: String,
+    },
+    /// An image unlike the first.
+    #[error("{} is {found}, but {} is {expected}; all frames must be alike: remove it, or select frames that are with --frames", path.display(), first.display())]
+    Unlike {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: String,
+        /// The first file.
+        first: PathBuf,
+        /// What that is.
+        expected: String,
+    },
+    /// Samples that contradict the stated bit depth.
+    #[error("{}: {source}", path.display())]
+    BitDepth {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        source: FrameError,
+    },
+    /// A table of positions that cannot be read.
+    #[error("{}, line {line}: {reason}; give one position in mm for each frame, one a line", path.display())]
+    BadPositions {
+        /// The file.
+        path: PathBuf,
+        /// Line in it, from 1.
+        line: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A number of positions that is not that of the frames.
+    #[error("{} holds {positions} position(s) for {frames} frame(s); give one for each frame that is imported", path.display())]
+    PositionCount {
+        /// The file.
+        path: PathBuf,
+        /// Positions found.
+        positions: usize,
+        /// Frames to be placed.
+        frames: usize,
+    },
+    /// Positions that do not make a baseline.
+    #[error("{}: {source}", path.display())]
+    Positions {
+        /// The file that holds them.
+        path: PathBuf,
+        /// What is wrong.
+        source: TauError,
+    },
+    /// A record that cannot be understood.
+    #[error("{}{}: {reason}; restore it from a copy, or import the frames again", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
+    BadRecord {
+        /// The file.
+        path: PathBuf,
+        /// Line in it, from 1, where it has lines.
+        line: Option<usize>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A record of another format version.
+    #[error("{} has format version {found}, this program reads version {expected}; use the program that wrote it", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Version found.
+        found: u32,
+        /// Version understood.
+        expected: u32,
+    },
+    /// A folder that is no sequence.
+    #[error("{} is no sequence: it has no sequence.json; make one of a folder of images with `epirig import`", path.display())]
+    NotASequence {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file whose bytes are not those that were recorded.
+    #[error("{} does not have the hash in the journal: it was changed or damaged; restore it from a copy", path.display())]
+    HashMismatch {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Frames that do not make a volume.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+}
+
+impl SequenceError {
+    pub(super) fn io(action: &'static str, path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { action, path, source }
+    }
+}
+
+/// What a person can do about an error of the operating system.
+fn advice(error: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind;
+    match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room or choose another disk, then run the command again"
+        }
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "choose a folder you may write to, or ask for access"
+        }
+        ErrorKind::NotFound => "check the path",
+        _ => "check the disk and the path, then run the command again",
+    }
+}

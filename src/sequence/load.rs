@@ -1,0 +1,27 @@
+//! From frames on disk to the volume.
+
+use rayon::prelude::*;
+
+use super::{Sequence, SequenceError};
+use crate::progress::Progress;
+use crate::volume::Volume;
+
+/// Reads all frames of `sequence` into a volume: a few at a time, so that besides the volume only those are in memory.
+///
+/// # Errors
+/// [`SequenceError`] naming the first frame that cannot be used.
+pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volume, SequenceError> {
+    let record = sequence.record();
+    let mut volume = Volume::new(record.rows, record.columns, record.bit_depth, sequence.tau()?);
+    progress.begin("reading frames", sequence.frames().len() as u64);
+    let together = rayon::current_num_threads().max(1);
+    for (chunk, records) in sequence.frames().chunks(together).enumerate() {
+        let frames: Vec<_> = records.par_iter().map(|record| sequence.read(record)).collect();
+        for (offset, frame) in frames.into_iter().enumerate() {
+            volume.insert(chunk * together + offset, &frame?)?;
+            progress.advance(1);
+        }
+    }
+    progress.end();
+    Ok(volume)
+}

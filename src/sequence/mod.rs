@@ -1,0 +1,27 @@
+//! Frames on disk with the records that make them a measurement.
+//!
+//! A sequence folder holds `sequence.json` (what was meant to be done), `journal.jsonl` (what happened, one line per
+//! event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes one frame by frame,
+//! [`import`] makes one of images that other software took, [`Sequence`] reads it and [`verify`] checks every byte.
+
+mod error;
+pub mod import;
+mod load;
+mod pixels;
+mod positions;
+mod reader;
+mod record;
+mod verify;
+mod writer;
+
+pub use error::SequenceError;
+pub use load::load_volume;
+pub use pixels::{DecodedImage, decode_grey, encode_png};
+pub use positions::read_positions;
+pub use reader::Sequence;
+pub use record::{
+    Event, ExitStatus, FORMAT_VERSION, FrameRecord, Intrinsics, Origin, SequenceRecord, StopRecord,
+};
+pub use verify::{Finding, VerifyReport, verify};
+pub use writer::{FrameFacts, SequenceWriter};
+pub(crate) use writer::{new_uid, now};

@@ -1,0 +1,127 @@
+//! Between image files and frames.
+
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
+
+use crate::frame::{Frame, FrameError, Samples};
+
+/// An image as a grey frame, with what had to be done to it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DecodedImage {
+    /// The grey frame, 8 or 16 bit.
+    pub frame: Frame,
+    /// Whether the file is a grey PNG that can be used as it is.
+    pub usable_as_is: bool,
+    /// What was done, in words; `None` for a grey image in a lossless format.
+    pub conversion: Option<&'static str>,
+}
+
+/// Decodes a PNG, TIFF or JPEG, whatever its name says, and makes it grey: Rec. 709 luma of the stored values, transparency
+/// ignored.
+///
+/// # Errors
+/// What the decoder says of the file.
+pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
+    let say = |error: image::ImageError| error.to_string();
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
+    let format = reader.format().ok_or("not a PNG, TIFF or JPEG")?;
+    let decoder = reader.into_decoder().map_err(say)?;
+    let (width, height) = decoder.dimensions();
+    let image = DynamicImage::from_decoder(decoder).map_err(say)?;
+    let lossy = format == image::ImageFormat::Jpeg;
+    let colour = image.color().has_color();
+    let alpha = image.color().has_alpha();
+    let conversion = match (colour, lossy) {
+        (true, true) => Some("colour JPEG converted to grey (Rec. 709 luma); lossy compression limits accuracy"),
+        (true, false) => Some("colour converted to grey (Rec. 709 luma)"),
+        (false, true) => Some("JPEG decoded; lossy compression limits accuracy"),
+        (false, false) => alpha.then_some("transparency dropped"),
+    };
+    let (bit_depth, samples) = match image {
+        DynamicImage::ImageLuma8(grey) => (8, Samples::U8(grey.into_raw())),
+        DynamicImage::ImageLuma16(grey) => (16, Samples::U16(grey.into_raw())),
+        wide @ (DynamicImage::ImageLumaA16(_) | DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_)) => {
+            (16, Samples::U16(wide.to_luma16().into_raw()))
+        }
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            return Err("floating-point samples; save it with 8 or 16 bit".to_owned());
+        }
+        narrow => (8, Samples::U8(narrow.to_luma8().into_raw())),
+    };
+    let frame = Frame::new(height as usize, width as usize, bit_depth, samples).map_err(|error| error.to_string())?;
+    let usable_as_is = format == image::ImageFormat::Png && conversion.is_none();
+    Ok(DecodedImage { frame, usable_as_is, conversion })
+}
+
+/// The same frame with a stated bit depth; samples above 8 bit stay in 16.
+///
+/// # Errors
+/// [`FrameError::BitDepth`] if the samples do not fit.
+pub(super) fn with_bit_depth(frame: Frame, bit_depth: u8) -> Result<Frame, FrameError> {
+    if frame.bit_depth() == bit_depth {
+        return Ok(frame);
+    }
+    Frame::new(frame.rows(), frame.columns(), bit_depth, frame.samples().clone())
+}
+
+/// A grey PNG of 8 bit, or of 16 bit for bit depths above 8, with the samples as they are.
+///
+/// # Errors
+/// What the encoder says; in memory it has no reason to.
+pub fn encode_png(frame: &Frame) -> Result<Vec<u8>, image::ImageError> {
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new_with_quality(
+        &mut bytes,
+        image::codecs::png::CompressionType::Fast,
+        image::codecs::png::FilterType::Adaptive,
+    );
+    let (width, height) = (frame.columns() as u32, frame.rows() as u32);
+    match frame.samples() {
+        Samples::U8(values) => encoder.write_image(values, width, height, image::ExtendedColorType::L8)?,
+        Samples::U16(values) => {
+            let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_ne_bytes()).collect();
+            encoder.write_image(&bytes, width, height, image::ExtendedColorType::L16)?;
+        }
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_survive_a_png() {
+        for (bit_depth, samples) in [
+            (8, Samples::U8(vec![0, 7, 255, 128, 3, 9])),
+            (16, Samples::U16(vec![0, 256, 65535, 1, 2, 40_000])),
+        ] {
+            let frame = Frame::new(2, 3, bit_depth, samples).unwrap();
+            let decoded = decode_grey(&encode_png(&frame).unwrap()).unwrap();
+            assert_eq!(decoded.frame, frame);
+            assert!(decoded.usable_as_is && decoded.conversion.is_none());
+        }
+    }
+
+    #[test]
+    fn colour_becomes_rec_709_luma_and_says_so() {
+        let mut bytes = Vec::new();
+        let red = image::RgbImage::from_pixel(4, 2, image::Rgb([200, 100, 50]));
+        red.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
+        let decoded = decode_grey(&bytes).unwrap();
+        // 0.2126 R + 0.7152 G + 0.0722 B = 117.7
+        assert!(matches!(decoded.frame.samples(), Samples::U8(values) if values.iter().all(|v| v.abs_diff(118) <= 1)));
+        assert!(decoded.conversion.is_some_and(|words| words.contains("colour")));
+        assert!(!decoded.usable_as_is);
+    }
+
+    #[test]
+    fn damage_is_an_error() {
+        let frame = Frame::new(64, 64, 8, Samples::U8((0..4096).map(|v| (v * 31 % 256) as u8).collect())).unwrap();
+        let bytes = encode_png(&frame).unwrap();
+        assert!(decode_grey(&bytes[..bytes.len() / 2]).is_err());
+        assert!(decode_grey(b"no image").is_err());
+        assert!(decode_grey(&[]).is_err());
+    }
+}

@@ -1,0 +1,83 @@
+//! Checking that a sequence is what its records say.
+
+use std::collections::BTreeSet;
+
+use serde::Serialize;
+
+use super::record::ExitStatus;
+use super::{Sequence, SequenceError};
+use crate::progress::Progress;
+
+/// Something that is not as recorded, with the file it concerns and what to do.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// The file, or the sequence's folder.
+    pub file: String,
+    /// What is wrong and what to do.
+    pub problem: String,
+}
+
+/// The outcome of a check.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct VerifyReport {
+    /// Frames whose hash, size and format are as recorded.
+    pub good_frames: usize,
+    /// Frames planned.
+    pub planned_frames: usize,
+    /// What is not as recorded; empty for a sound sequence.
+    pub findings: Vec<Finding>,
+}
+
+/// Reads every frame and compares it with the records: hashes, sizes, formats, gaps, positions, stray files.
+///
+/// # Errors
+/// [`SequenceError`] only if the frames' folder cannot be listed; what is wrong with the sequence is in the report.
+pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyReport, SequenceError> {
+    let record = sequence.record();
+    let mut findings = Vec::new();
+    let mut find = |file: String, problem: String| findings.push(Finding { file, problem });
+    let mut good_frames = 0;
+    progress.begin("checking frames", sequence.frames().len() as u64);
+    for frame in sequence.frames() {
+        match sequence.read(frame) {
+            Ok(_) => good_frames += 1,
+            Err(error) => find(frame.file.clone(), error.to_string()),
+        }
+        progress.advance(1);
+    }
+    progress.end();
+
+    let indices: BTreeSet<usize> = sequence.frames().iter().map(|frame| frame.index).collect();
+    for missing in (0..record.frames).filter(|index| !indices.contains(index)) {
+        let problem = "the journal names no such frame; take it again, or use the sequence without it".to_owned();
+        find(format!("frame {missing}"), problem);
+    }
+    if indices.len() < sequence.frames().len() {
+        find("journal.jsonl".to_owned(), "a frame is named twice; restore the journal from a copy".to_owned());
+    }
+    if let Err(error) = sequence.tau() {
+        find("journal.jsonl".to_owned(), error.to_string());
+    }
+    match sequence.stop() {
+        None => find("stop.json".to_owned(), "missing: the scan has not ended".to_owned()),
+        Some(stop) if stop.exit_status != ExitStatus::Complete => {
+            find("stop.json".to_owned(), "the scan ended before it was complete".to_owned());
+        }
+        Some(stop) if stop.frames != sequence.frames().len() => {
+            let problem = format!("counts {} frames, the journal {}", stop.frames, sequence.frames().len());
+            find("stop.json".to_owned(), problem);
+        }
+        Some(_) => {}
+    }
+    let named: BTreeSet<_> = sequence.frames().iter().map(|frame| sequence.path(frame)).collect();
+    let folder = sequence.folder().join("frames");
+    let entries = std::fs::read_dir(&folder).map_err(SequenceError::io("look into", &folder))?;
+    for entry in entries {
+        let path = entry.map_err(SequenceError::io("look into", &folder))?.path();
+        if !named.contains(&path) {
+            let problem = "no journal line names this file; move it away".to_owned();
+            find(path.display().to_string(), problem);
+        }
+    }
+    Ok(VerifyReport { good_frames, planned_frames: record.frames, findings })
+}

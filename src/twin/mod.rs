@@ -1,0 +1,189 @@
+//! The twin: the simulated rig, which knows the truth.
+//!
+//! A [`Scene`] with a [`Texture`] fixed to its surface is seen through [`Optics`] by a [`Sensor`], while a stage moves
+//! the scene or the camera along x. [`Twin::expose`] is what the simulated camera calls for each frame; [`Twin::truth`]
+//! gives disparity, depth and visibility in closed form.
+
+mod optics;
+mod presets;
+mod render;
+mod scene;
+mod sensor;
+mod texture;
+mod truth;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+pub use optics::Optics;
+pub use scene::{Hit, Scene};
+pub use sensor::Sensor;
+pub use texture::Texture;
+pub use truth::Truth;
+
+use crate::frame::Frame;
+use crate::progress::Progress;
+use crate::tau::Tau;
+use crate::volume::Volume;
+
+/// What the stage carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Carried {
+    /// The scene: it moves towards positive x as the stage's position grows, so disparities are positive.
+    Scene,
+    /// The camera: it moves towards positive x, so disparities are negative.
+    Camera,
+}
+
+/// The stops of the stage in a simulated scan.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TwinScan {
+    /// Position of the first frame, in mm from home.
+    pub start_mm: f64,
+    /// Distance between frames, in mm; positive.
+    pub step_mm: f64,
+    /// Number of frames.
+    pub frames: usize,
+}
+
+impl TwinScan {
+    /// Positions of all frames, in mm from home.
+    pub fn positions_mm(&self) -> Vec<f64> {
+        (0..self.frames).map(|index| self.start_mm + index as f64 * self.step_mm).collect()
+    }
+
+    /// Position halfway between the first and the last frame, in mm from home.
+    pub fn middle_mm(&self) -> f64 {
+        self.start_mm + 0.5 * self.step_mm * (self.frames.saturating_sub(1)) as f64
+    }
+}
+
+/// Everything that makes a twin. Plain numbers, so that a record of a simulated scan can repeat it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TwinConfig {
+    /// What is in front of the camera. Its origin is on the optical axis when the stage is halfway.
+    pub scene: Scene,
+    /// What is painted on it.
+    pub texture: Texture,
+    /// What it is seen through.
+    pub optics: Optics,
+    /// What turns light into numbers.
+    pub sensor: Sensor,
+    /// What the stage carries.
+    pub carried: Carried,
+    /// Where the stage stops.
+    pub scan: TwinScan,
+}
+
+/// Why a twin cannot be made or asked.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TwinError {
+    /// A number outside its values.
+    #[error("the twin's {what} is {value}, but must be {expected}")]
+    BadNumber {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The values allowed.
+        expected: &'static str,
+    },
+    /// Part of the surface could be hidden by another part in some frame, and its truth has no closed form then.
+    #[error("the twin's scene would hide part of itself in some frame: {0}; make it flatter or farther")]
+    HidesItself(&'static str),
+    /// A frame that does not exist.
+    #[error("the twin's scan has no frame {index}; the last is {last}")]
+    NoSuchFrame {
+        /// Index asked for.
+        index: usize,
+        /// Last index.
+        last: usize,
+    },
+}
+
+/// The simulated rig.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    config: TwinConfig,
+    paint: texture::Paint,
+}
+
+impl Twin {
+    /// A twin of this make.
+    ///
+    /// # Errors
+    /// [`TwinError`] if a number makes no sense or the scene could hide part of itself.
+    pub fn new(config: TwinConfig) -> Result<Self, TwinError> {
+        let positive = |what, value: f64| {
+            let fine = value.is_finite() && value > 0.0;
+            if fine { Ok(()) } else { Err(TwinError::BadNumber { what, value, expected: "positive" }) }
+        };
+        positive("step in mm", config.scan.step_mm)?;
+        positive("number of rows", config.optics.rows as f64)?;
+        positive("number of columns", config.optics.columns as f64)?;
+        positive("focal length in px", config.optics.focal_length_px)?;
+        positive("grain in mm", config.texture.grain_mm)?;
+        if config.scan.frames < 2 {
+            let value = config.scan.frames as f64;
+            return Err(TwinError::BadNumber { what: "number of frames", value, expected: "at least 2" });
+        }
+        config.optics.check()?;
+        config.sensor.check()?;
+        config.scene.check(config.optics.steepest_ray())?;
+        let paint = texture::Paint::new(&config.texture);
+        Ok(Self { config, paint })
+    }
+
+    /// What the twin is made of.
+    pub fn config(&self) -> &TwinConfig {
+        &self.config
+    }
+
+    /// Where the scene's origin lies along x in the camera's frame when the stage is at `position_mm`, in mm.
+    pub fn scene_offset_mm(&self, position_mm: f64) -> f64 {
+        let travelled = position_mm - self.config.scan.middle_mm();
+        match self.config.carried {
+            Carried::Scene => travelled,
+            Carried::Camera => -travelled,
+        }
+    }
+
+    /// The frame that the camera takes with the stage at `position_mm`. `exposure` numbers the exposures: it seeds the
+    /// noise, so the same number at the same position gives the same frame.
+    pub fn expose(&self, position_mm: f64, exposure: u32) -> Frame {
+        let irradiance = render::irradiance(self, self.scene_offset_mm(position_mm));
+        self.config.sensor.digitise(&irradiance, exposure)
+    }
+
+    /// All frames of the scan as a volume.
+    ///
+    /// # Errors
+    /// None in practice: a twin's frames are alike by construction.
+    pub fn render_volume(&self, progress: &dyn Progress) -> Result<Volume, Box<dyn std::error::Error + Send + Sync>> {
+        let positions = self.config.scan.positions_mm();
+        let tau = Tau::from_positions(&positions)?;
+        let optics = &self.config.optics;
+        let mut volume = Volume::new(optics.rows, optics.columns, self.config.sensor.bit_depth, tau);
+        progress.begin("rendering", positions.len() as u64);
+        for (index, &position_mm) in positions.iter().enumerate() {
+            volume.insert(index, &self.expose(position_mm, index as u32))?;
+            progress.advance(1);
+        }
+        progress.end();
+        Ok(volume)
+    }
+
+    /// What is true of the scan for the pixels of frame `reference`.
+    ///
+    /// # Errors
+    /// [`TwinError::NoSuchFrame`].
+    pub fn truth(&self, reference: usize) -> Result<Truth, TwinError> {
+        let last = self.config.scan.frames - 1;
+        if reference > last {
+            return Err(TwinError::NoSuchFrame { index: reference, last });
+        }
+        Ok(truth::truth(self, reference))
+    }
+}
