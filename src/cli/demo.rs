@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::evaluate::table;
@@ -20,25 +20,36 @@ use crate::sequence::{Intrinsics, Sequence};
 use crate::stage::SimStage;
 use crate::twin::{Scene, Truth, Twin, TwinConfig};
 
-/// Measure a simulated tile from end to end, no hardware needed
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SceneName {
+    /// A 15 cm tile with hollows 0.2 mm deep, 1024 px, 101 frames
+    Tile,
+    /// The edge of a cube, the paper's synthetic experiment, 512 px, 100 frames
+    CubeEdge,
+}
+
+/// Measure a simulated object from end to end, no hardware needed
 ///
-/// The simulated rig moves a 15 cm tile with hollows 0.2 mm deep past a camera; the frames are captured, written, matched
-/// and compared with the truth, which only the simulation knows.
+/// The simulated rig moves the object past a camera; the frames are captured, written, matched and compared with the
+/// truth, which only the simulation knows.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig demo
-  epirig demo --size 512 --out /tmp/demo
-  epirig demo --noise 1")]
+  epirig demo --scene cube-edge
+  epirig demo --size 512 --noise 1 --out noisy-tile")]
 pub(super) struct Demo {
     /// Folder for the sequence and the results [default: epirig-demo, or the first of epirig-demo-2, ... that is free]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Width and height of the frames, in px
-    #[arg(long, value_name = "PX", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(64..=4096))]
-    size: u32,
-    /// Number of frames
-    #[arg(long, default_value_t = 101, value_parser = clap::value_parser!(u32).range(3..=1000))]
-    frames: u32,
+    /// What is measured
+    #[arg(long, value_enum, default_value = "tile")]
+    scene: SceneName,
+    /// Width and height of the frames, in px [default: 1024 for the tile, 512 for the cube's edge]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(64..=4096))]
+    size: Option<u32>,
+    /// Number of frames [default: 101 for the tile, 100 for the cube's edge]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(3..=1000))]
+    frames: Option<u32>,
     /// Read noise of the simulated sensor, in grey levels of 255
     #[arg(long, value_name = "DN", default_value_t = 0.0)]
     noise: f64,
@@ -50,23 +61,24 @@ struct DemoOutput<'a> {
     summary: &'a MatchSummary,
     truth: &'a TruthReport,
     hollow_depth_mm: Option<f64>,
-    true_hollow_depth_mm: f64,
+    true_hollow_depth_mm: Option<f64>,
 }
 
 impl Demo {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let out = self.out.clone().unwrap_or_else(free_folder);
-        let mut config = TwinConfig::tile(self.size as usize, self.frames as usize);
-        config.sensor.read_noise_dn = self.noise;
-        let Scene::Tile { hollow_depth_mm: true_depth_mm, .. } = config.scene else {
-            return Err(CliError::Usage("the demo's scene is no tile".to_owned()));
+        let size = |default| self.size.unwrap_or(default) as usize;
+        let frames = |default| self.frames.unwrap_or(default) as usize;
+        let (name, mut config) = match self.scene {
+            SceneName::Tile => ("tile", TwinConfig::tile(size(1024), frames(101))),
+            SceneName::CubeEdge => ("edge of a cube", TwinConfig::cube_edge(size(512), frames(100))),
         };
+        config.sensor.read_noise_dn = self.noise;
         let twin = Arc::new(Twin::new(config)?);
         talk.say(&format!(
-            "A simulated tile, {} x {} px, {} frames. Everything goes to {}.",
-            self.size,
-            self.size,
-            self.frames,
+            "A simulated {name}, {0} x {0} px, {1} frames. Everything goes to {2}.",
+            twin.config().optics.columns,
+            twin.config().scan.frames,
             out.display()
         ));
         let folder = out.join("sequence");
@@ -85,10 +97,13 @@ impl Demo {
         let ends = (summary.tau_before, summary.tau_after);
         let report =
             compare_with_truth(&measurement.maps.disparity, Some(&measurement.maps.sigma), &truth.disparity, ends)?;
-        let depth_mm = measurement.heights.as_ref().and_then(|heights| {
+        let true_depth_mm = match twin.config().scene {
+            Scene::Tile { hollow_depth_mm, .. } => Some(hollow_depth_mm),
+            _ => None,
+        };
+        let depth_mm = true_depth_mm.zip(measurement.heights.as_ref()).and_then(|(depth_mm, heights)| {
             // Walls belong to neither level.
-            let (raised, hollow) = (0.0, -true_depth_mm as f32);
-            mean_step(&heights.height_mm, &truth.height_mm, raised, hollow, 1e-3)
+            mean_step(&heights.height_mm, &truth.height_mm, 0.0, -depth_mm as f32, 1e-3)
         });
         let output = DemoOutput {
             folder: out.display().to_string(),
@@ -98,11 +113,12 @@ impl Demo {
             true_hollow_depth_mm: true_depth_mm,
         };
         talk.result(&output, || {
-            let depth = depth_mm.map_or("-".to_owned(), |depth| format!("{depth:.4}"));
+            let depth = depth_mm.zip(true_depth_mm).map_or(String::new(), |(measured, truth)| {
+                format!("hollow depth, mm          {measured:>14.4}   (truth {truth:.4})\n")
+            });
             let pictures = folder.join("results");
             format!(
-                "{}\n{}\nhollow depth              {depth:>14} mm, in truth {true_depth_mm:.4} mm\n\n\
-                 look at {}  (measured beside the truth)\n        {}\n",
+                "{}\n{}{depth}\nlook at {}  (measured beside the truth)\n        {}\n",
                 describe(&measurement),
                 table(&report),
                 pictures.join("measured-and-truth.png").display(),

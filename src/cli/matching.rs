@@ -67,7 +67,7 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
     }
     if summary.no_texture > 0.5 {
         talk.say(&format!(
-            "hint: {:.0} % of the pixels show too little texture; a larger --fit-window or --max-sigma answers more",
+            "hint: {:.0} % of the pixels show too little texture to be answered; a larger --max-sigma answers more",
             100.0 * summary.no_texture
         ));
     }

@@ -16,6 +16,8 @@ use crate::volume::Volume;
 
 /// Rows matched together: enough to share the samples of their windows, few enough to stay in the cache.
 const BAND_ROWS: usize = 8;
+/// Where texture is weak the window of the fit grows as far as this.
+const LARGEST_FIT_WINDOW_PX: usize = 15;
 /// Gauss-Newton steps: from half a raster step the fit has converged to 0.001 px after two; the third shows it.
 const FIT_STEPS: usize = 3;
 
@@ -65,6 +67,8 @@ pub fn match_volume(
     let steps = if options.refine { FIT_STEPS } else { 0 };
     let fit_options = Fit {
         window_px: options.refine_window_px,
+        wanted_sigma_px: options.maximum_sigma_px,
+        largest_window_px: LARGEST_FIT_WINDOW_PX.max(options.refine_window_px),
         steps,
         rule,
         depth_edges: ordering == OrderingUsed::Free,

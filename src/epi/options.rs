@@ -125,8 +125,8 @@ impl MatchOptions {
             ordering: Ordering::Automatic,
             refine: method == Method::Variance,
             refine_window_px: 5,
-            maximum_sigma_px: 0.5,
-            minimum_confidence: 0.1,
+            maximum_sigma_px: 1.0,
+            minimum_confidence: 0.03,
         }
     }
 }

@@ -55,6 +55,10 @@ const NO_VOTE: Vote = Vote { weight: 0.0, moment: 0.0, residual: 0.0, freedom: 0
 pub struct Fit {
     /// Side of the window, in px, odd.
     pub window_px: usize,
+    /// Where the window leaves a larger sigma than this, in px, it grows in the last step as long as it has to ...
+    pub wanted_sigma_px: f64,
+    /// ... and as far as this side, in px, odd.
+    pub largest_window_px: usize,
     /// Gauss-Newton steps; 0 leaves the disparity and only states its sigma.
     pub steps: usize,
     /// Which frames count.
@@ -95,7 +99,15 @@ pub fn fit(
         fitted.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let mut window = Vec::with_capacity(options.window_px * options.window_px);
             for (x, value) in out.iter_mut().enumerate() {
-                *value = window_fit(&votes, &disparity, x, y, options, &mut window);
+                let mut side = options.window_px;
+                *value = window_fit(&votes, &disparity, (x, y), side, options.depth_edges, &mut window);
+                // A NaN is no sigma that anyone wants.
+                let wanted = |value: &Fitted| f64::from(value.sigma_px) <= options.wanted_sigma_px;
+                let last_step = step == options.steps && !disparity.at(x, y).is_nan();
+                while last_step && !wanted(value) && side < options.largest_window_px {
+                    side = (2 * side + 1).min(options.largest_window_px);
+                    *value = window_fit(&votes, &disparity, (x, y), side, options.depth_edges, &mut window);
+                }
             }
         });
         if step < options.steps {
@@ -234,9 +246,9 @@ impl Placed {
 fn window_fit(
     votes: &Plane<Vote>,
     disparity: &Plane<f32>,
-    x: usize,
-    y: usize,
-    options: Fit,
+    (x, y): (usize, usize),
+    side: usize,
+    depth_edges: bool,
     window: &mut Vec<Placed>,
 ) -> Fitted {
     let own = f64::from(disparity.at(x, y));
@@ -244,7 +256,6 @@ fn window_fit(
         return Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN };
     }
     // At the borders of the image the window moves inwards instead of shrinking.
-    let side = options.window_px;
     let rows = inside(y, side, votes.rows());
     let columns = inside(x, side, votes.columns());
     window.clear();
@@ -261,7 +272,7 @@ fn window_fit(
             }
         }
     }
-    let centre = if options.depth_edges { own } else { weighted_median(window).unwrap_or(own) };
+    let centre = if depth_edges { own } else { weighted_median(window).unwrap_or(own) };
     window.retain(|placed| (placed.guess - centre).abs() <= SAME_SURFACE_PX);
     let best = solve(window, centre, side > 1);
     let sigma = best.variance().sqrt();
