@@ -184,7 +184,9 @@ fn match_row(
     let mut cost = vec![f32::NAN; columns];
     for (x, &k) in chosen.iter().enumerate() {
         cost[x] = costs.at(k.into(), x);
-        if !cost[x].is_nan() {
+        // Beside a candidate that leaves the image nothing shows that this one is the best: the right one may have left.
+        let known = |k: usize| k >= costs.hypotheses() || !costs.at(k, x).is_nan();
+        if !cost[x].is_nan() && known(usize::from(k) + 1) && known(usize::from(k).wrapping_sub(1)) {
             let index = f64::from(k) + parabola_vertex(costs, k.into(), x);
             disparity[x] = hypotheses.disparity_px(index) as f32;
         }

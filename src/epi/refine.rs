@@ -107,6 +107,9 @@ pub fn fit(
                 while last_step && !wanted(value) && side < options.largest_window_px {
                     side = (2 * side + 1).min(options.largest_window_px);
                     *value = window_fit(&votes, &disparity, (x, y), side, options.depth_edges, &mut window);
+                    if !surrounds(&window, side) {
+                        value.sigma_px = f32::NAN;
+                    }
                 }
             }
         });
@@ -280,6 +283,19 @@ fn window_fit(
         disparity_px: best.disparity as f32,
         sigma_px: if best.textured && sigma.is_finite() { sigma as f32 } else { f32::NAN },
     }
+}
+
+/// Whether the texture of a grown window lies around the pixel, not beside it: then the answer is no extrapolation.
+fn surrounds(window: &[Placed], side: usize) -> bool {
+    let (mut sum, mut u, mut v) = (0.0, 0.0, 0.0);
+    for placed in window {
+        let weight = f64::from(placed.vote.weight);
+        sum += weight;
+        u += weight * placed.u;
+        v += weight * placed.v;
+    }
+    // A quarter of the side: texture on one half of the window only, but up to the pixel, is the limit.
+    u.abs().max(v.abs()) <= 0.25 * side as f64 * sum
 }
 
 /// `side` indices around `middle`, moved to lie within 0 .. `count` as far as there are so many.

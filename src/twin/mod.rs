@@ -23,8 +23,8 @@ pub use truth::Truth;
 
 use crate::frame::Frame;
 use crate::progress::Progress;
-use crate::tau::Tau;
-use crate::volume::Volume;
+use crate::tau::{Tau, TauError};
+use crate::volume::{Volume, VolumeError};
 
 /// What the stage carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -93,6 +93,12 @@ pub enum TwinError {
     /// Part of the surface could be hidden by another part in some frame, and its truth has no closed form then.
     #[error("the twin's scene would hide part of itself in some frame: {0}; make it flatter or farther")]
     HidesItself(&'static str),
+    /// Positions that make no baseline.
+    #[error(transparent)]
+    Tau(#[from] TauError),
+    /// Frames that do not make a volume.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
     /// A frame that does not exist.
     #[error("the twin's scan has no frame {index}; the last is {last}")]
     NoSuchFrame {
@@ -160,8 +166,8 @@ impl Twin {
     /// All frames of the scan as a volume.
     ///
     /// # Errors
-    /// None in practice: a twin's frames are alike by construction.
-    pub fn render_volume(&self, progress: &dyn Progress) -> Result<Volume, Box<dyn std::error::Error + Send + Sync>> {
+    /// None in practice: a twin's positions increase and its frames are alike by construction.
+    pub fn render_volume(&self, progress: &dyn Progress) -> Result<Volume, TwinError> {
         let positions = self.config.scan.positions_mm();
         let tau = Tau::from_positions(&positions)?;
         let optics = &self.config.optics;

@@ -5,6 +5,8 @@
 
 mod correlation;
 mod kernels;
+#[cfg(test)]
+mod reference_tests;
 mod variance;
 
 use super::interpolation::SampledEpi;

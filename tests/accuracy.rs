@@ -1,0 +1,162 @@
+//! The disparity is as accurate as stated, whatever the order of frames, the direction of travel and the bit depth.
+
+use epirig::epi::interpolation::Interpolation;
+use epirig::epi::{
+    Answer, DisparityMaps, DisparityRange, MatchOptions, Method, Ordering, OrderingUsed, ReferenceFrame, match_volume,
+};
+use epirig::evaluate::{TruthReport, compare_with_truth};
+use epirig::progress::Silent;
+use epirig::tau::Tau;
+use epirig::twin::{Carried, Scene, Twin, TwinConfig};
+use epirig::volume::Volume;
+
+fn evaluate(twin: &Twin, volume: &Volume, options: &MatchOptions) -> (DisparityMaps, TruthReport) {
+    let maps = match_volume(volume, options, &Silent).unwrap();
+    let truth = twin.truth(maps.reference).unwrap();
+    let tau = volume.tau().values()[maps.reference];
+    let report = compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (tau, 1.0 - tau)).unwrap();
+    (maps, report)
+}
+
+fn measure(config: TwinConfig, options: &MatchOptions) -> (DisparityMaps, TruthReport) {
+    let twin = Twin::new(config).unwrap();
+    let volume = twin.render_volume(&Silent).unwrap();
+    evaluate(&twin, &volume, options)
+}
+
+/// The paper's section 5.1: 512 x 512 x 100, variance and dynamic programming, mean error 0.04 px, largest 0.13 px.
+#[test]
+fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
+    let options = MatchOptions { method: Method::Variance, ordering: Ordering::Strict, ..MatchOptions::default() };
+    let (maps, report) = measure(TwinConfig::cube_edge(512, 100), &options);
+    let errors = report.in_both_end_frames;
+    println!("{errors:?}");
+    assert_eq!(maps.ordering, OrderingUsed::Strict);
+    assert_eq!(errors.answered, errors.pixels, "every pixel that both end frames see has an answer");
+    assert!(errors.mean_px <= 0.04 && errors.maximum_px <= 0.13, "{errors:?}");
+}
+
+#[test]
+fn every_method_and_interpolation_measures_a_plane() {
+    // Bounds: a raster of 0.25 px with a parabola leaves some hundredths; linear interpolation biases by up to 0.044 px.
+    for (method, interpolation, refine, bound) in [
+        (Method::Variance, Interpolation::BSpline, true, 0.01),
+        (Method::Variance, Interpolation::BSpline, false, 0.04),
+        (Method::Variance, Interpolation::Cubic, false, 0.05),
+        (Method::Variance, Interpolation::Linear, false, 0.1),
+        (Method::NccFirst, Interpolation::BSpline, false, 0.03),
+        (Method::NccMean, Interpolation::Cubic, false, 0.03),
+    ] {
+        let options = MatchOptions { refine, interpolation, ..MatchOptions::for_method(method) };
+        let (_, report) = measure(TwinConfig::textured_plane(128, 48, 17), &options);
+        let errors = report.in_both_end_frames;
+        assert!(errors.median_px < bound, "{method:?} {interpolation:?} {refine}: {errors:?}");
+        assert!(errors.answered as f64 > 0.98 * errors.pixels as f64, "{method:?}: {errors:?}");
+    }
+}
+
+#[test]
+fn any_reference_frame_and_direction_give_the_same_accuracy() {
+    for (carried, reference) in [
+        (Carried::Scene, ReferenceFrame::Middle),
+        (Carried::Scene, ReferenceFrame::Last),
+        (Carried::Camera, ReferenceFrame::First),
+        (Carried::Camera, ReferenceFrame::Index(5)),
+    ] {
+        let mut config = TwinConfig::textured_plane(128, 48, 17);
+        config.carried = carried;
+        config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.3, slope_y: 0.2 };
+        config.sensor.bit_depth = 12;
+        let options = MatchOptions { reference, ..MatchOptions::default() };
+        let (maps, report) = measure(config, &options);
+        let errors = report.in_both_end_frames;
+        assert!(errors.mean_px < 0.01, "{carried:?} {reference:?}: {errors:?}");
+        let negative = maps.disparity.values().iter().filter(|value| **value < 0.0).count();
+        assert_eq!(negative > 0, carried == Carried::Camera);
+    }
+}
+
+#[test]
+fn positions_that_are_not_equidistant_are_used() {
+    let twin = Twin::new(TwinConfig::textured_plane(128, 48, 17)).unwrap();
+    let scan = twin.config().scan;
+    let length = scan.step_mm * 16.0;
+    // Steps that grow: the middle frame lies at a quarter of the baseline.
+    let positions: Vec<f64> = (0..17).map(|t| scan.start_mm + length * (f64::from(t) / 16.0).powi(2)).collect();
+    let render = |tau: Tau| {
+        let mut volume = Volume::new(48, 128, 8, tau);
+        for (index, &position) in positions.iter().enumerate() {
+            volume.insert(index, &twin.expose(position, index as u32)).unwrap();
+        }
+        volume
+    };
+    let (_, right) = evaluate(&twin, &render(Tau::from_positions(&positions).unwrap()), &MatchOptions::default());
+    assert!(right.in_both_end_frames.mean_px < 0.01, "{right:?}");
+    let wrong = match_volume(&render(Tau::equidistant(17).unwrap()), &MatchOptions::default(), &Silent);
+    let truth = twin.truth(0).unwrap();
+    let error = wrong.map_or(f64::INFINITY, |maps| {
+        compare_with_truth(&maps.disparity, None, &truth.disparity, (0.0, 1.0)).unwrap().all.mean_px
+    });
+    assert!(error > 5.0 * right.in_both_end_frames.mean_px, "equidistant tau would have done: {error}");
+}
+
+/// For noise s the sigma of a window's disparity is known (Cramer-Rao); that of the errors must not exceed it by more than
+/// the stated sigma says.
+#[test]
+fn the_stated_sigma_holds_on_a_noisy_plane() {
+    let mut config = TwinConfig::textured_plane(200, 120, 41);
+    config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.2, slope_y: 0.1 };
+    config.sensor.read_noise_dn = 2.0;
+    let (_, report) = measure(config, &MatchOptions::default());
+    let errors = report.in_both_end_frames;
+    println!("{errors:?}");
+    assert!((0.60..=0.76).contains(&errors.within_1_sigma), "{errors:?}");
+    assert!((0.90..=0.99).contains(&errors.within_2_sigma), "{errors:?}");
+}
+
+#[test]
+fn what_cannot_be_answered_is_not_answered() {
+    // A tile on a dark, featureless ground: the ground has no answer, nor has what leaves the image.
+    let (maps, report) = measure(TwinConfig::tile(256, 41), &MatchOptions::default());
+    let twin = Twin::new(TwinConfig::tile(256, 41)).unwrap();
+    let truth = twin.truth(0).unwrap();
+    let mut invented = 0;
+    for y in 0..256_usize {
+        for x in 0..256_usize {
+            let near_tile = (y.saturating_sub(8)..(y + 9).min(256))
+                .any(|v| (x.saturating_sub(8)..(x + 9).min(256)).any(|u| !truth.disparity.at(u, v).is_nan()));
+            invented += usize::from(!near_tile && maps.answer.at(x, y) == Answer::Found);
+            assert_eq!(maps.answer.at(x, y) == Answer::Found, !maps.disparity.at(x, y).is_nan());
+            assert_eq!(maps.disparity.at(x, y).is_nan(), maps.sigma.at(x, y).is_nan());
+        }
+    }
+    assert_eq!(invented, 0, "answers farther from the tile than the largest window reaches");
+    assert!(report.all.answered as f64 > 0.99 * report.all.pixels as f64, "{report:?}");
+
+    let options = MatchOptions {
+        range: Some(DisparityRange { minimum_px: 30.0, maximum_px: 60.0 }),
+        minimum_visible: 1.0,
+        ..MatchOptions::default()
+    };
+    let mut config = TwinConfig::textured_plane(128, 32, 9);
+    config.scan.step_mm *= 5.0;
+    let (maps, _) = measure(config, &options);
+    // 40 px of disparity: the last 40 columns leave the image. One more on either side may go with the border.
+    let first_lost = (0..128).find(|&x| maps.answer.at(x, 16) == Answer::LeavesImage).unwrap();
+    assert!((86..=90).contains(&first_lost), "{first_lost}");
+    assert!((first_lost..128).all(|x| maps.disparity.at(x, 16).is_nan()));
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let twin = Twin::new(TwinConfig::cube_edge(96, 15)).unwrap();
+    let volume = twin.render_volume(&Silent).unwrap();
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| match_volume(&volume, &MatchOptions::default(), &Silent).unwrap())
+    };
+    let bits = |maps: DisparityMaps| -> Vec<u32> {
+        maps.disparity.values().iter().chain(maps.sigma.values()).map(|value| value.to_bits()).collect()
+    };
+    assert_eq!(bits(on(1)), bits(on(3)));
+}
