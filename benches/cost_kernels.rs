@@ -1,1 +1,70 @@
-fn main(){}
+//! The matcher's costs, in candidates a second, beside a plain loop over pixels and frames in the same run.
+//!
+//! `cargo bench` prints the time for one whole match and for the reference; divide them by the candidates it names.
+
+#![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use epirig::epi::{DisparityRange, MatchOptions, Method, Ordering, match_volume, row_costs};
+use epirig::progress::Silent;
+use epirig::twin::{Twin, TwinConfig};
+use epirig::volume::Volume;
+
+const RANGE: DisparityRange = DisparityRange { minimum_px: 0.0, maximum_px: 15.75 };
+
+/// Variance with linear interpolation as a good first attempt has it: pixel by pixel, frame by frame.
+fn plain_variance(volume: &Volume, y: usize, raster: f64) -> f64 {
+    let columns = volume.columns();
+    let mut rows = vec![vec![0.0_f32; columns]; volume.frames()];
+    rows.iter_mut().enumerate().for_each(|(t, row)| volume.copy_row(y, t, row));
+    let mut least = 0.0;
+    for x in 0..columns {
+        let mut best = f64::INFINITY;
+        for k in 0..64 {
+            let (mut sum, mut squares, mut count) = (0.0_f64, 0.0_f64, 0.0);
+            for (row, tau) in rows.iter().zip(volume.tau().values()) {
+                let position = x as f64 + (RANGE.minimum_px + f64::from(k) * raster) * tau;
+                let whole = position.floor() as usize;
+                if whole + 1 < columns {
+                    let f = (position - whole as f64) as f32;
+                    let value = f64::from(row[whole] + f * (row[whole + 1] - row[whole]));
+                    sum += value;
+                    squares += value * value;
+                    count += 1.0;
+                }
+            }
+            best = best.min((squares - sum * sum / count) / (count - 1.0));
+        }
+        least += best;
+    }
+    least
+}
+
+fn costs(criterion: &mut Criterion) {
+    let twin = Twin::new(TwinConfig::textured_plane(1024, 16, 100)).unwrap();
+    let volume = twin.render_volume(&Silent).unwrap();
+    let mut group = criterion.benchmark_group("costs of one row, 1024 columns x 64 disparities x 100 frames");
+    group.throughput(Throughput::Elements(1024 * 64 * 100));
+    group.sample_size(10);
+    for (name, method, window_px) in [
+        ("variance 1x1", Method::Variance, 1),
+        ("variance 3x3", Method::Variance, 3),
+        ("ncc-first 7x7", Method::NccFirst, 7),
+    ] {
+        let options = MatchOptions {
+            range: Some(RANGE),
+            ordering: Ordering::Strict,
+            window_px,
+            ..MatchOptions::for_method(method)
+        };
+        let maps = match_volume(&volume, &options, &Silent).unwrap();
+        group.bench_function(name, |bencher| bencher.iter(|| row_costs(&volume, 8, &maps, &options).unwrap()));
+    }
+    group.bench_function("reference: plain loop, linear", |bencher| {
+        bencher.iter(|| plain_variance(&volume, 8, 0.25));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, costs);
+criterion_main!(benches);

@@ -70,7 +70,9 @@ impl Volume {
         }
         let columns = self.columns;
         match (&mut self.samples, frame.samples()) {
-            (Samples::U8(target), Samples::U8(source)) if frame.rows() == self.rows && frame.columns() == columns => {
+            (Samples::U8(target), Samples::U8(source))
+                if frame.rows() == self.rows && frame.columns() == columns =>
+            {
                 scatter(target, source, index, frames, columns);
             }
             (Samples::U16(target), Samples::U16(source))
@@ -134,7 +136,8 @@ impl Volume {
     pub fn selected(&self, rows: &[usize], frames: &[usize], tau: Tau) -> Self {
         assert_eq!(tau.frames(), frames.len());
         let mut selected = Self::new(rows.len(), self.columns, self.bit_depth, tau);
-        let slices = rows.iter().flat_map(|y| frames.iter().map(move |t| (y * self.frames() + t) * self.columns));
+        let slices =
+            rows.iter().flat_map(|y| frames.iter().map(move |t| (y * self.frames() + t) * self.columns));
         match (&mut selected.samples, &self.samples) {
             (Samples::U8(target), Samples::U8(source)) => copy_rows(target, source, self.columns, slices),
             (Samples::U16(target), Samples::U16(source)) => copy_rows(target, source, self.columns, slices),

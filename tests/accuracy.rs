@@ -1,8 +1,11 @@
 //! The disparity is as accurate as stated, whatever the order of frames, the direction of travel and the bit depth.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
 use epirig::epi::interpolation::Interpolation;
 use epirig::epi::{
-    Answer, DisparityMaps, DisparityRange, MatchOptions, Method, Ordering, OrderingUsed, ReferenceFrame, match_volume,
+    Answer, DisparityMaps, DisparityRange, MatchOptions, Method, Ordering, OrderingUsed, ReferenceFrame,
+    match_volume,
 };
 use epirig::evaluate::{TruthReport, compare_with_truth};
 use epirig::progress::Silent;
@@ -14,7 +17,8 @@ fn evaluate(twin: &Twin, volume: &Volume, options: &MatchOptions) -> (DisparityM
     let maps = match_volume(volume, options, &Silent).unwrap();
     let truth = twin.truth(maps.reference).unwrap();
     let tau = volume.tau().values()[maps.reference];
-    let report = compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (tau, 1.0 - tau)).unwrap();
+    let report =
+        compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (tau, 1.0 - tau)).unwrap();
     (maps, report)
 }
 
@@ -27,7 +31,8 @@ fn measure(config: TwinConfig, options: &MatchOptions) -> (DisparityMaps, TruthR
 /// The paper's section 5.1: 512 x 512 x 100, variance and dynamic programming, mean error 0.04 px, largest 0.13 px.
 #[test]
 fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
-    let options = MatchOptions { method: Method::Variance, ordering: Ordering::Strict, ..MatchOptions::default() };
+    let options =
+        MatchOptions { method: Method::Variance, ordering: Ordering::Strict, ..MatchOptions::default() };
     let (maps, report) = measure(TwinConfig::cube_edge(512, 100), &options);
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
@@ -82,7 +87,8 @@ fn positions_that_are_not_equidistant_are_used() {
     let scan = twin.config().scan;
     let length = scan.step_mm * 16.0;
     // Steps that grow: the middle frame lies at a quarter of the baseline.
-    let positions: Vec<f64> = (0..17).map(|t| scan.start_mm + length * (f64::from(t) / 16.0).powi(2)).collect();
+    let positions: Vec<f64> =
+        (0..17).map(|t| scan.start_mm + length * (f64::from(t) / 16.0).powi(2)).collect();
     let render = |tau: Tau| {
         let mut volume = Volume::new(48, 128, 8, tau);
         for (index, &position) in positions.iter().enumerate() {
@@ -90,7 +96,8 @@ fn positions_that_are_not_equidistant_are_used() {
         }
         volume
     };
-    let (_, right) = evaluate(&twin, &render(Tau::from_positions(&positions).unwrap()), &MatchOptions::default());
+    let (_, right) =
+        evaluate(&twin, &render(Tau::from_positions(&positions).unwrap()), &MatchOptions::default());
     assert!(right.in_both_end_frames.mean_px < 0.01, "{right:?}");
     let wrong = match_volume(&render(Tau::equidistant(17).unwrap()), &MatchOptions::default(), &Silent);
     let truth = twin.truth(0).unwrap();

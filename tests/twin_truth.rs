@@ -1,5 +1,7 @@
 //! The twin's truth agrees with a derivation by projection matrices, which shares nothing with its closed forms.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
 use epirig::twin::{Carried, Scene, Twin, TwinConfig};
 use nalgebra::{Matrix3x4, Matrix4, Vector3};
 

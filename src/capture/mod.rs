@@ -7,8 +7,8 @@ use thiserror::Error;
 use crate::camera::{Camera, CameraError};
 use crate::progress::Progress;
 use crate::sequence::{
-    ExitStatus, FORMAT_VERSION, FrameFacts, Intrinsics, Origin, SequenceError, SequenceRecord, SequenceWriter, new_uid,
-    now,
+    ExitStatus, FORMAT_VERSION, FrameFacts, Intrinsics, Origin, SequenceError, SequenceRecord,
+    SequenceWriter, new_uid, now,
 };
 use crate::stage::{Stage, StageError};
 

@@ -95,8 +95,12 @@ impl Demo {
 
         let summary = &measurement.summary;
         let ends = (summary.tau_before, summary.tau_after);
-        let report =
-            compare_with_truth(&measurement.maps.disparity, Some(&measurement.maps.sigma), &truth.disparity, ends)?;
+        let report = compare_with_truth(
+            &measurement.maps.disparity,
+            Some(&measurement.maps.sigma),
+            &truth.disparity,
+            ends,
+        )?;
         let true_depth_mm = match twin.config().scene {
             Scene::Tile { hollow_depth_mm, .. } => Some(hollow_depth_mm),
             _ => None,
@@ -156,7 +160,11 @@ fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
 }
 
 /// Disparity and height beside the truth in the same colours, and a section through the hollows.
-fn write_comparison(results: &ResultsFolder, measurement: &Measurement, truth: &Truth) -> Result<(), CliError> {
+fn write_comparison(
+    results: &ResultsFolder,
+    measurement: &Measurement,
+    truth: &Truth,
+) -> Result<(), CliError> {
     let range = ValueRange::of(&truth.disparity, 0.05);
     let pictures = side_by_side(&[
         map_picture(&measurement.maps.disparity, "Disparity, measured", "px", range)?,

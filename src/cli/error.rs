@@ -63,7 +63,9 @@ impl CliError {
                 _ => USAGE,
             },
             Self::Results(error) => match error {
-                ResultsError::Exists { .. } | ResultsError::Foreign { .. } | ResultsError::UnknownFormat { .. } => USAGE,
+                ResultsError::Exists { .. }
+                | ResultsError::Foreign { .. }
+                | ResultsError::UnknownFormat { .. } => USAGE,
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
                 _ => TROUBLE,
             },

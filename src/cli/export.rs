@@ -65,16 +65,18 @@ impl Export {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let extension = self.out.extension().unwrap_or_default().to_string_lossy();
         let format = MapFormat::from_extension(&extension).ok_or_else(|| {
-            CliError::Usage(format!("{} has no known ending; give .pfm, .tiff, .npy or .csv", self.out.display()))
+            CliError::Usage(format!(
+                "{} has no known ending; give .pfm, .tiff, .npy or .csv",
+                self.out.display()
+            ))
         })?;
         if self.out.exists() {
             return Err(CliError::Usage(format!("{} exists already; give another name", self.out.display())));
         }
         let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
         let map = read_map(&folder.join(self.map.file()))?;
-        let bytes = format
-            .encode(&map)
-            .map_err(|source| ResultsError::Format { path: self.out.clone(), source })?;
+        let bytes =
+            format.encode(&map).map_err(|source| ResultsError::Format { path: self.out.clone(), source })?;
         let write = || {
             let mut file = atomic_write_file::AtomicWriteFile::open(&self.out)?;
             file.write_all(&bytes)?;

@@ -91,6 +91,7 @@ fn parse_positive(text: &str) -> Result<f64, String> {
 fn parse_point(text: &str) -> Result<(f64, f64), String> {
     let wrong = || format!("\"{text}\" is no point; write column,row such as 511.5,511.5");
     let (x, y) = text.split_once(',').ok_or_else(wrong)?;
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
+    let number =
+        |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
     Ok((number(x)?, number(y)?))
 }

@@ -128,7 +128,8 @@ impl MatchArguments {
 }
 
 fn parse_range(text: &str) -> Result<DisparityRange, String> {
-    let wrong = || format!("\"{text}\" is no range; write the smallest and the largest disparity, such as 420..434");
+    let wrong =
+        || format!("\"{text}\" is no range; write the smallest and the largest disparity, such as 420..434");
     let (low, high) = text.split_once("..").ok_or_else(wrong)?;
     let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
     Ok(DisparityRange { minimum_px: number(low)?, maximum_px: number(high)? })
@@ -139,8 +140,9 @@ fn parse_reference(text: &str) -> Result<ReferenceFrame, String> {
         "first" => Ok(ReferenceFrame::First),
         "middle" => Ok(ReferenceFrame::Middle),
         "last" => Ok(ReferenceFrame::Last),
-        _ => text.parse().map(ReferenceFrame::Index).map_err(|_| {
-            format!("\"{text}\" is no frame; write first, middle, last or an index from 0")
-        }),
+        _ => text
+            .parse()
+            .map(ReferenceFrame::Index)
+            .map_err(|_| format!("\"{text}\" is no frame; write first, middle, last or an index from 0")),
     }
 }

@@ -17,7 +17,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use error::CliError;
 use progress::Talk;
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
+const EXIT_CODES: &str =
+    "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
 5 bad or damaged data, 6 calibration rejected, 7 interrupted but resumable.
 
 Examples:
@@ -47,7 +48,9 @@ enum Verb {
     Evaluate(evaluate::Evaluate),
     Export(export::Export),
     /// Print a completion script for a shell
-    #[command(after_help = "Example:\n  epirig completions bash > ~/.local/share/bash-completion/completions/epirig")]
+    #[command(
+        after_help = "Example:\n  epirig completions bash > ~/.local/share/bash-completion/completions/epirig"
+    )]
     Completions {
         /// The shell
         shell: clap_complete::Shell,

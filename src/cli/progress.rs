@@ -33,7 +33,11 @@ impl Talk {
     }
 
     /// The result: as JSON if that was asked for, else as text for a person.
-    pub(super) fn result(&self, data: &impl Serialize, text: impl FnOnce() -> String) -> Result<(), CliError> {
+    pub(super) fn result(
+        &self,
+        data: &impl Serialize,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), CliError> {
         if self.json {
             let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
             self.print(&(line + "\n"))

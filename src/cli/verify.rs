@@ -20,8 +20,11 @@ impl Verify {
         let sequence = Sequence::open(&self.seq)?;
         let report = verify(&sequence, talk)?;
         talk.result(&report, || {
-            let findings: String =
-                report.findings.iter().map(|finding| format!("{}: {}\n", finding.file, finding.problem)).collect();
+            let findings: String = report
+                .findings
+                .iter()
+                .map(|finding| format!("{}: {}\n", finding.file, finding.problem))
+                .collect();
             format!("{findings}{} of {} frames are good\n", report.good_frames, report.planned_frames)
         })?;
         match report.findings.len() {

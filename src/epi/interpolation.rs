@@ -176,9 +176,11 @@ mod tests {
         let amplitude = 10_000.0;
         let wave = |x: f64| amplitude * (1.0 + (x * std::f64::consts::TAU / 16.0).sin());
         let values: Vec<u16> = (0..64).map(|x| wave(f64::from(x)).round() as u16).collect();
-        for (interpolation, bound) in
-            [(Interpolation::Linear, 0.0193), (Interpolation::Cubic, 0.0035), (Interpolation::BSpline, 0.0005)]
-        {
+        for (interpolation, bound) in [
+            (Interpolation::Linear, 0.0193),
+            (Interpolation::Cubic, 0.0035),
+            (Interpolation::BSpline, 0.0005),
+        ] {
             let epi = sampled(&values, interpolation);
             for step in 0..160 {
                 let position = 20.0 + f64::from(step) * 0.1;

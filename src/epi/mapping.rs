@@ -100,8 +100,9 @@ pub fn neutral_cost(costs: &CostTable) -> Option<f32> {
     let mut typical = Vec::with_capacity(columns);
     for x in 0..columns {
         let known = (0..count).map(|k| costs.at(k, x)).filter(|cost| !cost.is_nan());
-        let (sum, number, minimum) = known
-            .fold((0.0_f64, 0_u32, f32::INFINITY), |(sum, n, low), cost| (sum + f64::from(cost), n + 1, low.min(cost)));
+        let (sum, number, minimum) = known.fold((0.0_f64, 0_u32, f32::INFINITY), |(sum, n, low), cost| {
+            (sum + f64::from(cost), n + 1, low.min(cost))
+        });
         if number > 0 {
             least.push(minimum);
             typical.push((sum / f64::from(number)) as f32);
@@ -166,8 +167,10 @@ mod tests {
             for k in 0..costs.hypotheses() {
                 if let Some(&previous) = path.last() {
                     let end = |x: usize, k: usize, tau: f64| x as f64 + k as f64 * raster * tau;
-                    let first_grows = end(x, k, -lines.tau_before()) > end(x - 1, previous, -lines.tau_before()) + 1e-9;
-                    let last_grows = end(x, k, lines.tau_after()) > end(x - 1, previous, lines.tau_after()) + 1e-9;
+                    let first_grows =
+                        end(x, k, -lines.tau_before()) > end(x - 1, previous, -lines.tau_before()) + 1e-9;
+                    let last_grows =
+                        end(x, k, lines.tau_after()) > end(x - 1, previous, lines.tau_after()) + 1e-9;
                     if !(first_grows && last_grows) {
                         continue;
                     }

@@ -23,8 +23,6 @@ pub mod refine;
 mod winner;
 
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
-pub use profile::line_profile;
 pub use matcher::{match_volume, row_costs};
-pub use options::{
-    DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering, ReferenceFrame,
-};
+pub use options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering, ReferenceFrame};
+pub use profile::line_profile;

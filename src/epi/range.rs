@@ -47,11 +47,8 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
     let limit = options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64);
     let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
     let hypotheses = Hypotheses::covering(whole, step);
-    let survey_options = MatchOptions {
-        method: Method::Variance,
-        window_px: options.window_px.max(5),
-        ..options.clone()
-    };
+    let survey_options =
+        MatchOptions { method: Method::Variance, window_px: options.window_px.max(5), ..options.clone() };
     // Until the order is known, points may be hidden on one side.
     let hidden_points = match (options.hidden_points, options.ordering) {
         (HiddenPoints::Automatic, Ordering::Strict) => HiddenPoints::None,

@@ -210,7 +210,8 @@ fn pixel_vote(epi: &SampledEpi, lines: &Lines, x: usize, disparity: f64, rule: S
         // A side that fits far better than all frames together says that the point is hidden on the other one: twice the
         // residual variance is beyond chance for some ten frames.
         for side in [before.joined(own), after.joined(own)] {
-            let clearly_better = 2.0 * side.residual_variance() + QUANTISATION_VARIANCE < best.residual_variance();
+            let clearly_better =
+                2.0 * side.residual_variance() + QUANTISATION_VARIANCE < best.residual_variance();
             if rule.suffices(side.count as usize) && clearly_better {
                 best = side;
             }

@@ -145,7 +145,8 @@ impl Tally {
                 let position = x as f64 + f64::from(disparity) * (tau[other] - tau[t]);
                 sample(epi, other, position, columns)
             });
-            let (sum, count) = samples.iter().flatten().fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
+            let (sum, count) =
+                samples.iter().flatten().fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
             if count == 0.0 {
                 continue;
             }
@@ -229,7 +230,10 @@ mod tests {
         assert!(report.prediction_error_dn < 1.0, "{report:?}");
         assert!(report.repetition_error_dn > 4.0 * report.prediction_error_dn, "{report:?}");
         assert!(report.predicted > 0.85, "{report:?}");
-        assert!(matches!(leave_out(&volume, 1, &MatchOptions::default(), &Silent), Err(LeaveOutError::Every { .. })));
+        assert!(matches!(
+            leave_out(&volume, 1, &MatchOptions::default(), &Silent),
+            Err(LeaveOutError::Every { .. })
+        ));
         assert!(leave_out(&volume, 40, &MatchOptions::default(), &Silent).is_err());
     }
 }

@@ -7,7 +7,9 @@ use crate::plane::Plane;
 
 /// The maps to be compared do not cover the same pixels.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("the map is {columns} x {rows} pixels, the truth {truth_columns} x {truth_rows}; compare maps of the same frame")]
+#[error(
+    "the map is {columns} x {rows} pixels, the truth {truth_columns} x {truth_rows}; compare maps of the same frame"
+)]
 pub struct SizeMismatch {
     /// Rows of the map.
     pub rows: usize,

@@ -18,9 +18,16 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
     let bad = |reason: &str| malformed("PFM", reason);
     let mut rest = bytes;
     let mut token = || {
-        let start = rest.iter().position(|byte| !byte.is_ascii_whitespace()).ok_or_else(|| bad("the header is cut short"))?;
-        let length = rest[start..].iter().position(u8::is_ascii_whitespace).ok_or_else(|| bad("the header is cut short"))?;
-        let token = std::str::from_utf8(&rest[start..start + length]).map_err(|_| bad("the header is no text"))?;
+        let start = rest
+            .iter()
+            .position(|byte| !byte.is_ascii_whitespace())
+            .ok_or_else(|| bad("the header is cut short"))?;
+        let length = rest[start..]
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .ok_or_else(|| bad("the header is cut short"))?;
+        let token =
+            std::str::from_utf8(&rest[start..start + length]).map_err(|_| bad("the header is no text"))?;
         rest = &rest[start + length + 1..];
         Ok::<_, FormatError>(token)
     };
@@ -39,6 +46,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
         let value = if scale < 0.0 { f32::from_le_bytes(sample) } else { f32::from_be_bytes(sample) };
         if value.is_infinite() { f32::NAN } else { value }
     };
-    let values = rest.chunks_exact(4 * columns).rev().flat_map(|row| row.chunks_exact(4).map(value)).collect();
-    Plane::from_values(rows, columns, values).ok_or_else(|| bad("the number of samples is not the size in the header"))
+    let values =
+        rest.chunks_exact(4 * columns).rev().flat_map(|row| row.chunks_exact(4).map(value)).collect();
+    Plane::from_values(rows, columns, values)
+        .ok_or_else(|| bad("the number of samples is not the size in the header"))
 }

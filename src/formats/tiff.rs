@@ -13,9 +13,7 @@ pub(super) fn encode(map: &Plane<f32>) -> Result<Vec<u8>, FormatError> {
     let bad = |error| malformed("TIFF", error);
     let encoder = TiffEncoder::new(&mut bytes).map_err(bad)?;
     let mut encoder = encoder.with_compression(Compression::Deflate(Default::default()));
-    encoder
-        .write_image::<Gray32Float>(map.columns() as u32, map.rows() as u32, map.values())
-        .map_err(bad)?;
+    encoder.write_image::<Gray32Float>(map.columns() as u32, map.rows() as u32, map.values()).map_err(bad)?;
     Ok(bytes.into_inner())
 }
 

@@ -5,7 +5,9 @@ use std::time::Instant;
 use thiserror::Error;
 
 use crate::epi::lines::Lines;
-use crate::epi::{Answer, DisparityMaps, MatchError, MatchOptions, Method, OrderingUsed, match_volume, row_costs};
+use crate::epi::{
+    Answer, DisparityMaps, MatchError, MatchOptions, Method, OrderingUsed, match_volume, row_costs,
+};
 use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
@@ -62,8 +64,7 @@ pub fn measure(
     let begun = Instant::now();
     let maps = match_volume(&volume, options, progress)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let heights =
-        geometry(sequence).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
+    let heights = geometry(sequence).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
     let summary = summarise(sequence, &volume, &maps, options, heights.as_ref(), seconds);
 
     progress.begin("writing results", 1);
@@ -86,7 +87,11 @@ pub fn geometry(sequence: &Sequence) -> Option<Geometry> {
     Some(Geometry { focal_length_px: sequence.record().intrinsics?.focal_length_px, baseline_mm })
 }
 
-fn write_maps(folder: &ResultsFolder, maps: &DisparityMaps, heights: Option<&Heights>) -> Result<(), MeasureError> {
+fn write_maps(
+    folder: &ResultsFolder,
+    maps: &DisparityMaps,
+    heights: Option<&Heights>,
+) -> Result<(), MeasureError> {
     for name in ["disparity.pfm", "disparity.tiff", "disparity.npy"] {
         folder.write_map(name, &maps.disparity)?;
     }

@@ -49,7 +49,8 @@ impl Chart {
         register_font();
         let mut raw = vec![255; (WIDTH * HEIGHT * 3) as usize];
         self.draw(&mut raw).map_err(|reason| ReportError::new(&self.title, reason))?;
-        RgbImage::from_raw(WIDTH, HEIGHT, raw).ok_or_else(|| ReportError::new(&self.title, "its size does not fit"))
+        RgbImage::from_raw(WIDTH, HEIGHT, raw)
+            .ok_or_else(|| ReportError::new(&self.title, "its size does not fit"))
     }
 
     /// The chart's numbers: one line a point with series, x and y; `nan` where unknown.
@@ -95,7 +96,8 @@ impl Chart {
                 let line = LineSeries::new(piece.iter().copied(), colour.stroke_width(2));
                 let drawn = chart.draw_series(line).map_err(say)?;
                 if !named {
-                    let mark = move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2));
+                    let mark =
+                        move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2));
                     drawn.label(&series.name).legend(mark);
                     named = true;
                 }
@@ -117,7 +119,8 @@ impl Chart {
 
 /// From the least to the greatest value with some air; an error if there is none.
 fn span(values: impl Iterator<Item = f64>) -> Result<std::ops::Range<f64>, String> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let (low, high) =
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     if low > high {
         return Err("there is no value to show".to_owned());
     }
@@ -135,7 +138,10 @@ mod tests {
             title: "square".to_owned(),
             x_label: "x (px)".to_owned(),
             y_label: "y (px)".to_owned(),
-            series: vec![Series { name: "s".to_owned(), points: vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 4.0), (3.0, 9.0)] }],
+            series: vec![Series {
+                name: "s".to_owned(),
+                points: vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 4.0), (3.0, 9.0)],
+            }],
         };
         let picture = chart.picture().unwrap();
         let blue = image::Rgb([COLOURS[0].0, COLOURS[0].1, COLOURS[0].2]);

@@ -4,8 +4,8 @@ use image::{Rgb, RgbImage};
 
 use super::chart::{Chart, Series};
 use super::{ReportError, map_picture};
-use crate::epi::lines::{Hypotheses, Lines};
 use crate::epi::cost::CostTable;
+use crate::epi::lines::{Hypotheses, Lines};
 use crate::epi::{Answer, DisparityMaps, line_profile};
 use crate::plane::Plane;
 use crate::volume::Volume;
@@ -43,7 +43,11 @@ const ALIGNED_LINES: usize = 6;
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.
-pub fn paper_figures(volume: &Volume, maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Vec<Figure>, ReportError> {
+pub fn paper_figures(
+    volume: &Volume,
+    maps: &DisparityMaps,
+    row: FigureRow<'_>,
+) -> Result<Vec<Figure>, ReportError> {
     let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
     let mut figures = vec![cost_image(maps, row)?];
     let answered: Vec<usize> =
@@ -83,7 +87,10 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
     csv.push_str("\nmapping");
     for x in 0..columns {
         let disparity = maps.disparity.at(x, row.y);
-        csv.push_str(&format!(",{}", if disparity.is_nan() { "nan".to_owned() } else { disparity.to_string() }));
+        csv.push_str(&format!(
+            ",{}",
+            if disparity.is_nan() { "nan".to_owned() } else { disparity.to_string() }
+        ));
         let k = (f64::from(disparity) - first) / row.hypotheses.raster_px();
         let y = (count as f64 - 0.5 - k) / count as f64 * f64::from(height);
         if y >= 0.0 && y < f64::from(height) {
@@ -121,7 +128,9 @@ fn neighbour_profiles(
         Series { name: name.to_owned(), points }
     });
     let chart = Chart {
-        title: format!("Intensity along the line of pixel ({x}, {y}), d = {disparity:.3} px, and along its neighbours"),
+        title: format!(
+            "Intensity along the line of pixel ({x}, {y}), d = {disparity:.3} px, and along its neighbours"
+        ),
         x_label: "frame".to_owned(),
         y_label: "intensity (DN)".to_owned(),
         series: series.to_vec(),
@@ -136,7 +145,8 @@ fn aligned_profiles(
     y: usize,
     answered: &[usize],
 ) -> Result<Figure, ReportError> {
-    let chosen = (0..ALIGNED_LINES).map(|index| answered[(2 * index + 1) * answered.len() / (2 * ALIGNED_LINES)]);
+    let chosen =
+        (0..ALIGNED_LINES).map(|index| answered[(2 * index + 1) * answered.len() / (2 * ALIGNED_LINES)]);
     let series = chosen.map(|x| {
         let disparity = f64::from(maps.disparity.at(x, y));
         let profile = line_profile(volume, lines, x as f64, y, disparity);

@@ -42,7 +42,12 @@ impl ValueRange {
 ///
 /// # Errors
 /// [`ReportError`] if the text cannot be drawn.
-pub fn map_picture(map: &Plane<f32>, title: &str, unit: &str, range: ValueRange) -> Result<RgbImage, ReportError> {
+pub fn map_picture(
+    map: &Plane<f32>,
+    title: &str,
+    unit: &str,
+    range: ValueRange,
+) -> Result<RgbImage, ReportError> {
     register_font();
     let factor = COMFORTABLE_WIDTH.div_ceil(map.columns().max(1)).max(1);
     let (width, height) = ((map.columns() * factor) as u32, (map.rows() * factor) as u32);
@@ -120,7 +125,8 @@ fn draw_text(
 fn tick_step(span: f64) -> (f64, usize) {
     let raw = (span / 6.0).max(f64::MIN_POSITIVE);
     let decade = 10.0_f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|factor| factor * decade).find(|&step| step >= raw * 0.999);
+    let step =
+        [1.0, 2.0, 5.0, 10.0].into_iter().map(|factor| factor * decade).find(|&step| step >= raw * 0.999);
     let step = step.unwrap_or(10.0 * decade);
     (step, (-step.log10().floor()).clamp(0.0, 9.0) as usize)
 }

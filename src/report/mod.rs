@@ -34,6 +34,7 @@ fn register_font() {
     static ONCE: std::sync::Once = std::sync::Once::new();
     // An unusable font shows in the first text that is drawn, as an error of that picture.
     ONCE.call_once(|| {
-        let _ = plotters::style::register_font(FONT, plotters::style::FontStyle::Normal, dejavu::sans::regular());
+        let _ =
+            plotters::style::register_font(FONT, plotters::style::FontStyle::Normal, dejavu::sans::regular());
     });
 }

@@ -42,7 +42,8 @@ impl ResultsFolder {
         if occupied && !overwrite {
             return Err(ResultsError::Exists { path: target.to_owned() });
         }
-        let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let parent =
+            target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let io = |action, path: &Path| {
             let path = path.to_owned();
             move |source| ResultsError::Io { action, path, source }
@@ -84,7 +85,8 @@ impl ResultsFolder {
     pub fn write_map(&self, name: &str, map: &Plane<f32>) -> Result<(), ResultsError> {
         let path = self.target.join(name);
         let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
-        let format = MapFormat::from_extension(&extension).ok_or(ResultsError::UnknownFormat { path: path.clone() })?;
+        let format = MapFormat::from_extension(&extension)
+            .ok_or(ResultsError::UnknownFormat { path: path.clone() })?;
         let bytes = format.encode(map).map_err(|source| ResultsError::Format { path, source })?;
         self.write(name, &bytes)
     }

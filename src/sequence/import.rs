@@ -135,7 +135,8 @@ pub fn import(
     let conversions: Vec<String> =
         conversions.iter().map(|(words, count)| format!("{count} image(s): {words}")).collect();
     let mut record = record;
-    record.origin = Origin::Imported { folder: folder.display().to_string(), conversions: conversions.clone() };
+    record.origin =
+        Origin::Imported { folder: folder.display().to_string(), conversions: conversions.clone() };
     super::writer::write_record(&building.join("sequence.json"), &record)?;
     if out.exists() {
         fs::remove_dir(out).map_err(SequenceError::io("replace the empty folder", out))?;
@@ -202,7 +203,8 @@ fn natural_order(a: &str, b: &str) -> Ordering {
             (Some(x), Some(y)) if x.is_ascii_digit() && y.is_ascii_digit() => {
                 let (x, y) = (take_digits(&mut a), take_digits(&mut b));
                 let (short, long) = (x.trim_start_matches('0'), y.trim_start_matches('0'));
-                let order = short.len().cmp(&long.len()).then_with(|| short.cmp(long)).then_with(|| x.cmp(&y));
+                let order =
+                    short.len().cmp(&long.len()).then_with(|| short.cmp(long)).then_with(|| x.cmp(&y));
                 if order != Ordering::Equal {
                     return order;
                 }

@@ -24,7 +24,8 @@ pub struct DecodedImage {
 /// What the decoder says of the file.
 pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
     let say = |error: image::ImageError| error.to_string();
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
+    let reader =
+        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
     let format = reader.format().ok_or("not a PNG, TIFF or JPEG")?;
     let decoder = reader.into_decoder().map_err(say)?;
     let (width, height) = decoder.dimensions();
@@ -33,7 +34,9 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
     let colour = image.color().has_color();
     let alpha = image.color().has_alpha();
     let conversion = match (colour, lossy) {
-        (true, true) => Some("colour JPEG converted to grey (Rec. 709 luma); lossy compression limits accuracy"),
+        (true, true) => {
+            Some("colour JPEG converted to grey (Rec. 709 luma); lossy compression limits accuracy")
+        }
         (true, false) => Some("colour converted to grey (Rec. 709 luma)"),
         (false, true) => Some("JPEG decoded; lossy compression limits accuracy"),
         (false, false) => alpha.then_some("transparency dropped"),
@@ -41,15 +44,16 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
     let (bit_depth, samples) = match image {
         DynamicImage::ImageLuma8(grey) => (8, Samples::U8(grey.into_raw())),
         DynamicImage::ImageLuma16(grey) => (16, Samples::U16(grey.into_raw())),
-        wide @ (DynamicImage::ImageLumaA16(_) | DynamicImage::ImageRgb16(_) | DynamicImage::ImageRgba16(_)) => {
-            (16, Samples::U16(wide.to_luma16().into_raw()))
-        }
+        wide @ (DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_)) => (16, Samples::U16(wide.to_luma16().into_raw())),
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             return Err("floating-point samples; save it with 8 or 16 bit".to_owned());
         }
         narrow => (8, Samples::U8(narrow.to_luma8().into_raw())),
     };
-    let frame = Frame::new(height as usize, width as usize, bit_depth, samples).map_err(|error| error.to_string())?;
+    let frame =
+        Frame::new(height as usize, width as usize, bit_depth, samples).map_err(|error| error.to_string())?;
     let usable_as_is = format == image::ImageFormat::Png && conversion.is_none();
     Ok(DecodedImage { frame, usable_as_is, conversion })
 }
@@ -111,14 +115,17 @@ mod tests {
         red.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
         let decoded = decode_grey(&bytes).unwrap();
         // 0.2126 R + 0.7152 G + 0.0722 B = 117.7
-        assert!(matches!(decoded.frame.samples(), Samples::U8(values) if values.iter().all(|v| v.abs_diff(118) <= 1)));
+        assert!(
+            matches!(decoded.frame.samples(), Samples::U8(values) if values.iter().all(|v| v.abs_diff(118) <= 1))
+        );
         assert!(decoded.conversion.is_some_and(|words| words.contains("colour")));
         assert!(!decoded.usable_as_is);
     }
 
     #[test]
     fn damage_is_an_error() {
-        let frame = Frame::new(64, 64, 8, Samples::U8((0..4096).map(|v| (v * 31 % 256) as u8).collect())).unwrap();
+        let frame =
+            Frame::new(64, 64, 8, Samples::U8((0..4096).map(|v| (v * 31 % 256) as u8).collect())).unwrap();
         let bytes = encode_png(&frame).unwrap();
         assert!(decode_grey(&bytes[..bytes.len() / 2]).is_err());
         assert!(decode_grey(b"no image").is_err());

@@ -23,9 +23,8 @@ pub fn read_positions(path: &Path, frames: usize) -> Result<Vec<f64>, SequenceEr
     let mut column = None;
     let mut positions = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|error| {
-            bad(error.position().map_or(0, csv::Position::line), error.to_string())
-        })?;
+        let record = record
+            .map_err(|error| bad(error.position().map_or(0, csv::Position::line), error.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
         let Some(column) = column else {
             let named = record.iter().position(|field| field == "position_mm");
@@ -42,7 +41,11 @@ pub fn read_positions(path: &Path, frames: usize) -> Result<Vec<f64>, SequenceEr
         positions.push(number(&record, column).map_err(|reason| bad(line, reason))?);
     }
     if positions.len() != frames {
-        return Err(SequenceError::PositionCount { path: path.to_owned(), positions: positions.len(), frames });
+        return Err(SequenceError::PositionCount {
+            path: path.to_owned(),
+            positions: positions.len(),
+            frames,
+        });
     }
     match Tau::from_positions(&positions) {
         Ok(_) => Ok(positions),

@@ -77,7 +77,9 @@ impl Sequence {
         let positions = self.positions_mm();
         let tau = match &positions {
             Some(positions) => Tau::from_positions(positions),
-            None => Tau::from_positions(&self.frames.iter().map(|frame| frame.index as f64).collect::<Vec<_>>()),
+            None => {
+                Tau::from_positions(&self.frames.iter().map(|frame| frame.index as f64).collect::<Vec<_>>())
+            }
         };
         match tau {
             Ok(tau) => Ok(tau),
@@ -112,9 +114,7 @@ impl Sequence {
                 Ok(_) => SequenceError::HashMismatch { path },
             });
         }
-        let image = decoded
-            .map_err(|reason| SequenceError::BadImage { path: path.clone(), reason })?
-            .frame;
+        let image = decoded.map_err(|reason| SequenceError::BadImage { path: path.clone(), reason })?.frame;
         let record = &self.record;
         let expected = describe(record.rows, record.columns, if record.bit_depth <= 8 { 8 } else { 16 });
         let found = describe(image.rows(), image.columns(), image.bit_depth());

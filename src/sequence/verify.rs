@@ -49,11 +49,15 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
 
     let indices: BTreeSet<usize> = sequence.frames().iter().map(|frame| frame.index).collect();
     for missing in (0..record.frames).filter(|index| !indices.contains(index)) {
-        let problem = "the journal names no such frame; take it again, or use the sequence without it".to_owned();
+        let problem =
+            "the journal names no such frame; take it again, or use the sequence without it".to_owned();
         find(format!("frame {missing}"), problem);
     }
     if indices.len() < sequence.frames().len() {
-        find("journal.jsonl".to_owned(), "a frame is named twice; restore the journal from a copy".to_owned());
+        find(
+            "journal.jsonl".to_owned(),
+            "a frame is named twice; restore the journal from a copy".to_owned(),
+        );
     }
     if let Err(error) = sequence.tau() {
         find("journal.jsonl".to_owned(), error.to_string());

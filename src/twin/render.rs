@@ -30,7 +30,11 @@ fn aperture(sigma_px: f64) -> Vec<f32> {
     let reach = (4.0 * sigma).ceil() as i64;
     let inner = (SAMPLES / 2) as i64;
     let gaussian = |offset: i64| {
-        if sigma == 0.0 { f64::from(u8::from(offset == 0)) } else { (-0.5 * (offset as f64 / sigma).powi(2)).exp() }
+        if sigma == 0.0 {
+            f64::from(u8::from(offset == 0))
+        } else {
+            (-0.5 * (offset as f64 / sigma).powi(2)).exp()
+        }
     };
     let weight = |offset: i64| (-inner..=inner).map(|shift| gaussian(offset - shift)).sum::<f64>();
     let weights: Vec<f64> = (-reach - inner..=reach + inner).map(weight).collect();

@@ -61,9 +61,9 @@ impl Scene {
     /// Distance of the scene's nearest level, which heights are counted from, in mm.
     pub fn distance_mm(&self) -> f64 {
         match *self {
-            Self::Plane { distance_mm, .. } | Self::CubeEdge { distance_mm, .. } | Self::Tile { distance_mm, .. } => {
-                distance_mm
-            }
+            Self::Plane { distance_mm, .. }
+            | Self::CubeEdge { distance_mm, .. }
+            | Self::Tile { distance_mm, .. } => distance_mm,
         }
     }
 
@@ -78,7 +78,9 @@ impl Scene {
             Self::Plane { slope_x, slope_y, .. } => {
                 let tilt = slope_x.abs() * steepest.0 + slope_y.abs() * steepest.1;
                 if tilt.is_nan() || tilt >= 1.0 {
-                    return Err(TwinError::HidesItself("the plane is seen edge-on at the border of the image"));
+                    return Err(TwinError::HidesItself(
+                        "the plane is seen edge-on at the border of the image",
+                    ));
                 }
             }
             Self::CubeEdge { slope, .. } => {
@@ -90,9 +92,14 @@ impl Scene {
                 if side_mm.is_nan() || side_mm <= 0.0 {
                     return bad("side in mm", side_mm, "positive");
                 }
-                let fits = wall_mm > 0.0 && hollow_width_mm >= wall_mm && pitch_mm >= hollow_width_mm + wall_mm;
+                let fits =
+                    wall_mm > 0.0 && hollow_width_mm >= wall_mm && pitch_mm >= hollow_width_mm + wall_mm;
                 if !fits {
-                    return bad("pitch in mm", pitch_mm, "at least a hollow and a wall, a hollow at least a wall");
+                    return bad(
+                        "pitch in mm",
+                        pitch_mm,
+                        "at least a hollow and a wall, a hollow at least a wall",
+                    );
                 }
                 if hollow_depth_mm.is_nan() || hollow_depth_mm.abs() * steepest.0 >= wall_mm {
                     return Err(TwinError::HidesItself("the hollows' walls are steeper than the view"));
@@ -134,7 +141,8 @@ impl Scene {
     /// On a stretch where the depth is distance + c + m u the ray's u is (a (distance + c) - s) / (1 - m a); the one stretch
     /// that contains its own solution is the one that is hit.
     fn relief(&self, a: f64, offset_mm: f64) -> f64 {
-        let Self::Tile { distance_mm, hollow_depth_mm, hollow_width_mm, pitch_mm, wall_mm, .. } = *self else {
+        let Self::Tile { distance_mm, hollow_depth_mm, hollow_width_mm, pitch_mm, wall_mm, .. } = *self
+        else {
             return 0.0;
         };
         let inner = 0.5 * (hollow_width_mm - wall_mm);
@@ -214,7 +222,11 @@ mod tests {
                     continue;
                 };
                 let expected = bisected(scene, (a, b), offset);
-                assert!((hit.depth_mm - expected).abs() < 1e-9, "{scene:?} a = {a}: {} {expected}", hit.depth_mm);
+                assert!(
+                    (hit.depth_mm - expected).abs() < 1e-9,
+                    "{scene:?} a = {a}: {} {expected}",
+                    hit.depth_mm
+                );
             }
         }
     }

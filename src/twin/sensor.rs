@@ -41,7 +41,9 @@ impl Sensor {
             return bad("read noise in DN", self.read_noise_dn, "zero or positive");
         }
         match self.full_well_electrons {
-            Some(value) if !(value.is_finite() && value > 0.0) => bad("full well in electrons", value, "positive"),
+            Some(value) if !(value.is_finite() && value > 0.0) => {
+                bad("full well in electrons", value, "positive")
+            }
             _ => Ok(()),
         }
     }
@@ -71,8 +73,9 @@ impl Sensor {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(u64::from(exposure) << 32 | y as u64);
         let read_variance = self.read_noise_dn * self.read_noise_dn;
-        let dn_per_electron =
-            self.full_well_electrons.map_or(0.0, |electrons| f64::from(full_scale(self.bit_depth)) / electrons);
+        let dn_per_electron = self
+            .full_well_electrons
+            .map_or(0.0, |electrons| f64::from(full_scale(self.bit_depth)) / electrons);
         let silent = read_variance == 0.0 && dn_per_electron == 0.0;
         move |signal| {
             if silent {

@@ -102,6 +102,8 @@ mod tests {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64;
         assert!((0.4..0.6).contains(&mean) && variance.sqrt() > 0.05, "{mean} {variance}");
-        assert!((0..50).any(|u| other.reflectance(f64::from(u), 0.0) != paint.reflectance(f64::from(u), 0.0)));
+        assert!(
+            (0..50).any(|u| other.reflectance(f64::from(u), 0.0) != paint.reflectance(f64::from(u), 0.0))
+        );
     }
 }

@@ -97,7 +97,9 @@ impl<'a> Correlation<'a> {
         for (out, [before, after]) in rows.zip(&self.totals) {
             for (x, cost) in out.iter_mut().enumerate() {
                 let frames = [sightings.before[x], sightings.after[x]];
-                *cost = best_side([before[x]], [after[x]], frames, rule, |[sum], count| 1.0 - sum / (count - 1.0));
+                *cost = best_side([before[x]], [after[x]], frames, rule, |[sum], count| {
+                    1.0 - sum / (count - 1.0)
+                });
             }
         }
     }

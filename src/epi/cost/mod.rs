@@ -99,7 +99,9 @@ pub(super) fn band_costs(
     let mut tables = vec![CostTable::from_values(lines.columns(), empty); band.answered.len()];
     let mut kind = match options.method {
         Method::Variance => Kind::Variance(variance::Variance::new(band, lines, options.interpolation)),
-        method => Kind::Correlation(correlation::Correlation::new(band, lines, options.interpolation, method)),
+        method => {
+            Kind::Correlation(correlation::Correlation::new(band, lines, options.interpolation, method))
+        }
     };
     for k in 0..hypotheses.count() {
         let disparity_px = hypotheses.disparity_px(k as f64);

@@ -29,7 +29,13 @@ fn volume(positions: &[f64]) -> Volume {
 fn pixel(volume: &Volume, x: isize, y: usize, t: usize) -> f64 {
     // Mirrored beyond the borders, without repeating the border pixel.
     let last = COLUMNS as isize - 1;
-    let x = if x < 0 { -x } else if x > last { 2 * last - x } else { x };
+    let x = if x < 0 {
+        -x
+    } else if x > last {
+        2 * last - x
+    } else {
+        x
+    };
     let mut row = [0.0; COLUMNS];
     volume.copy_row(y, t, &mut row);
     f64::from(row[x as usize])
@@ -124,7 +130,10 @@ impl Case {
             // of a pixel whose window contains it. In the middle of the image that is all of them.
             _ => {
                 let frames = self.seen(x, d);
-                assert!(frames.len() == self.taus.len() && half == 1, "the mean model is compared in the middle only");
+                assert!(
+                    frames.len() == self.taus.len() && half == 1,
+                    "the mean model is compared in the middle only"
+                );
                 let mut mean = vec![0.0; self.window(x, y, 0, d).len()];
                 for &t in &frames {
                     let window = self.window(x, y, t, d);
@@ -148,12 +157,15 @@ fn pearson(a: &[f64], b: &[f64]) -> f64 {
     let product = |p: &[f64], mean_p: f64, q: &[f64], mean_q: f64| {
         p.iter().zip(q).map(|(x, y)| (x - mean_p) * (y - mean_q)).sum::<f64>()
     };
-    product(a, mean_a, b, mean_b)
-        / (product(a, mean_a, a, mean_a) * product(b, mean_b, b, mean_b)).sqrt()
+    product(a, mean_a, b, mean_b) / (product(a, mean_a, a, mean_a) * product(b, mean_b, b, mean_b)).sqrt()
 }
 
 /// Compares all candidates of all rows whose column is in `columns`, to a relative precision of f32 sums.
-fn compare(case: &Case, columns: std::ops::Range<usize>, expected: impl Fn(usize, usize, f64) -> Option<f64>) {
+fn compare(
+    case: &Case,
+    columns: std::ops::Range<usize>,
+    expected: impl Fn(usize, usize, f64) -> Option<f64>,
+) {
     let lines = Lines::new(case.volume.tau(), case.reference, COLUMNS);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 4.0 };
     let hypotheses = Hypotheses::covering(range, 0.5);
@@ -162,7 +174,8 @@ fn compare(case: &Case, columns: std::ops::Range<usize>, expected: impl Fn(usize
     let mut known = 0;
     // Two bands, so that windows reach across their seam.
     for band in [0..3, 3..ROWS] {
-        let tables = band_costs(&Band::new(&case.volume, band.clone(), options), &lines, &hypotheses, rule, options);
+        let tables =
+            band_costs(&Band::new(&case.volume, band.clone(), options), &lines, &hypotheses, rule, options);
         for (y, table) in band.zip(&tables) {
             for k in 0..hypotheses.count() {
                 for x in columns.clone() {
@@ -171,7 +184,10 @@ fn compare(case: &Case, columns: std::ops::Range<usize>, expected: impl Fn(usize
                         Some(expected) => {
                             let found = f64::from(table.at(k, x));
                             let precision = 1e-4 * expected.abs().max(0.1);
-                            assert!((found - expected).abs() < precision, "({x}, {y}), d {d}: {found} {expected}");
+                            assert!(
+                                (found - expected).abs() < precision,
+                                "({x}, {y}), d {d}: {found} {expected}"
+                            );
                             known += 1;
                         }
                         None => assert!(table.at(k, x).is_nan(), "({x}, {y}), d {d}: invented"),
@@ -183,7 +199,13 @@ fn compare(case: &Case, columns: std::ops::Range<usize>, expected: impl Fn(usize
     assert!(known > 300);
 }
 
-fn case(method: Method, window_px: usize, reference: usize, hidden_points: HiddenPoints, visible: f64) -> Case {
+fn case(
+    method: Method,
+    window_px: usize,
+    reference: usize,
+    hidden_points: HiddenPoints,
+    visible: f64,
+) -> Case {
     let positions = [0.0, 1.0, 1.5, 3.5, 5.0, 5.5, 7.0];
     let volume = volume(&positions);
     let options = MatchOptions {
@@ -214,11 +236,9 @@ fn variance_is_that_of_its_definition() {
 
 #[test]
 fn correlation_with_the_reference_is_that_of_its_definition() {
-    for (window, reference, hidden, visible) in [
-        (3, 0, HiddenPoints::None, 1.0),
-        (5, 3, HiddenPoints::OneSide, 0.5),
-        (3, 6, HiddenPoints::None, 0.5),
-    ] {
+    for (window, reference, hidden, visible) in
+        [(3, 0, HiddenPoints::None, 1.0), (5, 3, HiddenPoints::OneSide, 0.5), (3, 6, HiddenPoints::None, 0.5)]
+    {
         let case = case(Method::NccFirst, window, reference, hidden, visible);
         // Beyond the mirrored border a sample between pixels mirrors too, so only whole windows are compared.
         let margin = window / 2 + 5;
