@@ -58,7 +58,8 @@ fn costs(criterion: &mut Criterion) {
             ..MatchOptions::for_method(method)
         };
         let maps = match_volume(&volume, &options, &Silent).unwrap();
-        group.bench_function(name, |bencher| bencher.iter(|| row_costs(&volume, 8, &maps, &options).unwrap()));
+        group
+            .bench_function(name, |bencher| bencher.iter(|| row_costs(&volume, 8, &maps, &options).unwrap()));
     }
     group.bench_function("reference: plain loop, linear", |bencher| {
         bencher.iter(|| plain_variance(&volume, 8, 0.25));
