@@ -183,6 +183,7 @@ fn write_comparison(
         title: format!("Height along row {y}"),
         x_label: "column (px)".to_owned(),
         y_label: "height (mm)".to_owned(),
+        least_y_span: 0.0,
         series: vec![
             line("measured", heights.height_mm.row(y), offset),
             line("truth", truth.height_mm.row(y), 0.0),

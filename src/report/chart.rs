@@ -36,6 +36,8 @@ pub struct Chart {
     pub x_label: String,
     /// Name and unit of the vertical axis.
     pub y_label: String,
+    /// The vertical axis spans at least this much, so that noise does not look like signal; 0 for no limit.
+    pub least_y_span: f64,
     /// The lines.
     pub series: Vec<Series>,
 }
@@ -71,7 +73,9 @@ impl Chart {
             error.to_string()
         }
         let known = || self.series.iter().flat_map(|series| &series.points).filter(|point| !point.1.is_nan());
-        let (x_range, y_range) = (span(known().map(|point| point.0))?, span(known().map(|point| point.1))?);
+        let x_range = span(known().map(|point| point.0), 0.0)?;
+        let y_range = span(known().map(|point| point.1), self.least_y_span)?;
+        let (x_format, y_format) = (tick_format(&x_range), tick_format(&y_range));
         let area = BitMapBackend::with_buffer(raw, (WIDTH, HEIGHT)).into_drawing_area();
         let mut chart = ChartBuilder::on(&area)
             .caption(&self.title, (FONT, 20))
@@ -84,6 +88,8 @@ impl Chart {
             .configure_mesh()
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
+            .x_label_formatter(&x_format)
+            .y_label_formatter(&y_format)
             .label_style((FONT, 14))
             .axis_desc_style((FONT, 16))
             .light_line_style(WHITE)
@@ -117,15 +123,22 @@ impl Chart {
     }
 }
 
-/// From the least to the greatest value with some air; an error if there is none.
-fn span(values: impl Iterator<Item = f64>) -> Result<std::ops::Range<f64>, String> {
+/// From the least to the greatest value with some air, at least `least` wide; an error if there is none.
+fn span(values: impl Iterator<Item = f64>, least: f64) -> Result<std::ops::Range<f64>, String> {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     if low > high {
         return Err("there is no value to show".to_owned());
     }
     let air = if high > low { 0.04 * (high - low) } else { 0.5 };
-    Ok(low - air..high + air)
+    let missing = 0.5 * (least - (high - low) - 2.0 * air).max(0.0);
+    Ok(low - air - missing..high + air + missing)
+}
+
+/// Writes a tick with as many decimals as tell it from the next.
+pub(super) fn tick_format(range: &std::ops::Range<f64>) -> impl Fn(&f64) -> String + use<> {
+    let decimals = (1.0 - (range.end - range.start).log10()).ceil().clamp(0.0, 6.0) as usize;
+    move |tick| format!("{tick:.decimals$}")
 }
 
 #[cfg(test)]
@@ -138,6 +151,7 @@ mod tests {
             title: "square".to_owned(),
             x_label: "x (px)".to_owned(),
             y_label: "y (px)".to_owned(),
+            least_y_span: 0.0,
             series: vec![Series {
                 name: "s".to_owned(),
                 points: vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 4.0), (3.0, 9.0)],

@@ -1,9 +1,10 @@
 //! The figures of the paper, drawn from our own volume and maps.
 
-use image::{Rgb, RgbImage};
+use image::RgbImage;
 
+use super::ReportError;
 use super::chart::{Chart, Series};
-use super::{ReportError, map_picture};
+use super::cost_image::CostImage;
 use crate::epi::cost::CostTable;
 use crate::epi::lines::{Hypotheses, Lines};
 use crate::epi::{Answer, DisparityMaps, line_profile};
@@ -65,47 +66,33 @@ pub fn paper_figures(
 fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
     let costs = row.costs;
     let (count, columns) = (costs.hypotheses(), costs.columns());
-    // Large disparities on top, as in a diagram; brightness is the negative logarithm.
     let mut brightness = Plane::filled(count, columns, f32::NAN);
     for k in 0..count {
-        for (value, cost) in brightness.row_mut(count - 1 - k).iter_mut().zip(costs.row(k)) {
+        for (value, cost) in brightness.row_mut(k).iter_mut().zip(costs.row(k)) {
             *value = -(cost + 1e-3).log10();
         }
     }
-    let range = map_picture::ValueRange::of(&brightness, 0.1);
-    let height = (count as u32).max(160);
-    let mut picture = RgbImage::new(columns as u32, height);
-    for (x, y, pixel) in picture.enumerate_pixels_mut() {
-        let value = brightness.at(x as usize, (y as usize * count) / height as usize);
-        let share = ((value - range.low) / (range.high - range.low)).clamp(0.0, 1.0);
-        let grey = if value.is_nan() { 70 } else { (share * 255.0) as u8 };
-        *pixel = Rgb([grey; 3]);
-    }
-    let first = row.hypotheses.disparity_px(0.0);
+    let disparity_px = |k: usize| row.hypotheses.disparity_px(k as f64);
+    let mapping = maps.disparity.row(row.y);
+    let image = CostImage {
+        title: format!("Cost of the candidates of row {}: bright is low; the mapping in red", row.y),
+        brightness,
+        lowest_px: disparity_px(0) - 0.5 * row.hypotheses.raster_px(),
+        highest_px: disparity_px(count - 1) + 0.5 * row.hypotheses.raster_px(),
+        mapping,
+    };
+    let number = |value: f32| if value.is_nan() { "nan".to_owned() } else { value.to_string() };
     let mut csv = "disparity_px".to_owned();
     (0..columns).for_each(|x| csv.push_str(&format!(",x={x}")));
     csv.push_str("\nmapping");
-    for x in 0..columns {
-        let disparity = maps.disparity.at(x, row.y);
-        csv.push_str(&format!(
-            ",{}",
-            if disparity.is_nan() { "nan".to_owned() } else { disparity.to_string() }
-        ));
-        let k = (f64::from(disparity) - first) / row.hypotheses.raster_px();
-        let y = (count as f64 - 0.5 - k) / count as f64 * f64::from(height);
-        if y >= 0.0 && y < f64::from(height) {
-            picture.put_pixel(x as u32, y as u32, Rgb([230, 30, 30]));
-        }
-    }
+    mapping.iter().for_each(|&disparity| csv.push_str(&format!(",{}", number(disparity))));
     csv.push('\n');
     for k in 0..count {
-        csv.push_str(&row.hypotheses.disparity_px(k as f64).to_string());
-        for cost in costs.row(k) {
-            csv.push_str(&format!(",{}", if cost.is_nan() { "nan".to_owned() } else { cost.to_string() }));
-        }
+        csv.push_str(&disparity_px(k).to_string());
+        costs.row(k).iter().for_each(|&cost| csv.push_str(&format!(",{}", number(cost))));
         csv.push('\n');
     }
-    Ok(Figure { name: "3b-cost-image-with-mapping", picture, csv })
+    Ok(Figure { name: "3b-cost-image-with-mapping", picture: image.picture()?, csv })
 }
 
 fn neighbour_profiles(
@@ -133,6 +120,7 @@ fn neighbour_profiles(
         ),
         x_label: "frame".to_owned(),
         y_label: "intensity (DN)".to_owned(),
+        least_y_span: 10.0,
         series: series.to_vec(),
     };
     Ok(Figure { name: "5a-intensity-profiles", picture: chart.picture()?, csv: chart.csv() })
@@ -159,6 +147,7 @@ fn aligned_profiles(
         title: "Intensities along lines, over their maxima, aligned by position in the image".to_owned(),
         x_label: "column (px)".to_owned(),
         y_label: "intensity / maximum".to_owned(),
+        least_y_span: 0.3,
         series: series.collect(),
     };
     Ok(Figure { name: "5b-aligned-profiles", picture: chart.picture()?, csv: chart.csv() })
@@ -175,6 +164,7 @@ fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figur
         title: format!("Disparity along row {}", row.y),
         x_label: "column (px)".to_owned(),
         y_label: "disparity (px)".to_owned(),
+        least_y_span: 0.05,
         series,
     };
     Ok(Figure { name: "6-disparity-along-row", picture: chart.picture()?, csv: chart.csv() })

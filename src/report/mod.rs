@@ -1,6 +1,7 @@
 //! Pictures for people: maps with a scale bar, charts, and the figures of the paper.
 
 mod chart;
+mod cost_image;
 mod figures;
 mod map_picture;
 

@@ -1,6 +1,6 @@
 //! Costs of candidates: how badly the samples along a line agree.
 //!
-//! A cost row for one disparity is made of shifted rows only, so the kernels ([`kernels`]) run over whole rows. Rows are
+//! A cost row for one disparity is made of shifted rows only, so the kernels run over whole rows. Rows are
 //! treated in bands that share their neighbours' samples: a window of 7 rows then costs little more than one of 1 row.
 
 mod correlation;
