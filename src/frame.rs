@@ -86,6 +86,14 @@ pub enum FrameError {
         /// Samples given.
         samples: usize,
     },
+    /// The samples are stored in another width than the stated bit depth needs.
+    #[error("it holds {stored} bit samples, but {stated} bit are stated; state the true bit depth, or save it with that many")]
+    Width {
+        /// Bits of a stored sample.
+        stored: u8,
+        /// Bits stated.
+        stated: u8,
+    },
     /// The stated bit depth cannot hold the largest sample, or is not 1 to 16.
     #[error("a sample of {maximum} DN does not fit the stated {bit_depth} bit; state the true bit depth")]
     BitDepth {

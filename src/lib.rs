@@ -42,6 +42,7 @@ pub mod plane;
 pub mod progress;
 pub mod report;
 pub mod results;
+pub mod scratch;
 pub mod sequence;
 pub mod stage;
 pub mod surface;

@@ -37,6 +37,16 @@ impl<T: Copy> Plane<T> {
         self.row(y)[x]
     }
 
+    /// The part of the plane in these columns and rows.
+    ///
+    /// # Panics
+    /// If they reach outside the plane.
+    pub fn cropped(&self, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> Self {
+        let (height, width) = (rows.len(), columns.len());
+        let values = rows.flat_map(|y| self.row(y)[columns.clone()].iter().copied()).collect();
+        Self { rows: height, columns: width, values }
+    }
+
     /// A plane of the same size whose values are `convert(value)`.
     pub fn map<U: Copy>(&self, convert: impl FnMut(T) -> U) -> Plane<U> {
         Plane {

@@ -69,14 +69,16 @@ impl Volume {
             return Err(VolumeError::NoSuchFrame { index, frames });
         }
         let columns = self.columns;
+        let alike =
+            frame.rows() == self.rows && frame.columns() == columns && frame.bit_depth() == self.bit_depth;
         match (&mut self.samples, frame.samples()) {
             (Samples::U8(target), Samples::U8(source))
-                if frame.rows() == self.rows && frame.columns() == columns =>
+                if alike =>
             {
                 scatter(target, source, index, frames, columns);
             }
             (Samples::U16(target), Samples::U16(source))
-                if frame.rows() == self.rows && frame.columns() == columns =>
+                if alike =>
             {
                 scatter(target, source, index, frames, columns);
             }

@@ -69,6 +69,9 @@ fn check(config: TwinConfig, reference: usize) {
                 let column = image[0] / image[2];
                 (-1e-4..=config.optics.columns as f64 - 1.0 + 1e-4).contains(&column)
             };
+            let disagree = |(t, position): (usize, &f64)| inside(&position) != truth.sees(x, y, t);
+            let differing = positions.iter().enumerate().filter(|&pair| disagree(pair)).count();
+            assert!(differing <= 1, "({x}, {y}): {differing} frames see it otherwise");
             let count = positions.iter().filter(inside).count();
             assert!(count.abs_diff(truth.visible_frames.at(x, y).into()) <= 1, "({x}, {y}): {count}");
         }

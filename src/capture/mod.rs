@@ -8,7 +8,7 @@ use crate::camera::{Camera, CameraError};
 use crate::progress::Progress;
 use crate::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, Intrinsics, Origin, SequenceError, SequenceRecord,
-    SequenceWriter, new_uid, now,
+    SequenceWriter, new_uid, refuse_existing, now,
 };
 use crate::stage::{Stage, StageError};
 
@@ -55,6 +55,8 @@ pub fn capture(
     let Some(&first_mm) = plan.positions_mm.first().filter(|_| plan.positions_mm.len() > 1) else {
         return Err(CaptureError::EmptyPlan(plan.positions_mm.len()));
     };
+    // Nothing moves for a folder that cannot be used.
+    refuse_existing(out)?;
     stage.home()?;
     stage.move_to(first_mm)?;
     // A look before the scan tells the format of the frames.

@@ -1,5 +1,6 @@
 //! `epirig demo`.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,8 +13,9 @@ use super::{CliError, Talk};
 use crate::camera::SimCamera;
 use crate::capture::{CapturePlan, capture};
 use crate::epi::MatchOptions;
-use crate::evaluate::{TruthReport, compare_with_truth, mean_step};
+use crate::evaluate::{TruthReport, compare_with_truth, median_step};
 use crate::measure::{Measurement, measure};
+use crate::plane::Plane;
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder};
 use crate::sequence::{Intrinsics, Sequence};
@@ -33,7 +35,7 @@ enum SceneName {
 /// The simulated rig moves the object past a camera; the frames are captured, written, matched and compared with the
 /// truth, which only the simulation knows.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(allow_negative_numbers = true, after_help = "Examples:
   epirig demo
   epirig demo --scene cube-edge
   epirig demo --size 512 --noise 1 --out noisy-tile")]
@@ -90,7 +92,7 @@ impl Demo {
         let results = ResultsFolder::create(&folder.join("results"), false)?;
         let measurement =
             measure(&sequence, &MatchOptions::default(), None, Some(&truth.disparity), &results, talk)?;
-        write_comparison(&results, &measurement, &truth)?;
+        write_comparison(&results, &measurement, &truth, twin.config().scene.distance_mm())?;
         results.commit()?;
 
         let summary = &measurement.summary;
@@ -107,7 +109,7 @@ impl Demo {
         };
         let depth_mm = true_depth_mm.zip(measurement.heights.as_ref()).and_then(|(depth_mm, heights)| {
             // Walls belong to neither level.
-            mean_step(&heights.height_mm, &truth.height_mm, 0.0, -depth_mm as f32, 1e-3)
+            median_step(&heights.height_mm, &truth.height_mm, 0.0, -depth_mm as f32, 1e-3)
         });
         let output = DemoOutput {
             folder: out.display().to_string(),
@@ -118,7 +120,7 @@ impl Demo {
         };
         talk.result(&output, || {
             let depth = depth_mm.zip(true_depth_mm).map_or(String::new(), |(measured, truth)| {
-                format!("hollow depth, mm          {measured:>14.4}   (truth {truth:.4})\n")
+                format!("hollow depth, median, mm  {measured:>14.4}   (truth {truth:.4})\n")
             });
             let pictures = folder.join("results");
             format!(
@@ -159,22 +161,25 @@ fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
     Ok(files.commit()?)
 }
 
-/// Disparity and height beside the truth in the same colours, and a section through the hollows.
+/// Disparity beside the truth in the same colours, cut to the object, and a section through the heights.
 fn write_comparison(
     results: &ResultsFolder,
     measurement: &Measurement,
     truth: &Truth,
+    true_distance_mm: f64,
 ) -> Result<(), CliError> {
     let range = ValueRange::of(&truth.disparity, 0.05);
+    let (columns, rows) = object_area(&truth.disparity);
+    let part = |map: &Plane<f32>| map.cropped(columns.clone(), rows.clone());
     let pictures = side_by_side(&[
-        map_picture(&measurement.maps.disparity, "Disparity, measured", "px", range)?,
-        map_picture(&truth.disparity, "Disparity, truth", "px", range)?,
+        map_picture(&part(&measurement.maps.disparity), "Disparity, measured", "px", range)?,
+        map_picture(&part(&truth.disparity), "Disparity, truth", "px", range)?,
     ]);
     results.write_picture("measured-and-truth.png", &pictures)?;
     let Some(heights) = &measurement.heights else { return Ok(()) };
     let y = truth.height_mm.rows() / 2;
-    // Measured heights count from the median distance, true ones from the raised stripes: bring the medians together.
-    let offset = median(truth.height_mm.row(y)) - median(heights.height_mm.row(y));
+    // Measured heights count from the median distance, true ones from the scene's nearest level.
+    let offset = true_distance_mm - heights.distance_mm;
     let line = |name: &str, row: &[f32], offset: f64| Series {
         name: name.to_owned(),
         points: row.iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value) + offset)).collect(),
@@ -193,10 +198,20 @@ fn write_comparison(
     Ok(results.write("height-along-row.csv", chart.csv().as_bytes())?)
 }
 
-fn median(values: &[f32]) -> f64 {
-    let mut known: Vec<f32> = values.iter().copied().filter(|value| !value.is_nan()).collect();
-    known.sort_unstable_by(f32::total_cmp);
-    known.get(known.len() / 2).copied().map_or(0.0, f64::from)
+/// Columns and rows where there is a truth, with a margin.
+fn object_area(truth: &Plane<f32>) -> (Range<usize>, Range<usize>) {
+    const MARGIN: usize = 12;
+    let known = |x: usize, y: usize| !truth.at(x, y).is_nan();
+    let around = |size: usize, occupied: &dyn Fn(usize) -> bool| {
+        let first = (0..size).find(|&index| occupied(index)).unwrap_or(0);
+        let last = (0..size).rfind(|&index| occupied(index)).unwrap_or(size - 1);
+        first.saturating_sub(MARGIN)..(last + 1 + MARGIN).min(size)
+    };
+    let (width, height) = (truth.columns(), truth.rows());
+    (
+        around(width, &|x| (0..height).any(|y| known(x, y))),
+        around(height, &|y| (0..width).any(|x| known(x, y))),
+    )
 }
 
 fn free_folder() -> PathBuf {

@@ -83,6 +83,7 @@ fn sequence_code(error: &SequenceError) -> u8 {
         SequenceError::Io { .. } => TROUBLE,
         SequenceError::Exists { .. }
         | SequenceError::NoImages { .. }
+        | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }
         | SequenceError::NotASequence { .. } => USAGE,
         _ => INTEGRITY,

@@ -17,17 +17,17 @@ use crate::sequence::{Sequence, load_volume};
 /// the disparity and shows the error beside that of repeating the nearest frame: a check that needs no truth.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("check").required(true).args(["truth", "leave_out"]))]
-#[command(after_help = "Examples:
+#[command(allow_negative_numbers = true, after_help = "Examples:
   epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
   epirig evaluate seq --leave-out 5 --reference middle --ordering free")]
 pub(super) struct Evaluate {
     /// Folder of the sequence
     seq: PathBuf,
     /// True disparity of the same reference frame, in px: .pfm, .tiff or .npy
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "MatchArguments")]
     truth: Option<PathBuf>,
     /// Folder of the results to compare [default: SEQ/results]
-    #[arg(long, value_name = "DIR", requires = "truth")]
+    #[arg(long, value_name = "DIR", requires = "truth", conflicts_with = "leave_out")]
     results: Option<PathBuf>,
     /// Leave out every Kth frame
     #[arg(long, value_name = "K")]

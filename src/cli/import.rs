@@ -12,7 +12,7 @@ use crate::sequence::import::{ImportOptions, import};
 /// The images stay as they are. Colour is converted to grey, and that is said and recorded. Files are taken in natural
 /// order: frame_9 before frame_10.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(allow_negative_numbers = true, after_help = "Examples:
   epirig import photos/ --out seq
   epirig import photos/ --out seq --frames 40..80
   epirig import photos/ --out seq --step-mm 1.5 --focal-length-px 2844
@@ -61,9 +61,12 @@ impl Import {
         for conversion in &imported.conversions {
             talk.say(&format!("note: {conversion}"));
         }
+        if options.focal_length_px.is_some() && options.positions.is_none() && options.step_mm.is_none() {
+            talk.say("note: heights in mm need positions too; give --step-mm or --positions");
+        }
         talk.result(&imported, || {
             format!(
-                "{}: {} frames of {} x {}, {} bit\nnext: epirig match {}\n",
+                "{}: {} frames of {} x {}, {} bit\nnext: epirig match {} --reference middle\n",
                 self.out.display(),
                 imported.frames,
                 imported.columns,

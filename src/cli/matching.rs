@@ -8,18 +8,18 @@ use super::match_arguments::MatchArguments;
 use super::{CliError, Talk};
 use crate::measure::{Measurement, measure};
 use crate::results::ResultsFolder;
-use crate::sequence::Sequence;
+use crate::sequence::{ExitStatus, Sequence};
 
 /// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(allow_negative_numbers = true, after_help = "Examples:
   epirig match seq
   epirig match seq --reference middle --ordering free      things in front of other things
   epirig match seq --method ncc-mean                       illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
-(255 answer, 0 leaves the image, 80 no texture, 160 ambiguous), pictures, figures/ and match.json.")]
+(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 160 ambiguous), pictures, figures/ and match.json.")]
 pub(super) struct Match {
     /// Folder of the sequence
     seq: PathBuf,
@@ -44,19 +44,32 @@ impl Match {
             let last = sequence.record().rows - 1;
             return Err(CliError::Usage(format!("there is no row {row} to draw; the last is {last}")));
         }
+        let record = sequence.record();
+        options.check(record.rows, record.columns, sequence.frames().len())?;
+        if sequence.stop().is_none_or(|stop| stop.exit_status != ExitStatus::Complete) {
+            talk.say(&format!(
+                "note: the scan has not ended: {} of {} planned frames are there",
+                sequence.frames().len(),
+                record.frames
+            ));
+        }
         let out = self.out.unwrap_or_else(|| self.seq.join("results"));
         let folder = ResultsFolder::create(&out, self.overwrite)?;
         let measurement = measure(&sequence, &options, self.figure_row, None, &folder, talk)?;
         folder.commit()?;
         advise(&measurement, talk);
         talk.result(&measurement.summary, || {
-            format!("{}look at {}\n", describe(&measurement), out.join("disparity.png").display())
+            let picture = out.join("disparity.png");
+            match measurement.summary.median_disparity_px {
+                Some(_) => format!("{}look at {}\n", describe(&measurement), picture.display()),
+                None => format!("{}no pixel has an answer\n", describe(&measurement)),
+            }
         })
     }
 }
 
 /// What a person may do about pixels without answer.
-pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
+fn advise(measurement: &Measurement, talk: &Talk) {
     let summary = &measurement.summary;
     let at_end = summary.tau_before == 0.0 || summary.tau_after == 0.0;
     if summary.leaves_image > 0.2 && at_end {
@@ -65,11 +78,14 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
             100.0 * summary.leaves_image
         ));
     }
-    if summary.no_texture > 0.5 {
-        talk.say(&format!(
-            "hint: {:.0} % of the pixels show too little texture to be answered; a larger --max-sigma answers more",
-            100.0 * summary.no_texture
-        ));
+    if summary.answered < 0.2 && summary.leaves_image < 0.5 {
+        talk.say(
+            "hint: few pixels have an answer. The range may miss the scene (leave --range out), the motion may not be along \
+             the rows (rotate the images), or the surface shows little texture",
+        );
+    }
+    if summary.median_disparity_px.is_some_and(|median| median.abs() < 0.1) {
+        talk.say("hint: the frames hardly differ: the median disparity is below 0.1 px; did anything move?");
     }
 }
 
@@ -80,7 +96,7 @@ pub(super) fn describe(measurement: &Measurement) -> String {
     let mut text = format!(
         "range searched     {:.2} .. {:.2} px{}\n\
          ordering           {}\n\
-         answered           {:.1} % (leaves image {:.1} %, no texture {:.1} %, ambiguous {:.1} %)\n\
+         answered           {:.1} % (leaves image {:.1} %, beyond range {:.1} %, no texture {:.1} %, ambiguous {:.1} %)\n\
          median disparity   {} px, median sigma {} px\n",
         summary.minimum_px,
         summary.maximum_px,
@@ -88,6 +104,7 @@ pub(super) fn describe(measurement: &Measurement) -> String {
         summary.ordering,
         100.0 * summary.answered,
         100.0 * summary.leaves_image,
+        100.0 * summary.beyond_range,
         100.0 * summary.no_texture,
         100.0 * summary.ambiguous,
         number(summary.median_disparity_px),

@@ -14,16 +14,18 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
+use crate::scratch::Scratch;
 use error::CliError;
 use progress::Talk;
 
 const EXIT_CODES: &str =
-    "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
-5 bad or damaged data, 6 calibration rejected, 7 interrupted but resumable.
+    "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 4 device fault, \
+5 bad or damaged data, 130 interrupted.
 
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
-  epirig import photos/ --out seq && epirig match seq    your own photographs";
+  epirig import photos/ --out seq                   your own photographs
+  epirig match seq --reference middle";
 
 /// Turns the frames of a capture rig into disparity, height and their uncertainty.
 #[derive(Debug, Parser)]
@@ -57,10 +59,21 @@ enum Verb {
     },
 }
 
+/// Ends the program on Ctrl-C, hang-up or termination.
+fn interrupted() {
+    Scratch::remove_all();
+    eprintln!("\nerror: interrupted; nothing was left half-written under a final name");
+    // 128 + SIGINT, as shells have it.
+    std::process::exit(130);
+}
+
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let talk = Talk::new(cli.json, cli.quiet);
+    if let Err(error) = ctrlc::set_handler(interrupted) {
+        talk.say(&format!("note: Ctrl-C will leave hidden .epirig- folders behind: {error}"));
+    }
     let done = match cli.verb {
         Verb::Demo(verb) => verb.run(&talk),
         Verb::Import(verb) => verb.run(&talk),

@@ -25,7 +25,8 @@ impl Talk {
     /// A line for the person, above the progress bar.
     pub(super) fn say(&self, line: &str) {
         if !self.quiet {
-            match self.bar().as_ref() {
+            // A hidden bar would swallow the line.
+            match self.bar().as_ref().filter(|bar| !bar.is_hidden()) {
                 Some(bar) => bar.println(line),
                 None => eprintln!("{line}"),
             }

@@ -141,7 +141,7 @@ impl Sightings {
 /// The rule by which a candidate counts as seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenRule {
-    /// Frames that must see the candidate; at least 2.
+    /// Frames that must see the candidate; at least 3, for two always lie on a line.
     pub minimum_frames: usize,
     /// Whether one side of the reference frame may serve alone.
     pub hidden_points: HiddenPoints,
@@ -151,7 +151,7 @@ impl SeenRule {
     /// The rule for `frames` frames of which the share `minimum_visible` must see a point.
     pub fn new(frames: usize, minimum_visible: f64, hidden_points: HiddenPoints) -> Self {
         let minimum_frames = (minimum_visible * frames as f64 - 1e-9).ceil() as usize;
-        Self { minimum_frames: minimum_frames.max(2), hidden_points }
+        Self { minimum_frames: minimum_frames.max(3), hidden_points }
     }
 
     /// Whether `count` sightings suffice.

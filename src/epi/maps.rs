@@ -10,6 +10,8 @@ pub enum Answer {
     Found,
     /// Its line is in view in too few frames.
     LeavesImage,
+    /// The best candidate is the first or the last of the range: the right one may lie beyond it.
+    BeyondRange,
     /// Too little texture: the sigma of the disparity exceeds the limit, or noise alone explains the gradients.
     NoTexture,
     /// Another candidate, far from the best, fits about as well.
@@ -34,7 +36,7 @@ pub struct DisparityMaps {
     pub sigma: Plane<f32>,
     /// Cost of the chosen candidate: DN^2 for the variance, 1 - correlation otherwise; NaN where it has none.
     pub cost: Plane<f32>,
-    /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost.
+    /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
     pub confidence: Plane<f32>,
     /// Whether there is an answer, and if not, why.
     pub answer: Plane<Answer>,

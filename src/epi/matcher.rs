@@ -18,7 +18,7 @@ use crate::volume::Volume;
 const BAND_ROWS: usize = 8;
 /// Where texture is weak the window of the fit grows as far as this.
 const LARGEST_FIT_WINDOW_PX: usize = 15;
-/// Gauss-Newton steps: from half a raster step the fit has converged to 0.001 px after two; the third shows it.
+/// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
 const FIT_STEPS: usize = 3;
 
 /// Disparity of every pixel of the reference frame.
@@ -32,7 +32,7 @@ pub fn match_volume(
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<DisparityMaps, MatchError> {
-    options.check(volume)?;
+    options.check(volume.rows(), volume.columns(), volume.frames())?;
     let reference = options.reference_index(volume)?;
     let lines = Lines::new(volume.tau(), reference, volume.columns());
     let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
@@ -62,6 +62,7 @@ pub fn match_volume(
         }
     }
     let [guess, cost, confidence] = planes;
+    let searched: Vec<Answer> = matched.iter().flat_map(|row| row.answer.iter().copied()).collect();
     drop(matched);
 
     let steps = if options.refine { FIT_STEPS } else { 0 };
@@ -90,7 +91,7 @@ pub fn match_volume(
         ordering,
     };
     for (index, value) in fitted.values().iter().enumerate() {
-        let answer = verdicts.verdict(*value, guess.values()[index], maps.confidence.values()[index]);
+        let answer = verdicts.verdict(*value, searched[index], maps.confidence.values()[index]);
         maps.answer.values_mut()[index] = answer;
         if answer != Answer::Found {
             maps.disparity.values_mut()[index] = f32::NAN;
@@ -113,7 +114,7 @@ pub fn row_costs(
     maps: &DisparityMaps,
     options: &MatchOptions,
 ) -> Result<(Hypotheses, CostTable), MatchError> {
-    options.check(volume)?;
+    options.check(volume.rows(), volume.columns(), volume.frames())?;
     let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
     let hypotheses = Hypotheses::covering(maps.range, options.raster_px);
     let rule = seen_rule(volume, options, maps.ordering);
@@ -160,6 +161,21 @@ struct MatchedRow {
     disparity: Vec<f32>,
     cost: Vec<f32>,
     confidence: Vec<f32>,
+    answer: Vec<Answer>,
+}
+
+/// Whether candidate `k` has neighbours on both sides that show it to be the best. Beside a candidate that leaves the image,
+/// or at an end of the range, nothing shows that; a range of one or two candidates has only ends, and is believed.
+fn bracketed(costs: &CostTable, k: usize, x: usize) -> Answer {
+    let last = costs.hypotheses() - 1;
+    let known = |k: usize| k > last || !costs.at(k, x).is_nan();
+    if !(known(k) && known(k + 1) && known(k.wrapping_sub(1))) {
+        Answer::LeavesImage
+    } else if last > 1 && (k == 0 || k == last) {
+        Answer::BeyondRange
+    } else {
+        Answer::Found
+    }
 }
 
 fn match_row(
@@ -182,16 +198,16 @@ fn match_row(
     let confidence = confidences(costs, &chosen, apart.max(2), options.method.resolution());
     let mut disparity = vec![f32::NAN; columns];
     let mut cost = vec![f32::NAN; columns];
+    let mut answer = vec![Answer::LeavesImage; columns];
     for (x, &k) in chosen.iter().enumerate() {
         cost[x] = costs.at(k.into(), x);
-        // Beside a candidate that leaves the image nothing shows that this one is the best: the right one may have left.
-        let known = |k: usize| k >= costs.hypotheses() || !costs.at(k, x).is_nan();
-        if !cost[x].is_nan() && known(usize::from(k) + 1) && known(usize::from(k).wrapping_sub(1)) {
+        answer[x] = bracketed(costs, k.into(), x);
+        if answer[x] == Answer::Found {
             let index = f64::from(k) + parabola_vertex(costs, k.into(), x);
             disparity[x] = hypotheses.disparity_px(index) as f32;
         }
     }
-    MatchedRow { disparity, cost, confidence }
+    MatchedRow { disparity, cost, confidence, answer }
 }
 
 struct Verdicts<'a> {
@@ -201,16 +217,18 @@ struct Verdicts<'a> {
 }
 
 impl Verdicts<'_> {
-    fn verdict(&self, fitted: Fitted, guess: f32, confidence: f32) -> Answer {
+    fn verdict(&self, fitted: Fitted, searched: Answer, confidence: f32) -> Answer {
         let ambiguous = f64::from(confidence) < self.options.minimum_confidence;
         // The fit may leave the raster, but not the range by more than a step of it can.
         let disparity = f64::from(fitted.disparity_px);
         let outside = disparity < self.range.minimum_px - 1.0 || disparity > self.range.maximum_px + 1.0;
-        if guess.is_nan() {
-            Answer::LeavesImage
+        if searched != Answer::Found {
+            searched
         } else if fitted.sigma_px.is_nan() || f64::from(fitted.sigma_px) > self.options.maximum_sigma_px {
             Answer::NoTexture
-        } else if outside || (self.ordering == OrderingUsed::Free && ambiguous) {
+        } else if outside {
+            Answer::BeyondRange
+        } else if self.ordering == OrderingUsed::Free && ambiguous {
             Answer::Ambiguous
         } else {
             Answer::Found

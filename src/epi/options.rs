@@ -72,6 +72,9 @@ pub struct DisparityRange {
     pub maximum_px: f64,
 }
 
+/// Most candidates that are searched for a pixel: their indices and the tables of a band must fit.
+const LARGEST_SEARCH: f64 = 30_000.0;
+
 /// Everything that a caller may choose of the matcher.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchOptions {
@@ -137,7 +140,7 @@ impl MatchOptions {
 pub enum MatchError {
     /// Too few rows, columns or frames for lines to be seen in.
     #[error(
-        "a volume of {columns} x {rows} pixels and {frames} frame(s) shows no lines; at least 2 frames and 8 columns are \
+        "a volume of {columns} x {rows} pixels and {frames} frame(s) shows no lines; at least 3 frames and 8 columns are \
          needed"
     )]
     TooSmall {
@@ -215,16 +218,19 @@ impl MatchOptions {
         }
     }
 
-    /// Whether these options can be used on `volume`.
+    /// Whether these options can be used on `frames` frames of `rows` x `columns` pixels.
     ///
     /// # Errors
     /// [`MatchError`] naming the first option that cannot.
-    pub fn check(&self, volume: &Volume) -> Result<(), MatchError> {
-        let (rows, columns, frames) = (volume.rows(), volume.columns(), volume.frames());
-        if rows == 0 || columns < 8 || frames < 2 {
+    pub fn check(&self, rows: usize, columns: usize, frames: usize) -> Result<(), MatchError> {
+        if rows == 0 || columns < 8 || frames < 3 {
             return Err(MatchError::TooSmall { rows, columns, frames });
         }
-        self.reference_index(volume)?;
+        if let ReferenceFrame::Index(index) = self.reference
+            && index >= frames
+        {
+            return Err(MatchError::NoSuchReference { index, last: frames - 1 });
+        }
         let odd = "odd, from 1 to 31";
         let share = "greater than 0 and at most 1";
         let allowed = |side: usize| side % 2 == 1 && side <= 31;
@@ -234,6 +240,9 @@ impl MatchOptions {
         }
         if !allowed(self.refine_window_px) {
             return bad("the window of the fit", self.refine_window_px as f64, odd);
+        }
+        if columns < self.window_px + 4 {
+            return bad("the window", self.window_px as f64, "narrower than the images by 4 px");
         }
         if !(self.raster_px >= 0.01 && self.raster_px <= 1.0) {
             return bad("the raster", self.raster_px, "from 0.01 to 1 px");
@@ -264,6 +273,13 @@ impl MatchOptions {
                 columns,
                 minimum_visible: self.minimum_visible,
                 limit_px,
+            });
+        }
+        if span / self.raster_px > LARGEST_SEARCH {
+            return Err(MatchError::BadOption {
+                option: "the raster",
+                value: self.raster_px,
+                expected: "coarser for so wide a range: at most 30000 candidates fit",
             });
         }
         Ok(())

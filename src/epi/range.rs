@@ -1,13 +1,13 @@
 //! The range of disparities, found from the data.
 //!
-//! A few rows, spread over the image, are searched over all disparities that keep a point in view, on a coarse raster and
-//! with few frames. Pixels whose best candidate stands out vote; the range is what the votes cover, without stragglers.
+//! A few rows, spread over the image, are searched over all disparities that keep a point in view (at most 1.25 times the
+//! image's width), on a coarse raster and with few frames. Pixels whose best candidate stands out vote; the range is what the votes cover, without stragglers.
 
 use rayon::prelude::*;
 
 use super::cost::{Band, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
-use super::options::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering};
+use super::options::{DisparityRange, HiddenPoints, MatchOptions, Ordering};
 use super::winner::{confidences, winners};
 use crate::tau::Tau;
 use crate::volume::Volume;
@@ -44,11 +44,11 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
     let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
-    let limit = options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64);
+    let limit = options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
     let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
     let hypotheses = Hypotheses::covering(whole, step);
     let survey_options =
-        MatchOptions { method: Method::Variance, window_px: options.window_px.max(5), ..options.clone() };
+        MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
     // Until the order is known, points may be hidden on one side.
     let hidden_points = match (options.hidden_points, options.ordering) {
         (HiddenPoints::Automatic, Ordering::Strict) => HiddenPoints::None,

@@ -29,9 +29,11 @@ const SAME_SURFACE_PX: f64 = 1.0;
 const LONGEST_STEP_PX: f64 = 0.5;
 /// Texture must raise the mean squared gradient this far above what noise alone does.
 const TEXTURE_OVER_NOISE: f64 = 4.0;
-/// Gain of noise in the derivative of a cubic B-spline, mean over the positions between pixels: the integral over one
-/// period of the squared frequency response of slope weights and prefilter, a value between 1.0 and 1.7.
-const GRADIENT_NOISE_GAIN: f64 = 1.3;
+/// Variance of the value of a cubic B-spline through white noise, over that of the noise, mean over the positions between
+/// pixels: 1 at a pixel, 0.76 halfway (the squared response of weights and prefilter, integrated; see the tests).
+const VALUE_NOISE_GAIN: f64 = 0.874;
+/// The same for its derivative, per px^2: 1.39 at a pixel, 3.42 halfway.
+const GRADIENT_NOISE_GAIN: f64 = 2.475;
 
 /// One pixel's share in the fits of the windows that contain it.
 #[derive(Debug, Clone, Copy)]
@@ -87,7 +89,8 @@ pub fn fit(
     let (rows, columns) = (guess.rows(), guess.columns());
     let mut disparity = guess.clone();
     let mut fitted = Plane::filled(rows, columns, Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN });
-    for step in 0..=options.steps {
+    let passes = options.steps.max(1);
+    for pass in 1..=passes {
         let mut votes = Plane::filled(rows, columns, NO_VOTE);
         votes.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let epi = SampledEpi::new(volume, y, Interpolation::BSpline, 0);
@@ -103,7 +106,7 @@ pub fn fit(
                 *value = window_fit(&votes, &disparity, (x, y), side, options.depth_edges, &mut window);
                 // A NaN is no sigma that anyone wants.
                 let wanted = |value: &Fitted| f64::from(value.sigma_px) <= options.wanted_sigma_px;
-                let last_step = step == options.steps && !disparity.at(x, y).is_nan();
+                let last_step = pass == passes && !disparity.at(x, y).is_nan();
                 while last_step && !wanted(value) && side < options.largest_window_px {
                     side = (2 * side + 1).min(options.largest_window_px);
                     *value = window_fit(&votes, &disparity, (x, y), side, options.depth_edges, &mut window);
@@ -113,12 +116,14 @@ pub fn fit(
                 }
             }
         });
-        if step < options.steps {
+        if pass < passes {
             disparity = fitted.map(|value| value.disparity_px);
         }
     }
     if options.steps == 0 {
         for (value, &guess) in fitted.values_mut().iter_mut().zip(guess.values()) {
+            // What the fit would have moved it by is a part of its error.
+            value.sigma_px = value.sigma_px.hypot(value.disparity_px - guess);
             value.disparity_px = guess;
         }
     }
@@ -354,23 +359,27 @@ fn solve(window: &[Placed], centre: f64, slant: bool) -> Solution {
         noise_weight += f64::from(vote.noise_weight);
         count += 1.0;
     }
-    let variance = (residual / freedom).max(QUANTISATION_VARIANCE);
+    let variance = (residual / (freedom * VALUE_NOISE_GAIN)).max(QUANTISATION_VARIANCE);
     let [dd, dp, dq, pp, pq, qq] = normal;
     if !(freedom > 0.0 && dd > 0.0) {
         return Solution { disparity: centre, noise_variance: f64::INFINITY, misfit: 1.0, textured: false };
     }
-    // A slant of zero is a weak observation that keeps the system regular.
-    let prior = if slant { variance / (EXPECTED_SLANT * EXPECTED_SLANT) } else { f64::MAX.sqrt() };
-    let (pp, qq) = (pp + prior, qq + prior);
-    // Cofactors of the symmetric 3 x 3 matrix.
-    let minor_dd = pp * qq - pq * pq;
-    let minor_dp = dq * pq - dp * qq;
-    let minor_dq = dp * pq - dq * pp;
-    let determinant = dd * minor_dd + dp * minor_dp + dq * minor_dq;
-    let row_p = [minor_dp, dd * qq - dq * dq, dp * dq - dd * pq];
-    let row_q = [minor_dq, dp * dq - dd * pq, dd * pp - dp * dp];
-    let dot = |row: [f64; 3]| (row[0] * right[0] + row[1] * right[1] + row[2] * right[2]) / determinant;
-    let (step, p, q) = (dot([minor_dd, minor_dp, minor_dq]), dot(row_p), dot(row_q));
+    let (step, p, q, inverse) = if slant {
+        // A slant of zero is a weak observation that keeps the system regular.
+        let prior = variance / (EXPECTED_SLANT * EXPECTED_SLANT);
+        let (pp, qq) = (pp + prior, qq + prior);
+        // Cofactors of the symmetric 3 x 3 matrix.
+        let minor_dd = pp * qq - pq * pq;
+        let minor_dp = dq * pq - dp * qq;
+        let minor_dq = dp * pq - dq * pp;
+        let determinant = dd * minor_dd + dp * minor_dp + dq * minor_dq;
+        let row_p = [minor_dp, dd * qq - dq * dq, dp * dq - dd * pq];
+        let row_q = [minor_dq, dp * dq - dd * pq, dd * pp - dp * dp];
+        let dot = |row: [f64; 3]| (row[0] * right[0] + row[1] * right[1] + row[2] * right[2]) / determinant;
+        (dot([minor_dd, minor_dp, minor_dq]), dot(row_p), dot(row_q), minor_dd / determinant)
+    } else {
+        (right[0] / dd, 0.0, 0.0, 1.0 / dd)
+    };
 
     let scatter: f64 = window
         .iter()
@@ -385,8 +394,40 @@ fn solve(window: &[Placed], centre: f64, slant: bool) -> Solution {
     let misfit = if spare >= 1.0 { (scatter / (variance * spare)).max(1.0) } else { 1.0 };
     Solution {
         disparity: centre + step.clamp(-LONGEST_STEP_PX, LONGEST_STEP_PX),
-        noise_variance: variance * minor_dd / determinant,
+        noise_variance: variance * inverse,
         misfit,
         textured: dd > TEXTURE_OVER_NOISE * variance * noise_weight,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean over the positions between pixels of the squared frequency response of `weights` and the prefilter, integrated
+    /// over the frequencies: the variance that white noise is left with.
+    fn noise_gain(weights: fn(f32) -> [f32; TAPS]) -> f64 {
+        let (steps, fractions) = (2000, 200);
+        let mut sum = 0.0;
+        for index in 0..fractions {
+            let weights = weights((index as f32 + 0.5) / fractions as f32);
+            for step in 0..steps {
+                let omega = std::f64::consts::TAU * (f64::from(step) + 0.5) / f64::from(steps);
+                let (mut real, mut imaginary) = (0.0, 0.0);
+                for (tap, weight) in weights.iter().enumerate() {
+                    real += f64::from(*weight) * (omega * tap as f64).cos();
+                    imaginary += f64::from(*weight) * (omega * tap as f64).sin();
+                }
+                let prefilter = 6.0 / (4.0 + 2.0 * omega.cos());
+                sum += (real * real + imaginary * imaginary) * prefilter * prefilter;
+            }
+        }
+        sum / (f64::from(steps) * f64::from(fractions))
+    }
+
+    #[test]
+    fn noise_gains_are_those_of_the_frequency_response() {
+        assert!((noise_gain(Interpolation::bspline_weights) - VALUE_NOISE_GAIN).abs() < 0.001);
+        assert!((noise_gain(Interpolation::bspline_slope_weights) - GRADIENT_NOISE_GAIN).abs() < 0.002);
     }
 }

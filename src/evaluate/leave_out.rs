@@ -21,7 +21,7 @@ pub enum LeaveOutError {
     /// Too few frames would be left, or none left out.
     #[error(
         "leaving out every {every}th of {frames} frames leaves nothing to compare; give a number from 2 to {} and at \
-         least 5 frames", frames.saturating_sub(2)
+         least 5 frames", frames.saturating_sub(1)
     )]
     Every {
         /// Which frames were to be left out.

@@ -4,4 +4,4 @@ mod leave_out;
 mod truth;
 
 pub use leave_out::{LeaveOutError, LeaveOutReport, leave_out};
-pub use truth::{ErrorStatistics, SizeMismatch, TruthReport, compare_with_truth, mean_step};
+pub use truth::{ErrorStatistics, SizeMismatch, TruthReport, compare_with_truth, median_step};

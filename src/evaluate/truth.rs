@@ -90,16 +90,17 @@ pub fn compare_with_truth(
     Ok(TruthReport { all: all.statistics(), in_both_end_frames: in_both_end_frames.statistics() })
 }
 
-/// Mean of `map` where the truth lies within `tolerance` of `low`, less its mean where it lies within `tolerance` of
+/// Median of `map` where the truth lies within `tolerance` of `low`, less its median where it lies within `tolerance` of
 /// `high`; `None` if either holds no answered pixel.
-pub fn mean_step(map: &Plane<f32>, truth: &Plane<f32>, low: f32, high: f32, tolerance: f32) -> Option<f64> {
-    let mean = |level: f32| {
+pub fn median_step(map: &Plane<f32>, truth: &Plane<f32>, low: f32, high: f32, tolerance: f32) -> Option<f64> {
+    let median = |level: f32| {
         let values = map.values().iter().zip(truth.values());
         let chosen = values.filter(|(value, truth)| !value.is_nan() && (*truth - level).abs() <= tolerance);
-        let (sum, count) = chosen.fold((0.0, 0_u32), |(sum, n), (&value, _)| (sum + f64::from(value), n + 1));
-        (count > 0).then(|| sum / f64::from(count))
+        let mut values: Vec<f32> = chosen.map(|(&value, _)| value).collect();
+        let middle = values.len() / 2;
+        (!values.is_empty()).then(|| f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1))
     };
-    Some(mean(low)? - mean(high)?)
+    Some(median(low)? - median(high)?)
 }
 
 #[derive(Default)]

@@ -4,14 +4,15 @@ use std::time::Instant;
 
 use thiserror::Error;
 
+use crate::epi::interpolation::Interpolation;
 use crate::epi::lines::Lines;
 use crate::epi::{
-    Answer, DisparityMaps, MatchError, MatchOptions, Method, OrderingUsed, match_volume, row_costs,
+    Answer, DisparityMaps, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, match_volume, row_costs,
 };
 use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
-use crate::results::{FORMAT_VERSION, MatchSummary, ResultsError, ResultsFolder};
+use crate::results::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError, ResultsFolder};
 use crate::sequence::{Sequence, SequenceError, load_volume};
 use crate::surface::{Geometry, Heights, heights};
 use crate::volume::Volume;
@@ -101,7 +102,8 @@ fn write_maps(
     folder.write_mask("mask.png", &maps.answer)?;
     let range = ValueRange::of(&maps.disparity, 0.05);
     folder.write_picture("disparity.png", &map_picture(&maps.disparity, "Disparity", "px", range)?)?;
-    let range = ValueRange { low: 0.0, ..ValueRange::of(&maps.sigma, 0.001) };
+    // Sigma at borders is many times that of the surface; the surface is what a person wants to see.
+    let range = ValueRange { low: 0.0, high: 3.0 * median(&maps.sigma).unwrap_or(1.0) as f32 };
     folder.write_picture("sigma.png", &map_picture(&maps.sigma, "Sigma of the disparity", "px", range)?)?;
     if let Some(heights) = heights {
         folder.write_map("height_mm.tiff", &heights.height_mm)?;
@@ -126,19 +128,13 @@ fn summarise(
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: sequence.record().uid.clone(),
-        method: match options.method {
-            Method::Variance => "variance",
-            Method::NccFirst => "ncc-first",
-            Method::NccMean => "ncc-mean",
-        }
-        .to_owned(),
+        settings: settings(options),
         reference: maps.reference,
         tau_before,
         tau_after,
         minimum_px: maps.range.minimum_px,
         maximum_px: maps.range.maximum_px,
         range_found: maps.range_found,
-        raster_px: options.raster_px,
         ordering: match maps.ordering {
             OrderingUsed::Strict => "strict",
             OrderingUsed::Free => "free",
@@ -147,12 +143,43 @@ fn summarise(
         order_violations: maps.order_violations(tau_before, tau_after),
         answered: maps.share(Answer::Found),
         leaves_image: maps.share(Answer::LeavesImage),
+        beyond_range: maps.share(Answer::BeyondRange),
         no_texture: maps.share(Answer::NoTexture),
         ambiguous: maps.share(Answer::Ambiguous),
         median_disparity_px: median(&maps.disparity),
         median_sigma_px: median(&maps.sigma),
         distance_mm: heights.map(|heights| heights.distance_mm),
         seconds,
+    }
+}
+
+fn settings(options: &MatchOptions) -> MatchSettings {
+    let method = match options.method {
+        Method::Variance => "variance",
+        Method::NccFirst => "ncc-first",
+        Method::NccMean => "ncc-mean",
+    };
+    let interpolation = match options.interpolation {
+        Interpolation::Linear => "linear",
+        Interpolation::Cubic => "cubic",
+        Interpolation::BSpline => "b-spline",
+    };
+    let hidden_points = match options.hidden_points {
+        HiddenPoints::None => "none",
+        HiddenPoints::OneSide => "one-side",
+        HiddenPoints::Automatic => "auto",
+    };
+    MatchSettings {
+        method: method.to_owned(),
+        window_px: options.window_px,
+        interpolation: interpolation.to_owned(),
+        raster_px: options.raster_px,
+        minimum_visible: options.minimum_visible,
+        hidden_points: hidden_points.to_owned(),
+        fit: options.refine,
+        fit_window_px: options.refine_window_px,
+        maximum_sigma_px: options.maximum_sigma_px,
+        minimum_confidence: options.minimum_confidence,
     }
 }
 

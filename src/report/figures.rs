@@ -75,7 +75,7 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
     let disparity_px = |k: usize| row.hypotheses.disparity_px(k as f64);
     let mapping = maps.disparity.row(row.y);
     let image = CostImage {
-        title: format!("Cost of the candidates of row {}: bright is low; the mapping in red", row.y),
+        title: format!("Cost of the candidates of row {}: bright is low; the result in red", row.y),
         brightness,
         lowest_px: disparity_px(0) - 0.5 * row.hypotheses.raster_px(),
         highest_px: disparity_px(count - 1) + 0.5 * row.hypotheses.raster_px(),
@@ -84,12 +84,12 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
     let number = |value: f32| if value.is_nan() { "nan".to_owned() } else { value.to_string() };
     let mut csv = "disparity_px".to_owned();
     (0..columns).for_each(|x| csv.push_str(&format!(",x={x}")));
-    csv.push_str("\nmapping");
+    csv.push_str("\nresult");
     mapping.iter().for_each(|&disparity| csv.push_str(&format!(",{}", number(disparity))));
     csv.push('\n');
     for k in 0..count {
         csv.push_str(&disparity_px(k).to_string());
-        costs.row(k).iter().for_each(|&cost| csv.push_str(&format!(",{}", number(cost))));
+        costs.row(k).iter().for_each(|&cost| csv.push_str(&if cost.is_nan() { ",nan".to_owned() } else { format!(",{cost:.3}") }));
         csv.push('\n');
     }
     Ok(Figure { name: "3b-cost-image-with-mapping", picture: image.picture()?, csv })
@@ -110,7 +110,9 @@ fn neighbour_profiles(
         .unwrap_or(answered[0]);
     let disparity = f64::from(maps.disparity.at(x, y));
     let series = [(0.0, "(i, j)"), (1.0, "(i, j + 1)"), (-1.0, "(i, j - 1)")].map(|(shift, name)| {
-        let profile = line_profile(volume, lines, x as f64, y, disparity + shift);
+        // j moves while i stays: in the reference frame the line then moves by its share.
+        let column = x as f64 + shift * lines.tau_before();
+        let profile = line_profile(volume, lines, column, y, disparity + shift);
         let points = profile.iter().enumerate().map(|(t, &value)| (t as f64, f64::from(value))).collect();
         Series { name: name.to_owned(), points }
     });
@@ -141,7 +143,7 @@ fn aligned_profiles(
         let maximum = profile.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
         let columns = lines.offsets().iter().map(|tau| x as f64 + disparity * tau);
         let points = columns.zip(profile.iter().map(|value| f64::from(value / maximum))).collect();
-        Series { name: format!("i = {x}"), points }
+        Series { name: format!("i = {:.0}", x as f64 - disparity * lines.tau_before()), points }
     });
     let chart = Chart {
         title: "Intensities along lines, over their maxima, aligned by position in the image".to_owned(),

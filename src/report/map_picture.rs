@@ -38,7 +38,7 @@ impl ValueRange {
     }
 }
 
-/// `map` in the colours of viridis over `range`, grey where unknown, under a title and beside a scale bar in `unit`.
+/// `map` in the colours of viridis over `range`, grey where unknown, under a title with the unit and beside a scale bar.
 ///
 /// # Errors
 /// [`ReportError`] if the text cannot be drawn.
@@ -66,8 +66,9 @@ pub fn map_picture(
             picture.put_pixel(width + 14 + x, bar_top + step, shade);
         }
     }
+    let unknown = map.values().iter().any(|value| value.is_nan());
     let mut raw = picture.into_raw();
-    let drawn = draw_text(&mut raw, full, (title, unit), range, (width, bar_top, bar_height));
+    let drawn = draw_text(&mut raw, full, (&format!("{title} ({unit})"), unknown), range, (width, bar_top, bar_height));
     drawn.map_err(|reason| ReportError::new(title, reason))?;
     RgbImage::from_raw(full.0, full.1, raw).ok_or_else(|| ReportError::new(title, "its size does not fit"))
 }
@@ -97,7 +98,7 @@ fn colour(value: f32, range: ValueRange) -> Rgb<u8> {
 fn draw_text(
     raw: &mut [u8],
     size: (u32, u32),
-    (title, unit): (&str, &str),
+    (title, unknown): (&str, bool),
     range: ValueRange,
     (width, bar_top, bar_height): (u32, u32, u32),
 ) -> Result<(), String> {
@@ -114,10 +115,17 @@ fn draw_text(
         let x = (width + 14 + BAR_WIDTH) as i32;
         let line = PathElement::new(vec![(x, y as i32), (x + 5, y as i32)], BLACK);
         area.draw(&line).map_err(say)?;
-        area.draw_text(&format!("{tick:.decimals$}"), &style, (x + 9, y as i32 - 8)).map_err(say)?;
+        // A tick that is zero but for rounding shows no sign.
+        let value = if tick.abs() < 1e-6 * step { 0.0 } else { tick };
+        area.draw_text(&format!("{value:.decimals$}"), &style, (x + 9, y as i32 - 8)).map_err(say)?;
         tick += step;
     }
-    area.draw_text(unit, &style, ((width + 14) as i32, (bar_top + bar_height + 3) as i32)).map_err(say)?;
+    if unknown {
+        let (x, y) = ((width + 14) as i32, (bar_top + bar_height + 4) as i32);
+        let grey = RGBColor(UNKNOWN.0[0], UNKNOWN.0[1], UNKNOWN.0[2]);
+        area.draw(&Rectangle::new([(x, y), (x + 14, y + 12)], grey.filled())).map_err(say)?;
+        area.draw_text("no answer", &style, (x + 20, y - 1)).map_err(say)?;
+    }
     area.present().map_err(say)
 }
 

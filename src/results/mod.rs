@@ -25,13 +25,13 @@ pub enum ResultsError {
         path: PathBuf,
     },
     /// The folder holds something that are no results.
-    #[error("{} is not empty and holds no results of this program; choose another folder with --out", path.display())]
+    #[error("{} holds something that is no result of this program and is not replaced; choose another folder with --out", path.display())]
     Foreign {
         /// The folder.
         path: PathBuf,
     },
     /// The operating system refused.
-    #[error("cannot {action} {}: {source}; {}", path.display(), if is_full(source) { "make room or choose another disk with --out; nothing was left half-written" } else { "choose a folder that you may write to with --out, or check the path" })]
+    #[error("cannot {action} {}: {source}; {}", path.display(), advice(action, source))]
     Io {
         /// What was tried.
         action: &'static str,
@@ -72,9 +72,42 @@ pub enum ResultsError {
     },
 }
 
-fn is_full(error: &std::io::Error) -> bool {
+/// What a person can do about an error of the operating system.
+fn advice(action: &str, error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
-    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
+    match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room or choose another disk with --out; nothing was left half-written"
+        }
+        ErrorKind::NotFound if action == "read" => "check the path; `epirig match` makes the results",
+        _ if action == "read" => "check the path and the access to it",
+        _ => "choose a folder that you may write to with --out, or check the path",
+    }
+}
+
+/// How the matcher was told to work, so that a run can be repeated.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MatchSettings {
+    /// Cost: `variance`, `ncc-first` or `ncc-mean`.
+    pub method: String,
+    /// Side of the cost's window, in px.
+    pub window_px: usize,
+    /// `linear`, `cubic` or `b-spline`.
+    pub interpolation: String,
+    /// Raster of the search, in px.
+    pub raster_px: f64,
+    /// Share of the frames that must see a point.
+    pub minimum_visible: f64,
+    /// `none`, `one-side` or `auto`.
+    pub hidden_points: String,
+    /// Whether the fit over all frames was done.
+    pub fit: bool,
+    /// Side of the window of the fit, in px.
+    pub fit_window_px: usize,
+    /// Largest sigma of an answer, in px.
+    pub maximum_sigma_px: f64,
+    /// Least confidence of an answer with free ordering.
+    pub minimum_confidence: f64,
 }
 
 /// `match.json`: what was done and what came out, in numbers.
@@ -86,8 +119,8 @@ pub struct MatchSummary {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
-    /// Cost: `variance`, `ncc-first` or `ncc-mean`.
-    pub method: String,
+    /// How the matcher was told to work.
+    pub settings: MatchSettings,
     /// Index of the reference frame.
     pub reference: usize,
     /// Part of the baseline before the reference frame.
@@ -100,16 +133,18 @@ pub struct MatchSummary {
     pub maximum_px: f64,
     /// Whether the range was found from the data.
     pub range_found: bool,
-    /// Raster of the search, in px.
-    pub raster_px: f64,
-    /// `strict` or `free`.
+    /// The ordering that was applied: `strict` or `free`.
     pub ordering: String,
-    /// Neighbouring pixels whose order the sub-pixel fit reversed.
+    /// Neighbouring pixels of the final map that change places between the first and the last frame. With free ordering
+    /// that is what depth edges do; with strict ordering the mapping on the raster has none, and those here come from
+    /// the fit.
     pub order_violations: usize,
     /// Share of the pixels with an answer.
     pub answered: f64,
     /// Share of the pixels whose line is in view in too few frames.
     pub leaves_image: f64,
+    /// Share of the pixels whose best candidate is at an end of the range.
+    pub beyond_range: f64,
     /// Share of the pixels with too little texture.
     pub no_texture: f64,
     /// Share of the pixels with several equally good candidates.

@@ -9,14 +9,63 @@ use super::{MatchSummary, ResultsError};
 use crate::epi::Answer;
 use crate::formats::MapFormat;
 use crate::plane::Plane;
+use crate::scratch::Scratch;
 
-/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 80 no texture, 160 ambiguous.
+/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 160 ambiguous.
 pub fn mask_value(answer: Answer) -> u8 {
     match answer {
         Answer::Found => 255,
         Answer::LeavesImage => 0,
+        Answer::BeyondRange => 40,
         Answer::NoTexture => 80,
         Answer::Ambiguous => 160,
+    }
+}
+
+/// Files and folders that results consist of; a folder that holds anything else is never replaced.
+const OWN_NAMES: [&str; 17] = [
+    "match.json",
+    "disparity.pfm",
+    "disparity.tiff",
+    "disparity.npy",
+    "disparity.png",
+    "sigma.tiff",
+    "sigma.png",
+    "cost.tiff",
+    "confidence.tiff",
+    "mask.png",
+    "height.png",
+    "height_mm.tiff",
+    "height_sigma_mm.tiff",
+    "figures",
+    "measured-and-truth.png",
+    "height-along-row.png",
+    "height-along-row.csv",
+];
+
+/// Whether results may be put at `target`: nothing is there, or an empty folder, or results that may be replaced.
+fn check_target(target: &Path, overwrite: bool) -> Result<(), ResultsError> {
+    let foreign = || ResultsError::Foreign { path: target.to_owned() };
+    let io = |source| ResultsError::Io { action: "look into", path: target.to_owned(), source };
+    match fs::symlink_metadata(target) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        // Below a file there is no folder: making it will say so, with the path of that file.
+        Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => return Ok(()),
+        Err(error) => return Err(io(error)),
+        Ok(metadata) if !metadata.is_dir() => return Err(foreign()),
+        Ok(_) => {}
+    }
+    let mut occupied = false;
+    for entry in fs::read_dir(target).map_err(io)? {
+        occupied = true;
+        let name = entry.map_err(io)?.file_name();
+        if !OWN_NAMES.iter().any(|own| name == *own) {
+            return Err(foreign());
+        }
+    }
+    match occupied && !overwrite {
+        true => Err(ResultsError::Exists { path: target.to_owned() }),
+        false => Ok(()),
     }
 }
 
@@ -25,7 +74,8 @@ pub fn mask_value(answer: Answer) -> u8 {
 #[derive(Debug)]
 pub struct ResultsFolder {
     target: PathBuf,
-    scratch: tempfile::TempDir,
+    overwrite: bool,
+    scratch: Scratch,
 }
 
 impl ResultsFolder {
@@ -35,25 +85,12 @@ impl ResultsFolder {
     /// [`ResultsError`] if `target` holds something and `overwrite` is not set (or it is no folder of results), or its
     /// parent cannot be written.
     pub fn create(target: &Path, overwrite: bool) -> Result<Self, ResultsError> {
-        let occupied = fs::read_dir(target).is_ok_and(|mut entries| entries.next().is_some());
-        if occupied && !target.join("match.json").exists() {
-            return Err(ResultsError::Foreign { path: target.to_owned() });
-        }
-        if occupied && !overwrite {
-            return Err(ResultsError::Exists { path: target.to_owned() });
-        }
-        let parent =
-            target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let io = |action, path: &Path| {
-            let path = path.to_owned();
-            move |source| ResultsError::Io { action, path, source }
-        };
-        fs::create_dir_all(parent).map_err(io("make the folder", parent))?;
-        let scratch = tempfile::Builder::new().prefix(".epirig-results-").tempdir_in(parent);
-        let scratch = scratch.map_err(io("make a folder in", parent))?;
+        check_target(target, overwrite)?;
+        let io = |(path, source)| ResultsError::Io { action: "make a folder in", path, source };
+        let scratch = Scratch::beside(target).map_err(io)?;
         let building = scratch.path().join("results");
-        fs::create_dir(&building).map_err(io("make the folder", &building))?;
-        Ok(Self { target: target.to_owned(), scratch })
+        fs::create_dir(&building).map_err(|source| io((building, source)))?;
+        Ok(Self { target: target.to_owned(), overwrite, scratch })
     }
 
     fn building(&self) -> PathBuf {
@@ -135,10 +172,12 @@ impl ResultsFolder {
     /// Puts the folder in its final place, instead of what was there.
     ///
     /// # Errors
-    /// [`ResultsError::Io`]; what was there before stays if the new folder cannot take its place.
+    /// [`ResultsError`]; what was there before stays if the new folder cannot take its place.
     pub fn commit(self) -> Result<(), ResultsError> {
         let target = self.target.clone();
         let io = |source| ResultsError::Io { action: "put in place", path: target.clone(), source };
+        // Something may have come there since the work began.
+        check_target(&self.target, self.overwrite)?;
         let previous = self.scratch.path().join("previous");
         let replaced = self.target.exists();
         if replaced {

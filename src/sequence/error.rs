@@ -55,7 +55,7 @@ pub enum SequenceError {
         count: usize,
     },
     /// An image that cannot be decoded.
-    #[error("{} is damaged or no image: {reason}; copy it again from its source, or leave it out with --frames", path.display())]
+    #[error("{} is damaged or no image: {reason}; copy it again from its source, or import the frames without it", path.display())]
     BadImage {
         /// The file.
         path: PathBuf,
@@ -91,6 +91,14 @@ pub enum SequenceError {
         line: u64,
         /// What is wrong.
         reason: String,
+    },
+    /// The new sequence would lie among the images it is made of.
+    #[error("{} lies in {}, whose images must stay as they are; choose a folder elsewhere", out.display(), folder.display())]
+    InsideSource {
+        /// The folder to be made.
+        out: PathBuf,
+        /// The folder of the images.
+        folder: PathBuf,
     },
     /// A number of positions that is not that of the frames.
     #[error("{} holds {positions} position(s) for {frames} frame(s); give one for each frame that is imported", path.display())]
@@ -142,6 +150,12 @@ pub enum SequenceError {
         /// The file.
         path: PathBuf,
     },
+    /// A file that the journal names is not there.
+    #[error("{} is missing; restore it from a copy, or import the frames again", path.display())]
+    MissingFrame {
+        /// The file.
+        path: PathBuf,
+    },
     /// Frames that do not make a volume.
     #[error(transparent)]
     Volume(#[from] VolumeError),
@@ -165,6 +179,7 @@ fn advice(error: &std::io::Error) -> &'static str {
             "choose a folder you may write to, or ask for access"
         }
         ErrorKind::NotFound => "check the path",
+        ErrorKind::NotADirectory => "give a folder",
         _ => "check the disk and the path, then run the command again",
     }
 }

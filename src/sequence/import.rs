@@ -12,6 +12,7 @@ use super::reader::describe;
 use super::record::{ExitStatus, FORMAT_VERSION, Intrinsics, Origin, SequenceRecord};
 use super::writer::{FrameFacts, SequenceWriter, new_uid, now, refuse_existing};
 use crate::progress::Progress;
+use crate::scratch::Scratch;
 
 /// What a person says of the images.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -89,6 +90,10 @@ pub fn import(
         return Err(SequenceError::TooFewFrames { path: folder.to_owned(), count: images.len() });
     }
     refuse_existing(out)?;
+    let source = fs::canonicalize(folder).map_err(SequenceError::io("look into", folder))?;
+    if std::path::absolute(out).is_ok_and(|out| out.starts_with(&source)) {
+        return Err(SequenceError::InsideSource { out: out.to_owned(), folder: folder.to_owned() });
+    }
     let positions_mm = match (&options.positions, options.step_mm) {
         (Some(path), _) => Some(read_positions(path, images.len())?),
         (None, Some(step_mm)) => Some((0..images.len()).map(|index| index as f64 * step_mm).collect()),
@@ -97,10 +102,8 @@ pub fn import(
 
     let (_, head) = read_image(&images[0], options.bit_depth)?;
     let mut conversions: BTreeMap<&'static str, usize> = BTreeMap::new();
-    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(parent).map_err(SequenceError::io("make the folder", parent))?;
-    let scratch = tempfile::Builder::new().prefix(".epirig-import-").tempdir_in(parent);
-    let scratch = scratch.map_err(SequenceError::io("make a folder in", parent))?;
+    let scratch = Scratch::beside(out)
+        .map_err(|(path, source)| SequenceError::Io { action: "make a folder in", path, source })?;
     let building = scratch.path().join("sequence");
 
     // Conversions are known only after the last image, so the record is written with the first frames' and then again.
@@ -142,6 +145,9 @@ pub fn import(
         fs::remove_dir(out).map_err(SequenceError::io("replace the empty folder", out))?;
     }
     fs::rename(&building, out).map_err(SequenceError::io("make the folder", out))?;
+    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let synced = fs::File::open(parent).and_then(|parent| parent.sync_all());
+    synced.map_err(SequenceError::io("write", parent))?;
     Ok(Imported {
         frames: images.len(),
         rows: record.rows,

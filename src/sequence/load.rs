@@ -12,7 +12,12 @@ use crate::volume::Volume;
 /// [`SequenceError`] naming the first frame that cannot be used.
 pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volume, SequenceError> {
     let record = sequence.record();
-    let mut volume = Volume::new(record.rows, record.columns, record.bit_depth, sequence.tau()?);
+    let tau = sequence.tau()?;
+    // The size in the record is believed only after a frame has shown it.
+    if let Some(first) = sequence.frames().first() {
+        sequence.read(first)?;
+    }
+    let mut volume = Volume::new(record.rows, record.columns, record.bit_depth, tau);
     progress.begin("reading frames", sequence.frames().len() as u64);
     let together = rayon::current_num_threads().max(1);
     for (chunk, records) in sequence.frames().chunks(together).enumerate() {

@@ -24,4 +24,4 @@ pub use record::{
 };
 pub use verify::{Finding, VerifyReport, verify};
 pub use writer::{FrameFacts, SequenceWriter};
-pub(crate) use writer::{new_uid, now};
+pub(crate) use writer::{new_uid, now, refuse_existing};

@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
 
 use crate::frame::{Frame, FrameError, Samples};
@@ -27,13 +28,17 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
     let reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
     let format = reader.format().ok_or("not a PNG, TIFF or JPEG")?;
-    let decoder = reader.into_decoder().map_err(say)?;
-    let (width, height) = decoder.dimensions();
-    let image = DynamicImage::from_decoder(decoder).map_err(say)?;
+    let mut decoder = reader.into_decoder().map_err(say)?;
+    let orientation = decoder.orientation().map_err(say)?;
+    let mut image = DynamicImage::from_decoder(decoder).map_err(say)?;
+    let turned = orientation != Orientation::NoTransforms;
+    image.apply_orientation(orientation);
+    let (width, height) = (image.width(), image.height());
     let lossy = format == image::ImageFormat::Jpeg;
     let colour = image.color().has_color();
     let alpha = image.color().has_alpha();
     let conversion = match (colour, lossy) {
+        _ if turned => Some("turned upright as its orientation tag says, and converted to grey if it was colour"),
         (true, true) => {
             Some("colour JPEG converted to grey (Rec. 709 luma); lossy compression limits accuracy")
         }
@@ -65,6 +70,9 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
 pub(super) fn with_bit_depth(frame: Frame, bit_depth: u8) -> Result<Frame, FrameError> {
     if frame.bit_depth() == bit_depth {
         return Ok(frame);
+    }
+    if (frame.bit_depth() <= 8) != (bit_depth <= 8) {
+        return Err(FrameError::Width { stored: frame.bit_depth(), stated: bit_depth });
     }
     Frame::new(frame.rows(), frame.columns(), bit_depth, frame.samples().clone())
 }

@@ -17,7 +17,6 @@ pub fn read_positions(path: &Path, frames: usize) -> Result<Vec<f64>, SequenceEr
         .has_headers(false)
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
-        .flexible(true)
         .from_reader(text.as_bytes());
     let bad = |line, reason: String| SequenceError::BadPositions { path: path.to_owned(), line, reason };
     let mut column = None;

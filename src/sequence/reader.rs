@@ -31,6 +31,13 @@ impl Sequence {
             return Err(SequenceError::NotASequence { path: folder.to_owned() });
         }
         let record: SequenceRecord = read_record(&path)?;
+        if record.rows == 0 || record.columns == 0 || !(1..=16).contains(&record.bit_depth) {
+            let reason = format!(
+                "frames of {} x {} of {} bit cannot be",
+                record.columns, record.rows, record.bit_depth
+            );
+            return Err(SequenceError::BadRecord { path, line: None, reason });
+        }
         let stop_path = folder.join("stop.json");
         let stop = if stop_path.exists() { Some(read_record(&stop_path)?) } else { None };
         let journal = folder.join("journal.jsonl");
@@ -106,7 +113,10 @@ impl Sequence {
     /// [`SequenceError`] if the file is missing, changed, damaged or not of the recorded size and bit depth.
     pub fn read(&self, frame: &FrameRecord) -> Result<Frame, SequenceError> {
         let path = self.path(frame);
-        let bytes = fs::read(&path).map_err(SequenceError::io("read", &path))?;
+        let bytes = fs::read(&path).map_err(|source| match source.kind() {
+            std::io::ErrorKind::NotFound => SequenceError::MissingFrame { path: path.clone() },
+            _ => SequenceError::Io { action: "read", path: path.clone(), source },
+        })?;
         let decoded = decode_grey(&bytes);
         if blake3::hash(&bytes).to_hex().as_str() != frame.blake3 {
             return Err(match decoded {

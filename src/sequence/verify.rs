@@ -48,10 +48,22 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     progress.end();
 
     let indices: BTreeSet<usize> = sequence.frames().iter().map(|frame| frame.index).collect();
-    for missing in (0..record.frames).filter(|index| !indices.contains(index)) {
-        let problem =
-            "the journal names no such frame; take it again, or use the sequence without it".to_owned();
-        find(format!("frame {missing}"), problem);
+    let missing: Vec<usize> = (0..record.frames).filter(|index| !indices.contains(index)).collect();
+    for gap in missing.chunk_by(|a, b| a + 1 == *b) {
+        let problem = "not in the journal; take it again, or use the sequence without it".to_owned();
+        match gap {
+            [one] => find(format!("frame {one}"), problem),
+            _ => find(format!("frames {} to {}", gap[0], gap[gap.len() - 1]), problem),
+        }
+    }
+    for frame in sequence.frames() {
+        let planned = record.positions_mm.as_ref().and_then(|positions| positions.get(frame.index));
+        if frame.index >= record.frames {
+            find(format!("frame {}", frame.index), "not in the plan; restore sequence.json from a copy".to_owned());
+        } else if record.positions_mm.is_some() && frame.commanded_mm.as_ref() != planned {
+            let problem = "its position is not the planned one; restore the records from a copy".to_owned();
+            find(format!("frame {}", frame.index), problem);
+        }
     }
     if indices.len() < sequence.frames().len() {
         find(
@@ -75,12 +87,16 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     }
     let named: BTreeSet<_> = sequence.frames().iter().map(|frame| sequence.path(frame)).collect();
     let folder = sequence.folder().join("frames");
-    let entries = std::fs::read_dir(&folder).map_err(SequenceError::io("look into", &folder))?;
-    for entry in entries {
-        let path = entry.map_err(SequenceError::io("look into", &folder))?.path();
-        if !named.contains(&path) {
-            let problem = "no journal line names this file; move it away".to_owned();
-            find(path.display().to_string(), problem);
+    match std::fs::read_dir(&folder) {
+        Err(error) => find("frames".to_owned(), format!("cannot be listed: {error}; restore it from a copy")),
+        Ok(entries) => {
+            for entry in entries {
+                let path = entry.map_err(SequenceError::io("look into", &folder))?.path();
+                if !named.contains(&path) {
+                    let problem = "no journal line names this file; move it away".to_owned();
+                    find(path.display().to_string(), problem);
+                }
+            }
         }
     }
     Ok(VerifyReport { good_frames, planned_frames: record.frames, findings })

@@ -134,7 +134,7 @@ pub(crate) fn now() -> String {
     jiff::Timestamp::now().to_string()
 }
 
-pub(super) fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
+pub(crate) fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     match fs::read_dir(folder) {
         Ok(mut entries) => match entries.next() {
             Some(_) => Err(SequenceError::Exists { path: folder.to_owned() }),

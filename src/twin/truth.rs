@@ -13,6 +13,20 @@ pub struct Truth {
     /// Number of frames whose image contains the pixel's surface point; 0 where there is none. The twin's scenes hide no
     /// part of themselves, so a point in the image is a point seen.
     pub visible_frames: Plane<u16>,
+    /// Index of the first of them.
+    first_visible: Plane<u16>,
+}
+
+impl Truth {
+    /// Whether frame `t` sees the surface point of pixel (x, y). A point moves to one side only, so that the frames that
+    /// see it follow each other.
+    ///
+    /// # Panics
+    /// If the pixel lies outside the image.
+    pub fn sees(&self, x: usize, y: usize, t: usize) -> bool {
+        let first = usize::from(self.first_visible.at(x, y));
+        (first..first + usize::from(self.visible_frames.at(x, y))).contains(&t)
+    }
 }
 
 pub(super) fn truth(twin: &Twin, reference: usize) -> Truth {
@@ -26,6 +40,7 @@ pub(super) fn truth(twin: &Twin, reference: usize) -> Truth {
     let mut disparity = Plane::filled(rows, columns, f32::NAN);
     let mut height_mm = Plane::filled(rows, columns, f32::NAN);
     let mut visible_frames = Plane::filled(rows, columns, 0);
+    let mut first_visible = Plane::filled(rows, columns, 0);
     for y in 0..rows {
         for x in 0..columns {
             let Some(hit) = config.scene.hit(optics.ray(x as f64, y as f64), here) else { continue };
@@ -36,8 +51,9 @@ pub(super) fn truth(twin: &Twin, reference: usize) -> Truth {
                 let column = x as f64 + (offset - here) * px_per_mm;
                 (0.0..=(columns - 1) as f64).contains(&column)
             };
+            first_visible.row_mut(y)[x] = offsets.iter().position(|offset| in_view(&offset)).unwrap_or(0) as u16;
             visible_frames.row_mut(y)[x] = offsets.iter().filter(in_view).count() as u16;
         }
     }
-    Truth { disparity, height_mm, visible_frames }
+    Truth { disparity, height_mm, visible_frames, first_visible }
 }

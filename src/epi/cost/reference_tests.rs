@@ -82,7 +82,7 @@ impl Case {
             subsets.push(seen.iter().copied().filter(|&t| t <= self.reference).collect());
             subsets.push(seen.iter().copied().filter(|&t| t >= self.reference).collect());
         }
-        let least = (self.options.minimum_visible * self.taus.len() as f64).ceil().max(2.0) as usize;
+        let least = (self.options.minimum_visible * self.taus.len() as f64).ceil().max(3.0) as usize;
         subsets.retain(|subset| subset.len() >= least);
         subsets
     }
