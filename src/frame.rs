@@ -87,7 +87,9 @@ pub enum FrameError {
         samples: usize,
     },
     /// The samples are stored in another width than the stated bit depth needs.
-    #[error("it holds {stored} bit samples, but {stated} bit are stated; state the true bit depth, or save it with that many")]
+    #[error(
+        "it holds {stored} bit samples, but {stated} bit are stated; state the true bit depth, or save it with that many"
+    )]
     Width {
         /// Bits of a stored sample.
         stored: u8,

@@ -19,7 +19,8 @@ impl Scratch {
     /// # Errors
     /// The folder concerned and what the operating system said.
     pub fn beside(target: &Path) -> Result<Self, (PathBuf, std::io::Error)> {
-        let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let parent =
+            target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let make = || {
             std::fs::create_dir_all(parent)?;
             tempfile::Builder::new().prefix(".epirig-").tempdir_in(parent)

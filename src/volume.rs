@@ -72,14 +72,10 @@ impl Volume {
         let alike =
             frame.rows() == self.rows && frame.columns() == columns && frame.bit_depth() == self.bit_depth;
         match (&mut self.samples, frame.samples()) {
-            (Samples::U8(target), Samples::U8(source))
-                if alike =>
-            {
+            (Samples::U8(target), Samples::U8(source)) if alike => {
                 scatter(target, source, index, frames, columns);
             }
-            (Samples::U16(target), Samples::U16(source))
-                if alike =>
-            {
+            (Samples::U16(target), Samples::U16(source)) if alike => {
                 scatter(target, source, index, frames, columns);
             }
             _ => {

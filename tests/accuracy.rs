@@ -8,6 +8,7 @@ use epirig::epi::{
     match_volume,
 };
 use epirig::evaluate::{TruthReport, compare_with_truth};
+use epirig::frame::{Frame, Samples};
 use epirig::progress::Silent;
 use epirig::tau::Tau;
 use epirig::twin::{Carried, Scene, Twin, TwinConfig};
@@ -56,7 +57,9 @@ fn every_method_and_interpolation_measures_a_plane() {
         let (_, report) = measure(TwinConfig::textured_plane(128, 48, 17), &options);
         let errors = report.in_both_end_frames;
         assert!(errors.median_px < bound, "{method:?} {interpolation:?} {refine}: {errors:?}");
-        assert!(errors.answered as f64 > 0.98 * errors.pixels as f64, "{method:?}: {errors:?}");
+        // A window of 7 that is the model must lie inside the image: 3 of the 120 columns have none.
+        let share = if method == Method::NccFirst { 0.97 } else { 0.98 };
+        assert!(errors.answered as f64 > share * errors.pixels as f64, "{method:?}: {errors:?}");
     }
 }
 
@@ -166,4 +169,70 @@ fn results_do_not_depend_on_the_number_of_threads() {
         maps.disparity.values().iter().chain(maps.sigma.values()).map(|value| value.to_bits()).collect()
     };
     assert_eq!(bits(on(1)), bits(on(3)));
+}
+
+#[test]
+fn slanted_surfaces_are_measured_as_well_as_upright_ones() {
+    for slope_x in [-0.6, 0.6] {
+        let mut config = TwinConfig::textured_plane(160, 64, 25);
+        // Disparity 40 px over 500 mm of distance: a slope of 0.6 changes it by some 0.1 px per px and more.
+        config.scan.step_mm *= 5.0;
+        config.scene = Scene::Plane { distance_mm: 500.0, slope_x, slope_y: 0.0 };
+        let (_, report) = measure(config, &MatchOptions::default());
+        let errors = report.in_both_end_frames;
+        assert!(errors.mean_px < 0.01 && errors.percentile_99_px < 0.05, "{slope_x}: {errors:?}");
+    }
+}
+
+#[test]
+fn noise_is_not_taken_for_texture() {
+    let mut config = TwinConfig::textured_plane(160, 64, 20);
+    config.texture.grain_mm = 1e6;
+    config.sensor.read_noise_dn = 20.0;
+    for ordering in [Ordering::Strict, Ordering::Free] {
+        let range = Some(DisparityRange { minimum_px: 0.0, maximum_px: 16.0 });
+        let (maps, _) = measure(config.clone(), &MatchOptions { ordering, range, ..MatchOptions::default() });
+        // The gate stands at four times what noise alone gives, and each pixel has picked the best of 65 candidates.
+        assert!(maps.share(Answer::Found) < 0.01, "{ordering:?}: {}", maps.share(Answer::Found));
+    }
+}
+
+#[test]
+fn a_thing_in_front_of_another_is_noticed() {
+    // Two planes, 20 and 60 px of disparity, the nearer one a strip of 60 px in images of 400 px.
+    let plane = |disparity: f64, seed| {
+        let mut config = TwinConfig::textured_plane(400, 48, 21);
+        config.scan.step_mm *= disparity / 8.0;
+        config.texture.seed = seed;
+        Twin::new(config).unwrap()
+    };
+    let (far, near) = (plane(20.0, 1), plane(60.0, 2));
+    let mut volume = Volume::new(48, 400, 8, Tau::equidistant(21).unwrap());
+    for index in 0..21_usize {
+        let frame = |twin: &Twin| twin.expose(twin.config().scan.positions_mm()[index], 0);
+        let (far, near) = (frame(&far), frame(&near));
+        let (mut background, mut samples) = (vec![0.0; 400 * 48], vec![0.0; 400 * 48]);
+        far.samples().copy_to_f32(0, &mut background);
+        near.samples().copy_to_f32(0, &mut samples);
+        // In the middle frame the strip covers columns 170 to 229; it moves by 3 px a frame.
+        let left = 170 + 3 * index - 30;
+        let value = |(place, &far): (usize, &f32)| {
+            let x = place % 400;
+            if (left..left + 60).contains(&x) { samples[place] as u8 } else { far as u8 }
+        };
+        let bytes = background.iter().enumerate().map(value).collect();
+        volume.insert(index, &Frame::new(48, 400, 8, Samples::U8(bytes)).unwrap()).unwrap();
+    }
+    let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
+    let maps = match_volume(&volume, &options, &Silent).unwrap();
+    assert_eq!(maps.ordering, OrderingUsed::Free);
+    // Away from the strip's edges by the reach of the windows.
+    for (columns, disparity) in [(20..165, 20.0), (175..225, 60.0), (235..380, 20.0)] {
+        let values: Vec<f32> =
+            (4..44).flat_map(|y| maps.disparity.row(y)[columns.clone()].to_vec()).collect();
+        let right = values.iter().filter(|value| (**value - disparity).abs() < 0.1).count();
+        let wrong = values.iter().filter(|value| (**value - disparity).abs() > 1.0).count();
+        assert!(right as f64 > 0.95 * values.len() as f64, "{columns:?}: {right} of {}", values.len());
+        assert!(wrong as f64 <= 0.01 * values.len() as f64, "{columns:?}: {wrong} wrong");
+    }
 }

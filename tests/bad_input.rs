@@ -88,7 +88,7 @@ fn a_frame_that_was_damaged_after_the_import() {
     write_png(&path, &twin(9).expose(0.0, 77));
     fails(folder.path(), &["match", "seq"], 5, &["0004.png", "hash"]);
     fs::remove_file(&path).unwrap();
-    fails(folder.path(), &["match", "seq"], 1, &["0004.png"]);
+    fails(folder.path(), &["match", "seq"], 5, &["0004.png", "missing"]);
     assert_eq!(epirig(folder.path(), &["verify", "seq"]).status.code(), Some(5));
 }
 
@@ -127,6 +127,7 @@ fn positions_of_a_wrong_count_or_not_increasing() {
         ("0\n1.5\nthree\n4\n", vec!["positions.csv", "line 3", "three"]),
         ("0\n1.5\nnan\n4\n", vec!["positions.csv", "position 2", "finite"]),
         ("a,b\n0,1\n", vec!["positions.csv", "position_mm"]),
+        ("0\n1,5\n3,0\n4,5\n", vec!["positions.csv", "line 2"]),
     ] {
         fs::write(&positions, table).unwrap();
         fails(folder.path(), &arguments, 5, &words);
@@ -190,6 +191,12 @@ fn folders_that_hold_something_already() {
     assert_eq!(before, fs::read(folder.path().join("seq/results/disparity.pfm")).unwrap());
     succeeds(folder.path(), &["match", "seq", "--overwrite"]);
     assert_eq!(before, fs::read(folder.path().join("seq/results/disparity.pfm")).unwrap());
+    // Nor are results to which a person has added something, nor a file.
+    fs::write(folder.path().join("seq/results/thesis.txt"), "years of work").unwrap();
+    fails(folder.path(), &["match", "seq", "--overwrite"], 2, &["seq/results", "another folder"]);
+    fs::write(folder.path().join("notes.txt"), "notes").unwrap();
+    fails(folder.path(), &["match", "seq", "--out", "notes.txt"], 2, &["notes.txt", "another folder"]);
+    assert_eq!(fs::read_to_string(folder.path().join("notes.txt")).unwrap(), "notes");
     // A folder of something else is never replaced.
     fails(
         folder.path(),

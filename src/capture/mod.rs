@@ -8,7 +8,7 @@ use crate::camera::{Camera, CameraError};
 use crate::progress::Progress;
 use crate::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, Intrinsics, Origin, SequenceError, SequenceRecord,
-    SequenceWriter, new_uid, refuse_existing, now,
+    SequenceWriter, new_uid, now, refuse_existing,
 };
 use crate::stage::{Stage, StageError};
 

@@ -35,10 +35,13 @@ enum SceneName {
 /// The simulated rig moves the object past a camera; the frames are captured, written, matched and compared with the
 /// truth, which only the simulation knows.
 #[derive(Debug, Args)]
-#[command(allow_negative_numbers = true, after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   epirig demo
   epirig demo --scene cube-edge
-  epirig demo --size 512 --noise 1 --out noisy-tile")]
+  epirig demo --size 512 --noise 1 --out noisy-tile"
+)]
 pub(super) struct Demo {
     /// Folder for the sequence and the results [default: epirig-demo, or the first of epirig-demo-2, ... that is free]
     #[arg(long, value_name = "DIR")]

@@ -17,9 +17,12 @@ use crate::sequence::{Sequence, load_volume};
 /// the disparity and shows the error beside that of repeating the nearest frame: a check that needs no truth.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("check").required(true).args(["truth", "leave_out"]))]
-#[command(allow_negative_numbers = true, after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
-  epirig evaluate seq --leave-out 5 --reference middle --ordering free")]
+  epirig evaluate seq --leave-out 5 --reference middle --ordering free"
+)]
 pub(super) struct Evaluate {
     /// Folder of the sequence
     seq: PathBuf,

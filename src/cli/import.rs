@@ -12,11 +12,14 @@ use crate::sequence::import::{ImportOptions, import};
 /// The images stay as they are. Colour is converted to grey, and that is said and recorded. Files are taken in natural
 /// order: frame_9 before frame_10.
 #[derive(Debug, Args)]
-#[command(allow_negative_numbers = true, after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   epirig import photos/ --out seq
   epirig import photos/ --out seq --frames 40..80
   epirig import photos/ --out seq --step-mm 1.5 --focal-length-px 2844
-  epirig import photos/ --out seq --positions positions.csv")]
+  epirig import photos/ --out seq --positions positions.csv"
+)]
 pub(super) struct Import {
     /// Folder of PNG, TIFF or JPEG images, 8 or 16 bit
     dir: PathBuf,

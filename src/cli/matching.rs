@@ -12,14 +12,17 @@ use crate::sequence::{ExitStatus, Sequence};
 
 /// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
 #[derive(Debug, Args)]
-#[command(allow_negative_numbers = true, after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   epirig match seq
   epirig match seq --reference middle --ordering free      things in front of other things
   epirig match seq --method ncc-mean                       illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
-(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 160 ambiguous), pictures, figures/ and match.json.")]
+(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 160 ambiguous), pictures, figures/ and match.json."
+)]
 pub(super) struct Match {
     /// Folder of the sequence
     seq: PathBuf,
@@ -76,6 +79,12 @@ fn advise(measurement: &Measurement, talk: &Talk) {
         talk.say(&format!(
             "hint: {:.0} % of the pixels leave the image too early to be answered; --reference middle sees more",
             100.0 * summary.leaves_image
+        ));
+    }
+    if summary.beyond_range > 0.05 {
+        talk.say(&format!(
+            "hint: for {:.0} % of the pixels the best candidate is at an end of the range; widen --range or leave it out",
+            100.0 * summary.beyond_range
         ));
     }
     if summary.answered < 0.2 && summary.leaves_image < 0.5 {

@@ -18,8 +18,7 @@ use crate::scratch::Scratch;
 use error::CliError;
 use progress::Talk;
 
-const EXIT_CODES: &str =
-    "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 4 device fault, \
+const EXIT_CODES: &str = "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 4 device fault, \
 5 bad or damaged data, 130 interrupted.
 
 Examples:

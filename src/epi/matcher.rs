@@ -164,12 +164,17 @@ struct MatchedRow {
     answer: Vec<Answer>,
 }
 
-/// Whether candidate `k` has neighbours on both sides that show it to be the best. Beside a candidate that leaves the image,
-/// or at an end of the range, nothing shows that; a range of one or two candidates has only ends, and is believed.
-fn bracketed(costs: &CostTable, k: usize, x: usize) -> Answer {
+/// Whether the candidates around `k` show it to be the best, `reach` of them on each side.
+///
+/// Near a candidate that leaves the image nothing shows that: the right one may have left. Nor is it shown if `k` costs more
+/// than an unknown candidate is taken to cost (`neutral`) while others have left the image, or if it is an end of the
+/// range; a range of one or two candidates has only ends, and is believed.
+fn bracketed(costs: &CostTable, k: usize, x: usize, reach: usize, neutral: f32) -> Answer {
     let last = costs.hypotheses() - 1;
-    let known = |k: usize| k > last || !costs.at(k, x).is_nan();
-    if !(known(k) && known(k + 1) && known(k.wrapping_sub(1))) {
+    let near = k.saturating_sub(reach)..=(k + reach).min(last);
+    let gone = |k: usize| costs.at(k, x).is_nan();
+    let some_gone = gone(0) || gone(last);
+    if near.into_iter().any(gone) || (some_gone && costs.at(k, x) > neutral) {
         Answer::LeavesImage
     } else if last > 1 && (k == 0 || k == last) {
         Answer::BeyondRange
@@ -186,7 +191,8 @@ fn match_row(
     options: &MatchOptions,
 ) -> MatchedRow {
     let columns = costs.columns();
-    let chosen: Vec<u16> = match (ordering, neutral_cost(costs)) {
+    let neutral = neutral_cost(costs);
+    let chosen: Vec<u16> = match (ordering, neutral) {
         (_, None) => vec![0; columns],
         (OrderingUsed::Strict, Some(neutral)) => {
             optimal_mapping(costs, OrderingLimits::new(lines, options.raster_px), neutral)
@@ -201,7 +207,7 @@ fn match_row(
     let mut answer = vec![Answer::LeavesImage; columns];
     for (x, &k) in chosen.iter().enumerate() {
         cost[x] = costs.at(k.into(), x);
-        answer[x] = bracketed(costs, k.into(), x);
+        answer[x] = bracketed(costs, k.into(), x, 2 * apart, neutral.unwrap_or(f32::INFINITY));
         if answer[x] == Answer::Found {
             let index = f64::from(k) + parabola_vertex(costs, k.into(), x);
             disparity[x] = hypotheses.disparity_px(index) as f32;

@@ -16,14 +16,21 @@ use crate::volume::Volume;
 const SAMPLED_ROWS: usize = 24;
 /// Frames that are searched: enough that chance does not find a line.
 const SAMPLED_FRAMES: usize = 33;
-/// A vote counts if its candidate's cost is at most this share of the best one elsewhere.
-const CLEAR_SHARE: f32 = 0.5;
+/// A vote counts if its candidate is this much better than the best one elsewhere ...
+const CLEAR_CONFIDENCE: f32 = 0.5;
+/// ... or, where noise drowns the texture so that fewer than the share below are, this much: with some hundred degrees of
+/// freedom in a window, chance differences of two variances stay below it.
+const NOISY_CONFIDENCE: f32 = 0.25;
+/// Share of the pixels that must vote.
+const VOTING_SHARE: f64 = 0.02;
 /// A vote is a straggler if fewer than this share of all votes lie near it.
 const STRAGGLER_SHARE: f64 = 0.004;
 /// "Near", in px at the end of the baseline.
 const NEAR_PX: f64 = 4.0;
-/// Depth edges that no strictly increasing mapping allows are real from this share of neighbouring votes on.
-const UNORDERED_SHARE: f64 = 0.01;
+/// A crossing of points counts if this many votes on each side of it agree.
+const SUPPORT: usize = 3;
+/// Crossings make a scene unordered if this share of the rows, and at least two, hold one.
+const UNORDERED_SHARE: f64 = 0.05;
 
 /// What the sampled rows show.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,11 +51,11 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
     let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
-    let limit = options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
+    let limit =
+        options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
     let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
     let hypotheses = Hypotheses::covering(whole, step);
-    let survey_options =
-        MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
+    let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
     // Until the order is known, points may be hidden on one side.
     let hidden_points = match (options.hidden_points, options.ordering) {
         (HiddenPoints::Automatic, Ordering::Strict) => HiddenPoints::None,
@@ -56,11 +63,20 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
         (stated, _) => stated,
     };
     let rule = SeenRule::new(frames.len(), options.minimum_visible, hidden_points);
-    let votes: Vec<Vec<Option<f64>>> = thinned
+    let candidates: Vec<Vec<Vote>> = thinned
         .centres
         .par_iter()
         .map(|&y| row_votes(&thinned.volume, y, &survey_lines, &hypotheses, rule, &survey_options))
         .collect();
+    let clear = |least: f32| -> Vec<Vec<Option<f64>>> {
+        let admitted = |vote: &Vote| vote.filter(|vote| vote.1 >= least).map(|vote| vote.0);
+        candidates.iter().map(|row| row.iter().map(admitted).collect()).collect()
+    };
+    let mut votes = clear(CLEAR_CONFIDENCE);
+    let voting = votes.iter().flatten().flatten().count() as f64;
+    if voting < VOTING_SHARE * (candidates.len() * volume.columns()) as f64 {
+        votes = clear(NOISY_CONFIDENCE);
+    }
     let mut all: Vec<f64> = votes.iter().flatten().flatten().copied().collect();
     all.sort_unstable_by(f64::total_cmp);
     let near = NEAR_PX * step;
@@ -72,6 +88,9 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
         .unwrap_or(DisparityRange { minimum_px: minimum - margin, maximum_px: maximum + margin });
     Some(Survey { range, ordered: is_ordered(&votes, lines, (minimum, maximum), step) })
 }
+
+/// Disparity in px of a pixel's best candidate, and how much better it is than its rivals.
+type Vote = Option<(f64, f32)>;
 
 struct Thinned {
     volume: Volume,
@@ -113,15 +132,16 @@ fn row_votes(
     hypotheses: &Hypotheses,
     rule: SeenRule,
     options: &MatchOptions,
-) -> Vec<Option<f64>> {
+) -> Vec<Vote> {
     let band = Band::new(volume, y..y + 1, options);
     let tables = band_costs(&band, lines, hypotheses, rule, options);
     let winners = winners(&tables[0]);
     let chosen: Vec<u16> = winners.iter().map(|winner| winner.unwrap_or(0)).collect();
     let confidences = confidences(&tables[0], &chosen, 3, options.method.resolution());
-    let vote = |(winner, confidence): (&Option<u16>, &f32)| {
-        let clear = *confidence >= 1.0 - CLEAR_SHARE || hypotheses.count() <= 3;
-        winner.filter(|_| clear).map(|k| hypotheses.disparity_px(k.into()))
+    // A search over so few candidates has no rivals to stand out from.
+    let confidence = |confidence: f32| if hypotheses.count() <= 3 { 1.0 } else { confidence };
+    let vote = |(winner, &own): (&Option<u16>, &f32)| {
+        winner.map(|k| (hypotheses.disparity_px(k.into()), confidence(own)))
     };
     winners.iter().zip(&confidences).map(vote).collect()
 }
@@ -137,21 +157,24 @@ fn without_stragglers(sorted: &[f64], near: f64) -> Vec<f64> {
 }
 
 fn is_ordered(votes: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64), step: f64) -> bool {
-    let (mut pairs, mut unordered) = (0_usize, 0_usize);
-    for row in votes {
+    // Votes lie on a coarse raster: two steps of it are no depth edge.
+    let slack = 2.0 * step;
+    let crosses = |row: &Vec<Option<f64>>| {
         let inside = |vote: &Option<f64>| vote.filter(|&value| value >= kept.0 && value <= kept.1);
         let known: Vec<(usize, f64)> =
             row.iter().enumerate().filter_map(|(x, vote)| Some((x, inside(vote)?))).collect();
-        for pair in known.windows(2) {
-            let columns = (pair[1].0 - pair[0].0) as f64;
-            let rise = pair[1].1 - pair[0].1;
-            // Votes lie on a coarse raster: two steps of it are no depth edge.
-            let slack = 2.0 * step;
-            pairs += 1;
+        known.windows(2 * SUPPORT).any(|run| {
+            let (left, right) = run.split_at(SUPPORT);
+            let (a, b) = (left[SUPPORT - 1], right[0]);
+            let agree =
+                |side: &[(usize, f64)], value: f64| side.iter().all(|vote| (vote.1 - value).abs() <= slack);
+            let columns = (b.0 - a.0) as f64;
+            let rise = b.1 - a.1;
             let crosses_last = columns + (rise + slack) * lines.tau_after() <= 0.0;
             let crosses_first = columns - (rise - slack) * lines.tau_before() <= 0.0;
-            unordered += usize::from(crosses_last || crosses_first);
-        }
-    }
-    (unordered as f64) < UNORDERED_SHARE * pairs.max(1) as f64
+            (crosses_last || crosses_first) && agree(left, a.1) && agree(right, b.1)
+        })
+    };
+    let unordered = votes.iter().filter(|row| crosses(row)).count();
+    unordered < 2.max((UNORDERED_SHARE * votes.len() as f64).ceil() as usize)
 }

@@ -23,9 +23,11 @@ use crate::volume::Volume;
 const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f64 = 0.1;
-/// A pixel of the window belongs to the same surface if its disparity is within this of the window's, in px.
+/// A pixel of the window belongs to the same surface if its disparity is within this of the window's, in px ...
 const SAME_SURFACE_PX: f64 = 1.0;
-/// A step is never longer than this, in px: the linearisation holds within a pixel.
+/// ... and this much more for each pixel that lies between them: steeper surfaces are hardly seen.
+const STEEPEST_SLANT: f64 = 0.5;
+/// The solution leaves the guesses of its window by no more than this, in px: the linearisation holds within a pixel.
 const LONGEST_STEP_PX: f64 = 0.5;
 /// Texture must raise the mean squared gradient this far above what noise alone does.
 const TEXTURE_OVER_NOISE: f64 = 4.0;
@@ -195,11 +197,12 @@ fn pixel_vote(epi: &SampledEpi, lines: &Lines, x: usize, disparity: f64, rule: S
     }
     let reference = lines.reference();
     let (anchor, anchor_slope) = sample(epi.taps(reference, x as isize, 1), 0.0);
-    let last = (lines.columns() - 1) as f64;
+    // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
+    let sound = |position: f64| position >= 1.0 && position <= (lines.columns() - 2) as f64;
     let mut sides = [Sums::default(); 2];
     for (t, &tau) in lines.offsets().iter().enumerate() {
         let position = x as f64 + disparity * tau;
-        if t == reference || position < 0.0 || position > last {
+        if t == reference || !sound(position) {
             continue;
         }
         let whole = position.floor();
@@ -207,7 +210,9 @@ fn pixel_vote(epi: &SampledEpi, lines: &Lines, x: usize, disparity: f64, rule: S
         sides[usize::from(t > reference)].add(tau, f64::from(value - anchor), slope.into());
     }
     let mut own = Sums::default();
-    own.add(0.0, 0.0, anchor_slope.into());
+    if sound(x as f64) {
+        own.add(0.0, 0.0, anchor_slope.into());
+    }
     let [before, after] = sides;
     let all = before.joined(after).joined(own);
     let mut best = all;
@@ -282,7 +287,10 @@ fn window_fit(
         }
     }
     let centre = if depth_edges { own } else { weighted_median(window).unwrap_or(own) };
-    window.retain(|placed| (placed.guess - centre).abs() <= SAME_SURFACE_PX);
+    // Where the median lies in the window is not known: half the window away in the mean.
+    let away =
+        |placed: &Placed| if depth_edges { placed.u.abs().max(placed.v.abs()) } else { 0.5 * side as f64 };
+    window.retain(|placed| (placed.guess - centre).abs() <= SAME_SURFACE_PX + STEEPEST_SLANT * away(placed));
     let best = solve(window, centre, side > 1);
     let sigma = best.variance().sqrt();
     Fitted {
@@ -343,6 +351,7 @@ fn solve(window: &[Placed], centre: f64, slant: bool) -> Solution {
     // Normal matrix of (d, p, q), upper triangle, and right-hand side.
     let mut normal = [0.0; 6];
     let mut right = [0.0; 3];
+    let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
     let (mut residual, mut freedom, mut noise_weight, mut count) = (0.0, 0.0, 0.0, 0.0);
     for placed in window {
         let Placed { u, v, vote, .. } = *placed;
@@ -354,6 +363,8 @@ fn solve(window: &[Placed], centre: f64, slant: bool) -> Solution {
         for (entry, factor) in right.iter_mut().zip([1.0, u, v]) {
             *entry += moment * factor;
         }
+        lowest = lowest.min(placed.guess);
+        highest = highest.max(placed.guess);
         residual += f64::from(vote.residual);
         freedom += f64::from(vote.freedom);
         noise_weight += f64::from(vote.noise_weight);
@@ -393,7 +404,7 @@ fn solve(window: &[Placed], centre: f64, slant: bool) -> Solution {
     let spare = count - if slant { 3.0 } else { 1.0 };
     let misfit = if spare >= 1.0 { (scatter / (variance * spare)).max(1.0) } else { 1.0 };
     Solution {
-        disparity: centre + step.clamp(-LONGEST_STEP_PX, LONGEST_STEP_PX),
+        disparity: (centre + step).clamp(lowest - LONGEST_STEP_PX, highest + LONGEST_STEP_PX),
         noise_variance: variance * inverse,
         misfit,
         textured: dd > TEXTURE_OVER_NOISE * variance * noise_weight,

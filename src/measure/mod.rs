@@ -7,7 +7,8 @@ use thiserror::Error;
 use crate::epi::interpolation::Interpolation;
 use crate::epi::lines::Lines;
 use crate::epi::{
-    Answer, DisparityMaps, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, match_volume, row_costs,
+    Answer, DisparityMaps, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, match_volume,
+    row_costs,
 };
 use crate::plane::Plane;
 use crate::progress::Progress;

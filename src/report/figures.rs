@@ -89,7 +89,9 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
     csv.push('\n');
     for k in 0..count {
         csv.push_str(&disparity_px(k).to_string());
-        costs.row(k).iter().for_each(|&cost| csv.push_str(&if cost.is_nan() { ",nan".to_owned() } else { format!(",{cost:.3}") }));
+        costs.row(k).iter().for_each(|&cost| {
+            csv.push_str(&if cost.is_nan() { ",nan".to_owned() } else { format!(",{cost:.3}") })
+        });
         csv.push('\n');
     }
     Ok(Figure { name: "3b-cost-image-with-mapping", picture: image.picture()?, csv })

@@ -68,7 +68,13 @@ pub fn map_picture(
     }
     let unknown = map.values().iter().any(|value| value.is_nan());
     let mut raw = picture.into_raw();
-    let drawn = draw_text(&mut raw, full, (&format!("{title} ({unit})"), unknown), range, (width, bar_top, bar_height));
+    let drawn = draw_text(
+        &mut raw,
+        full,
+        (&format!("{title} ({unit})"), unknown),
+        range,
+        (width, bar_top, bar_height),
+    );
     drawn.map_err(|reason| ReportError::new(title, reason))?;
     RgbImage::from_raw(full.0, full.1, raw).ok_or_else(|| ReportError::new(title, "its size does not fit"))
 }

@@ -102,8 +102,11 @@ pub fn import(
 
     let (_, head) = read_image(&images[0], options.bit_depth)?;
     let mut conversions: BTreeMap<&'static str, usize> = BTreeMap::new();
-    let scratch = Scratch::beside(out)
-        .map_err(|(path, source)| SequenceError::Io { action: "make a folder in", path, source })?;
+    let scratch = Scratch::beside(out).map_err(|(path, source)| SequenceError::Io {
+        action: "make a folder in",
+        path,
+        source,
+    })?;
     let building = scratch.path().join("sequence");
 
     // Conversions are known only after the last image, so the record is written with the first frames' and then again.

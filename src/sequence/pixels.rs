@@ -38,7 +38,9 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
     let colour = image.color().has_color();
     let alpha = image.color().has_alpha();
     let conversion = match (colour, lossy) {
-        _ if turned => Some("turned upright as its orientation tag says, and converted to grey if it was colour"),
+        _ if turned => {
+            Some("turned upright as its orientation tag says, and converted to grey if it was colour")
+        }
         (true, true) => {
             Some("colour JPEG converted to grey (Rec. 709 luma); lossy compression limits accuracy")
         }

@@ -59,7 +59,10 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     for frame in sequence.frames() {
         let planned = record.positions_mm.as_ref().and_then(|positions| positions.get(frame.index));
         if frame.index >= record.frames {
-            find(format!("frame {}", frame.index), "not in the plan; restore sequence.json from a copy".to_owned());
+            find(
+                format!("frame {}", frame.index),
+                "not in the plan; restore sequence.json from a copy".to_owned(),
+            );
         } else if record.positions_mm.is_some() && frame.commanded_mm.as_ref() != planned {
             let problem = "its position is not the planned one; restore the records from a copy".to_owned();
             find(format!("frame {}", frame.index), problem);

@@ -51,7 +51,8 @@ pub(super) fn truth(twin: &Twin, reference: usize) -> Truth {
                 let column = x as f64 + (offset - here) * px_per_mm;
                 (0.0..=(columns - 1) as f64).contains(&column)
             };
-            first_visible.row_mut(y)[x] = offsets.iter().position(|offset| in_view(&offset)).unwrap_or(0) as u16;
+            first_visible.row_mut(y)[x] =
+                offsets.iter().position(|offset| in_view(&offset)).unwrap_or(0) as u16;
             visible_frames.row_mut(y)[x] = offsets.iter().filter(in_view).count() as u16;
         }
     }

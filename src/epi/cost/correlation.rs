@@ -12,7 +12,8 @@ use crate::epi::options::Method;
 
 /// Fills cost rows one disparity after another.
 ///
-/// A frame sees a candidate if it contains the window's centre; a window that sticks out is completed by mirroring.
+/// A frame sees a candidate if it contains the window's centre; a window that sticks out is completed by mirroring, but for
+/// the reference frame's own window where that is the model: such pixels have no cost.
 /// At the upper and lower border the window has fewer rows.
 pub(super) struct Correlation<'a> {
     band: &'a Band,
@@ -95,7 +96,10 @@ impl<'a> Correlation<'a> {
         }
         let sightings = Sightings::count(self.lines, disparity_px);
         for (out, [before, after]) in rows.zip(&self.totals) {
-            for (x, cost) in out.iter_mut().enumerate() {
+            // A model that sticks out of the reference frame is half mirror image, which does not move with the scene.
+            let margin = if self.mean_model { 0 } else { self.band.half };
+            let whole = margin..out.len() - margin;
+            for (x, cost) in out.iter_mut().enumerate().filter(|(x, _)| whole.contains(x)) {
                 let frames = [sightings.before[x], sightings.after[x]];
                 *cost = best_side([before[x]], [after[x]], frames, rule, |[sum], count| {
                     1.0 - sum / (count - 1.0)

@@ -1,0 +1,45 @@
+//! A match needs little more memory than the frames themselves.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+use std::sync::Arc;
+
+use epirig::camera::SimCamera;
+use epirig::capture::{CapturePlan, capture};
+use epirig::epi::MatchOptions;
+use epirig::measure::measure;
+use epirig::progress::Silent;
+use epirig::results::ResultsFolder;
+use epirig::sequence::Sequence;
+use epirig::stage::SimStage;
+use epirig::twin::{Twin, TwinConfig};
+
+/// Peak of this process's resident memory in bytes, as the kernel counts it.
+fn peak_bytes() -> Option<usize> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<usize>().ok()? * 1024)
+}
+
+/// The only test of this program: another one's memory would count.
+#[test]
+fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
+    if peak_bytes().is_none() {
+        eprintln!("SKIPPED matching_a_hundred_frames_…: this system does not tell a process its peak memory");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let twin = Arc::new(Twin::new(TwinConfig::tile(1024, 100)).unwrap());
+    let mut stage = SimStage::new(200.0);
+    let mut camera = SimCamera::new(Arc::clone(&twin), stage.watch());
+    let plan = CapturePlan { positions_mm: twin.config().scan.positions_mm(), intrinsics: None, twin: None };
+    let path = folder.path().join("tile");
+    capture(&mut stage, &mut camera, &plan, &path, &Silent).unwrap();
+    let sequence = Sequence::open(&path).unwrap();
+    let results = ResultsFolder::create(&path.join("results"), false).unwrap();
+    measure(&sequence, &MatchOptions::default(), None, None, &results, &Silent).unwrap();
+    results.commit().unwrap();
+    let ratio = peak_bytes().unwrap() as f64 / (1024.0 * 1024.0 * 100.0);
+    println!("peak memory is {ratio:.2} times the frames' bytes");
+    assert!(ratio <= 3.0, "{ratio}");
+}
