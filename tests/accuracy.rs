@@ -120,8 +120,9 @@ fn the_stated_sigma_holds_on_a_noisy_plane() {
     let (_, report) = measure(config, &MatchOptions::default());
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
-    assert!((0.60..=0.76).contains(&errors.within_1_sigma), "{errors:?}");
-    assert!((0.90..=0.99).contains(&errors.within_2_sigma), "{errors:?}");
+    // Windows share votes, so that 24000 pixels are some 1000 independent ones: +-3 %, and as much for the model.
+    assert!((0.62..=0.74).contains(&errors.within_1_sigma), "{errors:?}");
+    assert!((0.91..=0.98).contains(&errors.within_2_sigma), "{errors:?}");
 }
 
 #[test]

@@ -25,4 +25,6 @@ fn left_out_photographs_are_predicted() {
     // Asked for: half the error of repetition on 60 % of the pixels.
     assert!(number("predicted") >= 0.6, "{report}");
     assert!(number("prediction_error_dn") <= 0.5 * number("repetition_error_dn"), "{report}");
+    // The same asked pixel by pixel, which weak texture makes hard to reach.
+    assert!(number("halved") >= 0.6, "{report}");
 }
