@@ -49,7 +49,7 @@ enum HiddenName {
 #[command(next_help_heading = "Matching")]
 pub(super) struct MatchArguments {
     /// How the samples along a line are compared
-    #[arg(long, value_enum, default_value = "variance", env = "EPIRIG_METHOD")]
+    #[arg(long, value_enum, default_value = "variance")]
     method: MethodName,
     /// Disparities to search, in px over the whole baseline, such as 420..434 or -60..0 [default: found from the data]
     #[arg(long, value_name = "MIN..MAX", value_parser = parse_range, allow_hyphen_values = true)]

@@ -61,7 +61,7 @@ enum Verb {
 /// Ends the program on Ctrl-C, hang-up or termination.
 fn interrupted() {
     Scratch::remove_all();
-    eprintln!("\nerror: interrupted; nothing was left half-written under a final name");
+    eprintln!("\nerror: interrupted; a scan keeps the frames it has, and nothing else was left half-written");
     // 128 + SIGINT, as shells have it.
     std::process::exit(130);
 }

@@ -14,8 +14,10 @@ use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::volume::Volume;
 
-/// Rows matched together: enough to share the samples of their windows, few enough to stay in the cache.
+/// Rows matched together, if their costs are few enough: they share the samples of their windows.
 const BAND_ROWS: usize = 8;
+/// Costs that a band holds at most, unless one row has more; 64 MiB.
+const BAND_COSTS: usize = 1 << 24;
 /// Where texture is weak the window of the fit grows as far as this.
 const LARGEST_FIT_WINDOW_PX: usize = 15;
 /// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
@@ -37,11 +39,13 @@ pub fn match_volume(
     let lines = Lines::new(volume.tau(), reference, volume.columns());
     let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
     let hypotheses = Hypotheses::covering(range, options.raster_px);
+    options.check_search(&hypotheses)?;
     let rule = seen_rule(volume, options, ordering);
 
     let (rows, columns) = (volume.rows(), volume.columns());
     progress.begin("matching", rows as u64);
-    let bands: Vec<_> = (0..rows).step_by(BAND_ROWS).map(|y| y..(y + BAND_ROWS).min(rows)).collect();
+    let band_rows = (BAND_COSTS / (columns * hypotheses.count())).clamp(1, BAND_ROWS);
+    let bands: Vec<_> = (0..rows).step_by(band_rows).map(|y| y..(y + band_rows).min(rows)).collect();
     let matched: Vec<MatchedRow> = bands
         .into_par_iter()
         .flat_map_iter(|answered| {
@@ -74,7 +78,7 @@ pub fn match_volume(
         rule,
         depth_edges: ordering == OrderingUsed::Free,
     };
-    progress.begin("refining", (rows * (steps + 1)) as u64);
+    progress.begin("refining", (rows * steps.max(1)) as u64);
     let fitted = fit(volume, &lines, &guess, fit_options, || progress.advance(1));
     progress.end();
 

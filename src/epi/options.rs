@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::interpolation::Interpolation;
+use super::lines::Hypotheses;
 use crate::volume::Volume;
 
 /// How badly the samples along a candidate agree is measured by ...
@@ -73,7 +74,7 @@ pub struct DisparityRange {
 }
 
 /// Most candidates that are searched for a pixel: their indices and the tables of a band must fit.
-const LARGEST_SEARCH: f64 = 30_000.0;
+const LARGEST_SEARCH: usize = 30_000;
 
 /// Everything that a caller may choose of the matcher.
 #[derive(Debug, Clone, PartialEq)]
@@ -275,7 +276,12 @@ impl MatchOptions {
                 limit_px,
             });
         }
-        if span / self.raster_px > LARGEST_SEARCH {
+        self.check_search(&Hypotheses::covering(range, self.raster_px))
+    }
+
+    /// Whether so many candidates can be searched.
+    pub(super) fn check_search(&self, hypotheses: &Hypotheses) -> Result<(), MatchError> {
+        if hypotheses.count() > LARGEST_SEARCH {
             return Err(MatchError::BadOption {
                 option: "the raster",
                 value: self.raster_px,

@@ -51,6 +51,7 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
     let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
+    // Beyond 1.25 image widths few points stay in view; 15000 px keep the candidates' indices in 16 bit.
     let limit =
         options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
     let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
