@@ -59,6 +59,7 @@ fn photographs_become_a_disparity_map() {
     let expected = [
         "confidence.tiff",
         "cost.tiff",
+        "disparity-detail.png",
         "disparity.npy",
         "disparity.pfm",
         "disparity.png",

@@ -103,6 +103,11 @@ fn write_maps(
     folder.write_mask("mask.png", &maps.answer)?;
     let range = ValueRange::of(&maps.disparity, 0.05);
     folder.write_picture("disparity.png", &map_picture(&maps.disparity, "Disparity", "px", range)?)?;
+    let range = ValueRange::of_most(&maps.disparity, 0.05);
+    folder.write_picture(
+        "disparity-detail.png",
+        &map_picture(&maps.disparity, "Disparity, most of it", "px", range)?,
+    )?;
     // Sigma at borders is many times that of the surface; the surface is what a person wants to see.
     let range = ValueRange { low: 0.0, high: 3.0 * median(&maps.sigma).unwrap_or(1.0) as f32 };
     folder.write_picture("sigma.png", &map_picture(&maps.sigma, "Sigma of the disparity", "px", range)?)?;

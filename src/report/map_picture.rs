@@ -38,6 +38,21 @@ impl ValueRange {
     }
 }
 
+impl ValueRange {
+    /// Around the middle half of the known values, three times as wide, at least `least_span`: one near object then does not
+    /// take all colours. 0 to 1 if none is known.
+    pub fn of_most(map: &Plane<f32>, least_span: f32) -> Self {
+        let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
+        if known.is_empty() {
+            return Self { low: 0.0, high: 1.0 };
+        }
+        known.sort_unstable_by(f32::total_cmp);
+        let (lower, upper) = (known[known.len() / 4], known[known.len() * 3 / 4]);
+        let reach = (upper - lower).max(least_span / 3.0);
+        Self { low: lower - reach, high: upper + reach }
+    }
+}
+
 /// `map` in the colours of viridis over `range`, grey where unknown, under a title with the unit and beside a scale bar.
 ///
 /// # Errors

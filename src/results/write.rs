@@ -23,12 +23,13 @@ pub fn mask_value(answer: Answer) -> u8 {
 }
 
 /// Files and folders that results consist of; a folder that holds anything else is never replaced.
-const OWN_NAMES: [&str; 17] = [
+const OWN_NAMES: [&str; 18] = [
     "match.json",
     "disparity.pfm",
     "disparity.tiff",
     "disparity.npy",
     "disparity.png",
+    "disparity-detail.png",
     "sigma.tiff",
     "sigma.png",
     "cost.tiff",
