@@ -57,7 +57,8 @@ impl Lines {
 
     /// Part of the baseline before the reference frame, in [0, 1].
     pub fn tau_before(&self) -> f64 {
-        -self.offsets[0]
+        // Not the negation, which would make a zero of negative sign.
+        0.0 - self.offsets[0]
     }
 
     /// Part of the baseline after the reference frame, in [0, 1].

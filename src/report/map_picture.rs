@@ -26,31 +26,36 @@ pub struct ValueRange {
 impl ValueRange {
     /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if none is known.
     pub fn of(map: &Plane<f32>, least_span: f32) -> Self {
-        let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
+        let known = sorted_known(map);
         if known.is_empty() {
-            return Self { low: 0.0, high: 1.0 };
+            return NOTHING_KNOWN;
         }
-        known.sort_unstable_by(f32::total_cmp);
         let at = |share: f64| known[((known.len() - 1) as f64 * share) as usize];
         let (low, high) = (at(0.01), at(0.99));
         let missing = (least_span - (high - low)).max(0.0);
         Self { low: low - 0.5 * missing, high: high + 0.5 * missing }
     }
-}
 
-impl ValueRange {
     /// Around the middle half of the known values, three times as wide, at least `least_span`: one near object then does not
     /// take all colours. 0 to 1 if none is known.
     pub fn of_most(map: &Plane<f32>, least_span: f32) -> Self {
-        let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
+        let known = sorted_known(map);
         if known.is_empty() {
-            return Self { low: 0.0, high: 1.0 };
+            return NOTHING_KNOWN;
         }
-        known.sort_unstable_by(f32::total_cmp);
         let (lower, upper) = (known[known.len() / 4], known[known.len() * 3 / 4]);
         let reach = (upper - lower).max(least_span / 3.0);
         Self { low: lower - reach, high: upper + reach }
     }
+}
+
+/// The range of a map without any value.
+const NOTHING_KNOWN: ValueRange = ValueRange { low: 0.0, high: 1.0 };
+
+fn sorted_known(map: &Plane<f32>) -> Vec<f32> {
+    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
+    known.sort_unstable_by(f32::total_cmp);
+    known
 }
 
 /// `map` in the colours of viridis over `range`, grey where unknown, under a title with the unit and beside a scale bar.
