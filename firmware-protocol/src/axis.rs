@@ -76,7 +76,7 @@ enum Task {
 }
 
 /// A switch with its noise taken off.
-#[derive(Debug, Default, Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 struct Debounced {
     closed: bool,
     contrary: u8,
@@ -109,13 +109,20 @@ pub struct Axis {
 }
 
 impl Default for Axis {
-    /// At rest, with an unknown position.
     fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Axis {
+    /// At rest, with an unknown position.
+    pub const fn new() -> Self {
+        const OPEN: Debounced = Debounced { closed: false, contrary: 0 };
         Self {
             position_steps: 0,
             homed: false,
-            home_switch: Debounced::default(),
-            far_switch: Debounced::default(),
+            home_switch: OPEN,
+            far_switch: OPEN,
             task: Task::Rest,
             run: None,
             way: Way::Out,
@@ -125,9 +132,7 @@ impl Default for Axis {
             watchdog_ticks_left: 0,
         }
     }
-}
 
-impl Axis {
     /// How it stands.
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
