@@ -37,6 +37,7 @@ pub mod epi;
 pub mod evaluate;
 pub mod formats;
 pub mod frame;
+pub mod link;
 pub mod measure;
 pub mod plane;
 pub mod progress;

@@ -1,0 +1,63 @@
+//! Bytes to and from a device: serial ports, their simulated counterparts, recordings.
+//!
+//! A [`Link`] carries bytes and has a clock, and knows nothing of what the bytes mean. Drivers wait by its clock, so that
+//! with a simulated link an hour of waiting takes a moment.
+
+mod choice;
+mod error;
+mod lock;
+mod replay;
+#[cfg(feature = "serial")]
+mod serial;
+mod simulated;
+mod transcript;
+
+use std::time::Duration;
+
+pub use choice::{PortChoice, PortFacts, UsbFacts, choose};
+pub use error::LinkError;
+pub use lock::{PortLock, holder};
+pub use replay::Replay;
+#[cfg(feature = "serial")]
+pub use serial::{PtyServer, SerialLink, ports};
+pub use simulated::{LineNoise, SimulatedDevice, SimulatedLink};
+pub use transcript::{Entry, Heading, Recorder, Side, Transcript, TranscriptError};
+
+/// A line to a device.
+pub trait Link: Send {
+    /// What a person calls it: the path of a port.
+    fn name(&self) -> &str;
+
+    /// Sends all bytes.
+    ///
+    /// # Errors
+    /// [`LinkError`] if the line has gone or does not take them.
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError>;
+
+    /// Waits for bytes, at most `patience`, and returns how many came: 0 if none did.
+    ///
+    /// # Errors
+    /// [`LinkError`] if the line has gone.
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> Result<usize, LinkError>;
+
+    /// Time since the link was made. Simulated links have a time of their own.
+    fn now(&self) -> Duration;
+}
+
+impl<L: Link + ?Sized> Link for Box<L> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        (**self).send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> Result<usize, LinkError> {
+        (**self).receive(buffer, patience)
+    }
+
+    fn now(&self) -> Duration {
+        (**self).now()
+    }
+}

@@ -1,0 +1,152 @@
+//! Real serial ports, and pseudo-terminals that stand in for them.
+
+mod pty;
+
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use rustix::fs::OFlags;
+use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
+use serialport::{SerialPort, SerialPortType, TTYPort};
+
+use super::{Link, LinkError, PortFacts, PortLock, UsbFacts};
+
+pub use pty::PtyServer;
+
+/// A port takes a message of ours in a few ms; one that takes nothing for so long is stuck.
+const SEND_PATIENCE: Duration = Duration::from_secs(2);
+
+/// A serial port of this machine, locked for this process.
+pub struct SerialLink {
+    path: String,
+    port: TTYPort,
+    opened: Instant,
+    _lock: PortLock,
+}
+
+impl SerialLink {
+    /// Opens `path` at `baud`, 8 data bits, no parity, 1 stop bit.
+    ///
+    /// The first opening after the board was plugged in resets an Arduino; later ones do not, because the port is told to
+    /// keep its control lines when it is closed.
+    ///
+    /// # Errors
+    /// [`LinkError`] if there is no such port, another process has it, or the user may not open it.
+    pub fn open(path: &str, baud: u32) -> Result<Self, LinkError> {
+        if !Path::new(path).exists() {
+            return Err(LinkError::NoSuchPort { port: path.to_owned() });
+        }
+        let lock = PortLock::take(path)?;
+        keep_control_lines(path)?;
+        let builder = serialport::new(path, baud).timeout(SEND_PATIENCE);
+        let port = TTYPort::open(&builder).map_err(|error| match error.kind {
+            serialport::ErrorKind::NoDevice => {
+                LinkError::Busy { port: path.to_owned(), holder: "another program".to_owned() }
+            }
+            serialport::ErrorKind::Io(kind) => unopened(path, kind, &error),
+            _ => unopened(path, ErrorKind::Other, &error),
+        })?;
+        Ok(Self { path: path.to_owned(), port, opened: Instant::now(), _lock: lock })
+    }
+
+    fn failed(&self, action: &'static str, error: &std::io::Error) -> LinkError {
+        match error.kind() {
+            // A hang-up is a broken pipe, end of file, or an input/output error that has no kind of its own.
+            ErrorKind::BrokenPipe | ErrorKind::UnexpectedEof | ErrorKind::NotFound | ErrorKind::Other => {
+                LinkError::Lost { port: self.path.clone() }
+            }
+            _ => LinkError::Io { port: self.path.clone(), action, detail: error.to_string() },
+        }
+    }
+}
+
+fn unopened(path: &str, kind: ErrorKind, error: &dyn std::fmt::Display) -> LinkError {
+    let port = path.to_owned();
+    match kind {
+        ErrorKind::PermissionDenied => LinkError::Permission { port },
+        ErrorKind::NotFound => LinkError::NoSuchPort { port },
+        ErrorKind::ResourceBusy => LinkError::Busy { port, holder: "another program".to_owned() },
+        _ => LinkError::Io { port, action: "open it as a serial port", detail: error.to_string() },
+    }
+}
+
+/// Clears "hang up on close": dropping DTR at the end of one command and raising it in the next resets an Arduino, and a
+/// stage that was reset has lost its position.
+fn keep_control_lines(path: &str) -> Result<(), LinkError> {
+    let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
+    let file = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path);
+    let file = file.map_err(|error| unopened(path, error.kind(), &error))?;
+    let unset = tcgetattr(&file).and_then(|mut modes| {
+        modes.control_modes.remove(ControlModes::HUPCL);
+        tcsetattr(&file, OptionalActions::Now, &modes)
+    });
+    unset.map_err(|error| unopened(path, std::io::Error::from(error).kind(), &error))
+}
+
+impl Link for SerialLink {
+    fn name(&self) -> &str {
+        &self.path
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        let sent = self.port.set_timeout(SEND_PATIENCE).map_err(std::io::Error::from);
+        sent.and_then(|()| self.port.write_all(bytes)).map_err(|error| self.failed("send", &error))
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> Result<usize, LinkError> {
+        let until = Instant::now() + patience;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            let read = self.port.set_timeout(left).map_err(std::io::Error::from);
+            match read.and_then(|()| self.port.read(buffer)) {
+                Ok(0) => return Err(LinkError::Lost { port: self.path.clone() }),
+                Ok(count) => return Ok(count),
+                Err(error) if error.kind() == ErrorKind::TimedOut => return Ok(0),
+                Err(error) if error.kind() == ErrorKind::Interrupted && !left.is_zero() => {}
+                Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(0),
+                Err(error) => return Err(self.failed("receive", &error)),
+            }
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
+    }
+}
+
+/// The serial ports of this machine, sorted by path.
+///
+/// # Errors
+/// [`LinkError::Io`] if the system cannot be asked.
+pub fn ports() -> Result<Vec<PortFacts>, LinkError> {
+    // The crate panics on a system without this folder.
+    if !Path::new("/sys/class/tty").is_dir() {
+        return Ok(Vec::new());
+    }
+    let found = serialport::available_ports().map_err(|error| LinkError::Io {
+        port: "/sys/class/tty".to_owned(),
+        action: "list the serial ports",
+        detail: error.to_string(),
+    })?;
+    let mut ports: Vec<PortFacts> = found
+        .into_iter()
+        .map(|port| PortFacts {
+            path: port.port_name,
+            usb: match port.port_type {
+                SerialPortType::UsbPort(usb) => Some(UsbFacts {
+                    vendor: usb.vid,
+                    product: usb.pid,
+                    serial_number: usb.serial_number,
+                    manufacturer: usb.manufacturer,
+                    name: usb.product,
+                }),
+                _ => None,
+            },
+        })
+        .collect();
+    ports.sort_by(|one, other| one.path.cmp(&other.path));
+    Ok(ports)
+}
