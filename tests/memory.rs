@@ -11,7 +11,7 @@ use epirig::measure::measure;
 use epirig::progress::Silent;
 use epirig::results::ResultsFolder;
 use epirig::sequence::Sequence;
-use epirig::stage::SimStage;
+use epirig::stage::{SimStage, SimStageConfig};
 use epirig::twin::{Twin, TwinConfig};
 
 /// Peak of this process's resident memory in bytes, as the kernel counts it.
@@ -30,7 +30,7 @@ fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
     }
     let folder = tempfile::tempdir().unwrap();
     let twin = Arc::new(Twin::new(TwinConfig::tile(1024, 100)).unwrap());
-    let mut stage = SimStage::new(200.0);
+    let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
     let mut camera = SimCamera::new(Arc::clone(&twin), stage.watch());
     let plan = CapturePlan { positions_mm: twin.config().scan.positions_mm(), intrinsics: None, twin: None };
     let path = folder.path().join("tile");

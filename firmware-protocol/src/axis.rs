@@ -55,6 +55,9 @@ pub struct Snapshot {
     pub fault: Fault,
     /// How the latest operation stands.
     pub outcome: Outcome,
+    /// Where the latest homing found home, in steps by the count kept until then: what was lost or gained since the
+    /// homing before. 0 if the position was not known before.
+    pub home_shift_steps: i32,
 }
 
 /// The legs of homing, in their order.
@@ -106,6 +109,8 @@ pub struct Axis {
     /// What the operation ends as once a decelerated stop is complete.
     stopping: Option<(Outcome, Fault)>,
     watchdog_ticks_left: u32,
+    counted_before_homing: bool,
+    home_shift_steps: i32,
 }
 
 impl Default for Axis {
@@ -130,6 +135,8 @@ impl Axis {
             fault: Fault::None,
             stopping: None,
             watchdog_ticks_left: 0,
+            counted_before_homing: false,
+            home_shift_steps: 0,
         }
     }
 
@@ -142,6 +149,7 @@ impl Axis {
             limits: Limits { home: self.home_switch.closed, far: self.far_switch.closed },
             fault: self.fault,
             outcome: self.outcome,
+            home_shift_steps: self.home_shift_steps,
         }
     }
 
@@ -159,7 +167,7 @@ impl Axis {
 
     /// Starts homing; the caller has checked that the axis is at rest.
     pub fn begin_home(&mut self, plan: HomingPlan) {
-        self.homed = false;
+        self.counted_before_homing = core::mem::take(&mut self.homed);
         let leg = if self.home_switch.closed { Leg::Release } else { Leg::Seek };
         self.begin_leg(leg, plan);
         self.begin(self.task);
@@ -274,6 +282,7 @@ impl Axis {
             Task::Home(Leg::BackOff | Leg::PullOff, _) if closed => self.halt(Fault::SwitchNeverOpened),
             Task::Home(Leg::BackOff, plan) => self.begin_leg(Leg::Touch, plan),
             Task::Home(Leg::PullOff, _) => {
+                self.home_shift_steps = if self.counted_before_homing { self.position_steps } else { 0 };
                 (self.position_steps, self.homed) = (0, true);
                 self.end(Outcome::Done, Fault::None);
             }
@@ -357,6 +366,18 @@ mod tests {
             assert_eq!((snapshot.outcome, snapshot.position_steps), (Outcome::Done, target));
             assert_eq!(rig.carriage, SWITCH + 100 + i64::from(target));
         }
+    }
+
+    #[test]
+    fn homing_again_tells_what_was_lost() {
+        let mut rig = Rig::new();
+        assert_eq!(rig.home().home_shift_steps, 0);
+        rig.move_to(500);
+        assert_eq!(rig.home().home_shift_steps, 0);
+        rig.move_to(500);
+        // Three steps upwards that the motor did not make: home is found three steps early.
+        rig.carriage -= 3;
+        assert_eq!(rig.home().home_shift_steps, 3);
     }
 
     #[test]

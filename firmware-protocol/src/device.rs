@@ -186,7 +186,7 @@ impl Device {
     }
 
     fn status(&self, axis: &mut impl SharedAxis) -> Reply {
-        let Snapshot { position_steps, moving, homed, limits, fault, outcome } =
+        let Snapshot { position_steps, moving, homed, limits, fault, outcome, home_shift_steps } =
             axis.with(|axis| axis.snapshot());
         Reply::Status(Status {
             boot_id: self.boot_id,
@@ -197,6 +197,7 @@ impl Device {
             fault,
             operation: self.operation,
             outcome,
+            home_shift_nm: self.build.position_nm(home_shift_steps),
         })
     }
 

@@ -111,6 +111,9 @@ pub struct Status {
     pub operation: u32,
     /// How that operation stands.
     pub outcome: Outcome,
+    /// Where the latest homing found home, in nm by the count kept until then: what was lost or gained since the
+    /// homing before. 0 if the position was not known before.
+    pub home_shift_nm: i64,
 }
 
 /// How an operation stands.

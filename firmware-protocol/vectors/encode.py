@@ -55,9 +55,9 @@ def settings(velocity, acceleration, seek, touch, pull_off, watchdog):
     return b"".join(map(varint, (velocity, acceleration, seek, touch, pull_off, watchdog)))
 
 
-def status(boot, position, moving, homed, limits, fault, operation, outcome):
+def status(boot, position, moving, homed, limits, fault, operation, outcome, shift):
     return b"".join(
-        (varint(boot), signed(position), bytes([moving, homed, limits]), varint(fault), varint(operation), varint(outcome))
+        (varint(boot), signed(position), bytes([moving, homed, limits]), varint(fault), varint(operation), varint(outcome), signed(shift))
     )
 
 
@@ -87,12 +87,12 @@ VECTORS = {
         reply(0, 0, varint(1), varint(1), varint(250), signed(200_000_000), varint(7), varint(0)),
     ),
     "reply-status-rest": (
-        "Status: boot 7, at 1500000 nm, at rest, homed, limits open, no fault, operation 2 done, sequence 1",
-        reply(1, 1, status(7, 1_500_000, 0, 1, 0, 0, 2, 2)),
+        "Status: boot 7, at 1500000 nm, at rest, homed, limits open, no fault, operation 2 done, home not shifted, sequence 1",
+        reply(1, 1, status(7, 1_500_000, 0, 1, 0, 0, 2, 2, 0)),
     ),
     "reply-status-fault": (
-        "Status: boot 7, at -4000 nm, at rest, not homed, both limits closed, hard limit, operation 300 failed, sequence 9",
-        reply(9, 1, status(7, -4_000, 0, 0, 3, 2, 300, 4)),
+        "Status: boot 7, at -4000 nm, at rest, not homed, both limits closed, hard limit, operation 300 failed, home shifted by 12000 nm, sequence 9",
+        reply(9, 1, status(7, -4_000, 0, 0, 3, 2, 300, 4, 12_000)),
     ),
     "reply-accepted": ("Accepted: id 2 leads to 1500000 nm, sequence 3", reply(3, 2, varint(2), signed(1_500_000))),
     "reply-finished": (

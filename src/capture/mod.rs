@@ -67,7 +67,7 @@ pub fn capture(
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         created: now(),
         origin: Origin::Captured {
-            stage: stage.identity(),
+            stage: stage.identity().to_string(),
             camera: camera.identity(),
             twin: plan.twin.clone(),
         },

@@ -19,7 +19,7 @@ use crate::plane::Plane;
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder};
 use crate::sequence::{Intrinsics, Sequence};
-use crate::stage::SimStage;
+use crate::stage::{SimStage, SimStageConfig};
 use crate::twin::{Scene, Truth, Twin, TwinConfig};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -142,7 +142,7 @@ fn capture_twin(twin: &Arc<Twin>, folder: &Path, talk: &Talk) -> Result<(), CliE
     let config = twin.config();
     let positions_mm = config.scan.positions_mm();
     let farthest_mm = positions_mm.iter().copied().fold(0.0, f64::max);
-    let mut stage = SimStage::new(farthest_mm + 10.0);
+    let mut stage = SimStage::new(SimStageConfig::ideal(farthest_mm + 10.0));
     let mut camera = SimCamera::new(Arc::clone(twin), stage.watch());
     let plan = CapturePlan {
         positions_mm,

@@ -37,7 +37,8 @@ impl fmt::Display for PortFacts {
         if let Some(serial_number) = &usb.serial_number {
             write!(to, ", usb:{serial_number}")?;
         }
-        let names: Vec<&str> = [&usb.manufacturer, &usb.name].into_iter().flatten().map(String::as_str).collect();
+        let names: Vec<&str> =
+            [&usb.manufacturer, &usb.name].into_iter().flatten().map(String::as_str).collect();
         if !names.is_empty() {
             write!(to, ", {}", names.join(" "))?;
         }
@@ -82,9 +83,8 @@ impl FromStr for PortChoice {
                 Ok(Self::Path(text.to_owned()))
             };
         };
-        let hexadecimal = |digits: &str| {
-            (digits.len() == 4).then(|| u16::from_str_radix(digits, 16).ok()).flatten()
-        };
+        let hexadecimal =
+            |digits: &str| (digits.len() == 4).then(|| u16::from_str_radix(digits, 16).ok()).flatten();
         match usb.split_once(':').map(|(vendor, product)| (hexadecimal(vendor), hexadecimal(product))) {
             Some((Some(vendor), Some(product))) => Ok(Self::UsbProduct { vendor, product }),
             _ if usb.is_empty() => Err("usb: must be followed by a serial number or VID:PID".to_owned()),
@@ -112,7 +112,9 @@ impl PortChoice {
             (_, None) => false,
             (Self::Any, Some(_)) => true,
             (Self::UsbSerial(wanted), Some(usb)) => usb.serial_number.as_ref() == Some(wanted),
-            (Self::UsbProduct { vendor, product }, Some(usb)) => (*vendor, *product) == (usb.vendor, usb.product),
+            (Self::UsbProduct { vendor, product }, Some(usb)) => {
+                (*vendor, *product) == (usb.vendor, usb.product)
+            }
         }
     }
 }
@@ -147,7 +149,8 @@ mod tests {
 
     fn usb(path: &str, vendor: u16, product: u16, serial_number: Option<&str>) -> PortFacts {
         let serial_number = serial_number.map(str::to_owned);
-        let usb = UsbFacts { vendor, product, serial_number, manufacturer: None, name: Some("Uno".to_owned()) };
+        let usb =
+            UsbFacts { vendor, product, serial_number, manufacturer: None, name: Some("Uno".to_owned()) };
         PortFacts { path: path.to_owned(), usb: Some(usb) }
     }
 
@@ -173,7 +176,12 @@ mod tests {
              choose one with --port"
         );
         let error = pick("usb:B2").unwrap_err().to_string();
-        assert!(error.starts_with("no port is usb:B2; connected: /dev/ttyS0, /dev/ttyACM0 (usb:2341:0043, usb:A1, Uno)"), "{error}");
+        assert!(
+            error.starts_with(
+                "no port is usb:B2; connected: /dev/ttyS0, /dev/ttyACM0 (usb:2341:0043, usb:A1, Uno)"
+            ),
+            "{error}"
+        );
         assert!(matches!(choose(&PortChoice::Any, &bench()), Err(LinkError::Ambiguous { .. })));
         assert_eq!(choose(&PortChoice::Any, &bench()[..2]).unwrap(), "/dev/ttyACM0");
         assert!(matches!(choose(&PortChoice::Any, &[]), Err(LinkError::NoMatch { .. })));

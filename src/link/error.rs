@@ -46,7 +46,9 @@ pub enum LinkError {
         port: String,
     },
     /// The port has hung up.
-    #[error("{port} has gone: cable pulled or power lost; connect it again and home the stage, its position is no longer sure")]
+    #[error(
+        "{port} has gone: cable pulled or power lost; connect it again and home the stage, its position is no longer sure"
+    )]
     Lost {
         /// The port.
         port: String,
@@ -62,7 +64,9 @@ pub enum LinkError {
         detail: String,
     },
     /// The program was built without serial ports.
-    #[error("{port} cannot be opened: this epirig was built without serial ports; build it with `--features serial`")]
+    #[error(
+        "{port} cannot be opened: this epirig was built without serial ports; build it with `--features serial`"
+    )]
     NotBuilt {
         /// The port.
         port: String,

@@ -52,11 +52,13 @@ impl PortLock {
             detail: error.to_string(),
         };
         let mut options = OpenOptions::new();
-        let mut file = options.read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
+        let mut file =
+            options.read(true).write(true).create(true).truncate(false).open(&path).map_err(failed)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(std::fs::TryLockError::WouldBlock) => {
-                let holder = holder(port).map_or("another process".to_owned(), |pid| format!("process {pid}"));
+                let holder =
+                    holder(port).map_or("another process".to_owned(), |pid| format!("process {pid}"));
                 return Err(LinkError::Busy { port: port.to_owned(), holder });
             }
             Err(std::fs::TryLockError::Error(error)) => return Err(failed(error)),

@@ -125,7 +125,11 @@ impl LineNoise {
 
     /// How long a byte is held up.
     pub fn hold_up(&mut self) -> Duration {
-        if self.happens(self.delay) { self.longest_delay.mul_f64(self.random.random_range(0.0..1.0)) } else { Duration::ZERO }
+        if self.happens(self.delay) {
+            self.longest_delay.mul_f64(self.random.random_range(0.0..1.0))
+        } else {
+            Duration::ZERO
+        }
     }
 }
 

@@ -83,7 +83,8 @@ impl Pty {
             Ok((host, device))
         });
         let (host, device) = pair.map_err(|error| failed("make a pseudo-terminal", error.to_string()))?;
-        let target = device.name().ok_or_else(|| failed("make a pseudo-terminal", "it has no name".to_owned()))?;
+        let target =
+            device.name().ok_or_else(|| failed("make a pseudo-terminal", "it has no name".to_owned()))?;
         if link.is_symlink() {
             std::fs::remove_file(link).map_err(|error| failed("replace the link", error.to_string()))?;
         }

@@ -1,0 +1,164 @@
+//! Requests and their replies over a line that may lose them.
+
+use std::time::Duration;
+
+use firmware_protocol::frame::{
+    DELIMITER, Direction, EMERGENCY_STOP, Event, MAX_SEQUENCE, Received, Receiver, decode, encode,
+};
+use firmware_protocol::message::{Identity, PROTOCOL_VERSION, Reply, Request};
+
+use crate::link::{Link, LinkError};
+use crate::stage::{Dialect, StageError};
+
+/// A board answers within some 10 ms, a USB adapter adds up to 32.
+const REPLY_PATIENCE: Duration = Duration::from_millis(60);
+
+/// With one byte in a hundred lost, doubled and flipped each, half of all exchanges fail: 24 in a row once in 10 million.
+const TRIES: u32 = 24;
+
+/// A board that is reset by the opening of its port is silent for up to 2 s.
+const BOOT_PATIENCE: Duration = Duration::from_secs(4);
+
+/// How much of what a stranger says is kept for the error message.
+const HEARD: usize = 60;
+
+/// Requests go out, their replies come in, one at a time.
+pub(super) struct Conversation {
+    link: Box<dyn Link>,
+    receiver: Receiver,
+    sequence: u8,
+    /// Id of the operation whose end was told last.
+    finished: Option<u32>,
+    /// The latest bytes that belonged to no frame of ours.
+    heard: Vec<u8>,
+}
+
+impl Conversation {
+    pub(super) fn new(link: Box<dyn Link>) -> Self {
+        Self { link, receiver: Receiver::default(), sequence: 0, finished: None, heard: Vec::new() }
+    }
+
+    pub(super) fn port(&self) -> String {
+        self.link.name().to_owned()
+    }
+
+    pub(super) fn now(&self) -> Duration {
+        self.link.now()
+    }
+
+    /// Asks who is there, for as long as a board takes to boot.
+    pub(super) fn hello(&mut self) -> Result<Identity, StageError> {
+        let since = self.now();
+        let request = Request::Hello { version: PROTOCOL_VERSION };
+        while self.now() - since < BOOT_PATIENCE {
+            if let Some(Reply::Hello(identity)) = self.try_to_ask(request)? {
+                return Ok(identity);
+            }
+        }
+        Err(self.silence("hello", BOOT_PATIENCE))
+    }
+
+    /// Sends a request until it is answered.
+    pub(super) fn ask(&mut self, request: Request) -> Result<Reply, StageError> {
+        for _ in 0..TRIES {
+            if let Some(reply) = self.try_to_ask(request)? {
+                return Ok(reply);
+            }
+        }
+        Err(self.silence(&format!("{request:?}"), REPLY_PATIENCE * TRIES))
+    }
+
+    fn silence(&self, asked: &str, patience: Duration) -> StageError {
+        let port = self.port();
+        if self.heard.is_empty() {
+            return StageError::NoAnswer {
+                port,
+                asked: asked.to_owned(),
+                patience_s: patience.as_secs_f64(),
+                hint: "whether its firmware is epirig's (else choose another --driver)",
+            };
+        }
+        let text = String::from_utf8_lossy(&self.heard);
+        let grbl = ["Grbl", "error:", "ALARM:", "ok"].iter().any(|word| text.contains(word));
+        let hint = if grbl {
+            "it seems to speak GRBL: try `--driver grbl`"
+        } else {
+            "check its firmware, or choose another --driver"
+        };
+        StageError::Foreign {
+            port,
+            expected: Dialect::Native.name(),
+            heard: format!("it says \"{}\"", text.escape_default()),
+            hint: hint.to_owned(),
+        }
+    }
+
+    fn try_to_ask(&mut self, request: Request) -> Result<Option<Reply>, StageError> {
+        self.sequence = (self.sequence + 1) & MAX_SEQUENCE;
+        let Some(frame) = encode(Direction::Request, self.sequence, &request) else { return Ok(None) };
+        self.link.send(frame.bytes())?;
+        let until = self.now() + REPLY_PATIENCE;
+        while let Some(reply) = self.next_reply(until)? {
+            // Late answers to earlier requests are over.
+            if reply.sequence == self.sequence && !matches!(reply.message, Reply::Finished { .. }) {
+                return Ok(Some(reply.message));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Waits for word that an operation has ended; `false` if none came in time.
+    pub(super) fn finished(&mut self, id: u32, patience: Duration) -> Result<bool, LinkError> {
+        let until = self.now() + patience;
+        while self.finished != Some(id) {
+            if self.next_reply(until)?.is_none() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    pub(super) fn forget_finished(&mut self) {
+        self.finished = None;
+    }
+
+    /// The byte that stops at once; several times, in case one is lost.
+    pub(super) fn emergency_stop(&mut self) -> Result<(), LinkError> {
+        self.link.send(&[
+            DELIMITER,
+            EMERGENCY_STOP,
+            DELIMITER,
+            EMERGENCY_STOP,
+            DELIMITER,
+            EMERGENCY_STOP,
+            DELIMITER,
+        ])
+    }
+
+    /// The next sound frame before `until`.
+    fn next_reply(&mut self, until: Duration) -> Result<Option<Received<Reply>>, LinkError> {
+        loop {
+            let mut byte = [0];
+            let patience = until.saturating_sub(self.now());
+            if self.link.receive(&mut byte, patience)? == 0 {
+                if self.now() >= until {
+                    return Ok(None);
+                }
+                continue;
+            }
+            self.heard.push(byte[0]);
+            if self.heard.len() > HEARD {
+                self.heard.remove(0);
+            }
+            if let Some(Event::Payload(payload)) = self.receiver.push(byte[0]) {
+                if let Ok(reply) = decode::<Reply>(Direction::Reply, payload) {
+                    self.heard.clear();
+                    if let Reply::Finished { id, .. } = reply.message {
+                        self.finished = Some(id);
+                    }
+                    return Ok(Some(reply));
+                }
+            }
+        }
+    }
+}

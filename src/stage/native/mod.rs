@@ -1,0 +1,381 @@
+//! The driver of epirig's own firmware.
+
+mod conversation;
+
+use std::time::Duration;
+
+use firmware_protocol::message::{
+    Fault, Identity, Outcome, PROTOCOL_VERSION, Refusal, Reply, Request, Settings, Status,
+};
+
+use super::tolerance::Kinematics;
+use super::{
+    Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
+};
+use crate::link::Link;
+use conversation::Conversation;
+
+/// Speed of the serial line.
+pub const BAUD: u32 = 115_200;
+
+const NM_PER_MM: f64 = 1e6;
+
+/// How often the host says that it is alive while the stage moves; with repetitions, half a dozen of its requests are lost
+/// before the watchdog's half second is over.
+const HEARTBEAT: Duration = Duration::from_millis(100);
+
+/// Homing goes over the whole travel at most one and a half times, then off the switch, onto it and off it again.
+const HOMING_SEARCH: f64 = 1.5;
+const HOMING_PULL_OFFS: f64 = 6.0;
+
+/// How a native stage is to be driven.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct NativeOptions {
+    /// What the stage is told after each connection and boot; `None` leaves its own settings.
+    pub settings: Option<Settings>,
+    /// When a move counts as done.
+    pub limits: MotionLimits,
+}
+
+/// A stage that runs epirig's own firmware.
+///
+/// A move has an id and runs once however often its request arrives, so requests that got no answer are simply sent
+/// again. A move is done when the stage says so, is still the one that was homed (boot id), and reports the right place.
+pub struct NativeStage {
+    conversation: Conversation,
+    options: NativeOptions,
+    identity: Identity,
+    settings: Settings,
+    /// Whether the position can be trusted: nothing has gone wrong since it was known.
+    trusted: bool,
+    home_shift_mm: Option<f64>,
+    stop: StopSwitch,
+}
+
+impl NativeStage {
+    /// Connects to the stage at the other end of `link`.
+    ///
+    /// # Errors
+    /// [`StageError`] if nothing answers, something else does, the firmware speaks another version, or it refuses the
+    /// settings.
+    pub fn connect(link: Box<dyn Link>, options: NativeOptions) -> Result<Self, StageError> {
+        let mut conversation = Conversation::new(link);
+        let identity = conversation.hello()?;
+        let mut stage = Self {
+            conversation,
+            options,
+            identity,
+            settings: Settings::default(),
+            trusted: true,
+            home_shift_mm: None,
+            stop: StopSwitch::default(),
+        };
+        stage.meet(identity)?;
+        Ok(stage)
+    }
+
+    /// Checks the version and agrees on settings.
+    fn meet(&mut self, identity: Identity) -> Result<(), StageError> {
+        self.identity = identity;
+        if identity.version != PROTOCOL_VERSION {
+            return Err(StageError::Foreign {
+                port: self.conversation.port(),
+                expected: Dialect::Native.name(),
+                heard: format!("its firmware speaks version {} of the protocol", identity.version),
+                hint: format!("this epirig speaks version {PROTOCOL_VERSION}: update the older of the two"),
+            });
+        }
+        let request = self.options.settings.map_or(Request::ReadSettings, Request::WriteSettings);
+        match self.conversation.ask(request)? {
+            Reply::Settings(settings) => {
+                self.settings = settings;
+                Ok(())
+            }
+            other => Err(self.unexpected(request, other)),
+        }
+    }
+
+    fn unexpected(&self, request: Request, reply: Reply) -> StageError {
+        match reply {
+            Reply::Refused(refusal) => StageError::Refused { reason: refusal_text(refusal).to_owned() },
+            other => StageError::Foreign {
+                port: self.conversation.port(),
+                expected: Dialect::Native.name(),
+                heard: format!("{other:?} to {request:?}"),
+                hint: "its firmware breaks the protocol: update it".to_owned(),
+            },
+        }
+    }
+
+    fn status(&mut self) -> Result<Status, StageError> {
+        match self.conversation.ask(Request::Status)? {
+            Reply::Status(status) => Ok(status),
+            other => Err(self.unexpected(Request::Status, other)),
+        }
+    }
+
+    /// The status of the stage that we know, not of one that has booted since.
+    fn status_of_this_boot(&mut self, during: &str) -> Result<Status, StageError> {
+        let status = self.status()?;
+        self.same_boot(status.boot_id, during)?;
+        Ok(status)
+    }
+
+    fn same_boot(&self, boot_id: u32, during: &str) -> Result<(), StageError> {
+        if boot_id == self.identity.boot_id {
+            Ok(())
+        } else {
+            Err(StageError::Restarted { during: during.to_owned() })
+        }
+    }
+
+    fn kinematics(&self) -> Kinematics {
+        Kinematics {
+            velocity_mm_s: f64::from(self.settings.velocity_nm_s) / NM_PER_MM,
+            acceleration_mm_s2: f64::from(self.settings.acceleration_nm_s2) / NM_PER_MM,
+            step_mm: 1.0 / f64::from(self.identity.steps_per_mm.max(1)),
+        }
+    }
+
+    fn homing_patience(&self) -> Duration {
+        let mm_s = |velocity_nm_s: u32| f64::from(velocity_nm_s.max(1)) / NM_PER_MM;
+        let seconds = HOMING_SEARCH * self.travel_mm() / mm_s(self.settings.seek_velocity_nm_s)
+            + HOMING_PULL_OFFS * f64::from(self.settings.pull_off_nm)
+                / NM_PER_MM
+                / mm_s(self.settings.touch_velocity_nm_s);
+        Duration::from_secs_f64(2.0 * seconds) + Duration::from_secs(5)
+    }
+
+    /// Starts an operation and waits for its end; the status at the end comes back.
+    fn operate(
+        &mut self,
+        during: &str,
+        target_nm: i64,
+        patience: Duration,
+        request: impl FnOnce(u32) -> Request,
+    ) -> Result<Status, StageError> {
+        self.refuse_if_stopped()?;
+        let id = self.identity.last_operation.saturating_add(1);
+        self.conversation.forget_finished();
+        let request = request(id);
+        match self.conversation.ask(request)? {
+            Reply::Accepted { id: accepted, target_nm: understood } if accepted == id => {
+                self.identity.last_operation = id;
+                // A request that was damaged and still had the right CRC: one in 65536 of the damaged.
+                if understood != target_nm {
+                    self.stop()?;
+                    return Err(StageError::Refused {
+                        reason: format!(
+                            "it understood {understood} nm for {target_nm} nm; it was stopped, home it and try again"
+                        ),
+                    });
+                }
+            }
+            // What went wrong before may have been a boot; then that is what must be said.
+            Reply::Refused(refusal) => {
+                self.status_of_this_boot(during)?;
+                return Err(match refusal {
+                    Refusal::NotHomed => StageError::NotHomed,
+                    _ => self.unexpected(request, Reply::Refused(refusal)),
+                });
+            }
+            other => return Err(self.unexpected(request, other)),
+        }
+        self.wait(during, id, patience)?;
+        let status = self.status_of_this_boot(during)?;
+        match status.outcome {
+            _ if status.operation != id => Err(StageError::Fault {
+                during: during.to_owned(),
+                fault: "another program gives it orders; end that and home it".to_owned(),
+            }),
+            Outcome::Done => Ok(status),
+            Outcome::Stopped => Err(StageError::Stopped { position_mm: position_mm(&status) }),
+            _ => Err(StageError::Fault {
+                during: during.to_owned(),
+                fault: fault_text(status.fault).to_owned(),
+            }),
+        }
+    }
+
+    /// Waits until the stage is at rest, with a heartbeat; minds the stop switch.
+    fn wait(&mut self, during: &str, id: u32, patience: Duration) -> Result<(), StageError> {
+        let since = self.conversation.now();
+        let mut stopping = None;
+        while self.conversation.now() - since < patience {
+            let urgency = self.stop.pressed();
+            if urgency > stopping {
+                stopping = urgency;
+                match urgency {
+                    Some(Urgency::AtOnce) => self.conversation.emergency_stop()?,
+                    _ => {
+                        self.conversation.ask(Request::Stop)?;
+                    }
+                }
+            }
+            if self.conversation.finished(id, HEARTBEAT)? {
+                return Ok(());
+            }
+            match self.conversation.ask(Request::Heartbeat)? {
+                Reply::Alive { boot_id, moving } => {
+                    self.same_boot(boot_id, during)?;
+                    if !moving {
+                        return Ok(());
+                    }
+                }
+                other => return Err(self.unexpected(Request::Heartbeat, other)),
+            }
+        }
+        self.stop()?;
+        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
+    }
+
+    fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
+        if self.stop.pressed().is_none() {
+            return Ok(());
+        }
+        let status = self.status()?;
+        Err(StageError::Stopped { position_mm: position_mm(&status) })
+    }
+
+    fn move_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
+        let during = format!("in the move to {target_mm:.3} mm");
+        let before = self.status_of_this_boot(&during)?;
+        let Some(from_mm) = position_mm(&before) else { return Err(StageError::NotHomed) };
+        let target_nm = (target_mm * NM_PER_MM).round() as i64;
+        let kinematics = self.kinematics();
+        let began = self.conversation.now();
+        let patience = kinematics.patience(target_mm - from_mm);
+        let request = |id| Request::Move { id, position_nm: target_nm };
+        let status = self.operate(&during, target_nm, patience, request)?;
+        let took = self.conversation.now() - began;
+        let Some(reported_mm) = position_mm(&status) else { return Err(StageError::NotHomed) };
+        self.options.limits.check(&kinematics, from_mm, target_mm, reported_mm, took)
+    }
+}
+
+fn position_mm(status: &Status) -> Option<f64> {
+    status.homed.then_some(status.position_nm as f64 / NM_PER_MM)
+}
+
+/// Errors after which the stage may be elsewhere than it says.
+fn shakes_trust(error: &StageError) -> bool {
+    !matches!(
+        error,
+        StageError::OutsideTravel { .. }
+            | StageError::Stopped { position_mm: Some(_) }
+            | StageError::Refused { .. }
+    )
+}
+
+impl Stage for NativeStage {
+    fn identity(&self) -> StageIdentity {
+        let Identity { version, build, steps_per_mm, travel_nm, .. } = self.identity;
+        let travel_mm = travel_nm as f64 / NM_PER_MM;
+        StageIdentity {
+            dialect: Dialect::Native,
+            description: format!(
+                "epirig stage, protocol {version}, build {build}, {steps_per_mm} steps/mm, {travel_mm} mm"
+            ),
+            port: Some(self.conversation.port()),
+        }
+    }
+
+    fn travel_mm(&self) -> f64 {
+        self.identity.travel_nm as f64 / NM_PER_MM
+    }
+
+    fn home(&mut self) -> Result<(), StageError> {
+        // Whatever has happened since: from here on it is this boot that counts.
+        let identity = self.conversation.hello()?;
+        self.meet(identity)?;
+        self.trusted = false;
+        let patience = self.homing_patience();
+        let known_before = self.status()?.homed;
+        let status = self.operate("while homing", 0, patience, |id| Request::Home { id })?;
+        self.home_shift_mm = known_before.then_some(status.home_shift_nm as f64 / NM_PER_MM);
+        self.trusted = true;
+        Ok(())
+    }
+
+    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
+        if !self.trusted {
+            return Err(StageError::NotHomed);
+        }
+        let target_mm = on_travel(position_mm, self.travel_mm())?;
+        let moved = self.move_and_check(target_mm);
+        self.trusted = !moved.as_ref().is_err_and(shakes_trust);
+        moved
+    }
+
+    fn state(&mut self) -> Result<StageState, StageError> {
+        let status = self.status()?;
+        let known = self.trusted && status.boot_id == self.identity.boot_id;
+        Ok(StageState {
+            position_mm: position_mm(&status).filter(|_| known),
+            moving: status.moving,
+            at_limit: status.limits != 0,
+        })
+    }
+
+    fn stop(&mut self) -> Result<(), StageError> {
+        let ramp = Duration::from_secs_f64(
+            f64::from(self.settings.velocity_nm_s) / f64::from(self.settings.acceleration_nm_s2.max(1)),
+        );
+        let patience = ramp.saturating_mul(2).saturating_add(Duration::from_secs(2));
+        let since = self.conversation.now();
+        if let Err(error) = self.conversation.ask(Request::Stop) {
+            // Perhaps it hears what it cannot answer.
+            self.conversation.emergency_stop()?;
+            self.trusted = false;
+            return Err(error);
+        }
+        while self.conversation.now() - since < patience {
+            if !self.status()?.moving {
+                return Ok(());
+            }
+        }
+        self.conversation.emergency_stop()?;
+        self.trusted = false;
+        Err(StageError::TooSlow { during: "stopping".to_owned(), patience_s: patience.as_secs_f64() })
+    }
+
+    fn stop_switch(&self) -> StopSwitch {
+        self.stop.clone()
+    }
+
+    fn home_shift_mm(&self) -> Option<f64> {
+        self.home_shift_mm
+    }
+}
+
+fn refusal_text(refusal: Refusal) -> &'static str {
+    match refusal {
+        Refusal::Unknown => "it does not know the request; its firmware may be of another version",
+        Refusal::NotHomed => "it has not been homed; home it first",
+        Refusal::OutsideTravel => "the position lies outside its travel",
+        Refusal::Busy => "it is busy with another operation; stop it first",
+        Refusal::StaleId => "another program has given it orders; home it again",
+        Refusal::BadSettings => {
+            "it cannot keep these settings; lower velocity or acceleration (at most half a step a tick of its timer)"
+        }
+    }
+}
+
+fn fault_text(fault: Fault) -> &'static str {
+    match fault {
+        Fault::None => "it gives no reason; home it",
+        Fault::Watchdog => {
+            "it heard nothing of this program for too long and slowed down; check the cable, then home it"
+        }
+        Fault::HardLimit => {
+            "a limit switch closed, so steps were lost or the travel is set too long; home it"
+        }
+        Fault::EmergencyStop => "an emergency stop came, its position is lost; home it",
+        Fault::SwitchNeverClosed => {
+            "the home switch never closed; check the switch, its cable, and that the motor has power and turns the right way"
+        }
+        Fault::SwitchNeverOpened => {
+            "the home switch stayed closed; check the switch, its cable, and that the carriage moves off it"
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! A simulated stage that runs the firmware's own code.
+
+use std::time::Duration;
+
+use firmware_protocol::axis::Axis;
+use firmware_protocol::device::{Build, Device};
+
+use super::script::{Mishap, Troubles};
+use super::{FaultScript, Plant, TICK_HZ, Ticks};
+use crate::link::SimulatedDevice;
+
+/// A stage with 250 steps/mm and a travel of 200 mm, as the Uno firmware is built.
+const BUILD: Build = Build { number: 1, steps_per_mm: 250, travel_nm: 200_000_000, tick_hz: TICK_HZ };
+
+/// 3.6 mm below the place where the carriage stands at the start.
+const LOW_SWITCH_AT: i64 = -900;
+/// 2 mm beyond the end of the travel, which begins 1 mm (pull-off) above the low switch.
+const HIGH_SWITCH_AT: i64 = LOW_SWITCH_AT + 250 + 200 * 250 + 500;
+
+/// The firmware's state machine over a simulated carriage.
+pub struct NativeDevice {
+    device: Device,
+    axis: Axis,
+    boot_id: u32,
+    plant: Plant,
+    troubles: Troubles,
+    operating: bool,
+    ticks: Ticks,
+    sent: Vec<u8>,
+}
+
+impl Default for NativeDevice {
+    fn default() -> Self {
+        Self::new(FaultScript::default())
+    }
+}
+
+impl NativeDevice {
+    /// A stage that has just booted, with the faults of a script.
+    pub fn new(script: FaultScript) -> Self {
+        let troubles = Troubles::new(script);
+        let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
+        plant.set_switches_work(troubles.switches_work());
+        Self {
+            device: Device::new(BUILD, 1),
+            axis: Axis::new(),
+            boot_id: 1,
+            plant,
+            troubles,
+            operating: false,
+            ticks: Ticks::default(),
+            sent: Vec::new(),
+        }
+    }
+
+    /// The carriage and its switches.
+    pub fn plant(&self) -> Plant {
+        self.plant.clone()
+    }
+
+    /// Switches the power off and on.
+    pub fn reset(&mut self) {
+        self.boot_id += 1;
+        self.device = Device::new(BUILD, self.boot_id);
+        self.axis = Axis::new();
+        self.operating = false;
+    }
+
+    fn say(&mut self, bytes: &[u8]) {
+        if !self.troubles.muted() && self.troubles.connected() {
+            self.sent.extend_from_slice(bytes);
+        }
+    }
+
+    /// Moves are what begins while the axis is homed; homing is not counted.
+    fn mind_the_operation(&mut self) {
+        let snapshot = self.axis.snapshot();
+        if snapshot.moving && !self.operating && snapshot.homed {
+            self.troubles.move_begins();
+            self.plant.set_stalled(self.troubles.no_motion());
+        }
+        if !snapshot.moving && self.operating {
+            self.troubles.move_ends();
+        }
+        self.operating = snapshot.moving;
+    }
+
+    fn tick(&mut self) {
+        if let Some(way) = self.axis.tick(self.plant.limits()) {
+            self.plant.step(way);
+        }
+    }
+}
+
+impl SimulatedDevice for NativeDevice {
+    fn receive(&mut self, byte: u8) {
+        if !self.troubles.connected() {
+            return;
+        }
+        let reply = self.device.receive(byte, &mut self.axis);
+        self.mind_the_operation();
+        if let Some(frame) = reply {
+            self.say(frame.bytes());
+        }
+    }
+
+    fn advance(&mut self, time: Duration) {
+        match self.troubles.advance(time) {
+            Some(Mishap::Reset) => self.reset(),
+            Some(Mishap::LimitCloses) => self.plant.press_switches(true),
+            None => {}
+        }
+        for _ in 0..self.ticks.pass(time) {
+            self.tick();
+        }
+        self.mind_the_operation();
+        if let Some(frame) = self.device.poll(&mut self.axis) {
+            self.say(frame.bytes());
+        }
+    }
+
+    fn take_sent(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.sent)
+    }
+
+    fn connected(&self) -> bool {
+        self.troubles.connected()
+    }
+}

@@ -1,0 +1,114 @@
+//! When a motion counts as done.
+
+use std::time::Duration;
+
+use super::StageError;
+
+/// Rounding of what a stage reports: dialects round to 1 um or finer.
+const REPORT_ROUNDING_MM: f64 = 0.0005;
+
+/// How long a motion may take beyond what its velocity and acceleration say.
+const GRACE: Duration = Duration::from_secs(5);
+
+/// What a stage is held to: where a move must end, and how long it can have taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionLimits {
+    /// The reported position may differ by so much from the commanded one, in mm, beyond half a step and the rounding of
+    /// the report.
+    pub tolerance_mm: f64,
+}
+
+impl Default for MotionLimits {
+    /// 2 um: three hundredths of the 33 um of the stage that look like 0.1 px of disparity.
+    fn default() -> Self {
+        Self { tolerance_mm: 0.002 }
+    }
+}
+
+/// Velocity and acceleration of a stage, and the length of its steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Kinematics {
+    pub(super) velocity_mm_s: f64,
+    pub(super) acceleration_mm_s2: f64,
+    pub(super) step_mm: f64,
+}
+
+impl Kinematics {
+    /// How long a move takes, at best: a trapezoid of velocity, or a triangle if it is short.
+    pub(super) fn duration(&self, distance_mm: f64) -> Duration {
+        let (velocity, acceleration, distance) =
+            (self.velocity_mm_s, self.acceleration_mm_s2, distance_mm.abs());
+        let ramps_mm = velocity * velocity / acceleration;
+        let seconds = if distance < ramps_mm {
+            2.0 * (distance / acceleration).sqrt()
+        } else {
+            velocity / acceleration + distance / velocity
+        };
+        Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+    }
+
+    /// When to give up waiting for a move.
+    pub(super) fn patience(&self, distance_mm: f64) -> Duration {
+        self.duration(distance_mm).saturating_mul(2).saturating_add(GRACE)
+    }
+}
+
+impl MotionLimits {
+    /// Whether a move that ended at `reported_mm` after `took` is to be believed.
+    pub(super) fn check(
+        &self,
+        kinematics: &Kinematics,
+        from_mm: f64,
+        commanded_mm: f64,
+        reported_mm: f64,
+        took: Duration,
+    ) -> Result<(), StageError> {
+        let tolerance_mm = self.tolerance_mm + kinematics.step_mm / 2.0 + REPORT_ROUNDING_MM;
+        let agrees = (reported_mm - commanded_mm).abs() <= tolerance_mm;
+        if !agrees {
+            return Err(StageError::Disagrees { commanded_mm, reported_mm, tolerance_mm });
+        }
+        // A stage reaches its target a step early or late, and its ramps are rounded: half of the time is generous.
+        let least = kinematics.duration(commanded_mm - from_mm) / 2;
+        if took < least && (commanded_mm - from_mm).abs() > 2.0 * kinematics.step_mm {
+            return Err(StageError::TooFast {
+                distance_mm: (commanded_mm - from_mm).abs(),
+                took_s: took.as_secs_f64(),
+                least_s: least.as_secs_f64(),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KINEMATICS: Kinematics =
+        Kinematics { velocity_mm_s: 5.0, acceleration_mm_s2: 20.0, step_mm: 0.004 };
+
+    #[test]
+    fn durations_are_those_of_a_trapezoid() {
+        // 1.25 mm are the two ramps of 0.25 s; every further mm takes 0.2 s.
+        assert!((KINEMATICS.duration(1.25).as_secs_f64() - 0.5).abs() < 1e-9);
+        assert!((KINEMATICS.duration(-2.25).as_secs_f64() - 0.7).abs() < 1e-9);
+        // A quarter of the distance takes half of the time where there are ramps only.
+        assert!((KINEMATICS.duration(0.3125).as_secs_f64() - 0.25).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_wrong_place_and_a_miracle_are_errors() {
+        let limits = MotionLimits::default();
+        let check = |reported_mm, milliseconds| {
+            limits.check(&KINEMATICS, 0.0, 1.5, reported_mm, Duration::from_millis(milliseconds))
+        };
+        // 2 um, half a step of 4 um and half a um of rounding.
+        assert_eq!(check(1.5044, 600), Ok(()));
+        assert!(matches!(check(1.5046, 600), Err(StageError::Disagrees { .. })));
+        assert!(matches!(check(f64::NAN, 600), Err(StageError::Disagrees { .. })));
+        // 1.5 mm take 0.55 s.
+        assert!(matches!(check(1.5, 6), Err(StageError::TooFast { .. })));
+        assert_eq!(limits.check(&KINEMATICS, 1.496, 1.5, 1.5, Duration::ZERO), Ok(()));
+    }
+}
