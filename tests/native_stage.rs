@@ -210,7 +210,12 @@ fn a_stop_from_another_thread_ends_the_move_and_keeps_the_position() {
         switch.release();
         let device = Arc::new(Mutex::new(NativeDevice::default()));
         let plant_two = device.lock().unwrap().plant();
-        let link = PressWhenMoving { link: SimulatedLink::new(device), plant: plant_two.clone(), switch: None, urgency };
+        let link = PressWhenMoving {
+            link: SimulatedLink::new(device),
+            plant: plant_two.clone(),
+            switch: None,
+            urgency,
+        };
         let (link, handle) = link.share();
         let mut stage = NativeStage::connect(Box::new(link), fast()).unwrap();
         stage.home().unwrap();
@@ -223,7 +228,9 @@ fn a_stop_from_another_thread_ends_the_move_and_keeps_the_position() {
                 stage.stop_switch().release();
                 stage.move_to(1.0).unwrap();
             }
-            StageError::Fault { ref fault, .. } if !known => assert!(fault.contains("emergency stop"), "{fault}"),
+            StageError::Fault { ref fault, .. } if !known => {
+                assert!(fault.contains("emergency stop"), "{fault}")
+            }
             other => panic!("{other}"),
         }
     }

@@ -77,7 +77,12 @@ impl Run {
 
     /// Whether the stage stands: at the target, or where it was stopped.
     pub fn finished(&self) -> bool {
-        self.steps_left == 0 || (self.stopping && self.velocity == 0)
+        self.complete() || (self.stopping && self.velocity == 0)
+    }
+
+    /// Whether all its steps are made.
+    pub fn complete(&self) -> bool {
+        self.steps_left == 0
     }
 
     /// One tick: whether a step is due.

@@ -6,7 +6,7 @@
 
 //T pub mod decode;
 mod error;
-//T pub mod grbl;
+pub mod grbl;
 pub mod native;
 mod one_sided;
 mod sim;
@@ -18,7 +18,7 @@ mod tolerance;
 use std::fmt;
 
 pub use error::StageError;
-//T pub use grbl::GrblStage;
+pub use grbl::GrblStage;
 pub use native::NativeStage;
 pub use one_sided::OneSided;
 pub use sim::{SimStage, SimStageConfig, StagePosition};

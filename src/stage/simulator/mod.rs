@@ -20,13 +20,13 @@
 //! # Ok::<(), epirig::stage::StageError>(())
 //! ```
 
-//T mod grbl;
+mod grbl;
 mod native;
 mod plant;
 mod script;
 //T mod zaber;
 
-//T pub use grbl::GrblDevice;
+pub use grbl::GrblDevice;
 pub use native::NativeDevice;
 pub use plant::Plant;
 pub use script::{DeviceFault, FaultScript};

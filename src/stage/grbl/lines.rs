@@ -1,0 +1,105 @@
+//! Lines to and from GRBL.
+
+use std::time::Duration;
+
+use super::Response;
+use crate::link::{Link, LinkError};
+use crate::stage::{Dialect, StageError};
+
+/// GRBL's own lines are shorter; more without an end is noise.
+const LONGEST: usize = 256;
+
+/// What came, if anything.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Heard {
+    Line(Response),
+    Nothing,
+}
+
+/// A link that is spoken in lines.
+pub(super) struct Lines {
+    link: Box<dyn Link>,
+    line: Vec<u8>,
+    /// The latest line that made no sense.
+    unknown: Option<String>,
+}
+
+impl Lines {
+    pub(super) fn new(link: Box<dyn Link>) -> Self {
+        Self { link, line: Vec::new(), unknown: None }
+    }
+
+    pub(super) fn port(&self) -> &str {
+        self.link.name()
+    }
+
+    pub(super) fn now(&self) -> Duration {
+        self.link.now()
+    }
+
+    pub(super) fn send_line(&mut self, line: &str) -> Result<(), LinkError> {
+        self.link.send(format!("{line}\n").as_bytes())
+    }
+
+    pub(super) fn send_byte(&mut self, byte: u8) -> Result<(), LinkError> {
+        self.link.send(&[byte])
+    }
+
+    /// The next line that is not empty, if one comes in time; a device that never stops talking gets no more time.
+    pub(super) fn next(&mut self, patience: Duration) -> Result<Heard, LinkError> {
+        let until = self.now() + patience;
+        loop {
+            let mut byte = [0];
+            let left = until.saturating_sub(self.now());
+            if left.is_zero() {
+                return Ok(Heard::Nothing);
+            }
+            if self.link.receive(&mut byte, left)? == 0 {
+                continue;
+            }
+            match byte[0] {
+                b'\r' | b'\n' if self.line.is_empty() => {}
+                b'\r' | b'\n' => return Ok(Heard::Line(self.take_line())),
+                other if self.line.len() < LONGEST => self.line.push(other),
+                _ => return Ok(Heard::Line(self.take_line())),
+            }
+        }
+    }
+
+    fn take_line(&mut self) -> Response {
+        let line = String::from_utf8_lossy(&std::mem::take(&mut self.line)).into_owned();
+        let response = Response::parse(&line);
+        if let Response::Unknown(line) = &response {
+            self.unknown = Some(line.chars().take(60).collect());
+        }
+        response
+    }
+
+    /// The next line that answers a line of ours, or ends all answering.
+    pub(super) fn answer(&mut self, patience: Duration) -> Result<Heard, LinkError> {
+        let until = self.now() + patience;
+        loop {
+            match self.next(until.saturating_sub(self.now()))? {
+                Heard::Line(
+                    Response::Status(_)
+                    | Response::Feedback { .. }
+                    | Response::Setting { .. }
+                    | Response::Unknown(_),
+                ) => {}
+                other => return Ok(other),
+            }
+        }
+    }
+
+    /// If only nonsense has come: what it was.
+    pub(super) fn foreign(&self) -> Option<StageError> {
+        let partly = String::from_utf8_lossy(&self.line).into_owned();
+        let heard = self.unknown.clone().or_else(|| (!partly.is_empty()).then_some(partly))?;
+        Some(StageError::Foreign {
+            port: self.port().to_owned(),
+            expected: Dialect::Grbl.name(),
+            heard: format!("it says \"{}\"", heard.escape_default()),
+            hint: "check its firmware, or choose another --driver".to_owned(),
+        })
+    }
+}

@@ -1,0 +1,520 @@
+//! The driver of stages that speak GRBL 1.1.
+//!
+//! GRBL has no checksums and no ids, and its `ok` means accepted, not done. So one line is outstanding at a time, `G4 P0` is the
+//! barrier that answers when motion is done, and no move counts before the position has been read back twice.
+
+mod lines;
+mod response;
+mod settings;
+mod texts;
+
+use std::time::Duration;
+
+use super::{
+    Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
+};
+use crate::link::Link;
+use lines::{Heard, Lines};
+pub use response::{Response, State, Status};
+pub use settings::Axis;
+use settings::{ALWAYS_POWERED, AxisSettings, IDLE_DELAY, Settings};
+pub use texts::{alarm_text, error_text};
+
+/// Speed of the serial line.
+pub const BAUD: u32 = 115_200;
+
+const SOFT_RESET: u8 = 0x18;
+const STATUS_QUERY: u8 = b'?';
+const FEED_HOLD: u8 = b'!';
+/// The error that comes of itself, when it starts with an empty memory.
+const SETTINGS_LOST: u8 = 7;
+
+/// A line is accepted in some 10 ms, settings are written in some 100.
+const REPLY_PATIENCE: Duration = Duration::from_secs(2);
+const STATUS_PATIENCE: Duration = Duration::from_millis(400);
+/// After a reset in motion it says nothing for half a second; a board boots in two.
+const BOOT_PATIENCE: Duration = Duration::from_secs(3);
+/// How often a motion under way is looked at.
+const POLL: Duration = Duration::from_millis(100);
+/// Motion that slows down at all ends in this.
+const HOLD_PATIENCE: Duration = Duration::from_secs(10);
+/// The work offset comes with one answer in so many at the least.
+const OFFSET_WITHIN: u32 = 30;
+/// How many times an absolute move is sent that has demonstrably not begun.
+const TRIES: u32 = 3;
+
+/// GRBL does not tell whether it has been homed or only unlocked. A feed rate that nobody else sets is the mark: it lives until
+/// the next reset, and so does the position.
+const HOMED_MARK: &str = "F271.828";
+
+/// How a GRBL stage is to be driven.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GrblOptions {
+    /// The axis that carries the object.
+    pub axis: Axis,
+    /// When a move counts as done.
+    pub limits: MotionLimits,
+}
+
+impl Default for GrblOptions {
+    fn default() -> Self {
+        Self { axis: Axis::X, limits: MotionLimits::default() }
+    }
+}
+
+/// A stage that speaks GRBL 1.1.
+pub struct GrblStage {
+    lines: Lines,
+    options: GrblOptions,
+    version: String,
+    axis: AxisSettings,
+    notes: Vec<String>,
+    /// Machine coordinate of position 0, in mm; `None` if it is not homed, or no longer surely.
+    home_mm: Option<f64>,
+    /// Offset of work coordinates, which G-code is written in, in mm.
+    work_offset_mm: f64,
+    stop: StopSwitch,
+}
+
+impl GrblStage {
+    /// Connects to the controller at the other end of `link`, reads its settings and checks them; sets `$1=255`.
+    ///
+    /// # Errors
+    /// [`StageError`] if nothing answers, something else than GRBL 1.1 does, or its settings do not do for a measurement.
+    pub fn connect(link: Box<dyn Link>, options: GrblOptions) -> Result<Self, StageError> {
+        let mut lines = Lines::new(link);
+        let mut status = greet(&mut lines)?;
+        if !matches!(status.state, State::Idle | State::Alarm) {
+            // A motion that nobody waits for any more; it answers no question before it stands.
+            reset(&mut lines)?;
+            status = greet(&mut lines)?;
+        }
+        let version = read_version(&mut lines)?;
+        let mut settings = read_settings(&mut lines)?;
+        let mut notes = Vec::new();
+        if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
+            command(&mut lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}"))?;
+            settings = read_settings(&mut lines)?;
+            notes.push(format!(
+                "it let go of the motor between moves; ${IDLE_DELAY} has been set to {ALWAYS_POWERED}"
+            ));
+        }
+        let axis = settings.check(options.axis, lines.port())?;
+        if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
+            return Err(StageError::Unsuitable {
+                port: lines.port().to_owned(),
+                what: format!("it lets go of the motor between moves and does not take ${IDLE_DELAY}=255"),
+                remedy: "set it by hand".to_owned(),
+            });
+        }
+        notes.extend(axis.notes.iter().cloned());
+        let mut stage = Self {
+            lines,
+            options,
+            version,
+            axis,
+            notes,
+            home_mm: None,
+            work_offset_mm: 0.0,
+            stop: StopSwitch::default(),
+        };
+        stage.learn_offset(status.clone())?;
+        if status.state == State::Idle && stage.marked_as_homed()? {
+            stage.home_mm = Some(stage.home_by_settings(&settings));
+        }
+        Ok(stage)
+    }
+
+    /// What a person should know of the stage, though it can be used.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Where GRBL puts home: beside the end of the travel that it homes to.
+    fn home_by_settings(&self, settings: &Settings) -> f64 {
+        let pull_off_mm = settings.get(27).unwrap_or(0.0);
+        if self.axis.outwards < 0.0 { -pull_off_mm } else { -self.axis.travel_mm }
+    }
+
+    fn marked_as_homed(&mut self) -> Result<bool, StageError> {
+        self.lines.send_line("$G")?;
+        let mut marked = false;
+        loop {
+            match self.lines.next(REPLY_PATIENCE)? {
+                Heard::Line(Response::Feedback { kind, text }) if kind == "GC" => {
+                    let mark = HOMED_MARK.trim_end_matches('0');
+                    marked = text.split_whitespace().any(|word| word.starts_with(mark));
+                }
+                Heard::Line(Response::Ok) => return Ok(marked),
+                // A controller that cannot tell has not been homed by us.
+                Heard::Line(Response::Error(_)) | Heard::Nothing => return Ok(false),
+                Heard::Line(_) => {}
+            }
+        }
+    }
+
+    /// Asks for the status until it comes.
+    fn status(&mut self) -> Result<Status, StageError> {
+        for _ in 0..TRIES {
+            self.lines.send_byte(STATUS_QUERY)?;
+            let until = self.lines.now() + STATUS_PATIENCE;
+            while let Heard::Line(response) = self.lines.next(until.saturating_sub(self.lines.now()))? {
+                match response {
+                    Response::Status(status) => return Ok(self.note_offset(status)),
+                    Response::Alarm(code) => return Err(self.alarm(code, "at rest")?),
+                    Response::Banner { .. } => return Err(self.restarted("at rest")),
+                    _ => {}
+                }
+            }
+        }
+        Err(no_answer(&self.lines, "?", STATUS_PATIENCE * TRIES))
+    }
+
+    /// The offset comes with every tenth answer at rest and every thirtieth in motion; a controller that never tells it has
+    /// none.
+    fn learn_offset(&mut self, first: Status) -> Result<(), StageError> {
+        let mut status = self.note_offset(first);
+        for _ in 0..OFFSET_WITHIN {
+            if status.work_offset_mm.is_some() {
+                break;
+            }
+            status = self.status()?;
+        }
+        Ok(())
+    }
+
+    fn note_offset(&mut self, status: Status) -> Status {
+        let index = self.options.axis.index();
+        if let Some(offset) = status.work_offset_mm.as_ref().and_then(|offsets| offsets.get(index)) {
+            self.work_offset_mm = *offset;
+        }
+        status
+    }
+
+    fn machine_mm(&self, status: &Status) -> Option<f64> {
+        let offset_mm = if status.is_work_position { self.work_offset_mm } else { 0.0 };
+        status.position_mm.get(self.options.axis.index()).map(|mm| mm + offset_mm)
+    }
+
+    fn position_of(&self, status: &Status) -> Option<f64> {
+        Some((self.machine_mm(status)? - self.home_mm?) * self.axis.outwards)
+    }
+
+    /// The position, once two answers in a row agree that it stands.
+    fn position_at_rest(&mut self, during: &str) -> Result<f64, StageError> {
+        let mut before = None;
+        let until = self.lines.now() + BOOT_PATIENCE;
+        while self.lines.now() < until {
+            let status = self.status()?;
+            let now = if status.state == State::Idle { self.position_of(&status) } else { None };
+            match now {
+                Some(position_mm) if before == Some(position_mm) => return Ok(position_mm),
+                _ => before = now,
+            }
+        }
+        Err(StageError::TooSlow { during: during.to_owned(), patience_s: BOOT_PATIENCE.as_secs_f64() })
+    }
+
+    fn restarted(&mut self, during: &str) -> StageError {
+        self.home_mm = None;
+        StageError::Restarted { during: during.to_owned() }
+    }
+
+    /// After an alarm GRBL wants a reset before it says anything else.
+    fn alarm(&mut self, code: u8, during: &str) -> Result<StageError, StageError> {
+        self.home_mm = None;
+        reset(&mut self.lines)?;
+        Ok(StageError::Fault {
+            during: during.to_owned(),
+            fault: format!("{} (ALARM:{code})", alarm_text(code)),
+        })
+    }
+
+    /// Sends a line whose `ok` comes when all motion is done, and waits for it.
+    fn barrier(
+        &mut self,
+        line: &str,
+        during: &str,
+        patience: Duration,
+        target_mm: Option<f64>,
+    ) -> Result<(), StageError> {
+        self.lines.send_line(line)?;
+        let since = self.lines.now();
+        let mut seen_there = 0;
+        while self.lines.now() - since < patience {
+            if let Some(urgency) = self.stop.pressed() {
+                return Err(self.stop_motion(urgency)?);
+            }
+            match self.lines.next(POLL)? {
+                Heard::Line(Response::Ok) => return Ok(()),
+                Heard::Line(Response::Error(code)) => return Err(refused(code)),
+                Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
+                Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
+                Heard::Line(Response::Status(status)) => {
+                    let status = self.note_offset(status);
+                    // Its `ok` may be lost: who stands at the target for half a second has arrived.
+                    let there = target_mm.zip(self.machine_mm(&status)).is_some_and(|(target_mm, at_mm)| {
+                        status.state == State::Idle
+                            && (target_mm - at_mm).abs() < self.axis.kinematics.step_mm
+                    });
+                    seen_there = if there { seen_there + 1 } else { 0 };
+                    if seen_there >= 5 {
+                        return Ok(());
+                    }
+                }
+                Heard::Line(_) => {}
+                // While homing GRBL answers no question; its answer then comes at the end and is skipped.
+                Heard::Nothing if target_mm.is_some() => self.lines.send_byte(STATUS_QUERY)?,
+                Heard::Nothing => {}
+            }
+        }
+        self.stop_motion(Urgency::Soon)?;
+        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
+    }
+
+    /// Stops safely: hold, wait until it stands, reset, which keeps the position; or reset at once, which does not.
+    fn stop_motion(&mut self, urgency: Urgency) -> Result<StageError, StageError> {
+        let home_mm = self.home_mm.take();
+        let mut held = false;
+        if urgency == Urgency::Soon {
+            self.lines.send_byte(FEED_HOLD)?;
+            let until = self.lines.now() + HOLD_PATIENCE;
+            while !held && self.lines.now() < until && self.stop.pressed() != Some(Urgency::AtOnce) {
+                // Homing answers nothing and cannot be held.
+                let Ok(status) = self.status() else { break };
+                held = matches!(status.state, State::Hold { complete: true } | State::Idle);
+            }
+        }
+        reset(&mut self.lines)?;
+        let status = self.status()?;
+        if held && home_mm.is_some() && status.state == State::Idle {
+            self.home_mm = home_mm;
+            self.mark_as_homed()?;
+        }
+        Ok(StageError::Stopped { position_mm: self.position_of(&status) })
+    }
+
+    fn mark_as_homed(&mut self) -> Result<(), StageError> {
+        match command(&mut self.lines, HOMED_MARK) {
+            // Then the next program will have to home it again.
+            Err(StageError::Refused { .. }) => Ok(()),
+            other => other,
+        }
+    }
+
+    fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
+        if self.stop.pressed().is_none() {
+            return Ok(());
+        }
+        let status = self.status()?;
+        Err(StageError::Stopped { position_mm: self.position_of(&status) })
+    }
+
+    /// Sends an absolute move. One that was refused, or whose `ok` got lost, is sent again if the stage demonstrably stands
+    /// where it stood: no relative move ever is.
+    fn begin_move(&mut self, machine_mm: f64, from_mm: f64, during: &str) -> Result<(), StageError> {
+        let letter = self.options.axis.letter();
+        let line = format!("G90 G0 {letter}{:.4}", machine_mm - self.work_offset_mm);
+        let mut last = no_answer(&self.lines, &line, REPLY_PATIENCE);
+        for _ in 0..TRIES {
+            self.lines.send_line(&line)?;
+            match self.lines.answer(REPLY_PATIENCE)? {
+                Heard::Line(Response::Ok) => return Ok(()),
+                Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
+                Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
+                Heard::Line(Response::Error(code)) => last = refused(code),
+                Heard::Line(_) | Heard::Nothing => {}
+            }
+            let status = self.status()?;
+            if status.state != State::Idle || self.position_of(&status) != Some(from_mm) {
+                // It has begun after all.
+                return Ok(());
+            }
+        }
+        Err(last)
+    }
+
+    fn move_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
+        let during = format!("in the move to {target_mm:.3} mm");
+        let Some(home_mm) = self.home_mm else { return Err(StageError::NotHomed) };
+        let from_mm = self.position_at_rest(&during)?;
+        let machine_mm = home_mm + self.axis.outwards * target_mm;
+        let patience = self.axis.kinematics.patience(target_mm - from_mm);
+        let began = self.lines.now();
+        self.begin_move(machine_mm, from_mm, &during)?;
+        self.barrier("G4 P0", &during, patience, Some(machine_mm))?;
+        let took = self.lines.now() - began;
+        let reported_mm = self.position_at_rest(&during)?;
+        self.options.limits.check(&self.axis.kinematics, from_mm, target_mm, reported_mm, took)
+    }
+}
+
+fn no_answer(lines: &Lines, asked: &str, patience: Duration) -> StageError {
+    StageError::NoAnswer {
+        port: lines.port().to_owned(),
+        asked: asked.to_owned(),
+        patience_s: patience.as_secs_f64(),
+        hint: "whether its firmware is GRBL 1.1 (else choose another --driver)",
+    }
+}
+
+fn refused(code: u8) -> StageError {
+    StageError::Refused { reason: format!("{} (error:{code})", error_text(code)) }
+}
+
+/// Waits for the controller to be there: it may be booting, idle, or locked by an alarm and silent.
+fn greet(lines: &mut Lines) -> Result<Status, StageError> {
+    for round in 0..TRIES {
+        if round == 1 {
+            // An alarm makes it deaf to all but this; a motion that nobody waits for is stopped by it too.
+            lines.send_byte(SOFT_RESET)?;
+        }
+        lines.send_byte(STATUS_QUERY)?;
+        let until = lines.now() + BOOT_PATIENCE;
+        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+            match response {
+                Response::Status(status) => return Ok(status),
+                Response::Banner { .. } => lines.send_byte(STATUS_QUERY)?,
+                Response::Error(SETTINGS_LOST) => {
+                    return Err(StageError::Unsuitable {
+                        port: lines.port().to_owned(),
+                        what: format!("it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"),
+                        remedy: "set them again".to_owned(),
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+    Err(lines.foreign().unwrap_or_else(|| no_answer(lines, "?", BOOT_PATIENCE * TRIES)))
+}
+
+/// Resets the controller and discards what it says until it has started anew: a stale `ok` may come before the banner.
+fn reset(lines: &mut Lines) -> Result<(), StageError> {
+    lines.send_byte(SOFT_RESET)?;
+    let until = lines.now() + BOOT_PATIENCE;
+    while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+        if matches!(response, Response::Banner { .. }) {
+            return Ok(());
+        }
+    }
+    Err(no_answer(lines, "reset", BOOT_PATIENCE))
+}
+
+fn command(lines: &mut Lines, line: &str) -> Result<(), StageError> {
+    lines.send_line(line)?;
+    match lines.answer(REPLY_PATIENCE)? {
+        Heard::Line(Response::Ok) => Ok(()),
+        Heard::Line(Response::Error(code)) => Err(refused(code)),
+        _ => Err(no_answer(lines, line, REPLY_PATIENCE)),
+    }
+}
+
+fn read_version(lines: &mut Lines) -> Result<String, StageError> {
+    lines.send_line("$I")?;
+    let mut version = None;
+    while let Heard::Line(response) = lines.next(REPLY_PATIENCE)? {
+        match response {
+            Response::Feedback { kind, text } if kind == "VER" => version = Some(text),
+            Response::Ok | Response::Error(_) => break,
+            _ => {}
+        }
+    }
+    let heard = match version {
+        Some(version) if version.starts_with("1.1") => return Ok(version.trim_end_matches(':').to_owned()),
+        Some(version) => format!("its version is {version}"),
+        None => "it does not tell its version".to_owned(),
+    };
+    let (port, expected) = (lines.port().to_owned(), Dialect::Grbl.name());
+    Err(StageError::Foreign {
+        port,
+        expected,
+        heard,
+        hint: "GRBL 1.1 is needed: update its firmware".to_owned(),
+    })
+}
+
+fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
+    lines.send_line("$$")?;
+    let mut settings = Settings::default();
+    loop {
+        match lines.next(REPLY_PATIENCE)? {
+            Heard::Line(Response::Setting { number, value }) => settings.insert(number, value),
+            Heard::Line(Response::Ok) => return Ok(settings),
+            Heard::Line(Response::Error(code)) => return Err(refused(code)),
+            Heard::Line(_) => {}
+            Heard::Nothing => return Err(no_answer(lines, "$$", REPLY_PATIENCE)),
+        }
+    }
+}
+
+/// Errors after which the stage may be elsewhere than it says.
+fn shakes_trust(error: &StageError) -> bool {
+    !matches!(error, StageError::OutsideTravel { .. } | StageError::Stopped { .. })
+}
+
+impl Stage for GrblStage {
+    fn identity(&self) -> StageIdentity {
+        StageIdentity {
+            dialect: Dialect::Grbl,
+            description: format!(
+                "GRBL {}, axis {}, {} mm",
+                self.version,
+                self.options.axis.letter(),
+                self.axis.travel_mm
+            ),
+            port: Some(self.lines.port().to_owned()),
+        }
+    }
+
+    fn travel_mm(&self) -> f64 {
+        self.axis.travel_mm
+    }
+
+    fn home(&mut self) -> Result<(), StageError> {
+        self.refuse_if_stopped()?;
+        self.home_mm = None;
+        // Whatever it was doing or waiting for ends here.
+        if !self.status().is_ok_and(|status| matches!(status.state, State::Idle | State::Alarm)) {
+            reset(&mut self.lines)?;
+        }
+        let patience =
+            Duration::try_from_secs_f64(2.0 * self.axis.homing_s).unwrap_or(Duration::MAX) + BOOT_PATIENCE;
+        self.barrier("$H", "while homing", patience, None)?;
+        command(&mut self.lines, "G21")?;
+        let status = self.status()?;
+        self.home_mm = self.machine_mm(&status);
+        self.mark_as_homed()
+    }
+
+    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
+        if self.home_mm.is_none() {
+            return Err(StageError::NotHomed);
+        }
+        let target_mm = on_travel(position_mm, self.axis.travel_mm)?;
+        self.refuse_if_stopped()?;
+        let moved = self.move_and_check(target_mm);
+        if moved.as_ref().is_err_and(shakes_trust) {
+            self.home_mm = None;
+        }
+        moved
+    }
+
+    fn state(&mut self) -> Result<StageState, StageError> {
+        let status = self.status()?;
+        let at_limit = status.pins.contains(self.options.axis.letter());
+        Ok(StageState { position_mm: self.position_of(&status), moving: status.state.moving(), at_limit })
+    }
+
+    fn stop(&mut self) -> Result<(), StageError> {
+        let status = self.status()?;
+        if status.state.moving() || matches!(status.state, State::Hold { .. }) {
+            self.stop_motion(Urgency::Soon)?;
+        }
+        Ok(())
+    }
+
+    fn stop_switch(&self) -> StopSwitch {
+        self.stop.clone()
+    }
+}

@@ -1,0 +1,155 @@
+//! GRBL's `$$` settings, as far as a measurement depends on them.
+
+use std::collections::BTreeMap;
+
+use crate::stage::StageError;
+use crate::stage::tolerance::Kinematics;
+
+const MINUTE_S: f64 = 60.0;
+
+/// Idle delay of the motors; 255 keeps them powered.
+pub(super) const IDLE_DELAY: u8 = 1;
+pub(super) const ALWAYS_POWERED: f64 = 255.0;
+
+const STATUS_MASK: u8 = 10;
+const REPORT_INCHES: u8 = 13;
+const SOFT_LIMITS: u8 = 20;
+const HARD_LIMITS: u8 = 21;
+const HOMING: u8 = 22;
+const HOMING_TO_NEGATIVE: u8 = 23;
+const HOMING_FEED: u8 = 24;
+const HOMING_SEEK: u8 = 25;
+const PULL_OFF: u8 = 27;
+const STEPS_PER_MM: u8 = 100;
+const RATE: u8 = 110;
+const ACCELERATION: u8 = 120;
+const TRAVEL: u8 = 130;
+
+/// One of GRBL's axes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// The first, as on a CNC shield.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+impl Axis {
+    pub(super) const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Its letter in G-code.
+    pub const fn letter(self) -> char {
+        ['X', 'Y', 'Z'][self.index()]
+    }
+}
+
+/// The settings as they were read.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Settings {
+    values: BTreeMap<u8, f64>,
+}
+
+impl Settings {
+    pub(super) fn insert(&mut self, number: u8, value: f64) {
+        self.values.insert(number, value);
+    }
+
+    pub(super) fn get(&self, number: u8) -> Option<f64> {
+        self.values.get(&number).copied()
+    }
+
+    /// What the driver needs, or why the stage cannot be used.
+    pub(super) fn check(&self, axis: Axis, port: &str) -> Result<AxisSettings, StageError> {
+        let offset = axis.index() as u8;
+        let unsuitable =
+            |what: String, remedy: String| StageError::Unsuitable { port: port.to_owned(), what, remedy };
+        let number = |number: u8| {
+            let missing = || {
+                unsuitable(
+                    format!("it does not tell its setting ${number}"),
+                    "it may not be GRBL 1.1".to_owned(),
+                )
+            };
+            self.get(number).ok_or_else(missing)
+        };
+        let positive = |of: u8| {
+            let value = number(of)?;
+            if value > 0.0 {
+                Ok(value)
+            } else {
+                Err(unsuitable(
+                    format!("its setting ${of} is {value}"),
+                    format!("set ${of} to what the machine has"),
+                ))
+            }
+        };
+        if number(HOMING)? == 0.0 {
+            let remedy = format!("fit a limit switch and send ${HOMING}=1");
+            return Err(unsuitable(format!("homing is switched off (${HOMING}=0)"), remedy));
+        }
+        if number(REPORT_INCHES)? != 0.0 {
+            let what = format!("it reports inches, rounded to 2.5 um (${REPORT_INCHES}=1)");
+            return Err(unsuitable(what, format!("send ${REPORT_INCHES}=0")));
+        }
+        let mask = number(STATUS_MASK)? as u8;
+        if mask & 1 == 0 {
+            let what = format!("it reports work positions (${STATUS_MASK}={mask})");
+            return Err(unsuitable(what, format!("send ${STATUS_MASK}={}", mask | 1)));
+        }
+        let towards_negative = number(HOMING_TO_NEGATIVE)? as u8 >> offset & 1 == 1;
+        let settings = AxisSettings {
+            kinematics: Kinematics {
+                velocity_mm_s: positive(RATE + offset)? / MINUTE_S,
+                acceleration_mm_s2: positive(ACCELERATION + offset)?,
+                step_mm: 1.0 / positive(STEPS_PER_MM + offset)?,
+            },
+            travel_mm: positive(TRAVEL + offset)? - number(PULL_OFF)?,
+            outwards: if towards_negative { 1.0 } else { -1.0 },
+            homing_s: self.homing_s()?,
+            notes: self.notes(),
+        };
+        if settings.travel_mm > 0.0 {
+            Ok(settings)
+        } else {
+            let what =
+                format!("its travel (${}) is shorter than the pull-off (${PULL_OFF})", TRAVEL + offset);
+            Err(unsuitable(what, "set both to what the machine has".to_owned()))
+        }
+    }
+
+    /// How long homing takes at the worst: GRBL goes one and a half times over each axis, the Z axis first.
+    fn homing_s(&self) -> Result<f64, StageError> {
+        let value = |number: u8| self.get(number).filter(|value| *value > 0.0).unwrap_or(1.0);
+        let axes: f64 = (0..3).map(|axis| 1.5 * self.get(TRAVEL + axis).unwrap_or(0.0).max(0.0)).sum();
+        let near = 4.0 * 5.0 * value(PULL_OFF);
+        Ok(MINUTE_S * (axes / value(HOMING_SEEK) + near / value(HOMING_FEED)))
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let off = |number: u8| self.get(number) == Some(0.0);
+        let mut notes = Vec::new();
+        if off(SOFT_LIMITS) {
+            notes.push(format!("its soft limits are off (${SOFT_LIMITS}=0): only epirig minds the travel"));
+        }
+        if off(HARD_LIMITS) {
+            notes
+                .push(format!("its hard limits are off (${HARD_LIMITS}=0): lost steps may run into the end"));
+        }
+        notes
+    }
+}
+
+/// What the driver knows of its axis.
+#[derive(Debug, Clone)]
+pub(super) struct AxisSettings {
+    pub(super) kinematics: Kinematics,
+    pub(super) travel_mm: f64,
+    /// Sign of machine coordinates on the way out from home.
+    pub(super) outwards: f64,
+    pub(super) homing_s: f64,
+    pub(super) notes: Vec<String>,
+}

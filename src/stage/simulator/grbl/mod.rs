@@ -1,0 +1,414 @@
+//! A simulated stage that speaks GRBL 1.1, modelled on a recording of GRBL 1.1h.
+//!
+//! The X axis is a carriage with switches; Y and Z are numbers only. What matters to a driver is kept: `ok` means accepted, the
+//! planner's queue, `G4 P0` as a barrier, hold and resume, alarms that make it deaf, the stale `ok` before the banner,
+//! silence while homing.
+
+mod command;
+mod motion;
+mod settings;
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::script::{Mishap, Troubles};
+use super::{FaultScript, Plant, Ticks};
+use crate::link::SimulatedDevice;
+use motion::Motion;
+use settings::Table;
+
+/// Longest line, without its end.
+const LONGEST_LINE: usize = 79;
+/// An alarm is followed by silence of this length.
+const ALARM_SILENCE: Duration = Duration::from_millis(500);
+/// From a reset to the banner.
+const BOOT: Duration = Duration::from_millis(25);
+const AXES: usize = 3;
+
+/// Where the carriage stands at the start, below the high switch, and how far the low switch is from there, in steps.
+const HIGH_SWITCH_AT: i64 = 2000;
+const LOW_SWITCH_AT: i64 = -20_000;
+
+/// How often the rarer fields of the status come: each so many reports, at rest and in motion (GRBL's `config.h`).
+const OFFSET_EVERY: (u32, u32) = (10, 30);
+const OVERRIDES_EVERY: (u32, u32) = (10, 20);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    Idle,
+    Run,
+    Hold,
+    Jog,
+    Alarm,
+    Home,
+    /// An alarm that waits for a reset and is deaf to all else.
+    Locked,
+}
+
+/// What a line waits for before it is answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Waiting {
+    /// `G4`: all motion is done.
+    Motion,
+    /// A move for which the queue has no room yet.
+    Room(motion::Block),
+    /// `$H`.
+    Homing,
+    /// A move beyond the soft limits: the motion before it is held first.
+    SoftLimit,
+}
+
+/// A controller with GRBL 1.1's dialect over a simulated carriage.
+pub struct GrblDevice {
+    table: Table,
+    plant: Plant,
+    troubles: Troubles,
+    state: State,
+    motion: Motion,
+    waiting: Option<Waiting>,
+    line: Vec<u8>,
+    lines: VecDeque<Vec<u8>>,
+    modal: command::Modal,
+    status_wanted: bool,
+    offset_in: u32,
+    overrides_in: u32,
+    /// Until it has booted, and what it says before the banner.
+    booting: Option<(Duration, &'static str)>,
+    /// After an alarm: until it tells that it waits for a reset.
+    reset_hint_in: Option<Duration>,
+    /// The line that ran into an alarm is answered at the reset only.
+    stale_ok: bool,
+    ticks: Ticks,
+    sent: Vec<u8>,
+}
+
+impl Default for GrblDevice {
+    /// A stage of 60 mm with homing and limits, as after power-up: locked until it is homed.
+    fn default() -> Self {
+        let mut device = Self::factory(FaultScript::default());
+        device.fit_out();
+        device
+    }
+}
+
+impl GrblDevice {
+    /// The stage of [`GrblDevice::default`], with the faults of a script.
+    pub fn new(script: FaultScript) -> Self {
+        let mut device = Self::factory(script);
+        device.fit_out();
+        device
+    }
+
+    /// A controller with GRBL's own defaults (`DEFAULTS_GENERIC`): no homing, no limits, motors that let go.
+    pub fn factory(script: FaultScript) -> Self {
+        let troubles = Troubles::new(script);
+        let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
+        plant.set_switches_work(troubles.switches_work());
+        Self {
+            table: Table::default(),
+            plant,
+            troubles,
+            state: State::Idle,
+            motion: Motion::default(),
+            waiting: None,
+            line: Vec::new(),
+            lines: VecDeque::new(),
+            modal: command::Modal::default(),
+            status_wanted: false,
+            offset_in: 0,
+            overrides_in: 0,
+            booting: Some((BOOT, "")),
+            reset_hint_in: None,
+            stale_ok: false,
+            ticks: Ticks::default(),
+            sent: Vec::new(),
+        }
+    }
+
+    fn fit_out(&mut self) {
+        for (number, value) in
+            [(20, 1.0), (21, 1.0), (22, 1.0), (24, 100.0), (130, 60.0), (131, 10.0), (132, 10.0)]
+        {
+            self.table.set(number, value);
+        }
+        self.state = State::Alarm;
+    }
+
+    /// The carriage and its switches.
+    pub fn plant(&self) -> Plant {
+        self.plant.clone()
+    }
+
+    /// Switches the power off and on. Settings are kept.
+    pub fn power_cycle(&mut self) {
+        self.motion = Motion::default();
+        self.state = if self.table.on(22) { State::Alarm } else { State::Idle };
+        self.boot_in(BOOT, "");
+    }
+
+    fn boot_in(&mut self, time: Duration, first: &'static str) {
+        self.motion.halt();
+        self.booting = Some((time, first));
+        self.waiting = None;
+        self.reset_hint_in = None;
+        self.stale_ok = false;
+        self.line.clear();
+        self.lines.clear();
+    }
+
+    fn boot(&mut self) {
+        self.modal = command::Modal::default();
+        (self.offset_in, self.overrides_in, self.status_wanted) = (0, 0, false);
+        self.say("");
+        self.say("Grbl 1.1h ['$' for help]");
+        if self.state == State::Alarm {
+            self.say("[MSG:'$H'|'$X' to unlock]");
+        }
+    }
+
+    fn say(&mut self, line: &str) {
+        if !self.troubles.muted() && self.troubles.connected() {
+            self.sent.extend_from_slice(line.as_bytes());
+            self.sent.extend_from_slice(b"\r\n");
+        }
+    }
+
+    fn soft_reset(&mut self) {
+        if self.booting.is_some() {
+            return;
+        }
+        let stale = if self.stale_ok { "ok" } else { "" };
+        match self.state {
+            State::Run | State::Jog => self.alarm_and_boot("ALARM:3"),
+            State::Hold if self.motion.moving() => self.alarm_and_boot("ALARM:3"),
+            State::Home => self.alarm_and_boot("ALARM:6"),
+            State::Locked | State::Alarm => {
+                self.state = State::Alarm;
+                self.boot_in(BOOT, stale);
+            }
+            State::Idle | State::Hold => {
+                self.state = State::Idle;
+                self.boot_in(BOOT, stale);
+            }
+        }
+    }
+
+    fn alarm_and_boot(&mut self, alarm: &str) {
+        self.say(alarm);
+        self.state = State::Alarm;
+        // An alarm of homing lets the line be answered before it starts anew.
+        let first = if alarm == "ALARM:9" { "ok" } else { "" };
+        self.boot_in(ALARM_SILENCE + BOOT, first);
+    }
+
+    /// An alarm after which it waits for a reset.
+    fn critical_alarm(&mut self, alarm: &str) {
+        self.motion.halt();
+        self.say(alarm);
+        self.state = State::Locked;
+        self.stale_ok = self.waiting.take().is_some();
+        self.reset_hint_in = Some(ALARM_SILENCE);
+        self.lines.clear();
+    }
+
+    fn real_time(&mut self, byte: u8) -> bool {
+        match byte {
+            0x18 => self.soft_reset(),
+            b'?' => self.status_wanted = true,
+            b'!' => self.hold(),
+            b'~' => self.resume(),
+            0x85 if self.state == State::Jog => self.motion.stop(),
+            0x80.. => {}
+            _ => return false,
+        }
+        true
+    }
+
+    fn hold(&mut self) {
+        if matches!(self.state, State::Run | State::Idle) {
+            self.motion.stop();
+            self.state = State::Hold;
+        }
+    }
+
+    fn resume(&mut self) {
+        if self.state == State::Hold && !self.motion.moving() {
+            self.state = if self.motion.resume() { State::Run } else { State::Idle };
+        }
+    }
+
+    fn report(&mut self) {
+        let name = match self.state {
+            State::Idle => "Idle",
+            State::Run => "Run",
+            State::Hold if self.motion.moving() => "Hold:1",
+            State::Hold => "Hold:0",
+            State::Jog => "Jog",
+            State::Alarm | State::Locked => "Alarm",
+            State::Home => "Home",
+        };
+        let busy = !matches!(self.state, State::Idle | State::Alarm | State::Locked);
+        let triple = |values: [f64; AXES]| values.map(|value| format!("{value:.3}")).join(",");
+        let mut text = format!(
+            "<{name}|MPos:{}|FS:{:.0},0",
+            triple(self.motion.position_mm(&self.table)),
+            self.motion.feed()
+        );
+        let limits = self.plant.limits();
+        if limits.home || limits.far {
+            text += "|Pn:X";
+        }
+        let pick = |(rest, motion): (u32, u32)| if busy { motion } else { rest };
+        if self.offset_in > 0 {
+            self.offset_in -= 1;
+        } else {
+            self.offset_in = pick(OFFSET_EVERY) - 1;
+            // Both never come together.
+            self.overrides_in = self.overrides_in.max(1);
+            text += &format!("|WCO:{}", triple(self.modal.offset_mm));
+        }
+        if self.overrides_in > 0 {
+            self.overrides_in -= 1;
+        } else {
+            self.overrides_in = pick(OVERRIDES_EVERY) - 1;
+            text += "|Ov:100,100,100";
+        }
+        self.say(&format!("{text}>"));
+    }
+
+    fn tick(&mut self) {
+        let limits = self.plant.limits();
+        if self.state == State::Home {
+            match self.motion.homing_tick(&self.table, &self.plant, limits) {
+                None => {}
+                Some(Ok(())) => self.homed(),
+                Some(Err(alarm)) => self.alarm_and_boot(alarm),
+            }
+            return;
+        }
+        if self.motion.moving() && self.table.on(21) && (limits.home || limits.far) {
+            return self.critical_alarm("ALARM:1");
+        }
+        self.motion.tick(&self.plant);
+        if !self.motion.moving() {
+            self.at_rest();
+        }
+    }
+
+    fn homed(&mut self) {
+        if self.status_wanted {
+            self.status_wanted = false;
+            self.report();
+        }
+        self.state = State::Idle;
+        self.waiting = None;
+        self.say("ok");
+    }
+
+    /// Nothing moves: a block has ended, or there was none.
+    fn at_rest(&mut self) {
+        if matches!(self.state, State::Run | State::Jog) {
+            self.troubles.move_ends();
+            if self.motion.queue_is_empty() {
+                self.state = State::Idle;
+            }
+        }
+        match self.waiting {
+            Some(Waiting::SoftLimit) => self.critical_alarm("ALARM:2"),
+            Some(Waiting::Motion) if self.state == State::Idle && self.motion.queue_is_empty() => {
+                self.waiting = None;
+                self.say("ok");
+            }
+            _ => {}
+        }
+    }
+
+    /// Takes the next block out of the queue, and lines as long as none has to wait.
+    fn go_on(&mut self) {
+        if let Some(Waiting::Room(block)) = self.waiting {
+            if self.motion.queue(block) {
+                self.waiting = None;
+                self.say("ok");
+            }
+        }
+        while self.waiting.is_none() && self.booting.is_none() && self.state != State::Locked {
+            let Some(line) = self.lines.pop_front() else { break };
+            self.execute(&line);
+        }
+        if matches!(self.state, State::Idle | State::Run | State::Jog) && !self.motion.moving() {
+            if let Some(jog) = self.motion.next_block(&self.table) {
+                self.state = if jog { State::Jog } else { State::Run };
+                self.troubles.move_begins();
+                if self.troubles.no_motion() {
+                    self.motion.pretend();
+                }
+            }
+        }
+    }
+}
+
+impl SimulatedDevice for GrblDevice {
+    fn receive(&mut self, byte: u8) {
+        if !self.troubles.connected() || self.booting.is_some() {
+            return;
+        }
+        if self.real_time(byte) {
+            return;
+        }
+        match byte {
+            b'\n' | b'\r' => self.lines.push_back(std::mem::take(&mut self.line)),
+            b' ' => {}
+            // One byte too many is kept to know that the line was too long.
+            byte if self.line.len() <= LONGEST_LINE => self.line.push(byte.to_ascii_uppercase()),
+            _ => {}
+        }
+    }
+
+    fn advance(&mut self, time: Duration) {
+        match self.troubles.advance(time) {
+            Some(Mishap::Reset) => self.power_cycle(),
+            Some(Mishap::LimitCloses) => self.plant.press_switches(true),
+            None => {}
+        }
+        if let Some((left, first)) = self.booting {
+            match left.checked_sub(time).filter(|left| !left.is_zero()) {
+                Some(left) => self.booting = Some((left, first)),
+                None => {
+                    self.booting = None;
+                    if !first.is_empty() {
+                        self.say(first);
+                    }
+                    self.boot();
+                }
+            }
+            return;
+        }
+        if let Some(left) = self.reset_hint_in {
+            self.reset_hint_in = left.checked_sub(time);
+            if self.reset_hint_in.is_none() {
+                self.say("[MSG:Reset to continue]");
+            }
+        }
+        for _ in 0..self.ticks.pass(time) {
+            if self.booting.is_some() || self.state == State::Locked {
+                break;
+            }
+            self.go_on();
+            self.tick();
+        }
+        // While it homes it answers nothing; while locked neither.
+        if self.status_wanted && !matches!(self.state, State::Home | State::Locked) && self.booting.is_none()
+        {
+            self.status_wanted = false;
+            self.report();
+        }
+    }
+
+    fn take_sent(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.sent)
+    }
+
+    fn connected(&self) -> bool {
+        self.troubles.connected()
+    }
+}
