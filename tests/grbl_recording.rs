@@ -28,7 +28,11 @@ fn events() -> Vec<(Duration, Event)> {
         let Ok(time) = time.parse().map(Duration::from_secs_f64) else { continue };
         let event = if let Some(heard) = rest.strip_prefix("< ") {
             // Some polls are recorded with how long they took.
-            let end = if heard.starts_with('<') { heard.find('>').map_or(heard.len(), |at| at + 1) } else { heard.len() };
+            let end = if heard.starts_with('<') {
+                heard.find('>').map_or(heard.len(), |at| at + 1)
+            } else {
+                heard.len()
+            };
             Event::Heard(heard[..end].to_owned())
         } else if let Some(rig) = rest.strip_prefix("SIM ").filter(|rig| !rig.starts_with('=')) {
             Event::Rig(rig.to_owned())
@@ -47,7 +51,12 @@ fn events() -> Vec<(Duration, Event)> {
 }
 
 /// Lets simulated time pass; what the device says comes back line by line, with the time.
-fn listen(device: &mut GrblDevice, partly: &mut Vec<u8>, from: Duration, to: Duration) -> Vec<(Duration, String)> {
+fn listen(
+    device: &mut GrblDevice,
+    partly: &mut Vec<u8>,
+    from: Duration,
+    to: Duration,
+) -> Vec<(Duration, String)> {
     let step = Duration::from_millis(1);
     let (mut now, mut lines) = (from, Vec::new());
     while now < to {
@@ -83,7 +92,10 @@ fn the_simulator_says_what_grbl_said() {
     // Before, GRBL finds its memory empty (error:7), as a new board does; the simulator begins with the defaults. After, two
     // inputs are not in the recording.
     let first = events.iter().position(|(_, event)| *event == Event::Sent(b"$I\n".to_vec())).unwrap();
-    let last = events.iter().position(|(_, event)| matches!(event, Event::Sent(line) if line.starts_with(b"G1 X1X1"))).unwrap();
+    let last = events
+        .iter()
+        .position(|(_, event)| matches!(event, Event::Sent(line) if line.starts_with(b"G1 X1X1")))
+        .unwrap();
     let mut device = GrblDevice::factory(FaultScript::default());
     let mut partly = Vec::new();
     let mut now = events[first].0;
@@ -118,7 +130,8 @@ fn the_simulator_says_what_grbl_said() {
             .map_while(|(_, event)| if let Event::Heard(line) = event { Some(line.as_str()) } else { None })
             .filter(|line| !line.is_empty())
             .collect();
-        index += 1 + events[index + 1..].iter().take_while(|(_, event)| matches!(event, Event::Heard(_))).count();
+        index +=
+            1 + events[index + 1..].iter().take_while(|(_, event)| matches!(event, Event::Heard(_))).count();
         let until = events[index].0.max(now + Duration::from_millis(1));
         let mut heard = listen(&mut device, &mut partly, now, until);
         // The recorder polled until the stage stood, and kept the last answer only.
@@ -130,7 +143,10 @@ fn the_simulator_says_what_grbl_said() {
         let said: Vec<&str> = heard.iter().map(|(_, line)| line.as_str()).collect();
         assert_eq!(answers.len(), said.len(), "{event:?}: {answers:?} recorded, {said:?} simulated");
         for (recorded, simulated) in answers.iter().zip(&said) {
-            assert!(same(recorded, simulated, tolerance_mm), "{event:?}: {recorded} recorded, {simulated} simulated");
+            assert!(
+                same(recorded, simulated, tolerance_mm),
+                "{event:?}: {recorded} recorded, {simulated} simulated"
+            );
             compared += 1;
         }
     }

@@ -136,7 +136,10 @@ fn resets_limits_and_cables_in_mid_move_are_told_apart() {
 
     let (mut stage, plant, _) = homed("limit@1+0.5s");
     let error = stage.move_to(30.0).unwrap_err().to_string();
-    assert!(error.starts_with("the stage stopped in the move to 30.000 mm: a limit switch closed"), "{error}");
+    assert!(
+        error.starts_with("the stage stopped in the move to 30.000 mm: a limit switch closed"),
+        "{error}"
+    );
     assert!(error.ends_with("home it (ALARM:1)"), "{error}");
     assert_eq!(stage.move_to(30.0), Err(StageError::NotHomed));
     plant.press_switches(false);
@@ -191,7 +194,8 @@ fn every_alarm_is_put_in_words() {
         let mut stage = connect(device).unwrap();
         stage.home().unwrap();
         let error = stage.move_to(3.0).unwrap_err().to_string();
-        let expected = format!("the stage stopped in the move to 3.000 mm: {} (ALARM:{code})", alarm_text(code));
+        let expected =
+            format!("the stage stopped in the move to 3.000 mm: {} (ALARM:{code})", alarm_text(code));
         assert_eq!(error, expected);
         assert!(error.contains("home it") || error.contains("check"), "{error}");
         assert_eq!(stage.move_to(3.0), Err(StageError::NotHomed));
@@ -221,7 +225,10 @@ fn every_error_of_the_recording_is_put_in_words() {
     let error = stage.home().unwrap_err().to_string();
     assert_eq!(error, "the stage refuses: homing is switched off; switch it on with $22=1 (error:5)");
     let error = connect(Tampered::new(GrblDevice::default(), "?", "error:7")).err().unwrap().to_string();
-    assert!(error.contains("it lost its settings and is back at the defaults (error:7); set them again"), "{error}");
+    assert!(
+        error.contains("it lost its settings and is back at the defaults (error:7); set them again"),
+        "{error}"
+    );
 }
 
 /// GRBL has no checksums: what a bad line may do is checked by reading back. Every move that is said to be right is.

@@ -13,7 +13,7 @@ mod sim;
 pub mod simulator;
 mod stop;
 mod tolerance;
-//T pub mod zaber;
+pub mod zaber;
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ pub use one_sided::OneSided;
 pub use sim::{SimStage, SimStageConfig, StagePosition};
 pub use stop::{StopSwitch, Urgency};
 pub use tolerance::MotionLimits;
-//T pub use zaber::ZaberStage;
+pub use zaber::ZaberStage;
 
 /// What a stage is.
 #[derive(Debug, Clone, PartialEq, Eq)]

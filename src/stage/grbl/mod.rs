@@ -378,7 +378,9 @@ fn greet(lines: &mut Lines) -> Result<Status, StageError> {
                 Response::Error(SETTINGS_LOST) => {
                     return Err(StageError::Unsuitable {
                         port: lines.port().to_owned(),
-                        what: format!("it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"),
+                        what: format!(
+                            "it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"
+                        ),
                         remedy: "set them again".to_owned(),
                     });
                 }

@@ -24,13 +24,13 @@ mod grbl;
 mod native;
 mod plant;
 mod script;
-//T mod zaber;
+mod zaber;
 
 pub use grbl::GrblDevice;
 pub use native::NativeDevice;
 pub use plant::Plant;
 pub use script::{DeviceFault, FaultScript};
-//T pub use zaber::ZaberDevice;
+pub use zaber::ZaberDevice;
 
 /// Simulated devices decide about steps so often in a second.
 const TICK_HZ: u32 = 10_000;
