@@ -1,18 +1,24 @@
 //! Errors as a person and a script see them.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
+use super::interrupt::INTERRUPTED;
 use crate::capture::CaptureError;
 use crate::epi::MatchError;
 use crate::evaluate::{LeaveOutError, SizeMismatch};
+use crate::link::LinkError;
 use crate::measure::MeasureError;
 use crate::report::ReportError;
 use crate::results::ResultsError;
 use crate::sequence::SequenceError;
+use crate::stage::StageError;
 use crate::twin::TwinError;
 
 const TROUBLE: u8 = 1;
 const USAGE: u8 = 2;
+const NO_DEVICE: u8 = 3;
 const DEVICE: u8 = 4;
 const INTEGRITY: u8 = 5;
 
@@ -35,6 +41,12 @@ pub(super) enum CliError {
     #[error(transparent)]
     Size(#[from] SizeMismatch),
     #[error("{0}")]
+    Stage(StageError),
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    #[error("{path}: cannot {action}: {source}")]
+    File { path: PathBuf, action: &'static str, source: std::io::Error },
+    #[error("{0}")]
     Usage(String),
     #[error("{0}")]
     Integrity(String),
@@ -49,6 +61,15 @@ impl From<MeasureError> for CliError {
             MeasureError::Match(error) => Self::Match(error),
             MeasureError::Results(error) => Self::Results(error),
             MeasureError::Report(error) => Self::Report(error),
+        }
+    }
+}
+
+impl From<StageError> for CliError {
+    fn from(error: StageError) -> Self {
+        match error {
+            StageError::Link(error) => Self::Link(error),
+            other => Self::Stage(other),
         }
     }
 }
@@ -71,9 +92,11 @@ impl CliError {
             },
             Self::Twin(_) | Self::LeaveOut(_) | Self::Size(_) | Self::Usage(_) => USAGE,
             Self::Capture(CaptureError::EmptyPlan(_)) => USAGE,
+            Self::Capture(CaptureError::Stage(error)) | Self::Stage(error) => stage_code(error),
             Self::Capture(_) => DEVICE,
+            Self::Link(error) => link_code(error),
             Self::Integrity(_) => INTEGRITY,
-            Self::Report(_) | Self::Output(_) => TROUBLE,
+            Self::Report(_) | Self::Output(_) | Self::File { .. } => TROUBLE,
         }
     }
 }
@@ -87,5 +110,26 @@ fn sequence_code(error: &SequenceError) -> u8 {
         | SequenceError::NoSuchFrames { .. }
         | SequenceError::NotASequence { .. } => USAGE,
         _ => INTEGRITY,
+    }
+}
+
+fn stage_code(error: &StageError) -> u8 {
+    match error {
+        StageError::Link(error) => link_code(error),
+        StageError::OutsideTravel { .. } | StageError::NoApproach { .. } => USAGE,
+        StageError::Stopped { .. } => INTERRUPTED,
+        _ => DEVICE,
+    }
+}
+
+fn link_code(error: &LinkError) -> u8 {
+    match error {
+        LinkError::Ambiguous { .. } => USAGE,
+        LinkError::NoSuchPort { .. }
+        | LinkError::NoMatch { .. }
+        | LinkError::Busy { .. }
+        | LinkError::Permission { .. }
+        | LinkError::NotBuilt { .. } => NO_DEVICE,
+        _ => DEVICE,
     }
 }

@@ -1,30 +1,38 @@
 //! The command line: one file a verb, no logic of its own.
 
+mod decode;
 mod demo;
+mod devices;
 mod error;
 mod evaluate;
 mod export;
 mod import;
+mod interrupt;
 mod match_arguments;
 mod matching;
+mod motion;
 mod progress;
+mod simulate;
+mod stage_arguments;
 mod verify;
 
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::scratch::Scratch;
 use error::CliError;
 use progress::Talk;
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 4 device fault, \
+const EXIT_CODES: &str =
+    "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
 5 bad or damaged data, 130 interrupted.
 
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig import photos/ --out seq                   your own photographs
-  epirig match seq --reference middle";
+  epirig match seq --reference middle
+  epirig devices                                    what a stage may be connected to
+  epirig home && epirig move 12.5";
 
 /// Turns the frames of a capture rig into disparity, height and their uncertainty.
 #[derive(Debug, Parser)]
@@ -43,11 +51,18 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Demo(demo::Demo),
+    Devices(devices::Devices),
+    Home(motion::Home),
+    Move(motion::Move),
+    Stop(motion::Stop),
+    Where(motion::Where),
     Import(import::Import),
     Verify(verify::Verify),
     Match(matching::Match),
     Evaluate(evaluate::Evaluate),
     Export(export::Export),
+    Decode(decode::Decode),
+    Simulate(simulate::Simulate),
     /// Print a completion script for a shell
     #[command(
         after_help = "Example:\n  epirig completions bash > ~/.local/share/bash-completion/completions/epirig"
@@ -58,28 +73,27 @@ enum Verb {
     },
 }
 
-/// Ends the program on Ctrl-C, hang-up or termination.
-fn interrupted() {
-    Scratch::remove_all();
-    eprintln!("\nerror: interrupted; a scan keeps the frames it has, and nothing else was left half-written");
-    // 128 + SIGINT, as shells have it.
-    std::process::exit(130);
-}
-
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let talk = Talk::new(cli.json, cli.quiet);
-    if let Err(error) = ctrlc::set_handler(interrupted) {
+    if let Err(error) = interrupt::install() {
         talk.say(&format!("note: Ctrl-C will leave hidden .epirig- folders behind: {error}"));
     }
     let done = match cli.verb {
         Verb::Demo(verb) => verb.run(&talk),
+        Verb::Devices(verb) => verb.run(&talk),
+        Verb::Home(verb) => verb.run(&talk),
+        Verb::Move(verb) => verb.run(&talk),
+        Verb::Stop(verb) => verb.run(&talk),
+        Verb::Where(verb) => verb.run(&talk),
         Verb::Import(verb) => verb.run(&talk),
         Verb::Verify(verb) => verb.run(&talk),
         Verb::Match(verb) => verb.run(&talk),
         Verb::Evaluate(verb) => verb.run(&talk),
         Verb::Export(verb) => verb.run(&talk),
+        Verb::Decode(verb) => verb.run(&talk),
+        Verb::Simulate(verb) => verb.run(&talk),
         Verb::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "epirig", &mut script);

@@ -13,7 +13,9 @@ pub enum LinkError {
         port: String,
     },
     /// No port is what was asked for.
-    #[error("no port is {wanted}; connected: {connected}")]
+    #[error(
+        "{wanted} is not connected (there is: {connected}); check cable and power, or name the port with --port"
+    )]
     NoMatch {
         /// As it was asked for.
         wanted: String,

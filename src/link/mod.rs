@@ -5,7 +5,10 @@
 
 mod choice;
 mod error;
+mod inbox;
 mod lock;
+#[cfg(not(feature = "serial"))]
+mod no_serial;
 mod replay;
 #[cfg(feature = "serial")]
 mod serial;
@@ -16,10 +19,13 @@ use std::time::Duration;
 
 pub use choice::{PortChoice, PortFacts, UsbFacts, choose};
 pub use error::LinkError;
+pub use inbox::Inbox;
 pub use lock::{PortLock, holder};
+#[cfg(not(feature = "serial"))]
+pub use no_serial::{PtyServer, ask_holder_to_stop, open, ports, serve};
 pub use replay::Replay;
 #[cfg(feature = "serial")]
-pub use serial::{PtyServer, SerialLink, ports};
+pub use serial::{PtyServer, SerialLink, ask_holder_to_stop, open, ports, serve};
 pub use simulated::{LineNoise, SimulatedDevice, SimulatedLink};
 pub use transcript::{Entry, Heading, Recorder, Side, Transcript, TranscriptError};
 

@@ -4,7 +4,7 @@
 //! [`ZaberStage`], and [`SimStage`], which exists in memory only. The drivers speak over a [`Link`](crate::link::Link); the
 //! devices of [`simulator`] speak the same dialects from the other side, with faults by script.
 
-//T pub mod decode;
+pub mod decode;
 mod error;
 pub mod grbl;
 pub mod native;

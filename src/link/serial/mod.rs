@@ -9,10 +9,11 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rustix::fs::OFlags;
+use rustix::process::{Pid, Signal};
 use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
 use serialport::{SerialPort, SerialPortType, TTYPort};
 
-use super::{Link, LinkError, PortFacts, PortLock, UsbFacts};
+use super::{LineNoise, Link, LinkError, PortFacts, PortLock, SimulatedDevice, UsbFacts, holder};
 
 pub use pty::PtyServer;
 
@@ -84,6 +85,38 @@ fn keep_control_lines(path: &str) -> Result<(), LinkError> {
         tcsetattr(&file, OptionalActions::Now, &modes)
     });
     unset.map_err(|error| unopened(path, std::io::Error::from(error).kind(), &error))
+}
+
+/// Opens a serial port; see [`SerialLink::open`].
+///
+/// # Errors
+/// [`LinkError`] if there is no such port, another process has it, or the user may not open it.
+pub fn open(path: &str, baud: u32) -> Result<Box<dyn Link>, LinkError> {
+    Ok(Box::new(SerialLink::open(path, baud)?))
+}
+
+/// Puts a simulated device behind a pseudo-terminal; see [`PtyServer::start`].
+///
+/// # Errors
+/// [`LinkError::Io`] if there is no pseudo-terminal or the link cannot be made.
+pub fn serve(
+    device: impl SimulatedDevice + 'static,
+    noise: &LineNoise,
+    link: &Path,
+) -> Result<PtyServer, LinkError> {
+    PtyServer::start(device, noise, link)
+}
+
+/// Asks the process that has a port to stop its stage, as Ctrl-C would, if it runs this program. Its number comes back.
+pub fn ask_holder_to_stop(port: &str) -> Option<i32> {
+    let pid = holder(port)?;
+    // A lock file may be older than the process that has the number now.
+    let program = |process: &str| std::fs::read_link(format!("/proc/{process}/exe")).ok();
+    if program(&pid.to_string())?.file_name() != program("self")?.file_name() {
+        return None;
+    }
+    rustix::process::kill_process(Pid::from_raw(pid)?, Signal::INT).ok()?;
+    Some(pid)
 }
 
 impl Link for SerialLink {

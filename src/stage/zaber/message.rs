@@ -40,9 +40,9 @@ impl ZaberReply {
     /// use epirig::stage::zaber::ZaberReply;
     ///
     /// // The checksum is 256 less the sum of the characters between @ and the colon, modulo 256.
-    /// let reply = ZaberReply::parse("@01 1 42 OK IDLE WR 0:67").unwrap();
+    /// let reply = ZaberReply::parse("@01 1 42 OK IDLE WR 0:B7").unwrap();
     /// assert_eq!((reply.id, reply.busy, reply.warning.as_str()), (42, false, "WR"));
-    /// assert_eq!(ZaberReply::parse("@01 1 42 OK IDLE WR 1:67"), None);
+    /// assert_eq!(ZaberReply::parse("@01 1 42 OK IDLE WR 1:B7"), None);
     /// ```
     pub fn parse(line: &str) -> Option<Self> {
         let (inside, sum) = line.trim().strip_prefix('@')?.rsplit_once(':')?;
@@ -112,7 +112,8 @@ mod tests {
 
     #[test]
     fn checksums_are_those_of_the_manual() {
-        // The manual's worked example: "/01 tools echo:BC"? The sum is computed here by hand instead:
+        // The protocol manual's example, as other programs test it too: "/01 tools echo:8F".
+        assert_eq!(checksum("01 tools echo"), 0x8F);
         // "1 1 0 home": 49+32+49+32+48+32+104+111+109+101 = 667, 667 mod 256 = 155, 256 - 155 = 101 = 0x65.
         assert_eq!(command(1, 1, 0, "home"), "/1 1 0 home:65\n");
         assert_eq!(command(1, 1, 0, ""), format!("/1 1 0:{:02X}\n", 256 - (49 + 32 + 49 + 32 + 48)));

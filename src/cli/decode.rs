@@ -1,0 +1,115 @@
+//! `epirig decode`.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use super::{CliError, Talk};
+use crate::link::{Entry, Side, Transcript, TranscriptError};
+use crate::stage::Dialect;
+use crate::stage::decode::Decoder;
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum DialectName {
+    Native,
+    Grbl,
+    Zaber,
+}
+
+impl DialectName {
+    fn dialect(self) -> Dialect {
+        match self {
+            Self::Native => Dialect::Native,
+            Self::Grbl => Dialect::Grbl,
+            Self::Zaber => Dialect::Zaber,
+        }
+    }
+
+    fn of(name: &str) -> Option<Self> {
+        Self::value_variants().iter().copied().find(|variant| variant.dialect().name() == name)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SideName {
+    Host,
+    Device,
+}
+
+/// Print what went over a stage's line as text
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig move 12.5 --transcript move.txt
+  epirig decode move.txt
+  epirig decode --dialect native --side device capture.bin     bytes that another program recorded
+  epirig decode --dialect grbl -                               from stdin
+
+A transcript knows its dialect and both sides; of plain bytes both must be said.")]
+pub(super) struct Decode {
+    /// A transcript, or a file of plain bytes; - for stdin
+    file: PathBuf,
+    /// The language of plain bytes
+    #[arg(long, value_enum)]
+    dialect: Option<DialectName>,
+    /// Who sent plain bytes
+    #[arg(long, value_enum, default_value = "device")]
+    side: SideName,
+}
+
+#[derive(Serialize)]
+struct Line {
+    time_s: f64,
+    from_host: bool,
+    text: String,
+}
+
+impl Decode {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let bytes = read(&self.file)?;
+        let plain = |bytes: Vec<u8>| {
+            let side = if self.side == SideName::Host { Side::Host } else { Side::Device };
+            vec![Entry { time: std::time::Duration::ZERO, side, bytes }]
+        };
+        let parsed = std::str::from_utf8(&bytes)
+            .map_err(|_| TranscriptError::NotATranscript)
+            .and_then(Transcript::parse);
+        let (recorded, entries) = match parsed {
+            Ok(transcript) => (DialectName::of(&transcript.heading.dialect), transcript.entries),
+            Err(TranscriptError::NotATranscript) => (None, plain(bytes)),
+            Err(error) => return Err(CliError::Integrity(format!("{}: {error}", self.file.display()))),
+        };
+        let dialect = self.dialect.or(recorded).ok_or_else(|| {
+            CliError::Usage(format!(
+                "{} is no transcript of epirig; say what the bytes are with --dialect and --side",
+                self.file.display()
+            ))
+        })?;
+        let mut decoder = Decoder::new(dialect.dialect());
+        let mut lines = Vec::new();
+        for entry in entries {
+            let from_host = entry.side == Side::Host;
+            let texts = decoder.push(entry.side, &entry.bytes);
+            let time_s = entry.time.as_secs_f64();
+            lines.extend(texts.into_iter().map(|text| Line { time_s, from_host, text }));
+        }
+        talk.result(&lines, || {
+            let line = |line: &Line| {
+                let arrow = if line.from_host { '>' } else { '<' };
+                format!("{:10.6} {arrow} {}\n", line.time_s, line.text)
+            };
+            lines.iter().map(line).collect()
+        })
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, CliError> {
+    let mut bytes = Vec::new();
+    let read = if path == Path::new("-") {
+        std::io::stdin().read_to_end(&mut bytes).map(|_| bytes)
+    } else {
+        std::fs::read(path)
+    };
+    read.map_err(|source| CliError::File { path: path.to_owned(), action: "read", source })
+}

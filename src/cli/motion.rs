@@ -1,0 +1,141 @@
+//! `epirig home`, `move`, `stop` and `where`.
+
+use clap::Args;
+use serde::Serialize;
+
+use super::stage_arguments::{StageArguments, home};
+use super::{CliError, Talk};
+use crate::link::{LinkError, ask_holder_to_stop};
+use crate::stage::Stage;
+
+/// Find the stage's home position
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig home                                     the only USB serial port, epirig's own firmware
+  epirig home --driver grbl --port /dev/ttyUSB0
+  epirig home --driver sim                        no hardware needed
+
+Ctrl-C stops the stage; a second Ctrl-C stops it at once.")]
+pub(super) struct Home {
+    #[command(flatten)]
+    stage: StageArguments,
+}
+
+/// Move the stage to a position, in mm from home
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig move 12.5
+  epirig move --by -1.5
+  epirig move 12.5 --approach-mm 0.5              ends upwards, against backlash
+  epirig move 12.5 --home --driver sim            no hardware needed
+
+The stage must have been homed. The move counts when the stage reports to be there. Ctrl-C stops the stage.")]
+pub(super) struct Move {
+    /// Where to, in mm from home
+    #[arg(value_name = "MM", allow_negative_numbers = true, required_unless_present = "by")]
+    to: Option<f64>,
+    /// How far from where the stage is, in mm
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "to")]
+    by: Option<f64>,
+    /// Home the stage first
+    #[arg(long)]
+    home: bool,
+    #[command(flatten)]
+    stage: StageArguments,
+}
+
+/// Stop the stage
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  epirig stop --port /dev/ttyACM0
+
+If another epirig has the port, it is told to stop the stage.")]
+pub(super) struct Stop {
+    #[command(flatten)]
+    stage: StageArguments,
+}
+
+/// Say where the stage is
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  epirig where --json")]
+pub(super) struct Where {
+    #[command(flatten)]
+    stage: StageArguments,
+}
+
+#[derive(Serialize)]
+struct Position {
+    stage: String,
+    /// `None` if it is not known.
+    position_mm: Option<f64>,
+    travel_mm: f64,
+    moving: bool,
+    at_limit: bool,
+    home_shift_mm: Option<f64>,
+}
+
+fn tell(stage: &mut dyn Stage, talk: &Talk) -> Result<(), CliError> {
+    let state = stage.state()?;
+    let position = Position {
+        stage: stage.identity().to_string(),
+        position_mm: state.position_mm,
+        travel_mm: stage.travel_mm(),
+        moving: state.moving,
+        at_limit: state.at_limit,
+        home_shift_mm: stage.home_shift_mm(),
+    };
+    talk.result(&position, || {
+        let place =
+            position.position_mm.map_or("position unknown: not homed".to_owned(), |mm| format!("{mm:.4} mm"));
+        let moving = if position.moving { ", moving" } else { "" };
+        let limit = if position.at_limit { ", at a limit switch" } else { "" };
+        format!("{place}{moving}{limit}\n")
+    })
+}
+
+impl Home {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let mut stage = self.stage.connect(talk)?;
+        home(&mut *stage, talk)?;
+        tell(&mut *stage, talk)
+    }
+}
+
+impl Move {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let mut stage = self.stage.connect(talk)?;
+        if self.home {
+            home(&mut *stage, talk)?;
+        }
+        let target_mm = match (self.to, self.by) {
+            (Some(to_mm), _) => to_mm,
+            (None, by_mm) => stage.position_mm()? + by_mm.unwrap_or(0.0),
+        };
+        stage.move_to(target_mm)?;
+        tell(&mut *stage, talk)
+    }
+}
+
+impl Stop {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        match self.stage.connect(talk) {
+            Ok(mut stage) => {
+                stage.stop()?;
+                tell(&mut *stage, talk)
+            }
+            Err(CliError::Link(error @ LinkError::Busy { .. })) => {
+                let pid = ask_holder_to_stop(&self.stage.port()?).ok_or(error)?;
+                talk.say(&format!(
+                    "process {pid}, an epirig that has the port, has been told to stop the stage"
+                ));
+                Ok(())
+            }
+            Err(other) => Err(other),
+        }
+    }
+}
+
+impl Where {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        tell(&mut *self.stage.connect(talk)?, talk)
+    }
+}

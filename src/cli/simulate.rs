@@ -1,0 +1,71 @@
+//! `epirig simulate`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+
+use super::{CliError, Talk, interrupt};
+use crate::link::{LineNoise, SimulatedDevice, serve};
+use crate::stage::StopSwitch;
+use crate::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Kind {
+    /// epirig's own firmware
+    Native,
+    /// GRBL 1.1
+    Grbl,
+    /// Zaber ASCII, microsteps of 0.49609375 um
+    Zaber,
+}
+
+/// Play a stage on a pseudo-terminal, for tests and for getting to know the commands
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig simulate native --port /tmp/stage &
+  epirig home --port /tmp/stage
+  epirig move 12.5 --port /tmp/stage
+  epirig simulate grbl --port /tmp/stage --fault reset@3+0.2s     restarts in its third move
+  epirig simulate native --port /tmp/stage --noise 0.01           a line that lies
+
+Faults: switch-never-closes, no-motion@MOVE, mute@MOVE/TIMEs, reset@MOVE+TIMEs, hang-up@MOVE+TIMEs/TIMEs,
+limit@MOVE+TIMEs; MOVE counts from 1, several are separated by commas. It plays until Ctrl-C.")]
+pub(super) struct Simulate {
+    /// The language that it speaks
+    #[arg(value_enum)]
+    kind: Kind,
+    /// The symbolic link to make; what talks to the stage opens it as its port
+    #[arg(long, value_name = "LINK")]
+    port: PathBuf,
+    /// What goes wrong
+    #[arg(long, value_name = "FAULTS", default_value = "")]
+    fault: FaultScript,
+    /// Share of all bytes that are lost, doubled and flipped, each
+    #[arg(long, value_name = "RATE", default_value = "0")]
+    noise: f64,
+    /// Of the noise
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+}
+
+impl Simulate {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        if !(0.0..=1.0).contains(&self.noise) {
+            return Err(CliError::Usage("--noise is a share of all bytes, 0 to 1".to_owned()));
+        }
+        let device: Box<dyn SimulatedDevice> = match self.kind {
+            Kind::Native => Box::new(NativeDevice::new(self.fault)),
+            Kind::Grbl => Box::new(GrblDevice::new(self.fault)),
+            Kind::Zaber => Box::new(ZaberDevice::new(self.fault)),
+        };
+        let stop = StopSwitch::default();
+        interrupt::stops(stop.clone());
+        let server = serve(device, &LineNoise::bad(self.seed, self.noise), &self.port)?;
+        talk.say(&format!("a simulated stage is connected to {}; Ctrl-C ends it", self.port.display()));
+        while stop.pressed().is_none() && server.alive() {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        Ok(())
+    }
+}
