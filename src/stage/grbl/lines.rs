@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Response;
-use crate::link::{Link, LinkError};
+use crate::link::{Inbox, Link, LinkError};
 use crate::stage::{Dialect, StageError};
 
 /// GRBL's own lines are shorter; more without an end is noise.
@@ -19,6 +19,7 @@ pub(super) enum Heard {
 /// A link that is spoken in lines.
 pub(super) struct Lines {
     link: Box<dyn Link>,
+    inbox: Inbox,
     line: Vec<u8>,
     /// The latest line that made no sense.
     unknown: Option<String>,
@@ -26,7 +27,7 @@ pub(super) struct Lines {
 
 impl Lines {
     pub(super) fn new(link: Box<dyn Link>) -> Self {
-        Self { link, line: Vec::new(), unknown: None }
+        Self { link, inbox: Inbox::default(), line: Vec::new(), unknown: None }
     }
 
     pub(super) fn port(&self) -> &str {
@@ -45,25 +46,18 @@ impl Lines {
         self.link.send(&[byte])
     }
 
-    /// The next line that is not empty, if one comes in time; a device that never stops talking gets no more time.
+    /// The next line that is not empty, if one comes in time.
     pub(super) fn next(&mut self, patience: Duration) -> Result<Heard, LinkError> {
         let until = self.now() + patience;
-        loop {
-            let mut byte = [0];
-            let left = until.saturating_sub(self.now());
-            if left.is_zero() {
-                return Ok(Heard::Nothing);
-            }
-            if self.link.receive(&mut byte, left)? == 0 {
-                continue;
-            }
-            match byte[0] {
+        while let Some(byte) = self.inbox.next(&mut *self.link, until)? {
+            match byte {
                 b'\r' | b'\n' if self.line.is_empty() => {}
                 b'\r' | b'\n' => return Ok(Heard::Line(self.take_line())),
                 other if self.line.len() < LONGEST => self.line.push(other),
                 _ => return Ok(Heard::Line(self.take_line())),
             }
         }
+        Ok(Heard::Nothing)
     }
 
     fn take_line(&mut self) -> Response {

@@ -7,7 +7,7 @@ use firmware_protocol::frame::{
 };
 use firmware_protocol::message::{Identity, PROTOCOL_VERSION, Reply, Request};
 
-use crate::link::{Link, LinkError};
+use crate::link::{Inbox, Link, LinkError};
 use crate::stage::{Dialect, StageError};
 
 /// A board answers within some 10 ms, a USB adapter adds up to 32.
@@ -25,6 +25,7 @@ const HEARD: usize = 60;
 /// Requests go out, their replies come in, one at a time.
 pub(super) struct Conversation {
     link: Box<dyn Link>,
+    inbox: Inbox,
     receiver: Receiver,
     sequence: u8,
     /// Id of the operation whose end was told last.
@@ -35,7 +36,14 @@ pub(super) struct Conversation {
 
 impl Conversation {
     pub(super) fn new(link: Box<dyn Link>) -> Self {
-        Self { link, receiver: Receiver::default(), sequence: 0, finished: None, heard: Vec::new() }
+        Self {
+            link,
+            inbox: Inbox::default(),
+            receiver: Receiver::default(),
+            sequence: 0,
+            finished: None,
+            heard: Vec::new(),
+        }
     }
 
     pub(super) fn port(&self) -> String {
@@ -135,22 +143,14 @@ impl Conversation {
         ])
     }
 
-    /// The next sound frame before `until`; a device that never stops talking gets no more time.
+    /// The next sound frame before `until`.
     fn next_reply(&mut self, until: Duration) -> Result<Option<Received<Reply>>, LinkError> {
-        loop {
-            let mut byte = [0];
-            let patience = until.saturating_sub(self.now());
-            if patience.is_zero() {
-                return Ok(None);
-            }
-            if self.link.receive(&mut byte, patience)? == 0 {
-                continue;
-            }
-            self.heard.push(byte[0]);
+        while let Some(byte) = self.inbox.next(&mut *self.link, until)? {
+            self.heard.push(byte);
             if self.heard.len() > HEARD {
                 self.heard.remove(0);
             }
-            if let Some(Event::Payload(payload)) = self.receiver.push(byte[0]) {
+            if let Some(Event::Payload(payload)) = self.receiver.push(byte) {
                 if let Ok(reply) = decode::<Reply>(Direction::Reply, payload) {
                     self.heard.clear();
                     if let Reply::Finished { id, .. } = reply.message {
@@ -160,5 +160,6 @@ impl Conversation {
                 }
             }
         }
+        Ok(None)
     }
 }

@@ -8,7 +8,7 @@ use super::tolerance::Kinematics;
 use super::{
     Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
 };
-use crate::link::Link;
+use crate::link::{Inbox, Link};
 pub use message::ZaberReply;
 pub(in crate::stage) use message::command;
 use message::{fault_text, rejection_text};
@@ -49,6 +49,7 @@ pub struct ZaberOptions {
 pub struct ZaberStage {
     link: Box<dyn Link>,
     options: ZaberOptions,
+    inbox: Inbox,
     line: Vec<u8>,
     id: u8,
     heard: Option<String>,
@@ -68,6 +69,7 @@ impl ZaberStage {
         let mut stage = Self {
             link,
             options,
+            inbox: Inbox::default(),
             line: Vec::new(),
             id: 0,
             heard: None,
@@ -149,16 +151,8 @@ impl ZaberStage {
     }
 
     fn next_line(&mut self, until: Duration) -> Result<Option<String>, StageError> {
-        loop {
-            let mut byte = [0];
-            let patience = until.saturating_sub(self.link.now());
-            if patience.is_zero() {
-                return Ok(None);
-            }
-            if self.link.receive(&mut byte, patience)? == 0 {
-                continue;
-            }
-            match byte[0] {
+        while let Some(byte) = self.inbox.next(&mut *self.link, until)? {
+            match byte {
                 b'\r' | b'\n' if self.line.is_empty() => {}
                 b'\r' | b'\n' => {
                     let line = std::mem::take(&mut self.line);
@@ -168,6 +162,7 @@ impl ZaberStage {
                 _ => self.line.clear(),
             }
         }
+        Ok(None)
     }
 
     fn number(&mut self, words: &str) -> Result<f64, StageError> {
