@@ -128,7 +128,22 @@ fn grey_png_files_are_copied_byte_by_byte_or_linked() {
 #[test]
 fn help_has_examples_and_completions_name_the_verbs() {
     let folder = tempfile::tempdir().unwrap();
-    for verb in ["demo", "import", "verify", "match", "evaluate", "export", "completions"] {
+    for verb in [
+        "demo",
+        "devices",
+        "home",
+        "move",
+        "stop",
+        "where",
+        "import",
+        "verify",
+        "match",
+        "evaluate",
+        "export",
+        "decode",
+        "simulate",
+        "completions",
+    ] {
         let help = succeeds(folder.path(), &[verb, "--help"]);
         assert!(help.contains("Example") && help.contains(&format!("epirig {verb}")), "{help}");
         assert!(succeeds(folder.path(), &["completions", "bash"]).contains(verb));

@@ -49,7 +49,7 @@ pub(super) struct StageArguments {
     #[arg(long, value_enum, default_value = "x")]
     axis: AxisName,
     /// Length of a microstep, from its data sheet (Zaber)
-    #[arg(long, value_name = "UM", required_if_eq("driver", "zaber"))]
+    #[arg(long, value_name = "UM")]
     microstep_um: Option<f64>,
     /// Number of the device in its chain (Zaber)
     #[arg(long, value_name = "N", default_value = "1")]
@@ -104,8 +104,10 @@ impl StageArguments {
                 Box::new(stage)
             }
             Driver::Zaber => {
+                let microstep_um = self.microstep_um.ok_or_else(|| {
+                    CliError::Usage("a Zaber stage needs --microstep-um, from its data sheet".to_owned())
+                })?;
                 let link = self.link(zaber::BAUD, Dialect::Zaber)?;
-                let microstep_um = self.microstep_um.unwrap_or(f64::NAN);
                 let options = ZaberOptions { device: self.device, axis: 1, microstep_um, limits };
                 Box::new(ZaberStage::connect(link, options)?)
             }

@@ -87,7 +87,7 @@ impl Conversation {
             };
         }
         let text = String::from_utf8_lossy(&self.heard);
-        let grbl = ["Grbl", "error:", "ALARM:", "ok"].iter().any(|word| text.contains(word));
+        let grbl = ["Grbl", "error:", "ALARM:", "MPos:", "ok\r"].iter().any(|word| text.contains(word));
         let hint = if grbl {
             "it seems to speak GRBL: try `--driver grbl`"
         } else {
