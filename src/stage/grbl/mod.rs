@@ -89,6 +89,9 @@ impl GrblStage {
             reset(&mut lines)?;
             status = greet(&mut lines)?;
         }
+        // Half a line that somebody else has left there would spoil the next one.
+        lines.send_line("")?;
+        lines.answer(STATUS_PATIENCE)?;
         let version = read_version(&mut lines)?;
         let mut settings = read_settings(&mut lines)?;
         let mut notes = Vec::new();
