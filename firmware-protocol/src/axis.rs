@@ -202,11 +202,9 @@ impl Axis {
     }
 
     fn slow_down(&mut self, outcome: Outcome, fault: Fault) {
-        if self.stopping.is_none() {
-            if let Some(run) = &mut self.run {
-                run.stop();
-                self.stopping = Some((outcome, fault));
-            }
+        if let (None, Some(run)) = (self.stopping, &mut self.run) {
+            run.stop();
+            self.stopping = Some((outcome, fault));
         }
     }
 

@@ -38,7 +38,11 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 /// A message after another journey.
-fn again<T: serde::Serialize + serde::de::DeserializeOwned>(direction: Direction, sequence: u8, message: &T) -> T {
+fn again<T: serde::Serialize + serde::de::DeserializeOwned>(
+    direction: Direction,
+    sequence: u8,
+    message: &T,
+) -> T {
     let encoded = encode(direction, sequence, message).expect("every message fits a frame");
     let mut payload = encoded.bytes()[1..encoded.bytes().len() - 1].to_vec();
     decode(direction, &mut payload).expect("what we encode we decode").message

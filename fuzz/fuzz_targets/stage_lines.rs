@@ -1,7 +1,7 @@
 //! Any bytes from a stage that speaks in lines, and any transcript: no panic, no line longer than its bound.
 #![no_main]
 
-use epirig::link::{SimulatedDevice, Side, Transcript};
+use epirig::link::{Side, SimulatedDevice, Transcript};
 use epirig::stage::Dialect;
 use epirig::stage::decode::Decoder;
 use epirig::stage::grbl::Response;

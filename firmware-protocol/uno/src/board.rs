@@ -5,8 +5,8 @@ use firmware_protocol::device::SharedAxis;
 use firmware_protocol::frame::{DELIMITER, EMERGENCY_STOP};
 
 use crate::hardware::{
-    DDRB, DDRD, EEARH, EEARL, EECR, EEDR, OCR1AH, OCR1AL, PINB, PORTB, PORTD, Shared, TCCR1A,
-    TCCR1B, TIMSK1, UBRR0H, UBRR0L, UCSR0A, UCSR0B, UCSR0C, UDR0, uninterrupted,
+    DDRB, DDRD, EEARH, EEARL, EECR, EEDR, OCR1AH, OCR1AL, PINB, PORTB, PORTD, Shared, TCCR1A, TCCR1B, TIMSK1,
+    UBRR0H, UBRR0L, UCSR0A, UCSR0B, UCSR0C, UDR0, uninterrupted,
 };
 use crate::machine::TICK_HZ;
 
@@ -37,18 +37,27 @@ struct Inbox {
 }
 
 static MOTOR: Shared<Motor> = Shared::new(Motor { axis: Axis::new(), step_due: false });
-static INBOX: Shared<Inbox> = Shared::new(Inbox { bytes: [0; 128], first: 0, count: 0, between_frames: true });
+static INBOX: Shared<Inbox> =
+    Shared::new(Inbox { bytes: [0; 128], first: 0, count: 0, between_frames: true });
 
 /// Called by the timer's interrupt.
 pub fn on_tick() {
     MOTOR.with(|motor| {
         // The edge that ends a step's pulse, or begins one. No two steps come in neighbouring ticks.
-        if core::mem::take(&mut motor.step_due) { PORTD.set(STEP) } else { PORTD.clear(STEP) }
+        if core::mem::take(&mut motor.step_due) {
+            PORTD.set(STEP)
+        } else {
+            PORTD.clear(STEP)
+        }
         // The switch connects the pin to ground. The shield has one pin for both ends; the firmware takes it for home.
         let limits = Limits { home: PINB.read() & LIMIT == 0, far: false };
         if let Some(way) = motor.axis.tick(limits) {
             // A tick ahead of the step: drivers want the direction to stand still before the edge.
-            if way == Way::Home { PORTD.set(DIRECTION) } else { PORTD.clear(DIRECTION) }
+            if way == Way::Home {
+                PORTD.set(DIRECTION)
+            } else {
+                PORTD.clear(DIRECTION)
+            }
             motor.step_due = true;
         }
     });

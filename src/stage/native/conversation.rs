@@ -150,15 +150,14 @@ impl Conversation {
             if self.heard.len() > HEARD {
                 self.heard.remove(0);
             }
-            if let Some(Event::Payload(payload)) = self.receiver.push(byte) {
-                if let Ok(reply) = decode::<Reply>(Direction::Reply, payload) {
+            if let Some(Event::Payload(payload)) = self.receiver.push(byte)
+                && let Ok(reply) = decode::<Reply>(Direction::Reply, payload) {
                     self.heard.clear();
                     if let Reply::Finished { id, .. } = reply.message {
                         self.finished = Some(id);
                     }
                     return Ok(Some(reply));
                 }
-            }
         }
         Ok(None)
     }

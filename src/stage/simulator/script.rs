@@ -190,11 +190,10 @@ impl Troubles {
             return;
         }
         for fault in &self.script.faults {
-            if let DeviceFault::Mute { after_move, lasting } = *fault {
-                if after_move == self.moves {
+            if let DeviceFault::Mute { after_move, lasting } = *fault
+                && after_move == self.moves {
                     self.muted_for = lasting;
                 }
-            }
         }
     }
 

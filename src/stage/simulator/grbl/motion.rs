@@ -154,11 +154,10 @@ impl Motion {
         if run.finished() {
             let complete = run.complete();
             self.run = None;
-            if complete || self.block.is_some_and(|block| block.jog) {
-                if let Some(block) = self.block.take() {
+            if (complete || self.block.is_some_and(|block| block.jog))
+                && let Some(block) = self.block.take() {
                     self.others_mm = block.target_mm;
                 }
-            }
         }
     }
 
