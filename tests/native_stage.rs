@@ -265,9 +265,10 @@ impl<L: epirig::link::Link> epirig::link::Link for PressWhenMoving<L> {
 
     fn receive(&mut self, buffer: &mut [u8], patience: std::time::Duration) -> Result<usize, LinkError> {
         if self.plant.carriage_steps() > 5000
-            && let Some(switch) = self.switch.as_ref().and_then(|switch| switch.lock().unwrap().take()) {
-                switch.press(self.urgency);
-            }
+            && let Some(switch) = self.switch.as_ref().and_then(|switch| switch.lock().unwrap().take())
+        {
+            switch.press(self.urgency);
+        }
         self.link.receive(buffer, patience)
     }
 

@@ -28,6 +28,7 @@ pub const BAUD: u32 = 115_200;
 const SOFT_RESET: u8 = 0x18;
 const STATUS_QUERY: u8 = b'?';
 const FEED_HOLD: u8 = b'!';
+const MILLIMETRES: &str = "G21";
 
 /// A line is accepted in some 10 ms, settings are written in some 100.
 const REPLY_PATIENCE: Duration = Duration::from_secs(2);
@@ -123,6 +124,8 @@ impl GrblStage {
         };
         stage.learn_offset(status.clone())?;
         if status.state == State::Idle && stage.marked_as_homed()? {
+            // Somebody may have chosen inches since.
+            command(&mut stage.lines, MILLIMETRES)?;
             stage.home_mm = Some(stage.home_by_settings(&settings));
         }
         Ok(stage)
@@ -385,7 +388,7 @@ impl Stage for GrblStage {
         let patience =
             Duration::try_from_secs_f64(2.0 * self.axis.homing_s).unwrap_or(Duration::MAX) + BOOT_PATIENCE;
         self.barrier("$H", "while homing", patience, None)?;
-        command(&mut self.lines, "G21")?;
+        command(&mut self.lines, MILLIMETRES)?;
         let status = self.status()?;
         self.home_mm = self.machine_mm(&status);
         self.mark_as_homed()

@@ -151,13 +151,14 @@ impl Conversation {
                 self.heard.remove(0);
             }
             if let Some(Event::Payload(payload)) = self.receiver.push(byte)
-                && let Ok(reply) = decode::<Reply>(Direction::Reply, payload) {
-                    self.heard.clear();
-                    if let Reply::Finished { id, .. } = reply.message {
-                        self.finished = Some(id);
-                    }
-                    return Ok(Some(reply));
+                && let Ok(reply) = decode::<Reply>(Direction::Reply, payload)
+            {
+                self.heard.clear();
+                if let Reply::Finished { id, .. } = reply.message {
+                    self.finished = Some(id);
                 }
+                return Ok(Some(reply));
+            }
         }
         Ok(None)
     }

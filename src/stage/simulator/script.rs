@@ -191,9 +191,10 @@ impl Troubles {
         }
         for fault in &self.script.faults {
             if let DeviceFault::Mute { after_move, lasting } = *fault
-                && after_move == self.moves {
-                    self.muted_for = lasting;
-                }
+                && after_move == self.moves
+            {
+                self.muted_for = lasting;
+            }
         }
     }
 

@@ -326,22 +326,25 @@ impl GrblDevice {
     /// Takes the next block out of the queue, and lines as long as none has to wait.
     fn go_on(&mut self) {
         if let Some(Waiting::Room(block)) = self.waiting
-            && self.motion.queue(block) {
-                self.waiting = None;
-                self.say("ok");
-            }
+            && self.motion.queue(block)
+        {
+            self.waiting = None;
+            self.say("ok");
+        }
         while self.waiting.is_none() && self.booting.is_none() && self.state != State::Locked {
             let Some(line) = self.lines.pop_front() else { break };
             self.execute(&line);
         }
-        if matches!(self.state, State::Idle | State::Run | State::Jog) && !self.motion.moving()
-            && let Some(jog) = self.motion.next_block(&self.table) {
-                self.state = if jog { State::Jog } else { State::Run };
-                self.troubles.move_begins();
-                if self.troubles.no_motion() {
-                    self.motion.pretend();
-                }
+        if matches!(self.state, State::Idle | State::Run | State::Jog)
+            && !self.motion.moving()
+            && let Some(jog) = self.motion.next_block(&self.table)
+        {
+            self.state = if jog { State::Jog } else { State::Run };
+            self.troubles.move_begins();
+            if self.troubles.no_motion() {
+                self.motion.pretend();
             }
+        }
     }
 }
 

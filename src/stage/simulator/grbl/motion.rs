@@ -155,9 +155,10 @@ impl Motion {
             let complete = run.complete();
             self.run = None;
             if (complete || self.block.is_some_and(|block| block.jog))
-                && let Some(block) = self.block.take() {
-                    self.others_mm = block.target_mm;
-                }
+                && let Some(block) = self.block.take()
+            {
+                self.others_mm = block.target_mm;
+            }
         }
     }
 
