@@ -64,7 +64,8 @@ impl Profile {
             },
             watchdog_ticks: (u64::from(settings.watchdog_ms) * u64::from(build.tick_hz) / 1000) as u32,
         };
-        let valid = pull_off_steps > 0
+        let whole_step = i64::from(settings.pull_off_nm) * i64::from(build.steps_per_mm) >= NM_PER_MM;
+        let valid = whole_step
             && i64::from(settings.pull_off_nm) <= build.travel_nm
             && settings.watchdog_ms >= SHORTEST_WATCHDOG_MS;
         valid.then_some(profile)
@@ -365,7 +366,7 @@ mod tests {
         let wrong = [
             Settings { velocity_nm_s: 0, ..Settings::default() },
             Settings { velocity_nm_s: 4_000_000_000, ..Settings::default() },
-            Settings { pull_off_nm: 0, ..Settings::default() },
+            Settings { pull_off_nm: 3999, ..Settings::default() },
             Settings { pull_off_nm: u32::MAX, ..Settings::default() },
             Settings { watchdog_ms: 49, ..Settings::default() },
         ];

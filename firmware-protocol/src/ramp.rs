@@ -35,7 +35,9 @@ impl Ramp {
         }
         let cruise = scaled(velocity_nm_s)? << 14;
         let acceleration = (scaled(acceleration_nm_s2)? << 14) / u64::from(tick_hz);
-        let valid = (1..=FASTEST).contains(&cruise) && acceleration > 0;
+        let nm_steps_in_two_seconds = 2 * u64::from(velocity_nm_s) * u64::from(steps_per_mm);
+        let keeps_pace = nm_steps_in_two_seconds <= 1_000_000 * u64::from(tick_hz);
+        let valid = keeps_pace && (1..=FASTEST).contains(&cruise) && acceleration > 0;
         let acceleration = acceleration.min(cruise);
         valid.then_some(Self { cruise: cruise as u32, acceleration: acceleration as u32 })
     }
@@ -170,7 +172,7 @@ mod tests {
         assert_eq!(Ramp::new(1_000_000, 1_000_000, 250, 0), None);
         // 20 mm/s x 250 = 5000 steps/s is half a step a tick, the fastest there is.
         assert!(Ramp::new(20_000_000, 1_000_000_000, 250, TICK_HZ).is_some());
-        assert_eq!(Ramp::new(20_000_400, 1_000_000_000, 250, TICK_HZ), None);
+        assert_eq!(Ramp::new(20_000_001, 1_000_000_000, 250, TICK_HZ), None);
         assert_eq!(Ramp::new(u32::MAX, u32::MAX, u32::MAX, TICK_HZ), None);
     }
 

@@ -55,7 +55,10 @@ impl Simulate {
             return Err(CliError::Usage("--noise is a share of all bytes, 0 to 1".to_owned()));
         }
         let device: Box<dyn SimulatedDevice> = match self.kind {
-            Kind::Native => Box::new(NativeDevice::new(self.fault)),
+            // A board counts its boots; each of these is another one.
+            Kind::Native => {
+                Box::new(NativeDevice::new(self.fault).at_boot(jiff::Timestamp::now().as_second() as u32))
+            }
             Kind::Grbl => Box::new(GrblDevice::new(self.fault)),
             Kind::Zaber => Box::new(ZaberDevice::new(self.fault)),
         };

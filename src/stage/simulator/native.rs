@@ -17,6 +17,8 @@ const LOW_SWITCH_AT: i64 = -900;
 /// 2 mm beyond the end of the travel, which begins 1 mm (pull-off) above the low switch.
 const HIGH_SWITCH_AT: i64 = LOW_SWITCH_AT + 250 + 200 * 250 + 500;
 
+const FIRST_BOOT: u32 = 1;
+
 /// The firmware's state machine over a simulated carriage.
 pub struct NativeDevice {
     device: Device,
@@ -42,15 +44,22 @@ impl NativeDevice {
         let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
         plant.set_switches_work(troubles.switches_work());
         Self {
-            device: Device::new(BUILD, 1),
+            device: Device::new(BUILD, FIRST_BOOT),
             axis: Axis::new(),
-            boot_id: 1,
+            boot_id: FIRST_BOOT,
             plant,
             troubles,
             operating: false,
             ticks: Ticks::default(),
             sent: Vec::new(),
         }
+    }
+
+    /// The same stage at another of its boots, for hosts that have known it before.
+    pub fn at_boot(mut self, boot_id: u32) -> Self {
+        self.boot_id = boot_id.wrapping_sub(1);
+        self.reset();
+        self
     }
 
     /// The carriage and its switches.
@@ -60,7 +69,7 @@ impl NativeDevice {
 
     /// Switches the power off and on.
     pub fn reset(&mut self) {
-        self.boot_id += 1;
+        self.boot_id = self.boot_id.wrapping_add(1);
         self.device = Device::new(BUILD, self.boot_id);
         self.axis = Axis::new();
         self.operating = false;
