@@ -5,8 +5,8 @@ use crate::frame::{Direction, Encoded, Event, FrameError, Received, Receiver, de
 use crate::message::{Identity, Outcome, PROTOCOL_VERSION, Refusal, Reply, Request, Settings, Status};
 use crate::ramp::Ramp;
 
-/// Shortest watchdog that a host can keep, in ms.
-const SHORTEST_WATCHDOG_MS: u16 = 50;
+/// Shortest watchdog that a host can keep, in ms: it must be able to say a thing three times.
+const SHORTEST_WATCHDOG_MS: u16 = 250;
 
 const NM_PER_MM: i64 = 1_000_000;
 
@@ -368,7 +368,7 @@ mod tests {
             Settings { velocity_nm_s: 4_000_000_000, ..Settings::default() },
             Settings { pull_off_nm: 3999, ..Settings::default() },
             Settings { pull_off_nm: u32::MAX, ..Settings::default() },
-            Settings { watchdog_ms: 49, ..Settings::default() },
+            Settings { watchdog_ms: 249, ..Settings::default() },
         ];
         for settings in wrong {
             assert_eq!(rig.ask(Request::WriteSettings(settings)), refused(Refusal::BadSettings));

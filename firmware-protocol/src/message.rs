@@ -180,7 +180,7 @@ pub struct Settings {
     pub touch_velocity_nm_s: u32,
     /// From the place where the home switch closes to position 0, in nm.
     pub pull_off_nm: u32,
-    /// A moving stage stops if it hears no valid request for this long, in ms; at least 50.
+    /// A moving stage stops if it hears no valid request for this long, in ms; at least 250.
     pub watchdog_ms: u16,
 }
 

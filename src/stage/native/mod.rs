@@ -20,9 +20,9 @@ pub const BAUD: u32 = 115_200;
 
 const NM_PER_MM: f64 = 1e6;
 
-/// How often the host says that it is alive while the stage moves; with repetitions, half a dozen of its requests are lost
-/// before the watchdog's half second is over.
-const HEARTBEAT: Duration = Duration::from_millis(100);
+/// The host says that it is alive so often in the watchdog's time: with repetitions, half a dozen of its requests are lost
+/// before the half second of the defaults is over.
+const HEARTBEATS: u32 = 5;
 
 /// Homing goes over the whole travel at most one and a half times, then off the switch, onto it and off it again.
 const HOMING_SEARCH: f64 = 1.5;
@@ -200,6 +200,7 @@ impl NativeStage {
     /// Waits until the stage is at rest, with a heartbeat; minds the stop switch.
     fn wait(&mut self, during: &str, id: u32, patience: Duration) -> Result<(), StageError> {
         let since = self.conversation.now();
+        let heartbeat = Duration::from_millis(self.settings.watchdog_ms.into()) / HEARTBEATS;
         let mut stopping = None;
         while self.conversation.now() - since < patience {
             let urgency = self.stop.pressed();
@@ -212,7 +213,7 @@ impl NativeStage {
                     }
                 }
             }
-            if self.conversation.finished(id, HEARTBEAT)? {
+            if self.conversation.finished(id, heartbeat)? {
                 return Ok(());
             }
             match self.conversation.ask(Request::Heartbeat)? {
