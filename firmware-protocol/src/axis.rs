@@ -258,7 +258,11 @@ impl Axis {
         match self.task {
             Task::Move if home || far => self.halt(Fault::HardLimit),
             Task::Home(..) if far && self.way == Way::Out => self.halt(Fault::HardLimit),
-            // A stop under way ends the homing; its legs no longer follow one another.
+            // A stop under way ends the homing, and not beyond the switch: the position is unknown anyway.
+            Task::Home(..) if home && self.way == Way::Home && self.stopping.is_some() => {
+                let (outcome, fault) = self.stopping.unwrap_or_default();
+                self.end(outcome, fault);
+            }
             Task::Home(..) if self.stopping.is_some() => {}
             Task::Home(Leg::Release, plan) if !home => self.begin_leg(Leg::Seek, plan),
             Task::Home(Leg::Seek, plan) if home => self.begin_leg(Leg::BackOff, plan),
@@ -415,6 +419,22 @@ mod tests {
         let snapshot = rig.axis.snapshot();
         assert_eq!((snapshot.fault, snapshot.homed), (Fault::Watchdog, true));
         assert_eq!(rig.carriage, SWITCH + 100 + i64::from(snapshot.position_steps));
+    }
+
+    #[test]
+    fn a_stop_while_homing_does_not_go_beyond_the_switch() {
+        let mut rig = Rig { carriage: SWITCH + 400, ..Rig::new() };
+        let fast = Ramp::new(20_000_000, 20_000_000, 250, TICK_HZ).unwrap();
+        rig.axis.begin_home(HomingPlan { seek: fast, touch: fast, search_steps: 3000, pull_off_steps: 100 });
+        while rig.carriage > SWITCH + 1 {
+            rig.axis.feed_watchdog(1000);
+            rig.tick();
+        }
+        rig.axis.stop();
+        rig.until_rest();
+        assert_eq!((rig.axis.snapshot().outcome, rig.axis.snapshot().homed), (Outcome::Stopped, false));
+        // 4 ticks of debouncing at half a step a tick, the most there is.
+        assert!(rig.carriage >= SWITCH - 3, "{}", rig.carriage);
     }
 
     #[test]

@@ -334,9 +334,14 @@ mod tests {
         assert_eq!(rig.ask(request), accepted);
         (0..1000).for_each(|_| rig.tick());
         assert_eq!(rig.ask(request), accepted);
+        // Even if it asks for something else: another target would be run if the id were.
+        let other = Request::Move { id: 2, position_nm: 9_000_000 };
+        assert_eq!(rig.ask(other), accepted);
         let finished = Reply::Finished { id: 2, outcome: Outcome::Done, position_nm: 1_500_000 };
         assert_eq!(rig.finish(), finished);
         assert_eq!(rig.ask(request), accepted);
+        assert_eq!(rig.ask(other), accepted);
+        assert_eq!(rig.ask(Request::Home { id: 2 }), accepted);
         assert_eq!(
             rig.ask(Request::Move { id: 1, position_nm: 9_000_000 }),
             Reply::Refused(Refusal::StaleId)

@@ -18,6 +18,9 @@ pub struct Ramp {
     cruise: u32,
     /// In 2^-32 steps per tick per tick; never more than `cruise`.
     acceleration: u32,
+    /// The largest multiple of the acceleration that is no more than `cruise`: the way down goes over the same velocities as
+    /// the way up.
+    below_cruise: u32,
 }
 
 impl Ramp {
@@ -25,21 +28,27 @@ impl Ramp {
     ///
     /// `None` if that is zero, faster than a step in two ticks, or beyond 2^46 in nm steps / (mm s).
     pub fn new(velocity_nm_s: u32, acceleration_nm_s2: u32, steps_per_mm: u32, tick_hz: u32) -> Option<Self> {
-        // Numerator x 2^32 / (nm per mm x ticks), in two halves that fit 64 bits.
-        let scaled = |value: u32| -> Option<u64> {
-            let product = u64::from(value) * u64::from(steps_per_mm);
-            (product < 1 << 46).then(|| (product << 18) / (1_000_000 * u64::from(tick_hz)))
-        };
         if tick_hz == 0 {
             return None;
         }
-        let cruise = scaled(velocity_nm_s)? << 14;
-        let acceleration = (scaled(acceleration_nm_s2)? << 14) / u64::from(tick_hz);
+        // Numerator x 2^32 / (nm per mm x ticks), in two goes that fit 64 bits.
+        let nm_ticks = 1_000_000 * u64::from(tick_hz);
+        let scaled = |value: u32| -> Option<u64> {
+            let product = u64::from(value) * u64::from(steps_per_mm);
+            let high = (product < 1 << 46).then_some(product << 18)?;
+            Some(((high / nm_ticks) << 14) + ((high % nm_ticks) << 14) / nm_ticks)
+        };
+        let cruise = scaled(velocity_nm_s)?;
+        let acceleration = scaled(acceleration_nm_s2)? / u64::from(tick_hz);
         let nm_steps_in_two_seconds = 2 * u64::from(velocity_nm_s) * u64::from(steps_per_mm);
         let keeps_pace = nm_steps_in_two_seconds <= 1_000_000 * u64::from(tick_hz);
         let valid = keeps_pace && (1..=FASTEST).contains(&cruise) && acceleration > 0;
         let acceleration = acceleration.min(cruise);
-        valid.then_some(Self { cruise: cruise as u32, acceleration: acceleration as u32 })
+        valid.then(|| Self {
+            cruise: cruise as u32,
+            acceleration: acceleration as u32,
+            below_cruise: (cruise / acceleration * acceleration) as u32,
+        })
     }
 }
 
@@ -92,14 +101,17 @@ impl Run {
         if self.finished() {
             return false;
         }
-        let acceleration = self.ramp.acceleration;
+        let Ramp { cruise, acceleration, below_cruise } = self.ramp;
         let coasting = self.braking + u64::from(self.velocity);
-        let faster = self.velocity + acceleration;
+        // The sum could be larger than 32 bits; the difference cannot.
+        let faster =
+            if cruise - self.velocity >= acceleration { self.velocity + acceleration } else { cruise };
         if self.stopping || (self.velocity > acceleration && self.remaining < coasting) {
-            self.velocity = self.velocity.saturating_sub(acceleration);
+            let slower = self.velocity.saturating_sub(acceleration);
+            self.velocity = if self.velocity > below_cruise { below_cruise } else { slower };
             self.braking -= u64::from(self.velocity).min(self.braking);
-        } else if faster <= self.ramp.cruise && self.remaining >= coasting + u64::from(faster)
-            || self.velocity == 0
+        } else if self.velocity == 0
+            || (faster > self.velocity && self.remaining >= coasting + u64::from(faster))
         {
             self.braking += u64::from(self.velocity);
             self.velocity = faster;
@@ -174,6 +186,23 @@ mod tests {
         assert!(Ramp::new(20_000_000, 1_000_000_000, 250, TICK_HZ).is_some());
         assert_eq!(Ramp::new(20_000_001, 1_000_000_000, 250, TICK_HZ), None);
         assert_eq!(Ramp::new(u32::MAX, u32::MAX, u32::MAX, TICK_HZ), None);
+    }
+
+    #[test]
+    fn the_cruise_velocity_is_reached_whatever_the_acceleration() {
+        // 0.1 mm/s and 400 mm/s2 at 250 steps/mm: the acceleration of four ticks is just not the whole velocity.
+        for (velocity, acceleration) in
+            [(100_000, 400_000_000), (5_000_000, u32::MAX), (20_000_000, u32::MAX)]
+        {
+            let ramp = Ramp::new(velocity, acceleration, 250, TICK_HZ).unwrap();
+            let ticks = step_ticks(Run::new(1000, ramp));
+            let rate_hz = f64::from(velocity) * 250.0 / 1e6;
+            let expected = 800.0 / rate_hz * f64::from(TICK_HZ);
+            let taken = (ticks[900] - ticks[100]) as f64;
+            assert!((taken - expected).abs() <= 2.0 + 2e-5 * expected, "{taken} ticks, {expected} expected");
+        }
+        let dense = Ramp::new(400_000, u32::MAX, 12_500, TICK_HZ).unwrap();
+        assert_eq!(step_ticks(Run::new(100, dense)).len(), 100);
     }
 
     proptest! {

@@ -2,6 +2,7 @@
 
 use core::arch::asm;
 use core::cell::UnsafeCell;
+use core::sync::atomic::{Ordering, compiler_fence};
 
 /// An 8-bit register of the ATmega328P, by its address in data space.
 #[derive(Clone, Copy)]
@@ -88,9 +89,12 @@ pub fn disable_interrupts() {
 
 /// Runs `work` with interrupts off, and puts them back as they were.
 pub fn uninterrupted<R>(work: impl FnOnce() -> R) -> R {
-    let before = SREG.read();
+        let before = SREG.read();
     disable_interrupts();
-    let result = work();
+    compiler_fence(Ordering::SeqCst);
+        let result = work();
+    // What `work` stored must not be put off until interrupts are on again.
+    compiler_fence(Ordering::SeqCst);
     SREG.write(before);
     result
 }
