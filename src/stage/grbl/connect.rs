@@ -3,11 +3,17 @@
 use std::time::Duration;
 
 use super::lines::{Heard, Lines};
-use super::response::{Response, Status};
+use super::response::{Response, State, Status};
 use super::settings::Settings;
 use super::texts::error_text;
-use super::{BOOT_PATIENCE, REPLY_PATIENCE, SOFT_RESET, STATUS_QUERY, TRIES};
+use super::{BOOT_PATIENCE, FEED_HOLD, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE, STATUS_QUERY, TRIES};
 use crate::stage::{Dialect, StageError};
+
+/// After a reset in motion it says nothing for half a second before it starts.
+const RESET_PATIENCE: Duration = Duration::from_millis(1500);
+/// Motion that slows down at all ends in this.
+const HOLD_PATIENCE: Duration = Duration::from_secs(10);
+const SETTINGS_TRIES: u32 = 6;
 
 /// The error that comes of itself, when it starts with an empty memory.
 const SETTINGS_LOST: u8 = 7;
@@ -54,16 +60,19 @@ pub(super) fn greet(lines: &mut Lines) -> Result<Status, StageError> {
     Err(lines.foreign().unwrap_or_else(|| no_answer(lines, "?", BOOT_PATIENCE * TRIES)))
 }
 
-/// Resets the controller and discards what it says until it has started anew: a stale `ok` may come before the banner.
+/// Resets the controller and discards what it says until it has started anew: a stale `ok` may come before the banner. The byte
+/// is sent again if nothing comes of it.
 pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
-    lines.send_byte(SOFT_RESET)?;
-    let until = lines.now() + BOOT_PATIENCE;
-    while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
-        if matches!(response, Response::Banner { .. }) {
-            return Ok(());
+    for _ in 0..TRIES {
+        lines.send_byte(SOFT_RESET)?;
+        let until = lines.now() + RESET_PATIENCE;
+        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+            if matches!(response, Response::Banner { .. }) {
+                return Ok(());
+            }
         }
     }
-    Err(no_answer(lines, "reset", BOOT_PATIENCE))
+    Err(no_answer(lines, "reset", RESET_PATIENCE * TRIES))
 }
 
 pub(super) fn command(lines: &mut Lines, line: &str) -> Result<(), StageError> {
@@ -75,20 +84,45 @@ pub(super) fn command(lines: &mut Lines, line: &str) -> Result<(), StageError> {
     }
 }
 
-pub(super) fn read_version(lines: &mut Lines) -> Result<String, StageError> {
-    lines.send_line("$I")?;
-    let mut version = None;
-    while let Heard::Line(response) = lines.next(REPLY_PATIENCE)? {
-        match response {
-            Response::Feedback { kind, text } if kind == "VER" => version = Some(text),
-            Response::Ok | Response::Error(_) => break,
-            _ => {}
+/// Sends a line and hands all that is said to `take` until it is answered.
+pub(super) fn ask(lines: &mut Lines, line: &str, mut take: impl FnMut(Response)) -> Result<(), StageError> {
+    lines.send_line(line)?;
+    let until = lines.now() + REPLY_PATIENCE;
+    loop {
+        match lines.next(until.saturating_sub(lines.now()))? {
+            Heard::Line(Response::Ok) => return Ok(()),
+            Heard::Line(Response::Error(code)) => return Err(refused(code)),
+            Heard::Line(response) => take(response),
+            Heard::Nothing => return Err(no_answer(lines, line, REPLY_PATIENCE)),
         }
     }
-    let heard = match version {
-        Some(version) if version.starts_with("1.1") => return Ok(version.trim_end_matches(':').to_owned()),
-        Some(version) => format!("its version is {version}"),
-        None => "it does not tell its version".to_owned(),
+}
+
+/// What `$I` tells.
+pub(super) struct BuildInfo {
+    pub(super) version: String,
+    /// Homing ends at machine coordinate 0 (`HOMING_FORCE_SET_ORIGIN`).
+    pub(super) home_is_origin: bool,
+}
+
+pub(super) fn read_build(lines: &mut Lines) -> Result<BuildInfo, StageError> {
+    let (mut version, mut options) = (None, String::new());
+    let asked = ask(lines, "$I", |response| {
+        if let Response::Feedback { kind, text } = response {
+            match kind.as_str() {
+                "VER" => version = Some(text.trim_end_matches(':').to_owned()),
+                "OPT" => options = text.split(',').next().unwrap_or_default().to_owned(),
+                _ => {}
+            }
+        }
+    });
+    let heard = match (version, asked) {
+        (Some(version), Ok(())) if version.starts_with("1.1") => {
+            return Ok(BuildInfo { version, home_is_origin: options.contains('Z') });
+        }
+        (_, Err(error @ StageError::Link(_))) => return Err(error),
+        (Some(version), _) => format!("its version is {version}"),
+        (None, _) => "it does not tell its version".to_owned(),
     };
     let (port, expected) = (lines.port().to_owned(), Dialect::Grbl.name());
     Err(StageError::Foreign {
@@ -99,16 +133,51 @@ pub(super) fn read_version(lines: &mut Lines) -> Result<String, StageError> {
     })
 }
 
+/// Reads all settings, until two readings agree: a line that lies must not move home.
 pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
-    lines.send_line("$$")?;
-    let mut settings = Settings::default();
-    loop {
-        match lines.next(REPLY_PATIENCE)? {
-            Heard::Line(Response::Setting { number, value }) => settings.insert(number, value),
-            Heard::Line(Response::Ok) => return Ok(settings),
-            Heard::Line(Response::Error(code)) => return Err(refused(code)),
-            Heard::Line(_) => {}
-            Heard::Nothing => return Err(no_answer(lines, "$$", REPLY_PATIENCE)),
+    let mut before: Option<Settings> = None;
+    for _ in 0..SETTINGS_TRIES {
+        let mut settings = Settings::default();
+        let asked = ask(lines, "$$", |response| {
+            if let Response::Setting { number, value } = response {
+                settings.insert(number, value);
+            }
+        });
+        match asked {
+            Ok(()) if before.as_ref() == Some(&settings) => return Ok(settings),
+            Ok(()) => before = Some(settings),
+            Err(error @ StageError::Link(_)) => return Err(error),
+            Err(_) => {}
         }
     }
+    Err(StageError::Foreign {
+        port: lines.port().to_owned(),
+        expected: Dialect::Grbl.name(),
+        heard: "no two readings of its settings agree".to_owned(),
+        hint: "the line is noisy: check cable and earth".to_owned(),
+    })
+}
+
+/// Slows down what is moving and waits until it stands; whether it does.
+pub(super) fn hold(lines: &mut Lines, give_up: impl Fn() -> bool) -> Result<bool, StageError> {
+    let until = lines.now() + HOLD_PATIENCE;
+    while lines.now() < until && !give_up() {
+        // Sent until it works. A controller that homes answers nothing and cannot be held.
+        lines.send_byte(FEED_HOLD)?;
+        lines.send_byte(STATUS_QUERY)?;
+        let status_until = lines.now() + STATUS_PATIENCE;
+        loop {
+            match lines.next(status_until.saturating_sub(lines.now()))? {
+                Heard::Line(Response::Status(status)) => match status.state {
+                    State::Hold { complete: true } | State::Idle => return Ok(true),
+                    State::Alarm => return Ok(false),
+                    _ => break,
+                },
+                Heard::Line(Response::Alarm(_)) => return Ok(false),
+                Heard::Line(_) => {}
+                Heard::Nothing => return Ok(false),
+            }
+        }
+    }
+    Ok(false)
 }

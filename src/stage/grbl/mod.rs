@@ -15,11 +15,11 @@ use super::{
     Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
 };
 use crate::link::Link;
-use connect::{command, greet, no_answer, read_settings, read_version, refused, reset};
+use connect::{ask, command, greet, hold, no_answer, read_build, read_settings, refused, reset};
 use lines::{Heard, Lines};
 pub use response::{Response, State, Status};
 pub use settings::Axis;
-use settings::{ALWAYS_POWERED, AxisSettings, IDLE_DELAY, Settings};
+use settings::{ALWAYS_POWERED, AxisSettings, IDLE_DELAY};
 pub use texts::{alarm_text, error_text};
 
 /// Speed of the serial line.
@@ -33,20 +33,20 @@ const MILLIMETRES: &str = "G21";
 /// A line is accepted in some 10 ms, settings are written in some 100.
 const REPLY_PATIENCE: Duration = Duration::from_secs(2);
 const STATUS_PATIENCE: Duration = Duration::from_millis(400);
-/// After a reset in motion it says nothing for half a second; a board boots in two.
+/// A board boots in two seconds.
 const BOOT_PATIENCE: Duration = Duration::from_secs(3);
 /// How often a motion under way is looked at.
 const POLL: Duration = Duration::from_millis(100);
-/// Motion that slows down at all ends in this.
-const HOLD_PATIENCE: Duration = Duration::from_secs(10);
+
 /// The work offset comes with one answer in so many at the least.
 const OFFSET_WITHIN: u32 = 30;
 /// How many times an absolute move is sent that has demonstrably not begun.
 const TRIES: u32 = 3;
 
 /// GRBL does not tell whether it has been homed or only unlocked. A feed rate that nobody else sets is the mark: it lives until
-/// the next reset, and so does the position.
-const HOMED_MARK: &str = "F271.828";
+/// the next reset, and so does the position. GRBL prints feed rates without decimals.
+const HOMED_MARK: f64 = 27183.0;
+const NOT_HOMED_MARK: f64 = 1.0;
 
 /// How a GRBL stage is to be driven.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,6 +72,8 @@ pub struct GrblStage {
     notes: Vec<String>,
     /// Machine coordinate of position 0, in mm; `None` if it is not homed, or no longer surely.
     home_mm: Option<f64>,
+    /// Where the last move ended, in mm from home: nobody else may have moved it since.
+    rest_mm: Option<f64>,
     /// Offset of work coordinates, which G-code is written in, in mm.
     work_offset_mm: f64,
     stop: StopSwitch,
@@ -87,13 +89,14 @@ impl GrblStage {
         let mut status = greet(&mut lines)?;
         if !matches!(status.state, State::Idle | State::Alarm) {
             // A motion that nobody waits for any more; it answers no question before it stands.
+            hold(&mut lines, || false)?;
             reset(&mut lines)?;
             status = greet(&mut lines)?;
         }
         // Half a line that somebody else has left there would spoil the next one.
         lines.send_line("")?;
         lines.answer(STATUS_PATIENCE)?;
-        let version = read_version(&mut lines)?;
+        let build = read_build(&mut lines)?;
         let mut settings = read_settings(&mut lines)?;
         let mut notes = Vec::new();
         if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
@@ -103,7 +106,7 @@ impl GrblStage {
                 "it let go of the motor between moves; ${IDLE_DELAY} has been set to {ALWAYS_POWERED}"
             ));
         }
-        let axis = settings.check(options.axis, lines.port())?;
+        let axis = settings.check(options.axis, build.home_is_origin, lines.port())?;
         if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
             return Err(StageError::Unsuitable {
                 port: lines.port().to_owned(),
@@ -115,10 +118,11 @@ impl GrblStage {
         let mut stage = Self {
             lines,
             options,
-            version,
+            version: build.version,
             axis,
             notes,
             home_mm: None,
+            rest_mm: None,
             work_offset_mm: 0.0,
             stop: StopSwitch::default(),
         };
@@ -126,7 +130,7 @@ impl GrblStage {
         if status.state == State::Idle && stage.marked_as_homed()? {
             // Somebody may have chosen inches since.
             command(&mut stage.lines, MILLIMETRES)?;
-            stage.home_mm = Some(stage.home_by_settings(&settings));
+            stage.home_mm = Some(stage.axis.home_mm);
         }
         Ok(stage)
     }
@@ -136,27 +140,34 @@ impl GrblStage {
         &self.notes
     }
 
-    /// Where GRBL puts home: beside the end of the travel that it homes to.
-    fn home_by_settings(&self, settings: &Settings) -> f64 {
-        let pull_off_mm = settings.get(27).unwrap_or(0.0);
-        if self.axis.outwards < 0.0 { -pull_off_mm } else { -self.axis.travel_mm }
+    fn marked_as_homed(&mut self) -> Result<bool, StageError> {
+        let mut marked = false;
+        let asked = ask(&mut self.lines, "$G", |response| {
+            if let Response::Feedback { kind, text } = response {
+                let mut feeds = text.split_whitespace().filter_map(|word| word.strip_prefix('F'));
+                marked = kind == "GC" && feeds.any(|feed| feed.parse() == Ok(HOMED_MARK));
+            }
+        });
+        match asked {
+            Ok(()) => Ok(marked),
+            Err(error @ StageError::Link(_)) => Err(error),
+            // A controller that cannot tell has not been homed by us.
+            Err(_) => Ok(false),
+        }
     }
 
-    fn marked_as_homed(&mut self) -> Result<bool, StageError> {
-        self.lines.send_line("$G")?;
-        let mut marked = false;
-        loop {
-            match self.lines.next(REPLY_PATIENCE)? {
-                Heard::Line(Response::Feedback { kind, text }) if kind == "GC" => {
-                    let mark = HOMED_MARK.trim_end_matches('0');
-                    marked = text.split_whitespace().any(|word| word.starts_with(mark));
-                }
-                Heard::Line(Response::Ok) => return Ok(marked),
-                // A controller that cannot tell has not been homed by us.
-                Heard::Line(Response::Error(_)) | Heard::Nothing => return Ok(false),
-                Heard::Line(_) => {}
-            }
+    fn mark(&mut self, feed: f64) -> Result<(), StageError> {
+        match command(&mut self.lines, &format!("F{feed}")) {
+            // Then the next program will have to home it again.
+            Err(StageError::Refused { .. } | StageError::NoAnswer { .. }) => Ok(()),
+            other => other,
         }
+    }
+
+    /// Forgets the position, here and for who connects next.
+    fn distrust(&mut self) -> Result<(), StageError> {
+        (self.home_mm, self.rest_mm) = (None, None);
+        self.mark(NOT_HOMED_MARK)
     }
 
     /// Asks for the status until it comes.
@@ -203,22 +214,27 @@ impl GrblStage {
     }
 
     fn position_of(&self, status: &Status) -> Option<f64> {
-        Some((self.machine_mm(status)? - self.home_mm?) * self.axis.outwards)
+        // Never minus zero.
+        Some((self.machine_mm(status)? - self.home_mm?) * self.axis.outwards + 0.0)
     }
 
-    /// The position, once two answers in a row agree that it stands.
-    fn position_at_rest(&mut self, during: &str) -> Result<f64, StageError> {
+    /// The machine position, once two answers in a row agree that it stands.
+    fn machine_mm_at_rest(&mut self, during: &str, patience: Duration) -> Result<f64, StageError> {
         let mut before = None;
-        let until = self.lines.now() + BOOT_PATIENCE;
+        let until = self.lines.now() + patience.max(BOOT_PATIENCE);
         while self.lines.now() < until {
+            if let Some(urgency) = self.stop.pressed() {
+                return Err(self.stop_motion(urgency)?);
+            }
             let status = self.status()?;
-            let now = if status.state == State::Idle { self.position_of(&status) } else { None };
+            let now = if status.state == State::Idle { self.machine_mm(&status) } else { None };
             match now {
-                Some(position_mm) if before == Some(position_mm) => return Ok(position_mm),
+                Some(machine_mm) if before == Some(machine_mm) => return Ok(machine_mm),
                 _ => before = now,
             }
         }
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: BOOT_PATIENCE.as_secs_f64() })
+        self.stop_motion(Urgency::Soon)?;
+        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
     }
 
     fn restarted(&mut self, during: &str) -> StageError {
@@ -268,6 +284,12 @@ impl GrblStage {
                         return Ok(());
                     }
                 }
+                // Homing says nothing of this kind: the order arrived as another one.
+                Heard::Line(Response::Feedback { kind, text }) if target_mm.is_none() => {
+                    return Err(StageError::Refused {
+                        reason: format!("it took the order for another one ([{kind}:{text}]); home it again"),
+                    });
+                }
                 Heard::Line(_) => {}
                 // While homing GRBL answers no question; its answer then comes at the end and is skipped.
                 Heard::Nothing if target_mm.is_some() => self.lines.send_byte(STATUS_QUERY)?,
@@ -281,31 +303,17 @@ impl GrblStage {
     /// Stops safely: hold, wait until it stands, reset, which keeps the position; or reset at once, which does not.
     fn stop_motion(&mut self, urgency: Urgency) -> Result<StageError, StageError> {
         let home_mm = self.home_mm.take();
-        let mut held = false;
-        if urgency == Urgency::Soon {
-            self.lines.send_byte(FEED_HOLD)?;
-            let until = self.lines.now() + HOLD_PATIENCE;
-            while !held && self.lines.now() < until && self.stop.pressed() != Some(Urgency::AtOnce) {
-                // Homing answers nothing and cannot be held.
-                let Ok(status) = self.status() else { break };
-                held = matches!(status.state, State::Hold { complete: true } | State::Idle);
-            }
-        }
+        self.rest_mm = None;
+        let stop = self.stop.clone();
+        let at_once = || stop.pressed() == Some(Urgency::AtOnce);
+        let held = urgency == Urgency::Soon && hold(&mut self.lines, at_once)?;
         reset(&mut self.lines)?;
         let status = self.status()?;
         if held && home_mm.is_some() && status.state == State::Idle {
             self.home_mm = home_mm;
-            self.mark_as_homed()?;
+            self.mark(HOMED_MARK)?;
         }
         Ok(StageError::Stopped { position_mm: self.position_of(&status) })
-    }
-
-    fn mark_as_homed(&mut self) -> Result<(), StageError> {
-        match command(&mut self.lines, HOMED_MARK) {
-            // Then the next program will have to home it again.
-            Err(StageError::Refused { .. }) => Ok(()),
-            other => other,
-        }
     }
 
     fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
@@ -320,7 +328,7 @@ impl GrblStage {
     /// where it stood: no relative move ever is.
     fn begin_move(&mut self, machine_mm: f64, from_mm: f64, during: &str) -> Result<(), StageError> {
         let letter = self.options.axis.letter();
-        let line = format!("G90 G0 {letter}{:.4}", machine_mm - self.work_offset_mm);
+        let line = format!("{MILLIMETRES} G90 G0 {letter}{:.4}", machine_mm - self.work_offset_mm);
         let mut last = no_answer(&self.lines, &line, REPLY_PATIENCE);
         for _ in 0..TRIES {
             self.lines.send_line(&line)?;
@@ -343,14 +351,25 @@ impl GrblStage {
     fn move_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
         let during = format!("in the move to {target_mm:.3} mm");
         let Some(home_mm) = self.home_mm else { return Err(StageError::NotHomed) };
-        let from_mm = self.position_at_rest(&during)?;
-        let machine_mm = home_mm + self.axis.outwards * target_mm;
+        let mm_from_home = |machine_mm: f64, outwards: f64| (machine_mm - home_mm) * outwards;
+        let outwards = self.axis.outwards;
+        let from_mm = mm_from_home(self.machine_mm_at_rest(&during, BOOT_PATIENCE)?, outwards);
+        if let Some(rest_mm) = self.rest_mm.filter(|rest_mm| *rest_mm != from_mm) {
+            // It has been restarted or moved by somebody else.
+            return Err(StageError::Disagrees {
+                commanded_mm: rest_mm,
+                reported_mm: from_mm,
+                tolerance_mm: 0.0,
+            });
+        }
+        let machine_mm = home_mm + outwards * target_mm;
         let patience = self.axis.kinematics.patience(target_mm - from_mm);
         let began = self.lines.now();
         self.begin_move(machine_mm, from_mm, &during)?;
         self.barrier("G4 P0", &during, patience, Some(machine_mm))?;
         let took = self.lines.now() - began;
-        let reported_mm = self.position_at_rest(&during)?;
+        let reported_mm = mm_from_home(self.machine_mm_at_rest(&during, patience)?, outwards);
+        self.rest_mm = Some(reported_mm);
         self.options.limits.check(&self.axis.kinematics, from_mm, target_mm, reported_mm, took)
     }
 }
@@ -380,18 +399,33 @@ impl Stage for GrblStage {
 
     fn home(&mut self) -> Result<(), StageError> {
         self.refuse_if_stopped()?;
-        self.home_mm = None;
         // Whatever it was doing or waiting for ends here.
         if !self.status().is_ok_and(|status| matches!(status.state, State::Idle | State::Alarm)) {
             reset(&mut self.lines)?;
         }
-        let patience =
-            Duration::try_from_secs_f64(2.0 * self.axis.homing_s).unwrap_or(Duration::MAX) + BOOT_PATIENCE;
+        self.distrust()?;
+        let began = self.lines.now();
+        let patience = Duration::try_from_secs_f64(2.0 * self.axis.homing_s)
+            .unwrap_or(Duration::MAX)
+            .saturating_add(BOOT_PATIENCE);
         self.barrier("$H", "while homing", patience, None)?;
+        let took_s = (self.lines.now() - began).as_secs_f64();
         command(&mut self.lines, MILLIMETRES)?;
-        let status = self.status()?;
-        self.home_mm = self.machine_mm(&status);
-        self.mark_as_homed()
+        let machine_mm = self.machine_mm_at_rest("while homing", BOOT_PATIENCE)?;
+        // An `ok` is not enough: one flipped bit makes `$X` of `$H`, which unlocks without moving.
+        let off_mm = (machine_mm - self.axis.home_mm).abs();
+        if off_mm > self.axis.kinematics.step_mm || took_s < self.axis.least_homing_s {
+            return Err(StageError::Fault {
+                during: "while homing".to_owned(),
+                fault: format!(
+                    "it says that it is done after {took_s:.2} s at {machine_mm} mm, and its settings put home at {} mm                      after {:.2} s at least; home it again",
+                    self.axis.home_mm, self.axis.least_homing_s
+                ),
+            });
+        }
+        self.home_mm = Some(machine_mm);
+        self.rest_mm = Some(0.0);
+        self.mark(HOMED_MARK)
     }
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
@@ -402,7 +436,8 @@ impl Stage for GrblStage {
         self.refuse_if_stopped()?;
         let moved = self.move_and_check(target_mm);
         if moved.as_ref().is_err_and(shakes_trust) {
-            self.home_mm = None;
+            // What has failed may fail again; the first error is the one to tell.
+            let _ = self.distrust();
         }
         moved
     }

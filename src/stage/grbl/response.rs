@@ -97,7 +97,7 @@ impl Response {
         } else if let Some(inside) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
             let (kind, text) = inside.split_once(':').unwrap_or((inside, ""));
             Self::Feedback { kind: kind.to_owned(), text: text.to_owned() }
-        } else if let Some(rest) = line.strip_prefix("Grbl ") {
+        } else if let Some(rest) = line.strip_prefix("Grbl ").or_else(|| line.strip_prefix("GrblHAL ")) {
             rest.split_whitespace()
                 .next()
                 .map_or_else(unknown, |version| Self::Banner { version: version.to_owned() })

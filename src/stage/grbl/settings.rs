@@ -48,7 +48,7 @@ impl Axis {
 }
 
 /// The settings as they were read.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Settings {
     values: BTreeMap<u8, f64>,
 }
@@ -63,7 +63,12 @@ impl Settings {
     }
 
     /// What the driver needs, or why the stage cannot be used.
-    pub(super) fn check(&self, axis: Axis, port: &str) -> Result<AxisSettings, StageError> {
+    pub(super) fn check(
+        &self,
+        axis: Axis,
+        home_is_origin: bool,
+        port: &str,
+    ) -> Result<AxisSettings, StageError> {
         let offset = axis.index() as u8;
         let unsuitable =
             |what: String, remedy: String| StageError::Unsuitable { port: port.to_owned(), what, remedy };
@@ -101,15 +106,24 @@ impl Settings {
             return Err(unsuitable(what, format!("send ${STATUS_MASK}={}", mask | 1)));
         }
         let towards_negative = number(HOMING_TO_NEGATIVE)? as u8 >> offset & 1 == 1;
+        let pull_off_mm = positive(PULL_OFF)?;
+        let travel_mm = positive(TRAVEL + offset)? - pull_off_mm;
+        let home_mm = match (home_is_origin, towards_negative) {
+            (true, _) => 0.0,
+            (false, true) => -travel_mm,
+            (false, false) => -pull_off_mm,
+        };
         let settings = AxisSettings {
             kinematics: Kinematics {
                 velocity_mm_s: positive(RATE + offset)? / MINUTE_S,
                 acceleration_mm_s2: positive(ACCELERATION + offset)?,
                 step_mm: 1.0 / positive(STEPS_PER_MM + offset)?,
             },
-            travel_mm: positive(TRAVEL + offset)? - number(PULL_OFF)?,
+            travel_mm,
             outwards: if towards_negative { 1.0 } else { -1.0 },
             homing_s: self.homing_s()?,
+            least_homing_s: MINUTE_S * pull_off_mm / positive(HOMING_FEED)?,
+            home_mm,
             notes: self.notes(),
         };
         if settings.travel_mm > 0.0 {
@@ -151,5 +165,9 @@ pub(super) struct AxisSettings {
     /// Sign of machine coordinates on the way out from home.
     pub(super) outwards: f64,
     pub(super) homing_s: f64,
+    /// Homing cannot take less: its slow approach alone, in s.
+    pub(super) least_homing_s: f64,
+    /// Machine coordinate at which homing ends, in mm.
+    pub(super) home_mm: f64,
     pub(super) notes: Vec<String>,
 }

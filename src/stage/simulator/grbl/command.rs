@@ -60,11 +60,12 @@ impl GrblDevice {
                 self.say("[VER:1.1h.20190830:]");
                 self.say("[OPT:V,15,128]");
             }
+            "" => self.say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
             "G" => {
                 let motion = if self.modal.rapid { "G0" } else { "G1" };
                 let distance = if self.modal.absolute { "G90" } else { "G91" };
                 let feed = self.modal.feed_mm_min;
-                self.say(&format!("[GC:{motion} G54 G17 G21 {distance} G94 M5 M9 T0 F{feed} S0]"));
+                self.say(&format!("[GC:{motion} G54 G17 G21 {distance} G94 M5 M9 T0 F{feed:.0} S0]"));
             }
             "X" => {
                 if self.state == State::Alarm {
