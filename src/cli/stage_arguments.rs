@@ -21,7 +21,7 @@ const SIMULATED_TRAVEL_MM: f64 = 200.0;
 pub(super) enum Driver {
     /// epirig's own firmware
     Native,
-    /// GRBL 1.1 and what is compatible with it
+    /// GRBL 1.1
     Grbl,
     /// Zaber ASCII
     Zaber,
@@ -45,15 +45,15 @@ pub(super) struct StageArguments {
     /// The language that it speaks
     #[arg(long, value_enum, env = "EPIRIG_DRIVER", default_value = "native")]
     driver: Driver,
-    /// Its axis (GRBL)
-    #[arg(long, value_enum, default_value = "x")]
-    axis: AxisName,
+    /// Its axis (GRBL) [default: x]
+    #[arg(long, value_enum)]
+    axis: Option<AxisName>,
     /// Length of a microstep, from its data sheet (Zaber)
     #[arg(long, value_name = "UM")]
     microstep_um: Option<f64>,
-    /// Number of the device in its chain (Zaber)
-    #[arg(long, value_name = "N", default_value = "1")]
-    device: u8,
+    /// Number of the device in its chain (Zaber) [default: 1]
+    #[arg(long, value_name = "N")]
+    device: Option<u8>,
     /// Come to every position from so far below, against backlash
     #[arg(long, value_name = "MM", default_value = "0")]
     approach_mm: f64,
@@ -75,12 +75,32 @@ impl StageArguments {
 
     /// Connects to the stage; from then on Ctrl-C stops it.
     pub(super) fn connect(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
-        if !(self.tolerance_mm >= 0.0 && self.approach_mm >= 0.0) {
-            return Err(CliError::Usage("--tolerance-mm and --approach-mm must not be negative".to_owned()));
+        let lengths = [self.tolerance_mm, self.approach_mm];
+        if !lengths.iter().all(|length| length.is_finite() && *length >= 0.0) {
+            return Err(CliError::Usage(
+                "--tolerance-mm and --approach-mm are lengths, 0 or more".to_owned(),
+            ));
         }
+        self.refuse_what_the_driver_ignores()?;
         let stage = self.connect_directly(talk)?;
         interrupt::stops(stage.stop_switch());
         Ok(Box::new(OneSided::new(stage, self.approach_mm)))
+    }
+
+    /// An option that does nothing would be believed to do something.
+    fn refuse_what_the_driver_ignores(&self) -> Result<(), CliError> {
+        let given = [
+            (self.transcript.is_some() && self.driver == Driver::Sim, "--transcript"),
+            (self.tolerance_mm > 0.0 && self.driver == Driver::Sim, "--tolerance-mm"),
+            (self.axis.is_some() && self.driver != Driver::Grbl, "--axis"),
+            (self.microstep_um.is_some() && self.driver != Driver::Zaber, "--microstep-um"),
+            (self.device.is_some() && self.driver != Driver::Zaber, "--device"),
+        ];
+        let name =
+            self.driver.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+        given.iter().find(|(ignored, _)| *ignored).map_or(Ok(()), |(_, option)| {
+            Err(CliError::Usage(format!("{option} means nothing with --driver {name}; leave it out")))
+        })
     }
 
     fn connect_directly(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
@@ -95,9 +115,9 @@ impl StageArguments {
             Driver::Grbl => {
                 let link = self.link(grbl::BAUD, Dialect::Grbl)?;
                 let axis = match self.axis {
-                    AxisName::X => Axis::X,
-                    AxisName::Y => Axis::Y,
-                    AxisName::Z => Axis::Z,
+                    None | Some(AxisName::X) => Axis::X,
+                    Some(AxisName::Y) => Axis::Y,
+                    Some(AxisName::Z) => Axis::Z,
                 };
                 let stage = GrblStage::connect(link, GrblOptions { axis, limits })?;
                 stage.notes().iter().for_each(|note| talk.say(&format!("note: {note}")));
@@ -108,7 +128,8 @@ impl StageArguments {
                     CliError::Usage("a Zaber stage needs --microstep-um, from its data sheet".to_owned())
                 })?;
                 let link = self.link(zaber::BAUD, Dialect::Zaber)?;
-                let options = ZaberOptions { device: self.device, axis: 1, microstep_um, limits };
+                let options =
+                    ZaberOptions { device: self.device.unwrap_or(1), axis: 1, microstep_um, limits };
                 Box::new(ZaberStage::connect(link, options)?)
             }
         })

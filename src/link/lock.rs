@@ -1,43 +1,50 @@
 //! One process a port.
 
-use std::fs::{File, OpenOptions, Permissions};
+use std::fs::{File, OpenOptions, Permissions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use super::LinkError;
 
 /// Keeps other processes off a port for as long as it lives.
 ///
-/// The file is that of the old convention (`LCK..ttyUSB0` with the process's number), which terminal programs respect;
-/// the lock itself is the kernel's, so a program that was killed leaves none behind. The exclusive mode of the port alone
-/// would not do: it does not hold for root.
+/// The file is that of the old convention (`LCK..ttyUSB0` with the process's number), which terminal programs mind, and whose
+/// locks are minded here; the lock itself is the kernel's, so a program that was killed leaves none behind. The exclusive mode of
+/// the port alone would not do: it does not hold for root.
 #[derive(Debug)]
 pub struct PortLock {
-    file: File,
+    path: PathBuf,
+    /// Locked as long as it is open.
+    _file: File,
 }
 
-/// Where lock files are kept: the first that exists.
-const FOLDERS: [&str; 2] = ["/run/lock", "/var/lock"];
+/// Where lock files are kept: the first in which one can be made.
+fn folders() -> [PathBuf; 3] {
+    ["/run/lock".into(), "/var/lock".into(), std::env::temp_dir()]
+}
 
-fn lock_path(port: &str) -> PathBuf {
+/// How often a file that vanishes between opening and locking is opened again.
+const TRIES: u32 = 10;
+
+fn lock_name(port: &str) -> String {
     let device = std::fs::canonicalize(port).unwrap_or_else(|_| PathBuf::from(port));
     let device = device.strip_prefix("/dev").unwrap_or(&device).to_string_lossy();
-    let name = format!("LCK..{}", device.trim_start_matches('/').replace('/', "_"));
-    let folder = FOLDERS.iter().map(Path::new).find(|folder| folder.is_dir());
-    folder.map_or_else(std::env::temp_dir, Path::to_path_buf).join(name)
+    format!("LCK..{}", device.trim_start_matches('/').replace('/', "_"))
 }
 
-/// The process that has `port`, if it says so in its lock file.
-pub fn holder(port: &str) -> Option<i32> {
+/// The number in a lock file, if it is that of a living process.
+fn living_holder(path: &Path) -> Option<i32> {
     let mut text = String::new();
-    let file = File::open(lock_path(port)).ok()?;
-    match file.try_lock_shared() {
-        Err(std::fs::TryLockError::WouldBlock) => {}
-        _ => return None,
-    }
-    (&file).take(32).read_to_string(&mut text).ok()?;
-    text.trim().parse().ok()
+    File::open(path).ok()?.take(32).read_to_string(&mut text).ok()?;
+    let pid: i32 = text.trim().parse().ok()?;
+    Path::new("/proc").join(pid.to_string()).exists().then_some(pid)
+}
+
+/// The process that has `port`, if its lock file says so.
+pub fn holder(port: &str) -> Option<i32> {
+    let name = lock_name(port);
+    folders().iter().find_map(|folder| living_holder(&folder.join(&name)))
 }
 
 /// Opens the lock file, which any user must be able to do: whoever was first may have been root.
@@ -68,36 +75,69 @@ impl PortLock {
     /// # Errors
     /// [`LinkError::Busy`] if another process has it, [`LinkError::Io`] if there is no place for the lock file.
     pub fn take(port: &str) -> Result<Self, LinkError> {
-        let path = lock_path(port);
-        let failed = |error: std::io::Error| LinkError::Io {
-            port: path.display().to_string(),
-            action: "lock the port",
-            detail: error.to_string(),
-        };
-        let mut file = open(&path).map_err(failed)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(std::fs::TryLockError::WouldBlock) => {
-                let holder =
-                    holder(port).map_or("another process".to_owned(), |pid| format!("process {pid}"));
-                return Err(LinkError::Busy { port: port.to_owned(), holder });
+        let name = lock_name(port);
+        let mut refused = None;
+        for folder in folders().iter().filter(|folder| folder.is_dir()) {
+            let path = folder.join(&name);
+            match Self::take_file(port, path.clone()) {
+                Err(TakeError::Busy(error)) => return Err(error),
+                Err(TakeError::Io(error)) => refused = Some((path, error)),
+                Ok(lock) => return Ok(lock),
             }
-            Err(std::fs::TryLockError::Error(error)) => return Err(failed(error)),
         }
-        let record = |file: &mut File| {
+        let (path, detail) = refused.map_or_else(
+            || (PathBuf::from(&name), "there is no folder for lock files".to_owned()),
+            |(path, error)| (path, format!("{error}; delete the file if no program uses the port")),
+        );
+        Err(LinkError::Io { port: path.display().to_string(), action: "lock the port", detail })
+    }
+
+    fn take_file(port: &str, path: PathBuf) -> Result<Self, TakeError> {
+        let busy = |pid: Option<i32>| {
+            let holder = pid.map_or("another process".to_owned(), |pid| format!("process {pid}"));
+            TakeError::Busy(LinkError::Busy { port: port.to_owned(), holder })
+        };
+        for _ in 0..TRIES {
+            let mut file = open(&path)?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => return Err(busy(living_holder(&path))),
+                Err(TryLockError::Error(error)) => return Err(error.into()),
+            }
+            // Its last holder may have removed it before we had it.
+            let same = |there: std::fs::Metadata| file.metadata().is_ok_and(|here| here.ino() == there.ino());
+            if !std::fs::metadata(&path).is_ok_and(same) {
+                continue;
+            }
+            // A program that knows the old convention only.
+            if let Some(pid) = living_holder(&path) {
+                return Err(busy(Some(pid)));
+            }
             file.set_len(0)?;
             file.rewind()?;
-            writeln!(file, "{:>10}", std::process::id())
-        };
-        record(&mut file).map_err(failed)?;
-        Ok(Self { file })
+            writeln!(file, "{:>10}", std::process::id())?;
+            return Ok(Self { path, _file: file });
+        }
+        Err(busy(None))
+    }
+}
+
+enum TakeError {
+    Busy(LinkError),
+    Io(std::io::Error),
+}
+
+impl From<std::io::Error> for TakeError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(error)
     }
 }
 
 impl Drop for PortLock {
     fn drop(&mut self) {
-        // The file stays, empty: whoever opened it before it vanished would lock a file that nobody else can see.
-        let _ = self.file.set_len(0);
+        // Still locked: whoever has opened it meanwhile finds that it is no longer the one at its path. A file that stays is
+        // one of a process that no longer lives.
+        let _ = std::fs::remove_file(&self.path);
     }
 }
 
@@ -115,7 +155,15 @@ mod tests {
         assert_eq!(holder(&port), Some(pid as i32));
         drop(lock);
         assert_eq!(holder(&port), None);
+        // A file that a killed program left is no lock; one of a living program is, though the kernel knows nothing of it.
+        let path = folders().into_iter().find(|folder| folder.is_dir()).unwrap().join(lock_name(&port));
+        std::fs::write(&path, "2147483646\n").unwrap();
         drop(PortLock::take(&port).unwrap());
-        std::fs::remove_file(lock_path(&port)).unwrap();
+        assert!(!path.exists());
+        std::fs::write(&path, "         1\n").unwrap();
+        assert!(
+            matches!(PortLock::take(&port), Err(LinkError::Busy { holder, .. }) if holder == "process 1")
+        );
+        std::fs::remove_file(&path).unwrap();
     }
 }

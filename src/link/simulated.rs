@@ -67,7 +67,8 @@ impl<D: SimulatedDevice + ?Sized> SimulatedDevice for Box<D> {
 /// ```
 /// use epirig::link::LineNoise;
 ///
-/// let mut noise = LineNoise { lose: 0.5, ..LineNoise::quiet(7) };
+/// let mut noise = LineNoise::quiet(7);
+/// noise.lose = 0.5;
 /// let left = (0..1000).filter(|_| noise.pass(42).next().is_some()).count();
 /// assert!((400..600).contains(&left));
 /// ```

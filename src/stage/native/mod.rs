@@ -71,6 +71,8 @@ impl NativeStage {
             stop: StopSwitch::default(),
         };
         stage.meet(identity)?;
+        // What failed before we came (a pulled cable, another program's fault) is not to be built upon.
+        stage.trusted = stage.status()?.outcome != Outcome::Failed;
         Ok(stage)
     }
 
@@ -143,7 +145,9 @@ impl NativeStage {
             + HOMING_PULL_OFFS * f64::from(self.settings.pull_off_nm)
                 / NM_PER_MM
                 / mm_s(self.settings.touch_velocity_nm_s);
-        Duration::from_secs_f64(2.0 * seconds) + Duration::from_secs(5)
+        Duration::try_from_secs_f64(2.0 * seconds)
+            .unwrap_or(Duration::MAX)
+            .saturating_add(Duration::from_secs(5))
     }
 
     /// Starts an operation and waits for its end; the status at the end comes back.
@@ -188,8 +192,13 @@ impl NativeStage {
                 during: during.to_owned(),
                 fault: "another program gives it orders; end that and home it".to_owned(),
             }),
-            Outcome::Done => Ok(status),
-            Outcome::Stopped => Err(StageError::Stopped { position_mm: position_mm(&status) }),
+            Outcome::Done if self.stop.pressed().is_none() => Ok(status),
+            _ if status.fault == Fault::EmergencyStop && self.stop.pressed().is_some() => {
+                Err(StageError::Stopped { position_mm: None })
+            }
+            Outcome::Done | Outcome::Stopped => {
+                Err(StageError::Stopped { position_mm: position_mm(&status) })
+            }
             _ => Err(StageError::Fault {
                 during: during.to_owned(),
                 fault: fault_text(status.fault).to_owned(),
@@ -201,17 +210,15 @@ impl NativeStage {
     fn wait(&mut self, during: &str, id: u32, patience: Duration) -> Result<(), StageError> {
         let since = self.conversation.now();
         let heartbeat = Duration::from_millis(self.settings.watchdog_ms.into()) / HEARTBEATS;
-        let mut stopping = None;
+
         while self.conversation.now() - since < patience {
-            let urgency = self.stop.pressed();
-            if urgency > stopping {
-                stopping = urgency;
-                match urgency {
-                    Some(Urgency::AtOnce) => self.conversation.emergency_stop()?,
-                    _ => {
-                        self.conversation.ask(Request::Stop)?;
-                    }
+            // Asked for until the stage stands: the first time may be lost.
+            match self.stop.pressed() {
+                Some(Urgency::AtOnce) => self.conversation.emergency_stop()?,
+                Some(Urgency::Soon) => {
+                    self.conversation.ask(Request::Stop)?;
                 }
+                None => {}
             }
             if self.conversation.finished(id, heartbeat)? {
                 return Ok(());

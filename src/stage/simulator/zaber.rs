@@ -26,6 +26,7 @@ pub struct ZaberDevice {
     referenced: bool,
     stalled: bool,
     interrupted: bool,
+    low_voltage: bool,
     run: Option<(Run, Way)>,
     homing: bool,
     checksums: bool,
@@ -56,6 +57,7 @@ impl ZaberDevice {
             referenced: false,
             stalled: false,
             interrupted: false,
+            low_voltage: false,
             run: None,
             homing: false,
             checksums: false,
@@ -115,18 +117,31 @@ impl ZaberDevice {
             Err(reason) => ("RJ", reason.to_owned()),
         };
         let state = if self.run.is_some() { "BUSY" } else { "IDLE" };
-        let warning = match () {
-            () if self.stalled => "FS",
-            () if !self.referenced => "WR",
-            () if self.interrupted => "NI",
-            () => "--",
-        };
+        let warnings = self.warnings();
+        let warning = warnings.split(' ').nth(1).unwrap_or("--");
         let inside = format!("01 {axis} {id:0>2} {verdict} {state} {warning} {data}");
         let sum = inside.bytes().fold(0_u8, u8::wrapping_sub);
         let end = if self.checksums { format!(":{sum:02X}") } else { String::new() };
         if !self.troubles.muted() && self.troubles.connected() {
             self.sent.extend(format!("@{inside}{end}\r\n").bytes());
         }
+    }
+
+    /// Number and names of what is in force, the highest priority first.
+    fn warnings(&self) -> String {
+        let all = [
+            (self.stalled, "FS"),
+            (self.low_voltage, "WV"),
+            (!self.referenced, "WR"),
+            (self.interrupted, "NI"),
+        ];
+        let names: Vec<&str> = all.iter().filter(|(on, _)| *on).map(|(_, name)| *name).collect();
+        format!("{:02} {}", names.len(), names.join(" ")).trim_end().to_owned()
+    }
+
+    /// Lets its supply sag, or recover: a warning that outranks that of a lost reference.
+    pub fn set_low_voltage(&mut self, low: bool) {
+        self.low_voltage = low;
     }
 
     fn execute(&mut self, words: &str) -> Result<String, &'static str> {
@@ -143,8 +158,14 @@ impl ZaberDevice {
             ["get", "maxspeed"] => Ok(format!("{MAX_SPEED}")),
             ["get", "accel"] => Ok(format!("{ACCELERATION}")),
             ["get", "pos"] => Ok(self.position.to_string()),
+            ["warnings"] => Ok(self.warnings()),
+            ["warnings", "clear"] => {
+                let warnings = self.warnings();
+                (self.stalled, self.interrupted) = (false, false);
+                Ok(warnings)
+            }
             ["home"] => {
-                (self.homing, self.stalled) = (true, false);
+                self.homing = true;
                 self.begin(self.position - 2 * TRAVEL_MICROSTEPS);
                 done
             }

@@ -24,6 +24,10 @@ const REJECTIONS: u32 = 3;
 const POLL: Duration = Duration::from_millis(50);
 const HIGHEST_ID: u8 = 99;
 const LONGEST: usize = 256;
+/// Warnings after which its count of steps is not to be believed.
+const LOST: [&str; 5] = ["WR", "WM", "FS", "WS", "WL"];
+/// Homing ends at position 0, or beside it on a stage with an encoder.
+const HOME_WITHIN_MM: f64 = 0.1;
 
 /// The protocol's velocities are microsteps a second times this; its accelerations that over 10000 (protocol manual).
 const VELOCITY_UNIT: f64 = 1.6384;
@@ -171,12 +175,24 @@ impl ZaberStage {
         number.ok_or_else(|| self.foreign(format!("\"{data}\" to \"{words}\"")))
     }
 
+    /// All warnings that are in force. A reply shows only the one of the highest priority, which may hide that the reference is lost.
+    fn warnings(&mut self, reply: &ZaberReply, words: &str) -> Result<Vec<String>, StageError> {
+        if reply.warning == "--" {
+            return Ok(Vec::new());
+        }
+        // Their number, then their names.
+        let data = self.ask(self.options.axis, words)?.data;
+        Ok(data.split_whitespace().skip(1).map(str::to_owned).collect())
+    }
+
     /// Where it is, if it has a reference.
     fn look(&mut self) -> Result<(Option<f64>, ZaberReply), StageError> {
         let reply = self.ask(self.options.axis, "get pos")?;
+        let warnings = self.warnings(&reply, "warnings")?;
         let microsteps: f64 =
             reply.data.parse().map_err(|_| self.foreign(format!("\"{}\" to \"get pos\"", reply.data)))?;
-        let known = reply.warning != "WR" && self.trusted;
+        let lost = warnings.iter().any(|warning| LOST.contains(&warning.as_str()));
+        let known = self.trusted && !lost;
         Ok((known.then_some(microsteps * self.microstep_mm()), reply))
     }
 
@@ -188,22 +204,36 @@ impl ZaberStage {
         let mut stopped = None;
         while self.link.now() - since < patience {
             let urgency = self.stop.pressed();
-            if urgency > stopped {
+            if urgency.is_some() {
                 stopped = urgency;
                 let stop = if urgency == Some(Urgency::AtOnce) { "estop" } else { "stop" };
                 self.ask(self.options.axis, stop)?;
             }
             let reply = self.ask(self.options.axis, "")?;
             if !reply.busy {
-                if stopped.is_some() {
-                    return Err(StageError::Stopped { position_mm: self.look()?.0 });
-                }
-                return match fault_text(&reply.warning) {
-                    Some(text) => Err(StageError::Fault {
+                let warnings = self.warnings(&reply, "warnings")?;
+                let fault =
+                    warnings.iter().find_map(|warning| fault_text(warning).map(|text| (text, warning)));
+                return match (stopped, fault) {
+                    // A motor that is stopped dead may slip.
+                    (Some(Urgency::AtOnce), _) => {
+                        self.trusted = false;
+                        Err(StageError::Stopped { position_mm: None })
+                    }
+                    (_, Some((text, warning))) => Err(StageError::Fault {
                         during: during.to_owned(),
-                        fault: format!("{text} ({})", reply.warning),
+                        fault: format!("{text} ({warning})"),
                     }),
-                    None => Ok(()),
+                    (Some(Urgency::Soon), None) => Err(StageError::Stopped { position_mm: self.look()?.0 }),
+                    (None, None) if warnings.iter().any(|warning| warning == "NI") => {
+                        Err(StageError::Fault {
+                            during: during.to_owned(),
+                            fault:
+                                "something else interrupted it (NI); end what gives it orders, then home it"
+                                    .to_owned(),
+                        })
+                    }
+                    (None, None) => Ok(()),
                 };
             }
             // Nothing is said unasked: this waits.
@@ -249,10 +279,20 @@ impl Stage for ZaberStage {
 
     fn home(&mut self) -> Result<(), StageError> {
         self.trusted = false;
+        // What it has warned of stays in force until it is cleared, and so would this homing fail.
+        self.ask(self.options.axis, "warnings clear")?;
         let patience = self.kinematics.patience(self.travel_mm).saturating_mul(4);
         self.operate("home", "while homing", patience)?;
         self.trusted = true;
-        Ok(())
+        let (position_mm, _) = self.look()?;
+        self.trusted = position_mm.is_some_and(|position_mm| position_mm.abs() <= HOME_WITHIN_MM);
+        if self.trusted {
+            return Ok(());
+        }
+        Err(StageError::Fault {
+            during: "while homing".to_owned(),
+            fault: "it says that it is done and is not at home; home it again".to_owned(),
+        })
     }
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
@@ -261,9 +301,10 @@ impl Stage for ZaberStage {
         }
         let target_mm = on_travel(position_mm, self.travel_mm)?;
         let moved = self.move_and_check(target_mm);
-        let kept =
-            |error: &StageError| matches!(error, StageError::Stopped { .. } | StageError::Refused { .. });
-        self.trusted = moved.as_ref().err().is_none_or(kept);
+        let kept = |error: &StageError| {
+            matches!(error, StageError::Stopped { position_mm: Some(_) } | StageError::Refused { .. })
+        };
+        self.trusted = self.trusted && moved.as_ref().err().is_none_or(kept);
         moved
     }
 
