@@ -89,10 +89,10 @@ pub fn disable_interrupts() {
 
 /// Runs `work` with interrupts off, and puts them back as they were.
 pub fn uninterrupted<R>(work: impl FnOnce() -> R) -> R {
-        let before = SREG.read();
+    let before = SREG.read();
     disable_interrupts();
     compiler_fence(Ordering::SeqCst);
-        let result = work();
+    let result = work();
     // What `work` stored must not be put off until interrupts are on again.
     compiler_fence(Ordering::SeqCst);
     SREG.write(before);
