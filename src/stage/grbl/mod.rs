@@ -5,6 +5,7 @@
 
 mod connect;
 mod lines;
+mod motion;
 mod response;
 mod settings;
 mod texts;
@@ -15,7 +16,7 @@ use super::{
     Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
 };
 use crate::link::Link;
-use connect::{ask, command, greet, hold, no_answer, read_build, read_settings, refused, reset};
+use connect::{ask, command, greet, hold, no_answer, read_build, read_settings, reset};
 use lines::{Heard, Lines};
 pub use response::{Response, State, Status};
 pub use settings::Axis;
@@ -218,25 +219,6 @@ impl GrblStage {
         Some((self.machine_mm(status)? - self.home_mm?) * self.axis.outwards + 0.0)
     }
 
-    /// The machine position, once two answers in a row agree that it stands.
-    fn machine_mm_at_rest(&mut self, during: &str, patience: Duration) -> Result<f64, StageError> {
-        let mut before = None;
-        let until = self.lines.now() + patience.max(BOOT_PATIENCE);
-        while self.lines.now() < until {
-            if let Some(urgency) = self.stop.pressed() {
-                return Err(self.stop_motion(urgency)?);
-            }
-            let status = self.status()?;
-            let now = if status.state == State::Idle { self.machine_mm(&status) } else { None };
-            match now {
-                Some(machine_mm) if before == Some(machine_mm) => return Ok(machine_mm),
-                _ => before = now,
-            }
-        }
-        self.stop_motion(Urgency::Soon)?;
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
-    }
-
     fn restarted(&mut self, during: &str) -> StageError {
         self.home_mm = None;
         StageError::Restarted { during: during.to_owned() }
@@ -252,125 +234,12 @@ impl GrblStage {
         })
     }
 
-    /// Sends a line whose `ok` comes when all motion is done, and waits for it.
-    fn barrier(
-        &mut self,
-        line: &str,
-        during: &str,
-        patience: Duration,
-        target_mm: Option<f64>,
-    ) -> Result<(), StageError> {
-        self.lines.send_line(line)?;
-        let since = self.lines.now();
-        let mut seen_there = 0;
-        while self.lines.now() - since < patience {
-            if let Some(urgency) = self.stop.pressed() {
-                return Err(self.stop_motion(urgency)?);
-            }
-            match self.lines.next(POLL)? {
-                Heard::Line(Response::Ok) => return Ok(()),
-                Heard::Line(Response::Error(code)) => return Err(refused(code)),
-                Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
-                Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
-                Heard::Line(Response::Status(status)) => {
-                    let status = self.note_offset(status);
-                    // Its `ok` may be lost: who stands at the target for half a second has arrived.
-                    let there = target_mm.zip(self.machine_mm(&status)).is_some_and(|(target_mm, at_mm)| {
-                        status.state == State::Idle
-                            && (target_mm - at_mm).abs() < self.axis.kinematics.step_mm
-                    });
-                    seen_there = if there { seen_there + 1 } else { 0 };
-                    if seen_there >= 5 {
-                        return Ok(());
-                    }
-                }
-                // Homing says nothing of this kind: the order arrived as another one.
-                Heard::Line(Response::Feedback { kind, text }) if target_mm.is_none() => {
-                    return Err(StageError::Refused {
-                        reason: format!("it took the order for another one ([{kind}:{text}]); home it again"),
-                    });
-                }
-                Heard::Line(_) => {}
-                // While homing GRBL answers no question; its answer then comes at the end and is skipped.
-                Heard::Nothing if target_mm.is_some() => self.lines.send_byte(STATUS_QUERY)?,
-                Heard::Nothing => {}
-            }
-        }
-        self.stop_motion(Urgency::Soon)?;
-        Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
-    }
-
-    /// Stops safely: hold, wait until it stands, reset, which keeps the position; or reset at once, which does not.
-    fn stop_motion(&mut self, urgency: Urgency) -> Result<StageError, StageError> {
-        let home_mm = self.home_mm.take();
-        self.rest_mm = None;
-        let stop = self.stop.clone();
-        let at_once = || stop.pressed() == Some(Urgency::AtOnce);
-        let held = urgency == Urgency::Soon && hold(&mut self.lines, at_once)?;
-        reset(&mut self.lines)?;
-        let status = self.status()?;
-        if held && home_mm.is_some() && status.state == State::Idle {
-            self.home_mm = home_mm;
-            self.mark(HOMED_MARK)?;
-        }
-        Ok(StageError::Stopped { position_mm: self.position_of(&status) })
-    }
-
     fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
         if self.stop.pressed().is_none() {
             return Ok(());
         }
         let status = self.status()?;
         Err(StageError::Stopped { position_mm: self.position_of(&status) })
-    }
-
-    /// Sends an absolute move. One that was refused, or whose `ok` got lost, is sent again if the stage demonstrably stands
-    /// where it stood: no relative move ever is.
-    fn begin_move(&mut self, machine_mm: f64, from_mm: f64, during: &str) -> Result<(), StageError> {
-        let letter = self.options.axis.letter();
-        let line = format!("{MILLIMETRES} G90 G0 {letter}{:.4}", machine_mm - self.work_offset_mm);
-        let mut last = no_answer(&self.lines, &line, REPLY_PATIENCE);
-        for _ in 0..TRIES {
-            self.lines.send_line(&line)?;
-            match self.lines.answer(REPLY_PATIENCE)? {
-                Heard::Line(Response::Ok) => return Ok(()),
-                Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
-                Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
-                Heard::Line(Response::Error(code)) => last = refused(code),
-                Heard::Line(_) | Heard::Nothing => {}
-            }
-            let status = self.status()?;
-            if status.state != State::Idle || self.position_of(&status) != Some(from_mm) {
-                // It has begun after all.
-                return Ok(());
-            }
-        }
-        Err(last)
-    }
-
-    fn move_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
-        let during = format!("in the move to {target_mm:.3} mm");
-        let Some(home_mm) = self.home_mm else { return Err(StageError::NotHomed) };
-        let mm_from_home = |machine_mm: f64, outwards: f64| (machine_mm - home_mm) * outwards;
-        let outwards = self.axis.outwards;
-        let from_mm = mm_from_home(self.machine_mm_at_rest(&during, BOOT_PATIENCE)?, outwards);
-        if let Some(rest_mm) = self.rest_mm.filter(|rest_mm| *rest_mm != from_mm) {
-            // It has been restarted or moved by somebody else.
-            return Err(StageError::Disagrees {
-                commanded_mm: rest_mm,
-                reported_mm: from_mm,
-                tolerance_mm: 0.0,
-            });
-        }
-        let machine_mm = home_mm + outwards * target_mm;
-        let patience = self.axis.kinematics.patience(target_mm - from_mm);
-        let began = self.lines.now();
-        self.begin_move(machine_mm, from_mm, &during)?;
-        self.barrier("G4 P0", &during, patience, Some(machine_mm))?;
-        let took = self.lines.now() - began;
-        let reported_mm = mm_from_home(self.machine_mm_at_rest(&during, patience)?, outwards);
-        self.rest_mm = Some(reported_mm);
-        self.options.limits.check(&self.axis.kinematics, from_mm, target_mm, reported_mm, took)
     }
 }
 
