@@ -83,7 +83,10 @@ fn home_move_where_and_stop_work_one_after_another() {
 #[test]
 fn the_wrong_driver_is_noticed_on_either_side() {
     let grbl = simulated("grbl", &[]);
+    succeeds(grbl.path(), &["home", "--driver", "grbl", "--port", "port"]);
     fails(grbl.path(), &["home", "--port", "port"], 4, &["not as a native stage", "--driver grbl"]);
+    // The mistake has cost nothing.
+    assert_eq!(grbl.json(&["where", "--driver", "grbl"])["position_mm"], 0.0);
     assert_eq!(grbl.json(&["home", "--driver", "grbl"])["position_mm"], 0.0);
     assert_eq!(grbl.json(&["move", "1.5", "--driver", "grbl"])["position_mm"], 1.5);
     let native = simulated("native", &[]);
@@ -125,6 +128,10 @@ fn transcripts_are_written_once_and_decoded() {
     std::fs::write(stage.path().join("bad"), "# epirig transcript 1\nhello\n").unwrap();
     fails(stage.path(), &["decode", "bad"], 5, &["line 2"]);
     fails(stage.path(), &["decode", "nowhere"], 1, &["nowhere"]);
+    fails(stage.path(), &["decode", "move.txt", "--dialect", "grbl"], 2, &["dialect native"]);
+    std::fs::write(stage.path().join("half"), b"<Idle|MPos:0").unwrap();
+    let text = succeeds(stage.path(), &["decode", "half", "--dialect", "grbl"]);
+    assert!(text.contains("unfinished: \"<Idle|MPos:0\""), "{text}");
 }
 
 #[test]
@@ -190,6 +197,8 @@ fn faults_by_script_end_in_one_clear_line() {
         &["\"fire@1\" is no fault"],
     );
     fails(stage.path(), &["simulate", "grbl", "--port", "p", "--noise", "2"], 2, &["0 to 1"]);
+    // A simulator takes no link away from another one.
+    fails(stage.path(), &["simulate", "grbl", "--port", "port"], 1, &["it exists"]);
 }
 
 #[test]

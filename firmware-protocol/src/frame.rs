@@ -141,6 +141,11 @@ impl Default for Receiver {
 }
 
 impl Receiver {
+    /// Bytes since the last delimiter.
+    pub fn pending(&self) -> usize {
+        self.length
+    }
+
     /// Takes the next byte of the stream.
     pub fn push(&mut self, byte: u8) -> Option<Event<'_>> {
         if byte == DELIMITER {

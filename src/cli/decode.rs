@@ -46,7 +46,7 @@ enum SideName {
   epirig decode --dialect native --side device capture.bin     bytes that another program recorded
   epirig decode --dialect grbl -                               from stdin
 
-A transcript knows its dialect and both sides; of plain bytes both must be said.")]
+A transcript knows its dialect and both sides; of plain bytes say the dialect, and the side if it was the host.")]
 pub(super) struct Decode {
     /// A transcript, or a file of plain bytes; - for stdin
     file: PathBuf,
@@ -80,6 +80,15 @@ impl Decode {
             Err(TranscriptError::NotATranscript) => (None, plain(bytes)),
             Err(error) => return Err(CliError::Integrity(format!("{}: {error}", self.file.display()))),
         };
+        let contradicts = |said: DialectName, recorded: DialectName| said.dialect() != recorded.dialect();
+        if let Some((_, recorded)) = self.dialect.zip(recorded).filter(|(said, own)| contradicts(*said, *own))
+        {
+            return Err(CliError::Usage(format!(
+                "{} is a transcript of the dialect {}; leave --dialect out",
+                self.file.display(),
+                recorded.dialect().name()
+            )));
+        }
         let dialect = self.dialect.or(recorded).ok_or_else(|| {
             CliError::Usage(format!(
                 "{} is no transcript of epirig; say what the bytes are with --dialect and --side",
@@ -88,11 +97,15 @@ impl Decode {
         })?;
         let mut decoder = Decoder::new(dialect.dialect());
         let mut lines = Vec::new();
+        let end_s = entries.last().map_or(0.0, |entry| entry.time.as_secs_f64());
         for entry in entries {
             let from_host = entry.side == Side::Host;
             let texts = decoder.push(entry.side, &entry.bytes);
             let time_s = entry.time.as_secs_f64();
             lines.extend(texts.into_iter().map(|text| Line { time_s, from_host, text }));
+        }
+        for (side, from_host) in [(Side::Host, true), (Side::Device, false)] {
+            lines.extend(decoder.unfinished(side).map(|text| Line { time_s: end_s, from_host, text }));
         }
         talk.result(&lines, || {
             let line = |line: &Line| {

@@ -125,6 +125,7 @@ fn stage_code(error: &StageError) -> u8 {
 fn link_code(error: &LinkError) -> u8 {
     match error {
         LinkError::Ambiguous { .. } => USAGE,
+        LinkError::Io { .. } => TROUBLE,
         LinkError::NoSuchPort { .. }
         | LinkError::NoMatch { .. }
         | LinkError::Busy { .. }

@@ -29,8 +29,14 @@ enum Kind {
   epirig simulate grbl --port /tmp/stage --fault reset@3+0.2s     restarts in its third move
   epirig simulate native --port /tmp/stage --noise 0.01           a line that lies
 
-Faults: switch-never-closes, no-motion@MOVE, mute@MOVE/TIMEs, reset@MOVE+TIMEs, hang-up@MOVE+TIMEs/TIMEs,
-limit@MOVE+TIMEs; MOVE counts from 1, several are separated by commas. It plays until Ctrl-C.")]
+Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
+  switch-never-closes      homing finds no switch
+  no-motion@MOVE           from this move on the carriage stands still; a native stage does not notice before it is homed again
+  mute@MOVE/TIMEs          what it says after this move is lost for a time
+  reset@MOVE+TIMEs         it restarts in this move, so long after its beginning
+  hang-up@MOVE+TIMEs/TIMEs the cable is pulled in this move, and put back after the second time
+  limit@MOVE+TIMEs         a limit switch closes in this move, for a second
+It plays until Ctrl-C.")]
 pub(super) struct Simulate {
     /// The language that it speaks
     #[arg(value_enum)]

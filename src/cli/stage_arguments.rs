@@ -124,7 +124,8 @@ impl StageArguments {
                 Box::new(stage)
             }
             Driver::Zaber => {
-                let microstep_um = self.microstep_um.ok_or_else(|| {
+                let microstep_um = self.microstep_um.filter(|length| length.is_finite() && *length > 0.0);
+                let microstep_um = microstep_um.ok_or_else(|| {
                     CliError::Usage("a Zaber stage needs --microstep-um, from its data sheet".to_owned())
                 })?;
                 let link = self.link(zaber::BAUD, Dialect::Zaber)?;

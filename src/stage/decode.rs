@@ -45,6 +45,22 @@ impl Decoder {
         Self { dialect, host: OneSide::default(), device: OneSide::default() }
     }
 
+    /// What has come of one side and is not complete.
+    pub fn unfinished(&self, side: Side) -> Option<String> {
+        let state = match side {
+            Side::Host => &self.host,
+            Side::Device => &self.device,
+        };
+        match self.dialect {
+            Dialect::Native => match state.receiver.pending() {
+                0 => None,
+                count => Some(format!("unfinished: {count} bytes without a delimiter")),
+            },
+            _ if state.line.is_empty() => None,
+            _ => Some(format!("unfinished: {:?}", String::from_utf8_lossy(&state.line))),
+        }
+    }
+
     /// Takes the next bytes of one side; what they complete comes back.
     pub fn push(&mut self, side: Side, bytes: &[u8]) -> Vec<String> {
         let state = match side {

@@ -85,6 +85,12 @@ impl Pty {
         let (host, device) = pair.map_err(|error| failed("make a pseudo-terminal", error.to_string()))?;
         let target =
             device.name().ok_or_else(|| failed("make a pseudo-terminal", "it has no name".to_owned()))?;
+        if link.exists() {
+            return Err(failed(
+                "make this link",
+                "it exists and leads somewhere; give another name".to_owned(),
+            ));
+        }
         if link.is_symlink() {
             std::fs::remove_file(link).map_err(|error| failed("replace the link", error.to_string()))?;
         }
@@ -113,7 +119,10 @@ impl<D: SimulatedDevice> Server<D> {
             self.device.advance(now - last);
             last = now;
             if !self.device.connected() {
-                pty = None;
+                if pty.take().is_some() {
+                    // As the name of a device goes with it.
+                    let _ = std::fs::remove_file(&self.link);
+                }
                 waiting.clear();
                 self.device.take_sent();
                 std::thread::sleep(PATIENCE);

@@ -88,7 +88,9 @@ impl GrblStage {
     pub fn connect(link: Box<dyn Link>, options: GrblOptions) -> Result<Self, StageError> {
         let mut lines = Lines::new(link);
         let mut status = greet(&mut lines)?;
+        let mut notes = Vec::new();
         if !matches!(status.state, State::Idle | State::Alarm) {
+            notes.push("it was moving, or held, and nobody waited for it; it has been stopped".to_owned());
             // A motion that nobody waits for any more; it answers no question before it stands.
             hold(&mut lines, || false)?;
             reset(&mut lines)?;
@@ -99,7 +101,6 @@ impl GrblStage {
         lines.answer(STATUS_PATIENCE)?;
         let build = read_build(&mut lines)?;
         let mut settings = read_settings(&mut lines)?;
-        let mut notes = Vec::new();
         if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
             command(&mut lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}"))?;
             settings = read_settings(&mut lines)?;

@@ -62,6 +62,10 @@ impl Conversation {
             if let Some(Reply::Hello(identity)) = self.try_to_ask(request)? {
                 return Ok(identity);
             }
+            // To another language our frames are noise, and some bytes of them are orders.
+            if self.hears_grbl() {
+                break;
+            }
         }
         Err(self.silence("hello", BOOT_PATIENCE))
     }
@@ -87,8 +91,7 @@ impl Conversation {
             };
         }
         let text = String::from_utf8_lossy(&self.heard);
-        let grbl = ["Grbl", "error:", "ALARM:", "MPos:", "ok\r"].iter().any(|word| text.contains(word));
-        let hint = if grbl {
+        let hint = if self.hears_grbl() {
             "it seems to speak GRBL: try `--driver grbl`"
         } else {
             "check its firmware, or choose another --driver"
@@ -99,6 +102,11 @@ impl Conversation {
             heard: format!("it says \"{}\"", text.escape_default()),
             hint: hint.to_owned(),
         }
+    }
+
+    fn hears_grbl(&self) -> bool {
+        let text = String::from_utf8_lossy(&self.heard);
+        ["Grbl", "error:", "ALARM:", "MPos:", "ok\r"].iter().any(|word| text.contains(word))
     }
 
     fn try_to_ask(&mut self, request: Request) -> Result<Option<Reply>, StageError> {

@@ -117,6 +117,7 @@ impl SimulatedDevice for NativeDevice {
         match self.troubles.advance(time) {
             Some(Mishap::Reset) => self.reset(),
             Some(Mishap::LimitCloses) => self.plant.press_switches(true),
+            Some(Mishap::LimitOpens) => self.plant.press_switches(false),
             None => {}
         }
         for _ in 0..self.ticks.pass(time) {

@@ -38,7 +38,7 @@ pub enum DeviceFault {
         /// Until it is put back.
         lasting: Duration,
     },
-    /// A limit switch closes in this move.
+    /// A limit switch closes in this move, for a second.
     LimitCloses {
         /// Number of the move.
         in_move: u32,
@@ -108,7 +108,7 @@ impl FromStr for FaultScript {
 fn parse_fault(text: &str) -> Result<DeviceFault, String> {
     let wrong = || {
         format!(
-            "\"{text}\" is no fault; they are switch-never-closes, no-motion@MOVE, mute@MOVE/TIMEs, reset@MOVE+TIMEs, \
+            "\"{text}\" is no fault with all that it needs; they are switch-never-closes, no-motion@MOVE, mute@MOVE/TIMEs, reset@MOVE+TIMEs, \
              hang-up@MOVE+TIMEs/TIMEs, limit@MOVE+TIMEs"
         )
     };
@@ -122,7 +122,7 @@ fn parse_fault(text: &str) -> Result<DeviceFault, String> {
     let (kind, rest) = text.split_once('@').ok_or_else(wrong)?;
     let (rest, lasting) = rest.split_once('/').map_or((rest, None), |(rest, time)| (rest, Some(time)));
     let (number, after) = rest.split_once('+').map_or((rest, None), |(number, time)| (number, Some(time)));
-    let number: u32 = number.parse().map_err(|_| wrong())?;
+    let number: u32 = number.parse().ok().filter(|number| *number > 0).ok_or_else(wrong)?;
     let time = |text: Option<&str>| text.and_then(seconds).ok_or_else(wrong);
     match (kind, after.is_some(), lasting.is_some()) {
         ("no-motion", false, false) => Ok(DeviceFault::NoMotion { from_move: number }),
@@ -145,6 +145,7 @@ pub(super) struct Troubles {
     in_move: Duration,
     muted_for: Duration,
     unplugged_for: Duration,
+    limit_for: Duration,
 }
 
 /// What happens to a device of a sudden.
@@ -152,7 +153,10 @@ pub(super) struct Troubles {
 pub(super) enum Mishap {
     Reset,
     LimitCloses,
+    LimitOpens,
 }
+
+const LIMIT_CLOSED: Duration = Duration::from_secs(1);
 
 impl Troubles {
     pub(super) fn new(script: FaultScript) -> Self {
@@ -202,6 +206,12 @@ impl Troubles {
     pub(super) fn advance(&mut self, time: Duration) -> Option<Mishap> {
         self.muted_for = self.muted_for.saturating_sub(time);
         self.unplugged_for = self.unplugged_for.saturating_sub(time);
+        if !self.limit_for.is_zero() {
+            self.limit_for = self.limit_for.saturating_sub(time);
+            if self.limit_for.is_zero() {
+                return Some(Mishap::LimitOpens);
+            }
+        }
         if !self.moving {
             return None;
         }
@@ -214,6 +224,7 @@ impl Troubles {
             match *fault {
                 DeviceFault::Reset { in_move, after } if now(in_move, after) => mishap = Some(Mishap::Reset),
                 DeviceFault::LimitCloses { in_move, after } if now(in_move, after) => {
+                    self.limit_for = LIMIT_CLOSED;
                     mishap = Some(Mishap::LimitCloses);
                 }
                 DeviceFault::HangUp { in_move, after, lasting } if now(in_move, after) => {
@@ -232,7 +243,16 @@ mod tests {
 
     #[test]
     fn what_is_no_fault_is_refused_with_the_list() {
-        for text in ["reset", "reset@x+1s", "reset@1", "mute@1+1s", "hang-up@1+1s", "limit@1+1", "fire@1"] {
+        for text in [
+            "reset",
+            "reset@x+1s",
+            "reset@1",
+            "reset@0+1s",
+            "mute@1+1s",
+            "hang-up@1+1s",
+            "limit@1+1",
+            "fire@1",
+        ] {
             let error = text.parse::<FaultScript>().unwrap_err();
             assert!(error.contains("switch-never-closes"), "{error}");
         }

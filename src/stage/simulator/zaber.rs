@@ -239,7 +239,7 @@ impl SimulatedDevice for ZaberDevice {
             Some(Mishap::LimitCloses) => {
                 (self.run, self.stalled) = (None, true);
             }
-            None => {}
+            Some(Mishap::LimitOpens) | None => {}
         }
         for _ in 0..self.ticks.pass(time) {
             self.tick();

@@ -144,10 +144,16 @@ impl ZaberStage {
             }
         }
         Err(match &self.heard {
+            Some(line) if line.starts_with('@') => StageError::Foreign {
+                port: self.port(),
+                expected: Dialect::Zaber.name(),
+                heard: format!("its reply \"{}\" is damaged", line.escape_default()),
+                hint: "the line is noisy: check cable and earth".to_owned(),
+            },
             Some(line) => self.foreign(format!("it says \"{}\"", line.escape_default())),
             None => StageError::NoAnswer {
                 port: self.port(),
-                asked: words.to_owned(),
+                asked: if words.is_empty() { "status" } else { words }.to_owned(),
                 patience_s: (REPLY_PATIENCE * TRIES).as_secs_f64(),
                 hint: "whether it speaks Zaber ASCII at 115200 baud (else choose another --driver)",
             },

@@ -369,6 +369,7 @@ impl SimulatedDevice for GrblDevice {
         match self.troubles.advance(time) {
             Some(Mishap::Reset) => self.power_cycle(),
             Some(Mishap::LimitCloses) => self.plant.press_switches(true),
+            Some(Mishap::LimitOpens) => self.plant.press_switches(false),
             None => {}
         }
         if let Some((left, first)) = self.booting {
