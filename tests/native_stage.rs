@@ -59,7 +59,7 @@ fn kind(error: &StageError) -> String {
 }
 
 /// Ten thousand moves through a line that loses, doubles and flips one byte in a hundred each. Every move ends at the right
-/// place or with an error, no limit is passed, no id runs twice (the carriage would be a whole move off).
+/// place or with an error, no limit is passed, and the carriage makes the steps of each move once: no more, no fewer.
 #[test]
 fn a_line_that_lies_never_bends_the_scan() {
     let seed = 20_260_823;
@@ -84,9 +84,11 @@ fn a_line_that_lies_never_bends_the_scan() {
         };
         let steps = random.random_range(0..50_000_i64);
         let steps = if random.random_bool(0.8) { steps % 2000 + 20_000 } else { steps };
+        let (from, made) = (plant.carriage_steps(), plant.steps_made());
         match stage.move_to(steps as f64 / STEPS_PER_MM) {
             Ok(()) => {
                 assert_eq!(plant.carriage_steps() - home_steps, steps, "move {index}");
+                assert_eq!(plant.steps_made() - made, (home_steps + steps).abs_diff(from), "move {index}");
                 right += 1;
             }
             Err(error) => {
@@ -105,6 +107,23 @@ fn a_line_that_lies_never_bends_the_scan() {
     let farthest = home.unwrap_or(-650) + 50_000;
     assert!(highest <= farthest, "highest {highest}");
     assert!(right > 9000, "{right} moves");
+}
+
+/// A byte in fifty, and all after it, come up to 0.3 s late: answers arrive when nobody waits for them any more.
+#[test]
+fn answers_that_come_late_are_told_from_those_that_are_waited_for() {
+    let device = NativeDevice::default();
+    let plant = device.plant();
+    let mut noise = LineNoise::quiet(9);
+    (noise.delay, noise.longest_delay) = (0.02, std::time::Duration::from_millis(300));
+    let link = SimulatedLink::with_noise(device, &noise);
+    let mut stage = NativeStage::connect(Box::new(link), fast()).unwrap();
+    stage.home().unwrap();
+    let home = plant.carriage_steps();
+    for index in 1..=100_i64 {
+        stage.move_to(1.5 * index as f64).unwrap();
+        assert_eq!(plant.carriage_steps() - home, index * 375);
+    }
 }
 
 #[test]

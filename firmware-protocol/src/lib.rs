@@ -9,7 +9,7 @@
 //! ```
 //! use firmware_protocol::axis::{Axis, Limits};
 //! use firmware_protocol::device::{Build, Device};
-//! use firmware_protocol::frame::{Direction, Encoded, Receiver, decode, encode};
+//! use firmware_protocol::frame::{Direction, decode, encode};
 //! use firmware_protocol::message::{Refusal, Reply, Request};
 //!
 //! let build = Build { number: 1, steps_per_mm: 250, travel_nm: 200_000_000, tick_hz: 10_000 };
@@ -21,7 +21,6 @@
 //! let reply = decode::<Reply>(Direction::Reply, &mut payload).unwrap();
 //! assert_eq!((reply.sequence, reply.message), (3, Reply::Refused(Refusal::NotHomed)));
 //! assert_eq!(axis.tick(Limits::default()), None);
-//! # let _: (Receiver, Option<Encoded>) = (Receiver::default(), None);
 //! ```
 #![no_std]
 

@@ -319,6 +319,7 @@ mod tests {
         let before = stage.elapsed();
         // 5 mm/s and 20 mm/s2: 0.25 s up, 0.25 s down, 8.75 mm at speed.
         stage.move_to(10.0).unwrap();
-        assert!((stage.elapsed() - before).as_secs_f64() - (0.5 + 8.75 / 5.0) < 1e-9);
+        let took_s = (stage.elapsed() - before).as_secs_f64();
+        assert!((took_s - (0.5 + 8.75 / 5.0)).abs() < 1e-9, "{took_s} s");
     }
 }

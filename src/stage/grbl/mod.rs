@@ -104,18 +104,20 @@ impl GrblStage {
         if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
             command(&mut lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}"))?;
             settings = read_settings(&mut lines)?;
+            if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
+                return Err(StageError::Unsuitable {
+                    port: lines.port().to_owned(),
+                    what: format!(
+                        "it lets go of the motor between moves and does not take ${IDLE_DELAY}=255"
+                    ),
+                    remedy: "set it by hand".to_owned(),
+                });
+            }
             notes.push(format!(
                 "it let go of the motor between moves; ${IDLE_DELAY} has been set to {ALWAYS_POWERED}"
             ));
         }
         let axis = settings.check(options.axis, build.home_is_origin, lines.port())?;
-        if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
-            return Err(StageError::Unsuitable {
-                port: lines.port().to_owned(),
-                what: format!("it lets go of the motor between moves and does not take ${IDLE_DELAY}=255"),
-                remedy: "set it by hand".to_owned(),
-            });
-        }
         notes.extend(axis.notes.iter().cloned());
         let mut stage = Self {
             lines,
@@ -288,7 +290,7 @@ impl Stage for GrblStage {
             return Err(StageError::Fault {
                 during: "while homing".to_owned(),
                 fault: format!(
-                    "it says that it is done after {took_s:.2} s at {machine_mm} mm, and its settings put home at {} mm                      after {:.2} s at least; home it again",
+                    "it says that it is done after {took_s:.2} s at {machine_mm} mm, and its settings put home at {} mm after {:.2} s at least; home it again",
                     self.axis.home_mm, self.axis.least_homing_s
                 ),
             });

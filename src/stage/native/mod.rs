@@ -170,7 +170,7 @@ impl NativeStage {
                     self.stop()?;
                     return Err(StageError::Refused {
                         reason: format!(
-                            "it understood {understood} nm for {target_nm} nm; it was stopped, home it and try again"
+                            "it understood {understood} nm for {target_nm} nm; it was stopped, try again"
                         ),
                     });
                 }
@@ -210,7 +210,6 @@ impl NativeStage {
     fn wait(&mut self, during: &str, id: u32, patience: Duration) -> Result<(), StageError> {
         let since = self.conversation.now();
         let heartbeat = Duration::from_millis(self.settings.watchdog_ms.into()) / HEARTBEATS;
-
         while self.conversation.now() - since < patience {
             // Asked for until the stage stands: the first time may be lost.
             match self.stop.pressed() {
@@ -296,7 +295,7 @@ impl Stage for NativeStage {
         // Whatever has happened since: from here on it is this boot that counts.
         let identity = self.conversation.hello()?;
         self.meet(identity)?;
-        self.trusted = false;
+        (self.trusted, self.home_shift_mm) = (false, None);
         let patience = self.homing_patience();
         let known_before = self.status()?.homed;
         let status = self.operate("while homing", 0, patience, |id| Request::Home { id })?;
