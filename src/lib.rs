@@ -49,4 +49,5 @@ pub mod stage;
 pub mod surface;
 pub mod tau;
 pub mod twin;
+pub mod virtual_rig;
 pub mod volume;

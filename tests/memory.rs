@@ -31,8 +31,8 @@ fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let twin = Arc::new(Twin::new(TwinConfig::tile(1024, 100)).unwrap());
     let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
-    let mut camera = SimCamera::new(Arc::clone(&twin), stage.watch());
-    let plan = CapturePlan { positions_mm: twin.config().scan.positions_mm(), intrinsics: None, twin: None };
+    let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
+    let plan = CapturePlan::at(twin.config().scan.positions_mm());
     let path = folder.path().join("tile");
     capture(&mut stage, &mut camera, &plan, &path, &Silent).unwrap();
     let sequence = Sequence::open(&path).unwrap();

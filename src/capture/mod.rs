@@ -1,16 +1,22 @@
 //! A scan: move, look, write, next.
 
+mod records;
+
 use std::path::Path;
+use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::camera::{Camera, CameraError};
+use crate::camera::{self, Camera, CameraError, CameraSettings, Configuration, TakenFrame, average};
+use crate::frame::Frame;
 use crate::progress::Progress;
 use crate::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, Intrinsics, Origin, SequenceError, SequenceRecord,
     SequenceWriter, new_uid, now, refuse_existing,
 };
 use crate::stage::{Stage, StageError};
+
+use records::{camera_record, exposure_record};
 
 /// Why a scan stopped.
 #[derive(Debug, Error)]
@@ -35,13 +41,36 @@ pub enum CaptureError {
 pub struct CapturePlan {
     /// Where to take frames, in mm from home.
     pub positions_mm: Vec<f64>,
+    /// How long the stage swings after a move: exposures begin after that.
+    pub settle: Duration,
+    /// What the camera is to be.
+    pub camera: CameraSettings,
+    /// Frames averaged to one of 16 bit at each position; 1 for single frames as they are.
+    pub averaged: usize,
+    /// How long to wait for a camera that goes in the middle of the scan.
+    pub reconnect: Duration,
     /// Lens and pixels, if known.
     pub intrinsics: Option<Intrinsics>,
     /// How the simulated rig was made, if it is one.
     pub twin: Option<serde_json::Value>,
 }
 
-/// Homes the stage, takes a frame at each position and writes the sequence `out`.
+impl CapturePlan {
+    /// A plan that takes a frame as it is at each position, with a camera set up for measuring.
+    pub fn at(positions_mm: Vec<f64>) -> Self {
+        Self {
+            positions_mm,
+            settle: Duration::ZERO,
+            camera: CameraSettings::default(),
+            averaged: 1,
+            reconnect: Duration::from_secs(30),
+            intrinsics: None,
+            twin: None,
+        }
+    }
+}
+
+/// Sets the camera up, homes the stage, takes a frame at each position and writes the sequence `out`.
 ///
 /// # Errors
 /// [`CaptureError`]; the frames taken until then stay, with a final record that says so.
@@ -52,36 +81,19 @@ pub fn capture(
     out: &Path,
     progress: &dyn Progress,
 ) -> Result<(), CaptureError> {
-    let Some(&first_mm) = plan.positions_mm.first().filter(|_| plan.positions_mm.len() > 1) else {
+    if plan.positions_mm.len() < 2 {
         return Err(CaptureError::EmptyPlan(plan.positions_mm.len()));
-    };
-    // Nothing moves for a folder that cannot be used.
+    }
+    // Nothing moves for a folder, or a camera, that cannot be used.
     refuse_existing(out)?;
+    let configuration = camera.configure(&plan.camera)?;
+    camera.start()?;
     stage.home()?;
-    stage.move_to(first_mm)?;
-    // A look before the scan tells the format of the frames.
-    let frame = camera.grab()?.frame;
-    let record = SequenceRecord {
-        format: FORMAT_VERSION,
-        uid: new_uid(),
-        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
-        created: now(),
-        origin: Origin::Captured {
-            stage: stage.identity().to_string(),
-            camera: camera.identity(),
-            twin: plan.twin.clone(),
-        },
-        rows: frame.rows(),
-        columns: frame.columns(),
-        bit_depth: frame.bit_depth(),
-        frames: plan.positions_mm.len(),
-        positions_mm: Some(plan.positions_mm.clone()),
-        intrinsics: plan.intrinsics,
-    };
+    let record = start_record(stage, camera, plan, &configuration);
     let mut writer = SequenceWriter::create(out, &record)?;
     progress.begin("capturing", plan.positions_mm.len() as u64);
     let taken: Result<(), CaptureError> = plan.positions_mm.iter().try_for_each(|&position_mm| {
-        take(stage, camera, &mut writer, position_mm)?;
+        take(stage, camera, plan, &mut writer, position_mm)?;
         progress.advance(1);
         Ok(())
     });
@@ -89,23 +101,72 @@ pub fn capture(
     let status = if taken.is_ok() { ExitStatus::Complete } else { ExitStatus::Failed };
     let finished = writer.finish(status);
     taken?;
-    Ok(finished?)
+    finished?;
+    Ok(camera.stop()?)
+}
+
+fn start_record(
+    stage: &dyn Stage,
+    camera: &dyn Camera,
+    plan: &CapturePlan,
+    configuration: &Configuration,
+) -> SequenceRecord {
+    SequenceRecord {
+        format: FORMAT_VERSION,
+        uid: new_uid(),
+        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        created: now(),
+        origin: Origin::Captured {
+            stage: stage.identity().to_string(),
+            camera: camera.identity().to_string(),
+            configuration: Some(camera_record(configuration, plan.averaged)),
+            twin: plan.twin.clone(),
+        },
+        rows: configuration.rows,
+        columns: configuration.columns,
+        bit_depth: if plan.averaged > 1 { 16 } else { configuration.bit_depth },
+        frames: plan.positions_mm.len(),
+        positions_mm: Some(plan.positions_mm.clone()),
+        intrinsics: plan.intrinsics,
+    }
 }
 
 fn take(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
+    plan: &CapturePlan,
     writer: &mut SequenceWriter,
     position_mm: f64,
 ) -> Result<(), CaptureError> {
     stage.move_to(position_mm)?;
     let reported_mm = stage.position_mm()?;
-    let taken = camera.grab()?;
+    let (frame, exposures) = match look(camera, plan) {
+        Err(CameraError::Gone { .. }) => {
+            camera.reconnect(plan.reconnect)?;
+            look(camera, plan)?
+        }
+        looked => looked?,
+    };
     let facts = FrameFacts {
         commanded_mm: Some(position_mm),
         reported_mm: Some(reported_mm),
-        camera_sequence: Some(taken.sequence),
+        camera_sequence: exposures.last().map(|exposure| exposure.sequence),
+        exposure: exposure_record(&exposures),
         source: None,
     };
-    Ok(writer.add(&taken.frame, facts)?)
+    Ok(writer.add(&frame, facts)?)
+}
+
+/// A frame of what is there now, once the stage has come to rest.
+fn look(
+    camera: &mut dyn Camera,
+    plan: &CapturePlan,
+) -> Result<(Frame, Vec<camera::FrameFacts>), CameraError> {
+    let at_rest = camera.now().after(plan.settle);
+    if plan.averaged > 1 {
+        let averaged = average(camera, at_rest, plan.averaged)?;
+        return Ok((averaged.frame, averaged.facts));
+    }
+    let TakenFrame { frame, facts } = camera.grab_after(at_rest)?;
+    Ok((frame, vec![facts]))
 }

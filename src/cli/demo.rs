@@ -143,15 +143,15 @@ fn capture_twin(twin: &Arc<Twin>, folder: &Path, talk: &Talk) -> Result<(), CliE
     let positions_mm = config.scan.positions_mm();
     let farthest_mm = positions_mm.iter().copied().fold(0.0, f64::max);
     let mut stage = SimStage::new(SimStageConfig::ideal(farthest_mm + 10.0));
-    let mut camera = SimCamera::new(Arc::clone(twin), stage.watch());
+    let mut camera = SimCamera::before_twin(Arc::clone(twin), stage.watch());
     let plan = CapturePlan {
-        positions_mm,
         intrinsics: Some(Intrinsics {
             focal_length_px: config.optics.focal_length_px,
             principal_point_x_px: config.optics.principal_point_x_px,
             principal_point_y_px: config.optics.principal_point_y_px,
         }),
         twin: serde_json::to_value(config).ok(),
+        ..CapturePlan::at(positions_mm)
     };
     Ok(capture(&mut stage, &mut camera, &plan, folder, talk)?)
 }

@@ -3,17 +3,30 @@
 use clap::Args;
 use serde::Serialize;
 
+use super::camera::ControlOutput;
 use super::{CliError, Talk};
-use crate::link::{LinkError, holder, ports};
+use crate::camera::pixels::PixelFormat;
+use crate::camera::{
+    Camera, CameraError, CameraIdentity, Control, Interval, OfferedFormat, Sizes, V4l2Camera, V4l2Device,
+    cameras,
+};
+use crate::link::{LinkError, PortFacts, holder, ports};
 
-/// List the serial ports that a stage may be connected to
+/// List the serial ports that a stage may be connected to, and the cameras with what they can do
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig devices
   epirig devices --json
 
-What stands in brackets can be given to --port. Nothing is sent to any device.")]
+What stands in brackets can be given to --port and --camera. Nothing is sent to any stage, and no camera is changed.")]
 pub(super) struct Devices {}
+
+#[derive(Serialize)]
+struct Found {
+    ports: Vec<Port>,
+    /// `None` if this program was built without cameras.
+    cameras: Option<Vec<CameraOutput>>,
+}
 
 #[derive(Serialize)]
 struct Port {
@@ -32,34 +45,185 @@ struct Usb {
     name: Option<String>,
 }
 
+#[derive(Serialize)]
+struct CameraOutput {
+    path: Option<String>,
+    model: String,
+    driver: String,
+    bus: String,
+    usb_serial_number: Option<String>,
+    links: Vec<String>,
+    formats: Vec<FormatOutput>,
+    controls: Vec<ControlOutput>,
+    /// Why formats and controls are not known.
+    trouble: Option<String>,
+}
+
+#[derive(Serialize)]
+struct FormatOutput {
+    format: String,
+    description: String,
+    /// Whether frames can be made of it.
+    supported: bool,
+    sizes: Vec<SizeOutput>,
+}
+
+#[derive(Serialize)]
+struct SizeOutput {
+    columns: usize,
+    rows: usize,
+    /// Every size from this one up to `columns` x `rows`, in steps, if there is a range.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from: Option<(usize, usize)>,
+    rates_hz: Vec<f64>,
+}
+
 impl Devices {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let found = ports()?;
-        if found.is_empty() {
-            return Err(LinkError::NoMatch {
-                wanted: "a serial port".to_owned(),
-                connected: "nothing".to_owned(),
-            }
-            .into());
-        }
+        // A build without serial ports or without cameras still lists the other.
+        let ports = match ports() {
+            Err(LinkError::NotBuilt { .. }) => None,
+            found => Some(found?),
+        };
+        let cameras = match cameras() {
+            Err(CameraError::NotBuilt { .. }) => None,
+            found => Some(found?),
+        };
         let mut text = String::new();
-        let mut listed = Vec::new();
-        for port in found {
+        let mut found = Found { ports: Vec::new(), cameras: cameras.as_ref().map(|_| Vec::new()) };
+        for port in ports.iter().flatten() {
             let used_by = holder(&port.path);
             text += &port.to_string();
             if let Some(pid) = used_by {
                 text += &format!(", in use by process {pid}");
             }
             text.push('\n');
-            let usb = port.usb.map(|usb| Usb {
-                vendor: format!("{:04x}", usb.vendor),
-                product: format!("{:04x}", usb.product),
-                serial_number: usb.serial_number,
-                manufacturer: usb.manufacturer,
-                name: usb.name,
-            });
-            listed.push(Port { path: port.path, usb, used_by });
+            found.ports.push(port_output(port, used_by));
         }
-        talk.result(&listed, || text)
+        for identity in cameras.iter().flatten() {
+            let (output, lines) = look_at(identity);
+            text += &lines;
+            found.cameras.iter_mut().for_each(|cameras| cameras.push(output_of(identity, &output)));
+        }
+        if ports.is_none() {
+            talk.say("note: this epirig was built without serial ports; `--features serial` adds them");
+        }
+        if cameras.is_none() {
+            talk.say(
+                "note: this epirig was built without cameras; `--features v4l2` adds them (needs libclang)",
+            );
+        }
+        if text.is_empty() {
+            return Err(LinkError::NoMatch {
+                wanted: "a serial port or a camera".to_owned(),
+                connected: "nothing".to_owned(),
+            }
+            .into());
+        }
+        talk.result(&found, || text)
+    }
+}
+
+fn port_output(port: &PortFacts, used_by: Option<i32>) -> Port {
+    let usb = port.usb.as_ref().map(|usb| Usb {
+        vendor: format!("{:04x}", usb.vendor),
+        product: format!("{:04x}", usb.product),
+        serial_number: usb.serial_number.clone(),
+        manufacturer: usb.manufacturer.clone(),
+        name: usb.name.clone(),
+    });
+    Port { path: port.path.clone(), usb, used_by }
+}
+
+type Abilities = Result<(Vec<OfferedFormat>, Vec<Control>), CameraError>;
+
+/// What a camera can do, and in words.
+fn look_at(identity: &CameraIdentity) -> (Abilities, String) {
+    let ask = || -> Abilities {
+        let mut camera = V4l2Camera::new(V4l2Device::open(&identity.name())?);
+        Ok((camera.offered()?, camera.controls()?))
+    };
+    let abilities = ask();
+    let mut text = format!("{identity}\n");
+    match &abilities {
+        Err(error) => text += &format!("  {error}\n"),
+        Ok((formats, controls)) => {
+            let (known, other): (Vec<_>, Vec<_>) =
+                formats.iter().partition(|format| PixelFormat::from_four_cc(format.four_cc).is_some());
+            for format in known {
+                text += &format!("  format {:<7} {}\n", format.four_cc.to_string(), sizes(&format.sizes));
+            }
+            if !other.is_empty() {
+                text += &format!("  and {} formats that are not understood here\n", other.len());
+            }
+            controls.iter().for_each(|control| text += &format!("  control {control}\n"));
+        }
+    }
+    (abilities, text)
+}
+
+fn sizes(sizes: &Sizes) -> String {
+    match sizes {
+        Sizes::Range { least, greatest, step } => {
+            format!("{least} to {greatest} in steps of {} x {}", step.columns, step.rows)
+        }
+        Sizes::Discrete(sizes) => {
+            let each = sizes.iter().map(|(size, intervals)| {
+                let rates: Vec<String> =
+                    intervals.iter().map(|interval| format!("{:.4}", interval.rate_hz())).collect();
+                let rates = rates.iter().map(|rate| rate.trim_end_matches('0').trim_end_matches('.'));
+                let rates = rates.collect::<Vec<_>>().join(", ");
+                if rates.is_empty() { size.to_string() } else { format!("{size} ({rates} Hz)") }
+            });
+            each.collect::<Vec<_>>().join(", ")
+        }
+    }
+}
+
+fn output_of(identity: &CameraIdentity, abilities: &Abilities) -> CameraOutput {
+    let (formats, controls) = match abilities {
+        Ok((formats, controls)) => (formats.as_slice(), controls.as_slice()),
+        Err(_) => (&[][..], &[][..]),
+    };
+    CameraOutput {
+        path: identity.path.clone(),
+        model: identity.model.clone(),
+        driver: identity.driver.clone(),
+        bus: identity.bus.clone(),
+        usb_serial_number: identity.serial_number.clone(),
+        links: identity.links.clone(),
+        formats: formats.iter().map(format_output).collect(),
+        controls: controls.iter().map(ControlOutput::from).collect(),
+        trouble: abilities.as_ref().err().map(ToString::to_string),
+    }
+}
+
+fn format_output(format: &OfferedFormat) -> FormatOutput {
+    let rates = |intervals: &[Interval]| {
+        let rates = intervals.iter().map(|interval| interval.rate_hz());
+        rates.filter(|rate| rate.is_finite()).collect::<Vec<f64>>()
+    };
+    let sizes = match &format.sizes {
+        Sizes::Discrete(sizes) => {
+            let each = sizes.iter().map(|(size, intervals)| SizeOutput {
+                columns: size.columns,
+                rows: size.rows,
+                from: None,
+                rates_hz: rates(intervals),
+            });
+            each.collect()
+        }
+        Sizes::Range { least, greatest, .. } => vec![SizeOutput {
+            columns: greatest.columns,
+            rows: greatest.rows,
+            from: Some((least.columns, least.rows)),
+            rates_hz: Vec::new(),
+        }],
+    };
+    FormatOutput {
+        format: format.four_cc.to_string(),
+        description: format.description.clone(),
+        supported: PixelFormat::from_four_cc(format.four_cc).is_some(),
+        sizes,
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::interrupt::INTERRUPTED;
+use crate::camera::CameraError;
 use crate::capture::CaptureError;
 use crate::epi::MatchError;
 use crate::evaluate::{LeaveOutError, SizeMismatch};
@@ -44,6 +45,8 @@ pub(super) enum CliError {
     Stage(StageError),
     #[error(transparent)]
     Link(#[from] LinkError),
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     #[error("{path}: cannot {action}: {source}")]
     File { path: PathBuf, action: &'static str, source: std::io::Error },
     #[error("{0}")]
@@ -93,7 +96,7 @@ impl CliError {
             Self::Twin(_) | Self::LeaveOut(_) | Self::Size(_) | Self::Usage(_) => USAGE,
             Self::Capture(CaptureError::EmptyPlan(_)) => USAGE,
             Self::Capture(CaptureError::Stage(error)) | Self::Stage(error) => stage_code(error),
-            Self::Capture(_) => DEVICE,
+            Self::Capture(CaptureError::Camera(error)) | Self::Camera(error) => camera_code(error),
             Self::Link(error) => link_code(error),
             Self::Integrity(_) => INTEGRITY,
             Self::Report(_) | Self::Output(_) | Self::File { .. } => TROUBLE,
@@ -110,6 +113,24 @@ fn sequence_code(error: &SequenceError) -> u8 {
         | SequenceError::NoSuchFrames { .. }
         | SequenceError::NotASequence { .. } => USAGE,
         _ => INTEGRITY,
+    }
+}
+
+fn camera_code(error: &CameraError) -> u8 {
+    match error {
+        CameraError::NoSuchCamera { .. }
+        | CameraError::NoMatch { .. }
+        | CameraError::NotACamera { .. }
+        | CameraError::Busy { .. }
+        | CameraError::Permission { .. }
+        | CameraError::NotBuilt { .. } => NO_DEVICE,
+        CameraError::Ambiguous { .. }
+        | CameraError::NotOffered { .. }
+        | CameraError::NoSuchControl { .. }
+        | CameraError::ControlRefused { .. } => USAGE,
+        CameraError::Sequence(error) => sequence_code(error),
+        CameraError::Exhausted { .. } => INTEGRITY,
+        _ => DEVICE,
     }
 }
 

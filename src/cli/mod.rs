@@ -1,11 +1,15 @@
 //! The command line: one file a verb, no logic of its own.
 
+mod camera;
+mod camera_arguments;
+mod capture;
 mod decode;
 mod demo;
 mod devices;
 mod error;
 mod evaluate;
 mod export;
+mod grab;
 mod import;
 mod interrupt;
 mod match_arguments;
@@ -31,8 +35,9 @@ Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig import photos/ --out seq                   your own photographs
   epirig match seq --reference middle
-  epirig devices                                    what a stage may be connected to
-  epirig home && epirig move 12.5";
+  epirig devices                                    what a stage may be connected to, and the cameras
+  epirig home && epirig move 12.5
+  epirig capture --out seq --step-mm 1.5 --frames 101";
 
 /// Turns the frames of a capture rig into disparity, height and their uncertainty.
 #[derive(Debug, Parser)]
@@ -52,6 +57,9 @@ struct Cli {
 enum Verb {
     Demo(demo::Demo),
     Devices(devices::Devices),
+    Camera(camera::CameraVerb),
+    Grab(grab::Grab),
+    Capture(capture::Capture),
     Home(motion::Home),
     Move(motion::Move),
     Stop(motion::Stop),
@@ -83,6 +91,9 @@ pub fn main() -> ExitCode {
     let done = match cli.verb {
         Verb::Demo(verb) => verb.run(&talk),
         Verb::Devices(verb) => verb.run(&talk),
+        Verb::Camera(verb) => verb.run(&talk),
+        Verb::Grab(verb) => verb.run(&talk),
+        Verb::Capture(verb) => verb.run(&talk),
         Verb::Home(verb) => verb.run(&talk),
         Verb::Move(verb) => verb.run(&talk),
         Verb::Stop(verb) => verb.run(&talk),

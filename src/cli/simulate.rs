@@ -5,10 +5,13 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
+use super::camera_arguments::simulated_twin;
 use super::{CliError, Talk, interrupt};
+use crate::camera::Size;
 use crate::link::{LineNoise, SimulatedDevice, serve};
 use crate::stage::StopSwitch;
 use crate::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
+use crate::virtual_rig::World;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Kind {
@@ -36,14 +39,24 @@ Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
   reset@MOVE+TIMEs         it restarts in this move, so long after its beginning
   hang-up@MOVE+TIMEs/TIMEs the cable is pulled in this move, and put back after the second time
   limit@MOVE+TIMEs         a limit switch closes in this move, for a second
+With --video-output it plays the camera's view too, for a camera driver that is looped back to that output, such as the
+kernel's vivid or v4l2loopback (native stage only):
+  epirig simulate native --port /tmp/stage --video-output /dev/video1 --size 640x480
+
 It plays until Ctrl-C.")]
 pub(super) struct Simulate {
     /// The language that it speaks
     #[arg(value_enum)]
     kind: Kind,
-    /// The symbolic link to make; what talks to the stage opens it as its port
+    /// The symbolic link to make, which whatever talks to the stage opens as its port; or a serial port to play on
     #[arg(long, value_name = "LINK")]
     port: PathBuf,
+    /// A video output to show a textured plane on, as the stage moves it
+    #[arg(long, value_name = "DEVICE")]
+    video_output: Option<String>,
+    /// Columns and rows of what is shown
+    #[arg(long, value_name = "WxH", default_value = "640x480")]
+    size: Size,
     /// What goes wrong
     #[arg(long, value_name = "FAULTS", default_value = "")]
     fault: FaultScript,
@@ -60,13 +73,26 @@ impl Simulate {
         if !(0.0..=1.0).contains(&self.noise) {
             return Err(CliError::Usage("--noise is a share of all bytes, 0 to 1".to_owned()));
         }
-        let device: Box<dyn SimulatedDevice> = match self.kind {
-            // A board counts its boots; each of these is another one.
-            Kind::Native => {
-                Box::new(NativeDevice::new(self.fault).at_boot(jiff::Timestamp::now().as_second() as u32))
+        if self.video_output.is_some() && !matches!(self.kind, Kind::Native) {
+            return Err(CliError::Usage("--video-output goes with a native stage only".to_owned()));
+        }
+        let mut world = None;
+        let device: Box<dyn SimulatedDevice> = match (self.kind, &self.video_output) {
+            (Kind::Native, output) => {
+                // A board counts its boots; each of these is another one.
+                let boot = jiff::Timestamp::now().as_second() as u32;
+                let stage = NativeDevice::new(self.fault).at_boot(boot);
+                match output {
+                    None => Box::new(stage),
+                    Some(output) => {
+                        let (shown, stage) = World::show(simulated_twin(self.size)?, stage, output)?;
+                        world = Some(shown);
+                        Box::new(stage)
+                    }
+                }
             }
-            Kind::Grbl => Box::new(GrblDevice::new(self.fault)),
-            Kind::Zaber => Box::new(ZaberDevice::new(self.fault)),
+            (Kind::Grbl, _) => Box::new(GrblDevice::new(self.fault)),
+            (Kind::Zaber, _) => Box::new(ZaberDevice::new(self.fault)),
         };
         let stop = StopSwitch::default();
         interrupt::stops(stop.clone());
@@ -75,6 +101,7 @@ impl Simulate {
         while stop.pressed().is_none() && server.alive() {
             std::thread::sleep(Duration::from_millis(20));
         }
+        drop(world);
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ use crate::stage::native::NativeOptions;
 use crate::stage::zaber::ZaberOptions;
 use crate::stage::{
     Dialect, GrblStage, MotionLimits, NativeStage, OneSided, SimStage, SimStageConfig, Stage, StageError,
-    ZaberStage, grbl, native, zaber,
+    StagePosition, ZaberStage, grbl, native, zaber,
 };
 
 const SIMULATED_TRAVEL_MM: f64 = 200.0;
@@ -75,6 +75,14 @@ impl StageArguments {
 
     /// Connects to the stage; from then on Ctrl-C stops it.
     pub(super) fn connect(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
+        Ok(self.connect_and_watch(talk)?.0)
+    }
+
+    /// The same, with a view on where the carriage truly is, which a stage in memory offers.
+    pub(super) fn connect_and_watch(
+        &self,
+        talk: &Talk,
+    ) -> Result<(Box<dyn Stage>, Option<StagePosition>), CliError> {
         let lengths = [self.tolerance_mm, self.approach_mm];
         if !lengths.iter().all(|length| length.is_finite() && *length >= 0.0) {
             return Err(CliError::Usage(
@@ -82,9 +90,18 @@ impl StageArguments {
             ));
         }
         self.refuse_what_the_driver_ignores()?;
-        let stage = self.connect_directly(talk)?;
+        let (stage, watch) = match self.driver {
+            Driver::Sim => {
+                let stage = SimStage::new(SimStageConfig::ideal(SIMULATED_TRAVEL_MM));
+                let watch = stage.watch();
+                (Box::new(stage) as Box<dyn Stage>, Some(watch))
+            }
+            Driver::Native => (self.native()?, None),
+            Driver::Grbl => (self.grbl(talk)?, None),
+            Driver::Zaber => (self.zaber()?, None),
+        };
         interrupt::stops(stage.stop_switch());
-        Ok(Box::new(OneSided::new(stage, self.approach_mm)))
+        Ok((Box::new(OneSided::new(stage, self.approach_mm)), watch))
     }
 
     /// An option that does nothing would be believed to do something.
@@ -103,37 +120,37 @@ impl StageArguments {
         })
     }
 
-    fn connect_directly(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
-        let limits = MotionLimits { tolerance_mm: self.tolerance_mm };
-        Ok(match self.driver {
-            Driver::Sim => Box::new(SimStage::new(SimStageConfig::ideal(SIMULATED_TRAVEL_MM))),
-            Driver::Native => {
-                let link = self.link(native::BAUD, Dialect::Native)?;
-                let options = NativeOptions { limits, ..NativeOptions::default() };
-                Box::new(NativeStage::connect(link, options)?)
-            }
-            Driver::Grbl => {
-                let link = self.link(grbl::BAUD, Dialect::Grbl)?;
-                let axis = match self.axis {
-                    None | Some(AxisName::X) => Axis::X,
-                    Some(AxisName::Y) => Axis::Y,
-                    Some(AxisName::Z) => Axis::Z,
-                };
-                let stage = GrblStage::connect(link, GrblOptions { axis, limits })?;
-                stage.notes().iter().for_each(|note| talk.say(&format!("note: {note}")));
-                Box::new(stage)
-            }
-            Driver::Zaber => {
-                let microstep_um = self.microstep_um.filter(|length| length.is_finite() && *length > 0.0);
-                let microstep_um = microstep_um.ok_or_else(|| {
-                    CliError::Usage("a Zaber stage needs --microstep-um, from its data sheet".to_owned())
-                })?;
-                let link = self.link(zaber::BAUD, Dialect::Zaber)?;
-                let options =
-                    ZaberOptions { device: self.device.unwrap_or(1), axis: 1, microstep_um, limits };
-                Box::new(ZaberStage::connect(link, options)?)
-            }
-        })
+    fn limits(&self) -> MotionLimits {
+        MotionLimits { tolerance_mm: self.tolerance_mm }
+    }
+
+    fn native(&self) -> Result<Box<dyn Stage>, CliError> {
+        let link = self.link(native::BAUD, Dialect::Native)?;
+        let options = NativeOptions { limits: self.limits(), ..NativeOptions::default() };
+        Ok(Box::new(NativeStage::connect(link, options)?))
+    }
+
+    fn grbl(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
+        let link = self.link(grbl::BAUD, Dialect::Grbl)?;
+        let axis = match self.axis {
+            None | Some(AxisName::X) => Axis::X,
+            Some(AxisName::Y) => Axis::Y,
+            Some(AxisName::Z) => Axis::Z,
+        };
+        let stage = GrblStage::connect(link, GrblOptions { axis, limits: self.limits() })?;
+        stage.notes().iter().for_each(|note| talk.say(&format!("note: {note}")));
+        Ok(Box::new(stage))
+    }
+
+    fn zaber(&self) -> Result<Box<dyn Stage>, CliError> {
+        let microstep_um = self.microstep_um.filter(|length| length.is_finite() && *length > 0.0);
+        let microstep_um = microstep_um.ok_or_else(|| {
+            CliError::Usage("a Zaber stage needs --microstep-um, from its data sheet".to_owned())
+        })?;
+        let link = self.link(zaber::BAUD, Dialect::Zaber)?;
+        let device = self.device.unwrap_or(1);
+        let options = ZaberOptions { device, axis: 1, microstep_um, limits: self.limits() };
+        Ok(Box::new(ZaberStage::connect(link, options)?))
     }
 
     fn link(&self, baud: u32, dialect: Dialect) -> Result<Box<dyn Link>, CliError> {

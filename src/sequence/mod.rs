@@ -20,7 +20,8 @@ pub use pixels::{DecodedImage, decode_grey, encode_png};
 pub use positions::read_positions;
 pub use reader::Sequence;
 pub use record::{
-    Event, ExitStatus, FORMAT_VERSION, FrameRecord, Intrinsics, Origin, SequenceRecord, StopRecord,
+    CameraRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameRecord, Intrinsics, Origin,
+    SequenceRecord, StopRecord,
 };
 pub use verify::{Finding, VerifyReport, verify};
 pub use writer::{FrameFacts, SequenceWriter};

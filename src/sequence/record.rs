@@ -1,5 +1,7 @@
 //! What a sequence's records hold.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// Version of the records that this program writes and reads.
@@ -15,6 +17,9 @@ pub enum Origin {
         stage: String,
         /// What the camera said it is.
         camera: String,
+        /// What the camera was set to, read back.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        configuration: Option<CameraRecord>,
         /// How the simulated rig was made, if it was simulated.
         #[serde(skip_serializing_if = "Option::is_none")]
         twin: Option<serde_json::Value>,
@@ -26,6 +31,57 @@ pub enum Origin {
         /// What was done to the images to make frames of them, one sentence each.
         conversions: Vec<String>,
     },
+}
+
+/// What a camera was set to, as its driver told it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CameraRecord {
+    /// Code of the pixel format.
+    pub format: String,
+    /// Columns of its images; twice those of a frame for a colour mosaic.
+    pub columns: usize,
+    /// Rows of its images.
+    pub rows: usize,
+    /// Frames per second, if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// Exposure time, if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure_us: Option<f64>,
+    /// Watched controls and their values.
+    pub controls: BTreeMap<String, i64>,
+    /// Frames that are averaged to one.
+    pub averaged: usize,
+}
+
+/// How a frame was taken. Times are in ns of the camera's clock, `CLOCK_MONOTONIC` for real cameras.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExposureRecord {
+    /// The stage was at rest from here on: the exposure had to begin later.
+    pub requested_ns: u64,
+    /// When it began, at the earliest.
+    pub exposure_start_ns: u64,
+    /// How that is known: `start-of-exposure`, `end-of-frame` or `counted`.
+    pub timing: String,
+    /// The driver's time stamp.
+    pub stamp_ns: u64,
+    /// When the frame was taken from the driver's queue.
+    pub received_ns: u64,
+    /// The driver's flags.
+    pub flags: u32,
+    /// Frames that were passed over because they were begun too early.
+    pub stale: usize,
+    /// Frames that were passed over because they were damaged.
+    pub damaged: usize,
+    /// Frames that the driver lost meanwhile.
+    pub missed: u32,
+    /// Frames that were passed over because they did not show what the one before showed.
+    pub unsteady: usize,
+    /// How often the camera had to be set up anew.
+    pub restarts: usize,
+    /// Typical difference from the frame before, in DN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference_dn: Option<f64>,
 }
 
 /// What is known of the lens and the pixels.
@@ -86,6 +142,9 @@ pub struct FrameRecord {
     /// The camera's own count of frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub camera_sequence: Option<u32>,
+    /// How it was taken; of the last of averaged frames, with the counts of all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<ExposureRecord>,
     /// When the frame was written, as in RFC 3339.
     pub written: String,
     /// Mean intensity, in DN.

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::error::SequenceError;
 use super::pixels::encode_png;
-use super::record::{Event, ExitStatus, FORMAT_VERSION, FrameRecord, SequenceRecord, StopRecord};
+use super::record::{
+    Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameRecord, SequenceRecord, StopRecord,
+};
 use crate::frame::Frame;
 
 /// What is known of a frame besides its pixels.
@@ -18,6 +20,8 @@ pub struct FrameFacts {
     pub reported_mm: Option<f64>,
     /// The camera's own count of frames.
     pub camera_sequence: Option<u32>,
+    /// How it was taken.
+    pub exposure: Option<ExposureRecord>,
     /// File that the frame was made of.
     pub source: Option<String>,
 }
@@ -99,6 +103,7 @@ impl SequenceWriter {
             commanded_mm: facts.commanded_mm,
             reported_mm: facts.reported_mm,
             camera_sequence: facts.camera_sequence,
+            exposure: facts.exposure,
             written: now(),
             mean_dn: frame.samples().mean(),
             saturated: frame.samples().count_at_least(frame.full_scale()),

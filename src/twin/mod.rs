@@ -22,6 +22,7 @@ pub use texture::Texture;
 pub use truth::Truth;
 
 use crate::frame::Frame;
+use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::tau::{Tau, TauError};
 use crate::volume::{Volume, VolumeError};
@@ -159,8 +160,17 @@ impl Twin {
     /// The frame that the camera takes with the stage at `position_mm`. `exposure` numbers the exposures: it seeds the
     /// noise, so the same number at the same position gives the same frame.
     pub fn expose(&self, position_mm: f64, exposure: u32) -> Frame {
-        let irradiance = render::irradiance(self, self.scene_offset_mm(position_mm));
-        self.config.sensor.digitise(&irradiance, exposure)
+        self.digitise(&self.irradiance(position_mm), exposure)
+    }
+
+    /// The light on the sensor with the stage at `position_mm`, as a share of what is full scale at reflectance 1; rows x columns.
+    pub fn irradiance(&self, position_mm: f64) -> Plane<f32> {
+        render::irradiance(self, self.scene_offset_mm(position_mm))
+    }
+
+    /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise, as in [`expose`](Self::expose).
+    pub fn digitise(&self, irradiance: &Plane<f32>, exposure: u32) -> Frame {
+        self.config.sensor.digitise(irradiance, exposure)
     }
 
     /// All frames of the scan as a volume.

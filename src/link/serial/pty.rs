@@ -1,6 +1,7 @@
 //! A simulated device behind a pseudo-terminal, for programs that open a port.
 
 use std::io::{Read, Write};
+use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,15 +10,17 @@ use std::time::{Duration, Instant};
 
 use serialport::{SerialPort, TTYPort};
 
-use crate::link::{LineNoise, LinkError, SimulatedDevice};
+use crate::link::{LineNoise, LinkError, PortLock, SimulatedDevice};
 
+/// Of all dialects that are played.
+const BAUD: u32 = 115_200;
 /// How long the device may be deaf while its server waits for bytes.
 const PATIENCE: Duration = Duration::from_millis(1);
 
-/// Runs a simulated device in real time behind a pseudo-terminal until it is dropped.
+/// Runs a simulated device in real time behind a pseudo-terminal, or on a serial port, until it is dropped.
 ///
 /// The device's cable is the pseudo-terminal: when it is pulled the terminal hangs up, and when it returns there is
-/// another one under the same link.
+/// another one under the same link. On a serial port the line is silent meanwhile.
 pub struct PtyServer {
     link: PathBuf,
     quit: Arc<AtomicBool>,
@@ -25,11 +28,11 @@ pub struct PtyServer {
 }
 
 impl PtyServer {
-    /// Puts `device` behind a pseudo-terminal to which `link` becomes a symbolic link.
+    /// Puts `device` behind a pseudo-terminal to which `link` becomes a symbolic link; if `link` is a serial port, on that.
     ///
     /// # Errors
-    /// [`LinkError::Io`] if there is no pseudo-terminal or the link cannot be made; a file at `link` that is no link is
-    /// left alone.
+    /// [`LinkError`] if there is no pseudo-terminal, the link cannot be made or the port cannot be had; another file at
+    /// `link` is left alone.
     pub fn start(
         device: impl SimulatedDevice + 'static,
         noise: &LineNoise,
@@ -61,18 +64,49 @@ impl Drop for PtyServer {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
-        let _ = std::fs::remove_file(&self.link);
+        remove_link(&self.link);
     }
 }
 
-/// Both ends of a pseudo-terminal. The device's end is held open, so that clients may come and go.
+/// The name goes with the terminal; a serial port stays.
+fn remove_link(link: &Path) {
+    if link.is_symlink() {
+        // It may have gone by itself.
+        let _ = std::fs::remove_file(link);
+    }
+}
+
+/// Where the device's bytes go: both ends of a pseudo-terminal, or a serial port.
 struct Pty {
     host: TTYPort,
-    _device: TTYPort,
+    /// The device's end is held open, so that clients may come and go.
+    _device: Option<TTYPort>,
+    _lock: Option<PortLock>,
+}
+
+/// Whether a path is a device of its own, and no link to a pseudo-terminal that could be made there.
+fn is_port(path: &Path) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|there| there.file_type().is_char_device())
 }
 
 impl Pty {
-    fn open(link: &Path) -> Result<Self, LinkError> {
+    /// A serial port, if there is one at `path`, which must be the file itself; else a pseudo-terminal linked there.
+    fn open(path: &Path) -> Result<Self, LinkError> {
+        if !is_port(path) {
+            return Self::pair(path);
+        }
+        let name = path.display().to_string();
+        let lock = PortLock::take(&name)?;
+        let port = serialport::new(&name, BAUD).timeout(PATIENCE);
+        let host = TTYPort::open(&port).map_err(|error| LinkError::Io {
+            port: name,
+            action: "open it as a serial port",
+            detail: error.to_string(),
+        })?;
+        Ok(Self { host, _device: None, _lock: Some(lock) })
+    }
+
+    fn pair(link: &Path) -> Result<Self, LinkError> {
         let failed = |action: &'static str, detail: String| LinkError::Io {
             port: link.display().to_string(),
             action,
@@ -96,7 +130,7 @@ impl Pty {
         }
         std::os::unix::fs::symlink(target, link)
             .map_err(|error| failed("link the pseudo-terminal", error.to_string()))?;
-        Ok(Self { host, _device: device })
+        Ok(Self { host, _device: Some(device), _lock: None })
     }
 }
 
@@ -120,8 +154,7 @@ impl<D: SimulatedDevice> Server<D> {
             last = now;
             if !self.device.connected() {
                 if pty.take().is_some() {
-                    // As the name of a device goes with it.
-                    let _ = std::fs::remove_file(&self.link);
+                    remove_link(&self.link);
                 }
                 waiting.clear();
                 self.device.take_sent();
@@ -140,7 +173,8 @@ impl<D: SimulatedDevice> Server<D> {
 
     fn exchange(&mut self, pty: &mut Pty, waiting: &mut Vec<u8>) {
         let mut buffer = [0; 256];
-        // A read that fails has timed out: the terminal cannot hang up while its other end is held open here.
+        // A read that fails has timed out: the terminal cannot hang up while its other end is held open here, and a port whose
+        // other end is not there is silent.
         let count = pty.host.read(&mut buffer).unwrap_or(0);
         for &byte in &buffer[..count] {
             for arrived in self.to_device.pass(byte) {

@@ -15,7 +15,10 @@ const BUILD: Build = Build { number: 1, steps_per_mm: 250, travel_nm: 200_000_00
 /// 3.6 mm below the place where the carriage stands at the start.
 const LOW_SWITCH_AT: i64 = -900;
 /// 2 mm beyond the end of the travel, which begins 1 mm (pull-off) above the low switch.
-const HIGH_SWITCH_AT: i64 = LOW_SWITCH_AT + 250 + 200 * 250 + 500;
+const HIGH_SWITCH_AT: i64 = LOW_SWITCH_AT + PULL_OFF_STEPS + 200 * 250 + 500;
+
+/// Homing ends so far above the low switch: 1 mm.
+const PULL_OFF_STEPS: i64 = 250;
 
 const FIRST_BOOT: u32 = 1;
 
@@ -65,6 +68,16 @@ impl NativeDevice {
     /// The carriage and its switches.
     pub fn plant(&self) -> Plant {
         self.plant.clone()
+    }
+
+    /// Whether the motor is told to turn.
+    pub fn moves(&self) -> bool {
+        self.axis.snapshot().moving
+    }
+
+    /// Where a carriage at `steps` of its [`Plant`] is, in mm from home.
+    pub fn mm_from_home(steps: i64) -> f64 {
+        (steps - LOW_SWITCH_AT - PULL_OFF_STEPS) as f64 / f64::from(BUILD.steps_per_mm)
     }
 
     /// Switches the power off and on.

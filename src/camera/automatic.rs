@@ -1,0 +1,139 @@
+//! What a camera does by itself, and must not while it measures.
+
+use super::control::{Control, ControlKind};
+
+/// The exposure time, in units of 100 us (`V4L2_CID_EXPOSURE_ABSOLUTE`).
+pub(super) const EXPOSURE_ABSOLUTE: u32 = 0x009a_0902;
+/// The exposure time in units of the driver, lines for bare sensors (`V4L2_CID_EXPOSURE`).
+pub(super) const EXPOSURE: u32 = 0x0098_0911;
+/// Columns of blanking after a line (`V4L2_CID_HBLANK`).
+pub(super) const HORIZONTAL_BLANKING: u32 = 0x009e_0902;
+/// Pixels per second (`V4L2_CID_PIXEL_RATE`).
+pub(super) const PIXEL_RATE: u32 = 0x009f_0902;
+
+/// Automatic controls and their value for "off", as in the kernel's `v4l2-controls.h`.
+const AUTOMATIC: &[(u32, i64)] = &[
+    // EXPOSURE_AUTO: 1 is manual; it rules exposure time and iris.
+    (0x009a_0901, 1),
+    // EXPOSURE_AUTO_PRIORITY: lets the frame rate follow the exposure.
+    (0x009a_0903, 0),
+    // AUTOGAIN
+    (0x0098_0912, 0),
+    // AUTO_WHITE_BALANCE
+    (0x0098_090c, 0),
+    // AUTO_N_PRESET_WHITE_BALANCE: 0 is manual.
+    (0x009a_0914, 0),
+    // FOCUS_AUTO
+    (0x009a_090c, 0),
+    // ISO_SENSITIVITY_AUTO: 0 is manual.
+    (0x009a_0918, 0),
+    // AUTOBRIGHTNESS
+    (0x0098_0920, 0),
+    // HUE_AUTO
+    (0x0098_0919, 0),
+    // CHROMA_AGC
+    (0x0098_091d, 0),
+    // WIDE_DYNAMIC_RANGE: exposes parts of the image differently.
+    (0x009a_0915, 0),
+    // IMAGE_STABILIZATION: moves the image.
+    (0x009a_0916, 0),
+    // SCENE_MODE: 0 is none.
+    (0x009a_091a, 0),
+    // BACKLIGHT_COMPENSATION
+    (0x0098_091c, 0),
+];
+
+/// What the automatic controls rule, and must stay as it is: exposure times, gain, white balance, focus, ISO sensitivity, iris.
+const RULED: &[u32] = &[
+    EXPOSURE_ABSOLUTE,
+    EXPOSURE,
+    // GAIN, ANALOGUE_GAIN, DIGITAL_GAIN
+    0x0098_0913,
+    0x009e_0903,
+    0x009f_0905,
+    // WHITE_BALANCE_TEMPERATURE, RED_BALANCE, BLUE_BALANCE
+    0x0098_091a,
+    0x0098_090e,
+    0x0098_090f,
+    // FOCUS_ABSOLUTE, ISO_SENSITIVITY, IRIS_ABSOLUTE
+    0x009a_090a,
+    0x009a_0917,
+    0x009a_0911,
+    // BRIGHTNESS, CONTRAST, GAMMA, SHARPNESS: what a person sets by hand in another program.
+    0x0098_0900,
+    0x0098_0901,
+    0x0098_0910,
+    0x0098_091b,
+];
+
+/// What to write so that nothing is automatic: control and value, in the order in which they are to be written.
+pub(super) fn switches(controls: &[Control]) -> Vec<(&Control, i64)> {
+    let off = |(id, value): &(u32, i64)| {
+        let control = controls.iter().find(|control| control.id == *id)?;
+        // What has no effect at present needs no switching, and drivers refuse it.
+        (!control.inactive && control.value != Some(*value)).then_some((control, *value))
+    };
+    AUTOMATIC.iter().filter_map(off).collect()
+}
+
+/// Whether a control is to be watched: it is automatic, or ruled by one that is, and can be read.
+pub(super) fn is_watched(control: &Control) -> bool {
+    let known = AUTOMATIC.iter().any(|(id, _)| *id == control.id) || RULED.contains(&control.id);
+    known && control.value.is_some() && !matches!(control.kind, ControlKind::Button | ControlKind::Other)
+}
+
+/// Which control sets the exposure time, and how long its unit is, in us. `columns` is the width of the image.
+pub(super) fn exposure_unit(controls: &[Control], columns: usize) -> Option<(&Control, f64)> {
+    let find = |id: u32| controls.iter().find(|control| control.id == id);
+    if let Some(control) = find(EXPOSURE_ABSOLUTE) {
+        return Some((control, 100.0));
+    }
+    // Bare sensors count lines; a line takes its pixels and its blanking.
+    let blanking = find(HORIZONTAL_BLANKING)?.value?;
+    let rate = find(PIXEL_RATE)?.value.filter(|rate| *rate > 0)?;
+    Some((find(EXPOSURE)?, (columns as f64 + blanking as f64) / rate as f64 * 1e6))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn control(id: u32, value: i64) -> Control {
+        Control {
+            id,
+            name: format!("{id:x}"),
+            kind: ControlKind::Integer,
+            minimum: 0,
+            maximum: i64::MAX,
+            step: 1,
+            default: 0,
+            value: Some(value),
+            read_only: false,
+            inactive: false,
+            items: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn only_what_is_on_and_in_effect_is_switched() {
+        let mut focus = control(0x009a_090c, 1);
+        focus.inactive = true;
+        let controls = [control(0x0098_0912, 1), control(0x009a_0901, 3), control(0x0098_090c, 0), focus];
+        let written: Vec<(u32, i64)> =
+            switches(&controls).into_iter().map(|(control, value)| (control.id, value)).collect();
+        assert_eq!(written, [(0x009a_0901, 1), (0x0098_0912, 0)]);
+    }
+
+    #[test]
+    fn exposures_are_in_units_of_100_us_or_lines() {
+        let webcam = [control(EXPOSURE_ABSOLUTE, 100)];
+        assert_eq!(exposure_unit(&webcam, 640).map(|(_, unit)| unit), Some(100.0));
+        // A sensor of 84 MHz with lines of 3280 + 168 pixels: 41.05 us a line.
+        let sensor =
+            [control(EXPOSURE, 1000), control(HORIZONTAL_BLANKING, 168), control(PIXEL_RATE, 84_000_000)];
+        let (chosen, unit) = exposure_unit(&sensor, 3280).unwrap();
+        assert_eq!(chosen.id, EXPOSURE);
+        assert!((unit - 41.0476).abs() < 1e-3, "{unit}");
+        assert!(exposure_unit(&sensor[..2], 3280).is_none());
+    }
+}

@@ -1,0 +1,270 @@
+//! From what a person wants of a camera to what its driver has truly set.
+
+use super::CameraError;
+use super::automatic::{exposure_unit, is_watched, switches};
+use super::control::{Control, ControlKind, find_control};
+use super::device::VideoDevice;
+use super::format::{ActiveFormat, Interval, OfferedFormat, Size, Sizes};
+use super::pixels::{BayerUse, Layout, PixelFormat};
+use super::settings::{CameraSettings, Configuration, Pinned};
+
+/// Rates are as asked for if they agree to this share: drivers round intervals to 100 ns or to fractions of a clock.
+const SAME_RATE: f64 = 0.005;
+/// Writing an automatic control may change what others are; no camera has more layers of them.
+const ROUNDS: usize = 3;
+
+/// Sets a device up, reads everything back, and says what it now is.
+///
+/// # Errors
+/// [`CameraError`] if the device does not offer what is wanted, takes something else, or keeps doing things by itself.
+pub(super) fn configure(
+    device: &mut dyn VideoDevice,
+    settings: &CameraSettings,
+) -> Result<Configuration, CameraError> {
+    let camera = device.identity().name();
+    let mut notes = Vec::new();
+    let (format, pixels) = set_format(device, settings, &camera)?;
+    if pixels.is_lossy() {
+        notes.push(format!(
+            "{camera} offers compressed images ({}) only: compression limits accuracy to about a grey level",
+            format.four_cc
+        ));
+    }
+    let interval = set_rate(device, settings, &camera)?;
+    switch_automatics_off(device, &camera)?;
+    let mut written = Vec::new();
+    if let Some(exposure_us) = settings.exposure_us {
+        written.push(set_exposure(device, exposure_us, format.size, &camera)?);
+    }
+    for (name, value) in &settings.controls {
+        let controls = device.controls()?;
+        let control = find_control(&camera, &controls, name)?;
+        let value = control.parse(&camera, value)?;
+        write_and_compare(device, &camera, control, value)?;
+        written.push(control.id);
+    }
+    let controls = device.controls()?;
+    let exposure_us = exposure_unit(&controls, format.size.columns)
+        .and_then(|(control, unit_us)| Some(control.value? as f64 * unit_us));
+    let layout = layout(&format, pixels, settings);
+    let (rows, columns, bit_depth) = layout.frame_shape();
+    let watched = controls.iter().filter(|control| is_watched(control) || written.contains(&control.id));
+    let pinned = watched
+        .filter_map(|control| {
+            Some(Pinned { id: control.id, name: control.name.clone(), value: control.value? })
+        })
+        .collect();
+    Ok(Configuration { format, rows, columns, bit_depth, interval, exposure_us, pinned, notes })
+}
+
+/// How the buffers of a configured device are laid out.
+pub(super) fn layout(format: &ActiveFormat, pixels: PixelFormat, settings: &CameraSettings) -> Layout {
+    Layout {
+        format: pixels,
+        rows: format.size.rows,
+        columns: format.size.columns,
+        stride: format.stride,
+        bayer: settings.bayer.unwrap_or(BayerUse::Green),
+    }
+}
+
+fn set_format(
+    device: &mut dyn VideoDevice,
+    settings: &CameraSettings,
+    camera: &str,
+) -> Result<(ActiveFormat, PixelFormat), CameraError> {
+    let offered = device.offered()?;
+    let (chosen, pixels) = choose_format(&offered, settings, camera)?;
+    let active = device.active_format()?;
+    let size = choose_size(chosen, settings, active.size, camera)?;
+    let got = device.set_format(chosen.four_cc, size)?;
+    if (got.four_cc, got.size) != (chosen.four_cc, size) {
+        return Err(CameraError::Substituted {
+            camera: camera.to_owned(),
+            asked: format!("{} {size}", chosen.four_cc),
+            got: got.to_string(),
+        });
+    }
+    if got.interlaced {
+        return Err(CameraError::NotACamera {
+            camera: camera.to_owned(),
+            reason: "its frames are interlaced: their rows are of two moments; set it to a progressive mode"
+                .to_owned(),
+        });
+    }
+    Ok((got, pixels))
+}
+
+fn choose_format<'a>(
+    offered: &'a [OfferedFormat],
+    settings: &CameraSettings,
+    camera: &str,
+) -> Result<(&'a OfferedFormat, PixelFormat), CameraError> {
+    let known =
+        offered.iter().filter_map(|format| Some((format, PixelFormat::from_four_cc(format.four_cc)?)));
+    let known: Vec<(&OfferedFormat, PixelFormat)> = known.collect();
+    let names = || {
+        let names: Vec<String> = known.iter().map(|(format, _)| format.four_cc.to_string()).collect();
+        if names.is_empty() { "no format that is understood".to_owned() } else { names.join(", ") }
+    };
+    let not_offered =
+        |wanted: String| CameraError::NotOffered { camera: camera.to_owned(), wanted, offered: names() };
+    let fits_size = |format: &OfferedFormat| settings.size.is_none_or(|size| format.sizes.holds(size));
+    let chosen = match settings.four_cc {
+        Some(four_cc) => known.iter().find(|(format, _)| format.four_cc == four_cc),
+        None => {
+            let fitting = known.iter().filter(|(format, _)| fits_size(format));
+            fitting.min_by_key(|(_, pixels)| pixels.preference())
+        }
+    };
+    let Some(&(format, pixels)) = chosen else {
+        return Err(not_offered(match (settings.four_cc, settings.size) {
+            (Some(four_cc), _) => format!("format {four_cc}"),
+            (None, Some(size)) => format!("size of {size}"),
+            (None, None) => "format that can be measured with".to_owned(),
+        }));
+    };
+    if pixels.is_bayer() && settings.bayer.is_none() {
+        return Err(CameraError::NotOffered {
+            camera: camera.to_owned(),
+            wanted: "grey format".to_owned(),
+            offered: format!(
+                "{}; say what to make of its colour mosaic: --bayer green (the green pixels) or --bayer binned (all four)",
+                names()
+            ),
+        });
+    }
+    Ok((format, pixels))
+}
+
+fn choose_size(
+    format: &OfferedFormat,
+    settings: &CameraSettings,
+    active: Size,
+    camera: &str,
+) -> Result<Size, CameraError> {
+    let size = settings.size.unwrap_or_else(|| match &format.sizes {
+        Sizes::Discrete(sizes) => {
+            let largest = sizes.iter().map(|(size, _)| *size).max_by_key(|size| size.columns * size.rows);
+            largest.unwrap_or(active)
+        }
+        // What is set is the sensor's or the signal's own size; another would be scaled.
+        Sizes::Range { .. } if format.sizes.holds(active) => active,
+        Sizes::Range { greatest, .. } => *greatest,
+    });
+    if format.sizes.holds(size) {
+        return Ok(size);
+    }
+    let offered = match &format.sizes {
+        Sizes::Discrete(sizes) => {
+            sizes.iter().map(|(size, _)| size.to_string()).collect::<Vec<_>>().join(", ")
+        }
+        Sizes::Range { least, greatest, step } => {
+            format!("{least} to {greatest} in steps of {}, {}", step.columns, step.rows)
+        }
+    };
+    let wanted = format!("size of {size} in {}", format.four_cc);
+    Err(CameraError::NotOffered { camera: camera.to_owned(), wanted, offered })
+}
+
+fn set_rate(
+    device: &mut dyn VideoDevice,
+    settings: &CameraSettings,
+    camera: &str,
+) -> Result<Option<Interval>, CameraError> {
+    if let Some(rate_hz) = settings.rate_hz {
+        const MILLI: f64 = 1000.0;
+        let asked = Interval { numerator: 1000, denominator: (rate_hz * MILLI).round() as u32 };
+        device.set_interval(asked)?;
+        let got = device.interval()?;
+        if !got.is_some_and(|got| (got.rate_hz() / rate_hz - 1.0).abs() <= SAME_RATE) {
+            return Err(CameraError::Substituted {
+                camera: camera.to_owned(),
+                asked: format!("{rate_hz} Hz"),
+                got: got.map_or("a rate that it does not tell".to_owned(), |got| got.to_string()),
+            });
+        }
+    }
+    device.interval()
+}
+
+fn switch_automatics_off(device: &mut dyn VideoDevice, camera: &str) -> Result<(), CameraError> {
+    for _ in 0..ROUNDS {
+        let controls = device.controls()?;
+        let to_write = switches(&controls);
+        if to_write.is_empty() {
+            return Ok(());
+        }
+        for (control, off) in to_write {
+            write_and_compare(device, camera, control, off)?;
+        }
+    }
+    let controls = device.controls()?;
+    match switches(&controls).first() {
+        None => Ok(()),
+        Some((control, off)) => Err(CameraError::ControlChanged {
+            camera: camera.to_owned(),
+            name: control.name.clone(),
+            set: *off,
+            found: control.value.unwrap_or_default(),
+        }),
+    }
+}
+
+/// Sets the exposure time and returns the control that holds it.
+fn set_exposure(
+    device: &mut dyn VideoDevice,
+    exposure_us: f64,
+    size: Size,
+    camera: &str,
+) -> Result<u32, CameraError> {
+    let controls = device.controls()?;
+    let Some((control, unit_us)) = exposure_unit(&controls, size.columns) else {
+        return Err(CameraError::NotOffered {
+            camera: camera.to_owned(),
+            wanted: "exposure time in a known unit".to_owned(),
+            offered: "other controls; see `epirig camera get`".to_owned(),
+        });
+    };
+    let value = (exposure_us / unit_us).round();
+    let in_us = |value: i64| value as f64 * unit_us;
+    if !(control.minimum as f64..=control.maximum as f64).contains(&value) {
+        return Err(CameraError::ControlRefused {
+            camera: camera.to_owned(),
+            name: control.name.clone(),
+            value: format!("{exposure_us} us"),
+            reason: format!("it goes from {} us to {} us", in_us(control.minimum), in_us(control.maximum)),
+        });
+    }
+    write_and_compare(device, camera, control, value as i64)?;
+    Ok(control.id)
+}
+
+/// Writes a control and reads it back: drivers clamp silently.
+///
+/// # Errors
+/// [`CameraError`] if the control does not take the value, or reads something else.
+pub(super) fn write_and_compare(
+    device: &mut dyn VideoDevice,
+    camera: &str,
+    control: &Control,
+    value: i64,
+) -> Result<(), CameraError> {
+    control.check(camera, value)?;
+    device.write_control(control.id, value)?;
+    if control.kind == ControlKind::Button || control.value.is_none() {
+        return Ok(());
+    }
+    let found = device.read_control(control.id)?;
+    // A mask may come back with its sign extended.
+    let same = found == value || control.kind == ControlKind::Bitmask && (found ^ value) & 0xffff_ffff == 0;
+    if same {
+        return Ok(());
+    }
+    Err(CameraError::ControlChanged {
+        camera: camera.to_owned(),
+        name: control.name.clone(),
+        set: value,
+        found,
+    })
+}

@@ -1,0 +1,147 @@
+//! What a driver gives: buffers as they come, whatever is wrong with them.
+
+use std::time::Duration;
+
+use super::CameraError;
+use super::control::Control;
+use super::format::{ActiveFormat, Interval, OfferedFormat, Size};
+use super::identity::CameraIdentity;
+use super::moment::Moment;
+use super::pixels::FourCc;
+
+/// What a driver says that its time stamps mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StampSource {
+    /// The clock is the monotonic one, the event the start of the exposure.
+    StartOfExposure,
+    /// The clock is the monotonic one, the event the arrival of the last pixel.
+    EndOfFrame,
+    /// Anything.
+    Unknown,
+}
+
+/// A buffer that a driver has filled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FilledBuffer {
+    /// Number of the buffer.
+    pub index: usize,
+    /// Bytes of it that count.
+    pub bytes_used: usize,
+    /// The driver's time stamp.
+    pub stamp: Moment,
+    /// What the stamp is said to mean.
+    pub stamp_source: StampSource,
+    /// The driver's count of frames, wrapping.
+    pub sequence: u32,
+    /// The driver's flags, as they are.
+    pub flags: u32,
+    /// Whether the driver says that the contents are damaged.
+    pub damaged: bool,
+    /// When it was taken from the driver's queue.
+    pub received: Moment,
+}
+
+/// A video device as its driver presents it: it substitutes, clamps, drops, damages and goes away without asking.
+///
+/// [`CheckedCamera`](super::CheckedCamera) makes a camera of it that can be trusted. Implementations judge nothing, and return
+/// within the times that they are given.
+pub trait VideoDevice: Send {
+    /// What it is.
+    fn identity(&self) -> CameraIdentity;
+
+    /// The present, on the clock of the time stamps.
+    fn now(&mut self) -> Moment;
+
+    /// Lets time pass.
+    fn pause(&mut self, time: Duration);
+
+    /// The formats that it offers.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it does not answer.
+    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError>;
+
+    /// What it is set to.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it does not answer.
+    fn active_format(&mut self) -> Result<ActiveFormat, CameraError>;
+
+    /// Asks for a format and returns what the driver took instead.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it does not answer, or streams.
+    fn set_format(&mut self, four_cc: FourCc, size: Size) -> Result<ActiveFormat, CameraError>;
+
+    /// Time from frame to frame, if the driver knows it.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it does not answer.
+    fn interval(&mut self) -> Result<Option<Interval>, CameraError>;
+
+    /// Asks for a rate; what the driver made of it, [`interval`](Self::interval) tells.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it has no choice of rates.
+    fn set_interval(&mut self, interval: Interval) -> Result<(), CameraError>;
+
+    /// All controls with their values.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it does not answer.
+    fn controls(&mut self) -> Result<Vec<Control>, CameraError>;
+
+    /// The value of a control.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it cannot be read.
+    fn read_control(&mut self, id: u32) -> Result<i64, CameraError>;
+
+    /// Sets a control; the driver may clamp silently.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it refuses.
+    fn write_control(&mut self, id: u32, value: i64) -> Result<(), CameraError>;
+
+    /// Whether what the device looks at is there: a video signal that is what the device is set for.
+    ///
+    /// # Errors
+    /// [`CameraError::NoSignal`].
+    fn check_signal(&mut self) -> Result<(), CameraError>;
+
+    /// Makes buffers, queues all of them and starts.
+    ///
+    /// # Errors
+    /// [`CameraError`] if the driver refuses; the device does not stream then.
+    fn start(&mut self, buffers: usize) -> Result<(), CameraError>;
+
+    /// Stops and gives the buffers back. A device that does not stream stays as it is.
+    ///
+    /// # Errors
+    /// [`CameraError`] if the driver refuses.
+    fn stop(&mut self) -> Result<(), CameraError>;
+
+    /// The next filled buffer, within `patience`; `None` if there was none.
+    ///
+    /// # Errors
+    /// [`CameraError`] if the stream has broken down.
+    fn dequeue(&mut self, patience: Duration) -> Result<Option<FilledBuffer>, CameraError>;
+
+    /// The bytes of a buffer that was dequeued and not yet queued again, cut to those that count.
+    ///
+    /// # Errors
+    /// [`CameraError`] if the buffer is not there.
+    fn bytes(&mut self, buffer: &FilledBuffer) -> Result<&[u8], CameraError>;
+
+    /// Gives a buffer back to be filled.
+    ///
+    /// # Errors
+    /// [`CameraError`] if the driver does not take it.
+    fn requeue(&mut self, buffer: FilledBuffer) -> Result<(), CameraError>;
+
+    /// Opens the device anew after it has gone, and makes sure that it is the same one.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it is not back yet, or another one is in its place.
+    fn reopen(&mut self) -> Result<(), CameraError>;
+}

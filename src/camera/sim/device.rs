@@ -1,0 +1,483 @@
+//! The simulated video device: frames in simulated time, at a steady rate, into a queue of few buffers.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::fault::{SimFault, SimStamps};
+use super::pictures::{Pictures, to_bytes};
+use crate::camera::automatic::EXPOSURE_ABSOLUTE;
+use crate::camera::pixels::FourCc;
+use crate::camera::{
+    ActiveFormat, CameraError, CameraIdentity, Control, ControlKind, FilledBuffer, Interval, Moment,
+    OfferedFormat, Size, Sizes, StampSource, VideoDevice,
+};
+use crate::stage::StagePosition;
+use crate::twin::Twin;
+
+const INTERVAL: Duration = Duration::from_millis(40);
+const READOUT: Duration = Duration::from_millis(20);
+/// Exposure time that gives the twin's own frames, in units of 100 us.
+const EXPOSURE: i64 = 100;
+/// Frames that a move of the stage takes: enough to fill all buffers with what was there before it.
+const MOVE: u32 = 6;
+/// Between a call and its answer.
+const CALL: Duration = Duration::from_micros(10);
+/// Of the driver's flag for damaged contents, as in V4L2.
+const ERROR_FLAG: u32 = 0x40;
+
+const EXPOSURE_AUTO: u32 = 0x009a_0901;
+const GAIN: u32 = 0x0098_0913;
+const MANUAL: i64 = 1;
+const APERTURE_PRIORITY: i64 = 3;
+
+/// A frame that has been exposed.
+#[derive(Debug, Clone, Copy)]
+struct Exposed {
+    buffer: FilledBuffer,
+    position_mm: f64,
+    /// Where the stage was before; what a late or torn frame shows.
+    before_mm: f64,
+    light: f32,
+    number: u32,
+    torn: bool,
+    late: bool,
+}
+
+/// A simulated video device. It judges nothing, as real ones.
+#[derive(Debug)]
+pub struct SimDevice {
+    pictures: Pictures,
+    stage: StagePosition,
+    identity: CameraIdentity,
+    now: Moment,
+    streaming: bool,
+    buffers: usize,
+    /// Filled and waiting.
+    queue: VecDeque<Exposed>,
+    /// Taken from the queue and not yet given back.
+    taken: Vec<Exposed>,
+    bytes: Vec<u8>,
+    /// When the next frame is complete.
+    next_complete: Moment,
+    frames: u32,
+    sequence: u32,
+    unnumbered: bool,
+    /// Where the stage is, where it was before, and when it came here.
+    position_mm: f64,
+    before_mm: f64,
+    moved: Moment,
+    exposure: i64,
+    exposure_auto: i64,
+    gain: i64,
+    /// How much light counts from which frame on; the latest last.
+    light: Vec<(u32, f32)>,
+    late_controls: u32,
+    stamps: SimStamps,
+    dropped: f64,
+    random: ChaCha8Rng,
+    pending: Vec<SimFault>,
+    silent_until: Moment,
+    signal_lost: bool,
+    dead: bool,
+    /// Attempts to open that still fail; `None` while it is there.
+    gone: Option<u32>,
+}
+
+impl SimDevice {
+    /// A device in front of `twin`, whose scene (or camera) is carried by the stage that `position` watches. It is set to
+    /// automatic exposure, as cameras are when they are plugged in.
+    pub fn new(twin: Arc<Twin>, position: StagePosition) -> Self {
+        let optics = &twin.config().optics;
+        let model = format!(
+            "simulated camera, {} x {} of {} bit",
+            optics.columns,
+            optics.rows,
+            twin.config().sensor.bit_depth
+        );
+        let position_mm = position.get_mm();
+        let start = Moment::from_ns(1_000_000_000);
+        Self {
+            identity: CameraIdentity { driver: "sim".to_owned(), model, ..CameraIdentity::default() },
+            pictures: Pictures::new(twin),
+            stage: position,
+            now: start,
+            streaming: false,
+            buffers: 0,
+            queue: VecDeque::new(),
+            taken: Vec::new(),
+            bytes: Vec::new(),
+            next_complete: start,
+            frames: 0,
+            sequence: 0,
+            unnumbered: false,
+            position_mm,
+            before_mm: position_mm,
+            moved: start,
+            exposure: EXPOSURE,
+            exposure_auto: APERTURE_PRIORITY,
+            gain: 0,
+            light: vec![(0, 1.0)],
+            late_controls: 2,
+            stamps: SimStamps::default(),
+            dropped: 0.0,
+            random: ChaCha8Rng::seed_from_u64(1),
+            pending: Vec::new(),
+            silent_until: start,
+            signal_lost: false,
+            dead: false,
+            gone: None,
+        }
+    }
+
+    /// Makes something go wrong.
+    pub fn inject(&mut self, fault: SimFault) {
+        match fault {
+            SimFault::Gap(frames) => self.sequence = self.sequence.wrapping_add(frames),
+            SimFault::Dropped(share) => self.dropped = share.clamp(0.0, 1.0),
+            SimFault::FatalError => self.dead = true,
+            SimFault::Disconnect { failing } => {
+                self.gone = Some(failing);
+                self.streaming = false;
+                self.queue.clear();
+                self.taken.clear();
+            }
+            SimFault::Replaced => self.identity.model += ", another one",
+            SimFault::Silence(frames) => self.silent_until = self.now.after(INTERVAL * frames),
+            SimFault::NoSignal(lost) => self.signal_lost = lost,
+            SimFault::GainDrifts => {
+                self.gain += 1;
+                self.light_changes();
+            }
+            SimFault::LateControls(frames) => self.late_controls = frames,
+            SimFault::Stamps(stamps) => self.stamps = stamps,
+            SimFault::SequenceAt(sequence) => self.sequence = sequence,
+            SimFault::Unnumbered => self.unnumbered = true,
+            waiting => self.pending.push(waiting),
+        }
+    }
+
+    /// Whether this fault was waiting to happen; it does now.
+    fn happens(&mut self, fault: SimFault) -> bool {
+        let found = self.pending.iter().position(|pending| *pending == fault);
+        found.map(|index| self.pending.remove(index)).is_some()
+    }
+
+    fn there(&self) -> Result<(), CameraError> {
+        match self.gone {
+            Some(_) => Err(CameraError::Gone { camera: self.identity.name() }),
+            None => Ok(()),
+        }
+    }
+
+    fn stream_error(&self, action: &'static str) -> CameraError {
+        CameraError::Stream { camera: self.identity.name(), action, detail: "a simulated fault".to_owned() }
+    }
+
+    /// Changes of exposure and gain count from a later frame on.
+    fn light_changes(&mut self) {
+        let light = self.exposure as f32 / EXPOSURE as f32 * (1.0 + self.gain as f32 / 100.0);
+        self.light.push((self.frames.saturating_add(self.late_controls), light));
+    }
+
+    fn light_of(&self, number: u32) -> f32 {
+        let light =
+            self.light.iter().rev().find(|(from, _)| *from <= number).map_or(1.0, |(_, light)| *light);
+        // An automatic exposure never rests.
+        let hunting = if self.exposure_auto == MANUAL { 0.0 } else { 0.1 * (number as f32).sin() };
+        light * (1.0 + hunting)
+    }
+
+    /// A move of the stage takes no time of its own simulation; here it takes some.
+    fn mind_the_stage(&mut self) {
+        let position_mm = self.stage.get_mm();
+        if position_mm == self.position_mm {
+            return;
+        }
+        self.pass(INTERVAL * MOVE);
+        (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
+        self.moved = self.now;
+    }
+
+    /// Lets time pass: frames are completed into free buffers, or lost.
+    fn pass(&mut self, time: Duration) {
+        let until = self.now.after(time);
+        while self.streaming && !self.dead && self.next_complete <= until {
+            self.complete(self.next_complete);
+            self.next_complete = self.next_complete.after(INTERVAL);
+        }
+        self.now = until;
+    }
+
+    fn complete(&mut self, complete: Moment) {
+        if complete < self.silent_until {
+            return;
+        }
+        let number = self.frames;
+        let sequence = self.sequence;
+        self.frames = self.frames.wrapping_add(1);
+        self.sequence = if self.unnumbered { 0 } else { self.sequence.wrapping_add(1) };
+        let lost = self.dropped > 0.0 && self.random.random_bool(self.dropped);
+        let free = self.queue.len() + self.taken.len() < self.buffers;
+        if lost || !free {
+            return;
+        }
+        let exposure = Duration::from_micros(self.exposure.unsigned_abs() * 100);
+        let began = complete.before(READOUT).before(exposure);
+        let second = 1_000_000_000;
+        let (stamp, stamp_source) = match self.stamps {
+            SimStamps::StartOfExposure => (began, StampSource::StartOfExposure),
+            SimStamps::EndOfFrame => (complete, StampSource::EndOfFrame),
+            SimStamps::Mislabelled => (complete, StampSource::StartOfExposure),
+            SimStamps::Zero => (Moment::default(), StampSource::StartOfExposure),
+            SimStamps::Ahead => (began.after(Duration::from_secs(1 << 30)), StampSource::StartOfExposure),
+            SimStamps::Behind => {
+                (began.before(Duration::from_nanos(second - 1)), StampSource::StartOfExposure)
+            }
+            SimStamps::Backwards => {
+                (Moment::from_ns((1 << 40) - complete.as_ns()), StampSource::StartOfExposure)
+            }
+        };
+        let damaged = self.happens(SimFault::BufferError);
+        let short = self.happens(SimFault::ShortBuffer);
+        let format = self.format();
+        let whole = format.stride * format.size.rows;
+        let earlier = began < self.moved;
+        // Faults of what a frame shows wait until there is something else to show.
+        let torn = !earlier && self.happens(SimFault::TornFrame);
+        let late = !earlier && self.happens(SimFault::LateContents);
+        self.queue.push_back(Exposed {
+            buffer: FilledBuffer {
+                index: 0,
+                bytes_used: if short { whole / 2 } else { whole },
+                stamp,
+                stamp_source,
+                sequence,
+                flags: if damaged { ERROR_FLAG } else { 0 },
+                damaged,
+                received: complete,
+            },
+            position_mm: if earlier { self.before_mm } else { self.position_mm },
+            before_mm: self.before_mm,
+            light: self.light_of(number),
+            number,
+            torn,
+            late,
+        });
+    }
+
+    fn format(&self) -> ActiveFormat {
+        let config = self.pictures.twin().config();
+        let bit_depth = config.sensor.bit_depth;
+        let code = match bit_depth {
+            8 => b"GREY",
+            10 => b"Y10 ",
+            12 => b"Y12 ",
+            _ => b"Y16 ",
+        };
+        let stride = config.optics.columns * if bit_depth <= 8 { 1 } else { 2 };
+        ActiveFormat {
+            four_cc: FourCc(*code),
+            size: Size { columns: config.optics.columns, rows: config.optics.rows },
+            stride,
+            image_bytes: stride * config.optics.rows,
+            interlaced: false,
+        }
+    }
+}
+
+impl VideoDevice for SimDevice {
+    fn identity(&self) -> CameraIdentity {
+        self.identity.clone()
+    }
+
+    fn now(&mut self) -> Moment {
+        self.mind_the_stage();
+        self.pass(CALL);
+        self.now
+    }
+
+    fn pause(&mut self, time: Duration) {
+        self.mind_the_stage();
+        self.pass(time);
+    }
+
+    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
+        self.there()?;
+        let format = self.format();
+        let interval = Interval { numerator: 1, denominator: 25 };
+        Ok(vec![OfferedFormat {
+            four_cc: format.four_cc,
+            description: "simulated grey".to_owned(),
+            sizes: Sizes::Discrete(vec![(format.size, vec![interval])]),
+        }])
+    }
+
+    fn active_format(&mut self) -> Result<ActiveFormat, CameraError> {
+        self.there()?;
+        Ok(self.format())
+    }
+
+    fn set_format(&mut self, _four_cc: FourCc, _size: Size) -> Result<ActiveFormat, CameraError> {
+        self.active_format()
+    }
+
+    fn interval(&mut self) -> Result<Option<Interval>, CameraError> {
+        self.there()?;
+        Ok(Some(Interval { numerator: 1, denominator: 25 }))
+    }
+
+    fn set_interval(&mut self, _interval: Interval) -> Result<(), CameraError> {
+        self.there()
+    }
+
+    fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
+        self.there()?;
+        let manual = self.exposure_auto == MANUAL;
+        let number = |id, name: &str, minimum, maximum, default, value| Control {
+            id,
+            name: name.to_owned(),
+            kind: ControlKind::Integer,
+            minimum,
+            maximum,
+            step: 1,
+            default,
+            value: Some(value),
+            read_only: false,
+            inactive: false,
+            items: Vec::new(),
+        };
+        Ok(vec![
+            Control {
+                kind: ControlKind::Menu,
+                items: vec![
+                    (MANUAL, "Manual Mode".to_owned()),
+                    (APERTURE_PRIORITY, "Aperture Priority Mode".to_owned()),
+                ],
+                ..number(EXPOSURE_AUTO, "auto_exposure", 0, 3, APERTURE_PRIORITY, self.exposure_auto)
+            },
+            Control {
+                inactive: !manual,
+                // Longer than a frame it cannot be.
+                ..number(EXPOSURE_ABSOLUTE, "exposure_time_absolute", 1, 200, EXPOSURE, self.exposure)
+            },
+            number(GAIN, "gain", 0, 100, 0, self.gain),
+        ])
+    }
+
+    fn read_control(&mut self, id: u32) -> Result<i64, CameraError> {
+        let controls = self.controls()?;
+        let value = controls.iter().find(|control| control.id == id).and_then(|control| control.value);
+        value.ok_or_else(|| CameraError::System {
+            camera: self.identity.name(),
+            action: "read a control",
+            detail: format!("there is no control {id:#x}"),
+        })
+    }
+
+    fn write_control(&mut self, id: u32, value: i64) -> Result<(), CameraError> {
+        self.there()?;
+        match id {
+            EXPOSURE_AUTO => self.exposure_auto = value,
+            EXPOSURE_ABSOLUTE => self.exposure = value.clamp(1, 200),
+            _ => self.gain = value.clamp(0, 100),
+        }
+        self.light_changes();
+        Ok(())
+    }
+
+    fn check_signal(&mut self) -> Result<(), CameraError> {
+        self.there()?;
+        if self.signal_lost {
+            return Err(CameraError::NoSignal { camera: self.identity.name(), what: "no signal".to_owned() });
+        }
+        Ok(())
+    }
+
+    fn start(&mut self, buffers: usize) -> Result<(), CameraError> {
+        self.there()?;
+        self.mind_the_stage();
+        if self.happens(SimFault::RequestError) {
+            return Err(self.stream_error("get buffers"));
+        }
+        if self.happens(SimFault::StartError) {
+            return Err(self.stream_error("start"));
+        }
+        self.stop()?;
+        self.streaming = true;
+        self.buffers = buffers;
+        self.next_complete = self.now.after(INTERVAL);
+        Ok(())
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        self.streaming = false;
+        self.dead = false;
+        self.queue.clear();
+        self.taken.clear();
+        Ok(())
+    }
+
+    fn dequeue(&mut self, patience: Duration) -> Result<Option<FilledBuffer>, CameraError> {
+        self.there()?;
+        self.mind_the_stage();
+        if self.dead || !self.streaming {
+            return Err(self.stream_error("take a buffer"));
+        }
+        self.pass(CALL);
+        let until = self.now.after(patience);
+        while self.queue.is_empty() && self.now < until {
+            let step = self.next_complete.since(self.now).max(CALL).min(until.since(self.now));
+            self.pass(step);
+        }
+        let Some(mut exposed) = self.queue.pop_front() else { return Ok(None) };
+        exposed.buffer.received = self.now;
+        exposed.buffer.index = exposed.number as usize;
+        self.taken.push(exposed);
+        Ok(Some(exposed.buffer))
+    }
+
+    fn bytes(&mut self, buffer: &FilledBuffer) -> Result<&[u8], CameraError> {
+        let found = self.taken.iter().find(|taken| taken.buffer.index == buffer.index).copied();
+        let Some(exposed) = found else { return Err(self.stream_error("read a buffer")) };
+        let shown_mm = if exposed.late { exposed.before_mm } else { exposed.position_mm };
+        self.bytes = to_bytes(&self.pictures.frame(shown_mm, exposed.light, exposed.number));
+        if exposed.torn {
+            let before = to_bytes(&self.pictures.frame(exposed.before_mm, exposed.light, exposed.number));
+            let half = self.format().stride * (self.format().size.rows / 2);
+            self.bytes[half..].copy_from_slice(&before[half..]);
+        }
+        Ok(&self.bytes[..exposed.buffer.bytes_used])
+    }
+
+    fn requeue(&mut self, buffer: FilledBuffer) -> Result<(), CameraError> {
+        self.there()?;
+        if self.happens(SimFault::QueueError) {
+            return Err(self.stream_error("give a buffer back"));
+        }
+        self.taken.retain(|taken| taken.buffer.index != buffer.index);
+        Ok(())
+    }
+
+    fn reopen(&mut self) -> Result<(), CameraError> {
+        if let Some(failing) = self.gone.filter(|failing| *failing > 0) {
+            self.gone = Some(failing - 1);
+            return Err(CameraError::Gone { camera: self.identity.name() });
+        }
+        self.gone = None;
+        // A camera that was without power is as it was made.
+        (self.exposure, self.exposure_auto, self.gain) = (EXPOSURE, APERTURE_PRIORITY, 0);
+        self.light = vec![(0, 1.0)];
+        if self.identity.model.ends_with("another one") {
+            return Err(CameraError::AnotherCamera {
+                path: "the simulated camera".to_owned(),
+                expected: self.identity.model.replace(", another one", ""),
+                found: self.identity.model.clone(),
+            });
+        }
+        Ok(())
+    }
+}

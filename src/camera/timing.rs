@@ -1,0 +1,208 @@
+//! When the exposure of a frame began, at the earliest.
+//!
+//! A frame counts only if it was exposed wholly after a given moment, and drivers mean different things by their time stamps. The
+//! rule, for a frame interval T and an exposure time E (T, where the camera does not tell it):
+//!
+//! | the driver says | the earliest start of the exposure |
+//! | --- | --- |
+//! | start of exposure | stamp - E: `uvcvideo` stamps the first packet, which comes after the exposure, and calls it the start |
+//! | end of frame | stamp - T - E: the readout takes T at most |
+//! | nothing, or a stamp that cannot be: zero, not increasing, later than T after its arrival, or long before the given moment though the frame must have begun after it by counting | counted |
+//!
+//! Counted: of the frames that are taken from the queue after the given moment, as many may have begun before it as there are
+//! buffers, and [`IN_FLIGHT`] more; the next did not.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::device::{FilledBuffer, StampSource};
+use super::moment::Moment;
+
+/// Frames that may be begun and not yet in the queue: one being exposed, one being read out, one in the camera's own memory
+/// or on the cable.
+pub const IN_FLIGHT: usize = 3;
+
+/// How the start of an exposure is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TimingRule {
+    /// From stamps of the start of the exposure.
+    StartOfExposure,
+    /// From stamps of the end of the frame.
+    EndOfFrame,
+    /// By counting frames, because the stamps are of no use.
+    Counted,
+}
+
+/// What is known of the time of a buffer's exposure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Timed {
+    pub(super) rule: TimingRule,
+    /// When the exposure began, at the earliest; the moment asked for, if that is all that counting can tell.
+    pub(super) exposure_start: Moment,
+    /// Whether it began at or after the moment asked for.
+    pub(super) fresh: bool,
+}
+
+/// Follows the time stamps of a stream.
+#[derive(Debug, Clone)]
+pub(super) struct Timing {
+    interval: Duration,
+    exposure: Duration,
+    /// Frames that may have begun before a moment and be taken from the queue after it.
+    stale_at_most: usize,
+    previous: Option<Moment>,
+    /// Once a stamp of a stream is wrong, none of it is trusted.
+    distrusted: bool,
+    asked: Moment,
+    /// Frames received since the moment asked for.
+    received: usize,
+}
+
+impl Timing {
+    /// For a stream with this frame interval and exposure time; the latter is the former where it is not known.
+    pub(super) fn new(interval: Duration, exposure: Option<Duration>, buffers: usize) -> Self {
+        Self {
+            interval,
+            exposure: exposure.unwrap_or(interval),
+            stale_at_most: buffers + IN_FLIGHT,
+            previous: None,
+            distrusted: false,
+            asked: Moment::default(),
+            received: 0,
+        }
+    }
+
+    /// From now on frames are wanted whose exposure began at `moment` or after it.
+    pub(super) fn ask(&mut self, moment: Moment) {
+        if moment != self.asked {
+            self.asked = moment;
+            self.received = 0;
+        }
+    }
+
+    /// Judges the next buffer of the stream.
+    pub(super) fn judge(&mut self, buffer: &FilledBuffer) -> Timed {
+        self.distrusted |= !self.plausible(buffer);
+        self.previous = Some(buffer.stamp);
+        self.received += usize::from(buffer.received >= self.asked);
+        let counted = self.received > self.stale_at_most;
+        let timed = self.by_stamp(buffer);
+        // Four intervals are more than the rules ever subtract, so that the stamps must come from another clock.
+        self.distrusted |= !timed.fresh && self.received > self.stale_at_most + 4;
+        if self.distrusted || timed.rule == TimingRule::Counted {
+            let exposure_start = if counted { self.asked } else { Moment::default() };
+            return Timed { rule: TimingRule::Counted, exposure_start, fresh: counted };
+        }
+        timed
+    }
+
+    fn by_stamp(&self, buffer: &FilledBuffer) -> Timed {
+        // Whatever the stamp says, the frame was there when it was received.
+        let stamp = buffer.stamp.min(buffer.received);
+        let (rule, exposure_start) = match buffer.stamp_source {
+            StampSource::StartOfExposure => (TimingRule::StartOfExposure, stamp.before(self.exposure)),
+            StampSource::EndOfFrame => {
+                (TimingRule::EndOfFrame, stamp.before(self.interval).before(self.exposure))
+            }
+            StampSource::Unknown => (TimingRule::Counted, Moment::default()),
+        };
+        Timed { rule, exposure_start, fresh: exposure_start >= self.asked }
+    }
+
+    fn plausible(&self, buffer: &FilledBuffer) -> bool {
+        let increasing = self.previous.is_none_or(|previous| previous < buffer.stamp);
+        let future = buffer.stamp > buffer.received.after(self.interval);
+        increasing && !future && buffer.stamp.as_ns() > 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const T: u64 = 40_000_000;
+
+    fn buffer(stamp: u64, received: u64, stamp_source: StampSource) -> FilledBuffer {
+        FilledBuffer {
+            index: 0,
+            bytes_used: 0,
+            stamp: Moment::from_ns(stamp),
+            stamp_source,
+            sequence: 0,
+            flags: 0,
+            damaged: false,
+            received: Moment::from_ns(received),
+        }
+    }
+
+    fn timing(exposure_ns: Option<u64>) -> Timing {
+        Timing::new(Duration::from_nanos(T), exposure_ns.map(Duration::from_nanos), 4)
+    }
+
+    #[test]
+    fn stamps_are_read_as_the_table_says() {
+        let start = |source, exposure| {
+            let timed = timing(exposure).judge(&buffer(10 * T, 10 * T + 5, source));
+            (timed.rule, timed.exposure_start.as_ns())
+        };
+        let ms = 1_000_000;
+        assert_eq!(
+            start(StampSource::StartOfExposure, Some(8 * ms)),
+            (TimingRule::StartOfExposure, 10 * T - 8 * ms)
+        );
+        assert_eq!(start(StampSource::StartOfExposure, None), (TimingRule::StartOfExposure, 9 * T));
+        assert_eq!(start(StampSource::EndOfFrame, Some(8 * ms)), (TimingRule::EndOfFrame, 9 * T - 8 * ms));
+        assert_eq!(start(StampSource::EndOfFrame, None), (TimingRule::EndOfFrame, 8 * T));
+        assert_eq!(start(StampSource::Unknown, None).0, TimingRule::Counted);
+        // An end of frame that is stamped in advance, as by the vivid driver, is of our clock all the same.
+        let early = timing(None).judge(&buffer(5 * T + T * 9 / 10, 5 * T, StampSource::EndOfFrame));
+        assert_eq!((early.rule, early.exposure_start.as_ns()), (TimingRule::EndOfFrame, 3 * T));
+    }
+
+    #[test]
+    fn a_stamp_that_cannot_be_ends_the_trust_in_the_stream() {
+        let wrong: [&[(u64, u64)]; 4] = [
+            // Zero; standing still; running back; another clock, ahead of ours.
+            &[(0, 5 * T)],
+            &[(4 * T, 5 * T), (4 * T, 6 * T)],
+            &[(4 * T, 5 * T), (3 * T, 6 * T)],
+            &[(u64::MAX / 2, 5 * T)],
+        ];
+        for stamps in wrong {
+            let mut timing = timing(None);
+            let judge = |&(stamp, received): &(u64, u64)| {
+                timing.judge(&buffer(stamp, received, StampSource::StartOfExposure)).rule
+            };
+            assert_eq!(stamps.iter().map(judge).last(), Some(TimingRule::Counted), "{stamps:?}");
+            let later = timing.judge(&buffer(9 * T, 9 * T, StampSource::StartOfExposure));
+            assert_eq!(later.rule, TimingRule::Counted, "distrust lasts");
+        }
+    }
+
+    #[test]
+    fn counting_lets_all_buffers_and_frames_in_flight_pass() {
+        let mut timing = timing(None);
+        timing.ask(Moment::from_ns(100 * T));
+        // Two that were taken from the queue before the moment do not count.
+        let fresh =
+            (0..12).map(|index| timing.judge(&buffer(0, (98 + index) * T, StampSource::Unknown)).fresh);
+        let first = fresh.collect::<Vec<_>>().iter().position(|fresh| *fresh);
+        assert_eq!(first, Some(2 + 4 + IN_FLIGHT));
+    }
+
+    #[test]
+    fn a_clock_that_is_behind_ours_is_noticed_by_counting() {
+        let mut timing = timing(None);
+        timing.ask(Moment::from_ns(100 * T));
+        let judged: Vec<Timed> = (0..20)
+            .map(|index| {
+                timing.judge(&buffer((1 + index) * T, (100 + index) * T, StampSource::StartOfExposure))
+            })
+            .collect();
+        let first = judged.iter().position(|timed| timed.fresh).unwrap();
+        assert_eq!(first, 4 + IN_FLIGHT + 4);
+        assert_eq!(judged[first].rule, TimingRule::Counted);
+    }
+}

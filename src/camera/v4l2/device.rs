@@ -1,0 +1,390 @@
+//! A video device as its driver presents it.
+
+use std::collections::HashSet;
+use std::io;
+use std::time::Duration;
+
+use rustix::io::Errno;
+use rustix::time::{ClockId, clock_gettime};
+use v4l::v4l_sys as sys;
+
+use super::discover::{cameras, identity, is_camera};
+use super::failure::{broken, failed, is, unopened};
+use super::kernel::{Buffers, ControlQuery, Direction, FrameSize, Node, PixFormat};
+use crate::camera::pixels::FourCc;
+use crate::camera::{
+    ActiveFormat, CameraError, CameraIdentity, Control, ControlKind, FilledBuffer, Interval, Moment,
+    OfferedFormat, Size, Sizes, StampSource, VideoDevice,
+};
+
+/// However long is waited for a buffer, the driver is asked anew so often: some do not wake those who wait when they go away.
+const LOOK: Duration = Duration::from_millis(250);
+
+/// Any of these in an input's status, and what it sees is no picture.
+const SIGNAL_TROUBLES: &[(u32, &str)] = &[
+    (sys::V4L2_IN_ST_NO_POWER, "no power"),
+    (sys::V4L2_IN_ST_NO_SIGNAL, "no signal"),
+    (sys::V4L2_IN_ST_NO_SYNC, "no synchronisation with its signal"),
+    (sys::V4L2_IN_ST_NO_H_LOCK, "no horizontal synchronisation with its signal"),
+    (sys::V4L2_IN_ST_NO_V_LOCK, "no vertical synchronisation with its signal"),
+    (sys::V4L2_IN_ST_NO_STD_LOCK, "a signal of another standard than it is set for"),
+];
+
+/// A video device of this machine.
+#[derive(Debug)]
+pub struct V4l2Device {
+    path: String,
+    identity: CameraIdentity,
+    node: Node,
+    stream: Option<Buffers>,
+    /// Controls whose values are of 64 bits.
+    wide: HashSet<u32>,
+}
+
+impl V4l2Device {
+    /// Opens a device by its path, which may be a symbolic link.
+    ///
+    /// # Errors
+    /// [`CameraError`] if there is no such device, it is no camera, or the user may not open it.
+    pub fn open(path: &str) -> Result<Self, CameraError> {
+        let node = Node::open(path).map_err(unopened(path))?;
+        let capabilities = node.capabilities().map_err(failed(path, "say what it is"))?;
+        if !is_camera(&capabilities) {
+            let several_planes = capabilities.flags & sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE != 0;
+            let reason = if several_planes {
+                "its driver gives images in several planes, which is not supported"
+            } else {
+                "it gives no images; a camera often has several nodes, and this is another one"
+            };
+            return Err(CameraError::NotACamera { camera: path.to_owned(), reason: reason.to_owned() });
+        }
+        let identity = identity(path, Some(&capabilities));
+        Ok(Self { path: path.to_owned(), identity, node, stream: None, wide: HashSet::new() })
+    }
+
+    fn sizes(&self, four_cc: u32) -> io::Result<Sizes> {
+        let size = |(columns, rows): (u32, u32)| Size { columns: columns as usize, rows: rows as usize };
+        let listed = self.node.frame_sizes(four_cc)?;
+        if let Some(FrameSize::Range { least, greatest, step }) = listed.first() {
+            return Ok(Sizes::Range { least: size(*least), greatest: size(*greatest), step: size(*step) });
+        }
+        let mut discrete = Vec::new();
+        for listed in &listed {
+            let FrameSize::Discrete((columns, rows)) = *listed else { continue };
+            let intervals = self.node.intervals(four_cc, columns, rows)?;
+            let intervals = intervals.into_iter();
+            let intervals = intervals.map(|(numerator, denominator)| Interval { numerator, denominator });
+            discrete.push((size((columns, rows)), intervals.collect()));
+        }
+        if discrete.is_empty() {
+            // The driver lists none: what it can do, setting it will tell.
+            let (one, largest) = (size((1, 1)), size((u16::MAX.into(), u16::MAX.into())));
+            return Ok(Sizes::Range { least: one, greatest: largest, step: one });
+        }
+        Ok(Sizes::Discrete(discrete))
+    }
+
+    fn control(&mut self, query: ControlQuery) -> Option<Control> {
+        let wide = query.kind == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER64;
+        let simple = query.flags & sys::V4L2_CTRL_FLAG_HAS_PAYLOAD == 0 && query.elements <= 1;
+        let kind = match query.kind {
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_CTRL_CLASS => return None,
+            _ if query.flags & sys::V4L2_CTRL_FLAG_DISABLED != 0 => return None,
+            _ if !simple => ControlKind::Other,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER => ControlKind::Integer,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER64 => ControlKind::Integer,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BOOLEAN => ControlKind::Boolean,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_MENU | sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU => {
+                ControlKind::Menu
+            }
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BITMASK => ControlKind::Bitmask,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BUTTON => ControlKind::Button,
+            _ => ControlKind::Other,
+        };
+        if wide {
+            self.wide.insert(query.id);
+        }
+        let unreadable = matches!(kind, ControlKind::Other | ControlKind::Button)
+            || query.flags & sys::V4L2_CTRL_FLAG_WRITE_ONLY != 0;
+        // One control that cannot be read now does not hide the others.
+        let value = if unreadable { None } else { self.node.control(query.id, wide).ok() };
+        let items = if kind == ControlKind::Menu { self.menu(&query) } else { Vec::new() };
+        Some(Control {
+            id: query.id,
+            name: Control::command_name(&query.name),
+            kind,
+            minimum: query.minimum,
+            maximum: query.maximum,
+            step: query.step,
+            default: query.default,
+            value,
+            read_only: query.flags & sys::V4L2_CTRL_FLAG_READ_ONLY != 0,
+            inactive: query.flags & sys::V4L2_CTRL_FLAG_INACTIVE != 0,
+            items,
+        })
+    }
+
+    fn menu(&self, query: &ControlQuery) -> Vec<(i64, String)> {
+        /// No menu is longer; a damaged description might say so.
+        const LONGEST: i64 = 255;
+        let of_numbers = query.kind == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU;
+        let indices = query.minimum.max(0)..=query.maximum.min(LONGEST);
+        let item = |index: i64| {
+            let name = self.node.menu_item(query.id, u32::try_from(index).ok()?, of_numbers)?;
+            Some((index, name))
+        };
+        indices.filter_map(item).collect()
+    }
+}
+
+fn active(format: PixFormat) -> ActiveFormat {
+    // A driver that is asked for progressive frames and cannot take the field it likes.
+    let progressive = [sys::v4l2_field_V4L2_FIELD_NONE, sys::v4l2_field_V4L2_FIELD_ANY];
+    ActiveFormat {
+        four_cc: FourCc::from_u32(format.four_cc),
+        size: Size { columns: format.columns as usize, rows: format.rows as usize },
+        stride: format.stride as usize,
+        image_bytes: format.image_bytes as usize,
+        interlaced: !progressive.contains(&format.field),
+    }
+}
+
+fn stamp_source(flags: u32) -> StampSource {
+    let monotonic = flags & sys::V4L2_BUF_FLAG_TIMESTAMP_MASK == sys::V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    match flags & sys::V4L2_BUF_FLAG_TSTAMP_SRC_MASK {
+        _ if !monotonic => StampSource::Unknown,
+        sys::V4L2_BUF_FLAG_TSTAMP_SRC_SOE => StampSource::StartOfExposure,
+        sys::V4L2_BUF_FLAG_TSTAMP_SRC_EOF => StampSource::EndOfFrame,
+        _ => StampSource::Unknown,
+    }
+}
+
+/// The present on the clock of V4L2's time stamps.
+fn monotonic() -> Moment {
+    let time = clock_gettime(ClockId::Monotonic);
+    let (seconds, nanoseconds) = (u64::try_from(time.tv_sec), u64::try_from(time.tv_nsec));
+    Moment::from_ns(seconds.unwrap_or(0).saturating_mul(1_000_000_000) + nanoseconds.unwrap_or(0))
+}
+
+impl VideoDevice for V4l2Device {
+    fn identity(&self) -> CameraIdentity {
+        self.identity.clone()
+    }
+
+    fn now(&mut self) -> Moment {
+        monotonic()
+    }
+
+    fn pause(&mut self, time: Duration) {
+        std::thread::sleep(time);
+    }
+
+    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
+        let list = || -> io::Result<Vec<OfferedFormat>> {
+            let mut offered = Vec::new();
+            for (code, description) in self.node.formats()? {
+                offered.push(OfferedFormat {
+                    four_cc: FourCc::from_u32(code),
+                    description,
+                    sizes: self.sizes(code)?,
+                });
+            }
+            Ok(offered)
+        };
+        list().map_err(failed(&self.path, "list its formats"))
+    }
+
+    fn active_format(&mut self) -> Result<ActiveFormat, CameraError> {
+        self.node.format(Direction::Capture).map(active).map_err(failed(&self.path, "tell its format"))
+    }
+
+    fn set_format(&mut self, four_cc: FourCc, size: Size) -> Result<ActiveFormat, CameraError> {
+        let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+        self.node
+            .set_format(Direction::Capture, four_cc.to_u32(), side(size.columns), side(size.rows))
+            .map(active)
+            .map_err(failed(&self.path, "set its format"))
+    }
+
+    fn interval(&mut self) -> Result<Option<Interval>, CameraError> {
+        match self.node.interval() {
+            Ok((numerator, denominator)) => {
+                let interval = Interval { numerator, denominator };
+                Ok(interval.duration().map(|_| interval))
+            }
+            Err(error) if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => Ok(None),
+            Err(error) => Err(failed(&self.path, "tell its rate")(error)),
+        }
+    }
+
+    fn set_interval(&mut self, interval: Interval) -> Result<(), CameraError> {
+        self.node
+            .set_interval(interval.numerator, interval.denominator)
+            .map_err(failed(&self.path, "set its rate"))
+    }
+
+    fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
+        let mut controls = Vec::new();
+        let mut id = 0;
+        while let Some(query) = self.node.next_control(id).map_err(failed(&self.path, "list its controls"))? {
+            // Rising numbers, or the list would not end.
+            if query.id <= id {
+                break;
+            }
+            id = query.id;
+            controls.extend(self.control(query));
+        }
+        Ok(controls)
+    }
+
+    fn read_control(&mut self, id: u32) -> Result<i64, CameraError> {
+        let wide = self.wide.contains(&id);
+        self.node.control(id, wide).map_err(failed(&self.path, "read a control"))
+    }
+
+    fn write_control(&mut self, id: u32, value: i64) -> Result<(), CameraError> {
+        let wide = self.wide.contains(&id);
+        self.node.set_control(id, value, wide).map_err(failed(&self.path, "set a control"))
+    }
+
+    fn check_signal(&mut self) -> Result<(), CameraError> {
+        let camera = self.identity.name();
+        let lost = |what: String| Err(CameraError::NoSignal { camera: camera.clone(), what });
+        let input = match self.node.input() {
+            // A camera without inputs has nothing to lose.
+            Err(error) if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => return Ok(()),
+            input => input.map_err(failed(&self.path, "tell the state of its input"))?,
+        };
+        if let Some((_, what)) = SIGNAL_TROUBLES.iter().find(|(flag, _)| input.status & flag != 0) {
+            return lost((*what).to_owned());
+        }
+        if input.capabilities & sys::V4L2_IN_CAP_DV_TIMINGS == 0 {
+            return Ok(());
+        }
+        match (self.node.dv_timings(), self.node.arriving_dv_timings()) {
+            (Ok(set), Ok(arriving)) if set != arriving => lost(format!(
+                "a signal of {} x {} pixels at {:.2} MHz, but is set for {} x {} at {:.2} MHz",
+                arriving.columns,
+                arriving.rows,
+                arriving.pixel_clock_hz as f64 * 1e-6,
+                set.columns,
+                set.rows,
+                set.pixel_clock_hz as f64 * 1e-6
+            )),
+            (_, Err(error)) if is(&error, Errno::NOLINK) => lost("no signal".to_owned()),
+            (_, Err(error)) if is(&error, Errno::NOLCK) => lost("an unstable signal".to_owned()),
+            (_, Err(error)) if is(&error, Errno::RANGE) => {
+                lost("a signal with timings that it cannot receive".to_owned())
+            }
+            // Drivers that cannot tell, or not while they stream.
+            _ => Ok(()),
+        }
+    }
+
+    fn start(&mut self, buffers: usize) -> Result<(), CameraError> {
+        // What is left of a stream that broke down is of no use; starting anew tells whether the device is.
+        let _ = self.stop();
+        let get = "get buffers";
+        let mut stream =
+            Buffers::request(&self.node, Direction::Capture, buffers).map_err(broken(&self.path, get))?;
+        let queued = (0..stream.count()).try_for_each(|index| stream.queue(&self.node, index, 0));
+        if let Err(error) = queued.and_then(|()| stream.start(&self.node)) {
+            // The first error is the one to tell.
+            let _ = stream.release(&self.node);
+            return Err(broken(&self.path, "start its stream")(error));
+        }
+        self.stream = Some(stream);
+        Ok(())
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        let Some(stream) = self.stream.take() else { return Ok(()) };
+        stream.release(&self.node).map_err(broken(&self.path, "stop its stream"))
+    }
+
+    fn dequeue(&mut self, patience: Duration) -> Result<Option<FilledBuffer>, CameraError> {
+        let until = monotonic().after(patience);
+        let Some(stream) = &mut self.stream else {
+            return Err(CameraError::NotStarted { camera: self.path.clone() });
+        };
+        loop {
+            let taken = stream.dequeue(&self.node).map_err(broken(&self.path, "take a buffer"))?;
+            let now = monotonic();
+            if let Some(taken) = taken {
+                return Ok(Some(FilledBuffer {
+                    index: taken.index,
+                    bytes_used: taken.bytes_used,
+                    stamp: Moment::from_ns(taken.stamp_ns),
+                    stamp_source: stamp_source(taken.flags),
+                    sequence: taken.sequence,
+                    flags: taken.flags,
+                    damaged: taken.flags & sys::V4L2_BUF_FLAG_ERROR != 0,
+                    received: now,
+                }));
+            }
+            if now >= until {
+                return Ok(None);
+            }
+            let wait = LOOK.min(until.since(now));
+            let woken = self.node.wait(Direction::Capture, wait).map_err(broken(&self.path, "wait"))?;
+            if woken {
+                // A device in trouble wakes at once and has nothing: do not spin.
+                std::thread::sleep(Duration::from_micros(50));
+            }
+        }
+    }
+
+    fn bytes(&mut self, buffer: &FilledBuffer) -> Result<&[u8], CameraError> {
+        let bytes = self.stream.as_ref().and_then(|stream| stream.bytes(buffer.index));
+        bytes.and_then(|bytes| bytes.get(..buffer.bytes_used)).ok_or_else(|| CameraError::Stream {
+            camera: self.path.clone(),
+            action: "read a buffer",
+            detail: "it is no longer there".to_owned(),
+        })
+    }
+
+    fn requeue(&mut self, buffer: FilledBuffer) -> Result<(), CameraError> {
+        match &mut self.stream {
+            None => Err(CameraError::NotStarted { camera: self.path.clone() }),
+            Some(stream) => {
+                stream.queue(&self.node, buffer.index, 0).map_err(broken(&self.path, "give a buffer back"))
+            }
+        }
+    }
+
+    fn reopen(&mut self) -> Result<(), CameraError> {
+        // The kernel keeps a device that has gone until nobody has it open.
+        let _ = self.stop();
+        self.node.close();
+        let found = cameras()?.into_iter().find(|camera| camera.is_same_as(&self.identity));
+        let Some(found) = found else {
+            return match Self::open(&self.path) {
+                Ok(other) if !other.identity.is_same_as(&self.identity) => Err(CameraError::AnotherCamera {
+                    path: self.path.clone(),
+                    expected: self.identity.to_string(),
+                    found: other.identity.to_string(),
+                }),
+                Ok(same) => {
+                    *self = same;
+                    Ok(())
+                }
+                Err(_) => Err(CameraError::Gone { camera: self.path.clone() }),
+            };
+        };
+        // Links lead to it as before; a bare number may have changed.
+        let path = found.path.unwrap_or_else(|| self.path.clone());
+        let still = Self::open(&self.path).ok().filter(|here| here.identity.is_same_as(&self.identity));
+        *self = match still {
+            Some(here) => here,
+            None => Self::open(&path)?,
+        };
+        Ok(())
+    }
+}
+
+impl Drop for V4l2Device {
+    fn drop(&mut self) {
+        // Nobody is left to tell; the kernel frees everything when the file is closed.
+        let _ = self.stop();
+    }
+}

@@ -1,0 +1,83 @@
+//! The cameras of this machine.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use v4l::v4l_sys::{V4L2_CAP_STREAMING, V4L2_CAP_VIDEO_CAPTURE};
+
+use super::failure::unopened;
+use super::kernel::{Capabilities, Node};
+use crate::camera::{CameraError, CameraIdentity};
+
+/// What the kernel lists.
+const CLASS: &str = "/sys/class/video4linux";
+/// Where udev keeps names that stay the same.
+const LINKS: [&str; 2] = ["/dev/v4l/by-id", "/dev/v4l/by-path"];
+
+/// The cameras of this machine, in the order of their numbers. Nodes of the same devices that give no images are left out; one
+/// that may not be opened is listed under the name that the kernel has for it.
+///
+/// # Errors
+/// None so far: a machine without cameras has none.
+pub fn cameras() -> Result<Vec<CameraIdentity>, CameraError> {
+    let mut numbers: Vec<u32> = fs::read_dir(CLASS)
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| entry.ok()?.file_name().to_str()?.strip_prefix("video")?.parse().ok())
+        .collect();
+    numbers.sort_unstable();
+    Ok(numbers.into_iter().filter_map(|number| listed(&format!("/dev/video{number}"))).collect())
+}
+
+fn listed(path: &str) -> Option<CameraIdentity> {
+    let opened = Node::open(path).map_err(unopened(path));
+    match opened {
+        Ok(node) => {
+            let capabilities = node.capabilities().ok()?;
+            is_camera(&capabilities).then(|| identity(path, Some(&capabilities)))
+        }
+        Err(CameraError::Permission { .. }) => Some(identity(path, None)),
+        Err(_) => None,
+    }
+}
+
+/// Whether a node gives images in the way that is understood here.
+pub(super) fn is_camera(capabilities: &Capabilities) -> bool {
+    let needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+    capabilities.flags & needed == needed
+}
+
+/// What is known of a node.
+pub(super) fn identity(path: &str, capabilities: Option<&Capabilities>) -> CameraIdentity {
+    let real = fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
+    let node = real.file_name().map_or_else(PathBuf::new, |name| Path::new(CLASS).join(name));
+    let named = || {
+        let name = fs::read_to_string(node.join("name")).unwrap_or_default();
+        name.trim().to_owned()
+    };
+    CameraIdentity {
+        driver: capabilities.map_or_else(String::new, |known| known.driver.clone()),
+        model: capabilities.map_or_else(named, |known| known.card.clone()),
+        bus: capabilities.map_or_else(String::new, |known| known.bus.clone()),
+        path: Some(path.to_owned()),
+        serial_number: usb_serial_number(&node),
+        links: links_to(&real),
+    }
+}
+
+/// The serial number of the USB device that a node belongs to.
+fn usb_serial_number(node: &Path) -> Option<String> {
+    let device = fs::canonicalize(node.join("device")).ok()?;
+    let usb = device.ancestors().find(|folder| folder.join("idVendor").exists())?;
+    let serial_number = fs::read_to_string(usb.join("serial")).ok()?;
+    Some(serial_number.trim().to_owned()).filter(|serial_number| !serial_number.is_empty())
+}
+
+fn links_to(real: &Path) -> Vec<String> {
+    let entries = LINKS.iter().flat_map(fs::read_dir).flatten().flatten();
+    let leading = entries.filter(|entry| fs::canonicalize(entry.path()).is_ok_and(|target| target == real));
+    let mut names: Vec<String> =
+        leading.filter_map(|entry| entry.file_name().to_str().map(str::to_owned)).collect();
+    names.sort();
+    names
+}

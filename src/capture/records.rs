@@ -1,0 +1,41 @@
+//! What a sequence records of a camera and its frames.
+
+use crate::camera::{Configuration, FrameFacts, TimingRule};
+use crate::sequence::{CameraRecord, ExposureRecord};
+
+/// What a camera was set to.
+pub(super) fn camera_record(configuration: &Configuration, averaged: usize) -> CameraRecord {
+    CameraRecord {
+        format: configuration.format.four_cc.to_string(),
+        columns: configuration.format.size.columns,
+        rows: configuration.format.size.rows,
+        rate_hz: configuration.interval.map(|interval| interval.rate_hz()).filter(|rate| rate.is_finite()),
+        exposure_us: configuration.exposure_us,
+        controls: configuration.pinned.iter().map(|pinned| (pinned.name.clone(), pinned.value)).collect(),
+        averaged,
+    }
+}
+
+/// How a frame was taken: of several that were averaged, the times of the last and the counts of all. `None` of none.
+pub(super) fn exposure_record(exposures: &[FrameFacts]) -> Option<ExposureRecord> {
+    let last = exposures.last()?;
+    let timing = match last.timing {
+        TimingRule::StartOfExposure => "start-of-exposure",
+        TimingRule::EndOfFrame => "end-of-frame",
+        TimingRule::Counted => "counted",
+    };
+    Some(ExposureRecord {
+        requested_ns: last.requested.as_ns(),
+        exposure_start_ns: last.exposure_start.as_ns(),
+        timing: timing.to_owned(),
+        stamp_ns: last.stamp.as_ns(),
+        received_ns: last.received.as_ns(),
+        flags: exposures.iter().fold(0, |flags, exposure| flags | exposure.flags),
+        stale: exposures.iter().map(|exposure| exposure.stale).sum(),
+        damaged: exposures.iter().map(|exposure| exposure.damaged).sum(),
+        missed: exposures.iter().map(|exposure| exposure.missed).sum(),
+        unsteady: exposures.iter().map(|exposure| exposure.unsteady).sum(),
+        restarts: exposures.iter().map(|exposure| exposure.restarts).sum(),
+        difference_dn: last.difference_dn,
+    })
+}

@@ -1,0 +1,104 @@
+//! `epirig camera get` and `epirig camera set`.
+
+use clap::{Args, Subcommand};
+use serde::Serialize;
+
+use super::camera_arguments::CameraArgument;
+use super::{CliError, Talk};
+use crate::camera::{Control, find_control};
+
+/// Read and set the controls of a camera: exposure, gain and what else it has
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig camera get                                  all controls, with their values
+  epirig camera get gain
+  epirig camera set gain 10
+  epirig camera set auto_exposure \"Manual Mode\"
+  epirig camera get --camera sim                     no hardware needed")]
+pub(super) struct CameraVerb {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Show one control, or all
+    #[command(
+        after_help = "Examples:\n  epirig camera get\n  epirig camera get gain --camera /dev/video0 --json"
+    )]
+    Get {
+        /// Name of the control [default: all]
+        control: Option<String>,
+        #[command(flatten)]
+        camera: CameraArgument,
+    },
+    /// Set a control, and show what it then is
+    #[command(
+        after_help = "Examples:\n  epirig camera set gain 10\n  epirig camera set auto_exposure \"Manual Mode\""
+    )]
+    Set {
+        /// Name of the control
+        control: String,
+        /// A number, an item of a menu by name, on or off
+        #[arg(allow_negative_numbers = true)]
+        value: String,
+        #[command(flatten)]
+        camera: CameraArgument,
+    },
+}
+
+#[derive(Serialize)]
+pub(super) struct ControlOutput {
+    name: String,
+    kind: &'static str,
+    value: Option<i64>,
+    minimum: i64,
+    maximum: i64,
+    step: u64,
+    default: i64,
+    read_only: bool,
+    inactive: bool,
+    /// Values of a menu and their names.
+    items: Vec<(i64, String)>,
+}
+
+impl From<&Control> for ControlOutput {
+    fn from(control: &Control) -> Self {
+        Self {
+            name: control.name.clone(),
+            kind: control.kind.name(),
+            value: control.value,
+            minimum: control.minimum,
+            maximum: control.maximum,
+            step: control.step,
+            default: control.default,
+            read_only: control.read_only,
+            inactive: control.inactive,
+            items: control.items.clone(),
+        }
+    }
+}
+
+impl CameraVerb {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        match self.what {
+            What::Get { control: None, camera } => {
+                let controls = camera.open()?.controls()?;
+                let output: Vec<ControlOutput> = controls.iter().map(ControlOutput::from).collect();
+                talk.result(&output, || controls.iter().map(|control| format!("{control}\n")).collect())
+            }
+            What::Get { control: Some(name), camera } => {
+                let mut camera = camera.open()?;
+                let controls = camera.controls()?;
+                show(find_control(&camera.identity().name(), &controls, &name)?, talk)
+            }
+            What::Set { control, value, camera } => {
+                show(&camera.open()?.set_control(&control, &value)?, talk)
+            }
+        }
+    }
+}
+
+fn show(control: &Control, talk: &Talk) -> Result<(), CliError> {
+    talk.result(&ControlOutput::from(control), || format!("{control}\n"))
+}
