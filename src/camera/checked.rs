@@ -58,8 +58,8 @@ struct Stream {
     timing: Timing,
     /// The latest sequence number, if the latest buffer was good.
     sequence: Option<u32>,
-    /// Whether the driver numbers its frames.
-    numbered: bool,
+    /// Whether the driver numbers its frames; `None` while that is not known.
+    numbered: Option<bool>,
     /// Typical difference of two frames of a steady picture, in DN.
     steady_dn: Option<f64>,
     /// The latest good frame, with the moment that its exposure began.
@@ -137,7 +137,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 return Err(error);
             }
         }
-        self.stream = Some(Stream { timing, sequence: None, numbered: true, steady_dn: None, latest: None });
+        self.stream = Some(Stream { timing, sequence: None, numbered: None, steady_dn: None, latest: None });
         self.settle(deadline)?;
         self.check_controls()
     }
@@ -174,7 +174,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         if let Some(stream) = &mut self.stream {
             stream.steady_dn = Some(steady);
             // Some drivers leave the number at zero.
-            stream.numbered = sequences.windows(2).any(|pair| pair[0] != pair[1]);
+            stream.numbered = Some(sequences.windows(2).any(|pair| pair[0] != pair[1]));
         }
         Ok(())
     }
@@ -210,9 +210,11 @@ impl<D: VideoDevice> CheckedCamera<D> {
             let camera = self.name();
             let Some(stream) = &mut self.stream else { return Err(CameraError::NotStarted { camera }) };
             let timed = stream.timing.judge(&buffer);
-            let follows = match stream.sequence.replace(buffer.sequence) {
-                Some(before) if stream.numbered => buffer.sequence.wrapping_sub(before),
-                _ => 1,
+            let ahead =
+                stream.sequence.replace(buffer.sequence).map(|before| buffer.sequence.wrapping_sub(before));
+            let follows = match (ahead, stream.numbered) {
+                (Some(0), None) | (_, Some(false)) | (None, _) => 1,
+                (Some(ahead), _) => ahead,
             };
             if follows != 1 {
                 // Whatever is compared with the next frame must be its neighbour.
@@ -327,9 +329,26 @@ impl<D: VideoDevice> CheckedCamera<D> {
         self.stream = None;
         // A stream that has broken down may refuse to be stopped; starting it tells.
         let _ = self.device.stop();
-        let settings = self.configured()?.settings.clone();
-        self.configure(&settings)?;
+        self.configure_as_before()?;
         self.start_until(deadline)
+    }
+
+    /// Sets everything as it was, also what nobody asked for and was only found to be so.
+    fn configure_as_before(&mut self) -> Result<(), CameraError> {
+        let Configured { settings, configuration, .. } = self.configured()?.clone();
+        let camera = self.name();
+        self.configure(&settings)?;
+        let controls = self.device.controls()?;
+        for pinned in &configuration.pinned {
+            let control = find_control(&camera, &controls, &pinned.name)?;
+            if control.value != Some(pinned.value) {
+                write_and_compare(&mut self.device, &camera, control, pinned.value)?;
+            }
+        }
+        if let Some(configured) = &mut self.configured {
+            configured.configuration.pinned = configuration.pinned;
+        }
+        Ok(())
     }
 }
 
@@ -443,12 +462,12 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
     }
 
     fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError> {
-        let settings = self.configured()?.settings.clone();
+        self.configured()?;
         let deadline = self.device.now().after(patience);
         self.stream = None;
         loop {
             let attempt = self.device.reopen().and_then(|()| {
-                self.configure(&settings)?;
+                self.configure_as_before()?;
                 self.start()
             });
             let Err(error) = attempt else { return Ok(()) };

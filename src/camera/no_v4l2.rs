@@ -122,6 +122,14 @@ impl VideoOutput {
         not_built(path)
     }
 
+    /// Whether the output is still there.
+    ///
+    /// # Errors
+    /// None: there is no output.
+    pub fn check(&self) -> Result<(), CameraError> {
+        match *self {}
+    }
+
     /// Shows a picture.
     ///
     /// # Errors

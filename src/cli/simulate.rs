@@ -81,15 +81,11 @@ impl Simulate {
             (Kind::Native, output) => {
                 // A board counts its boots; each of these is another one.
                 let boot = jiff::Timestamp::now().as_second() as u32;
-                let stage = NativeDevice::new(self.fault).at_boot(boot);
-                match output {
-                    None => Box::new(stage),
-                    Some(output) => {
-                        let (shown, stage) = World::show(simulated_twin(self.size)?, stage, output)?;
-                        world = Some(shown);
-                        Box::new(stage)
-                    }
+                let mut stage = NativeDevice::new(self.fault).at_boot(boot);
+                if let Some(output) = output {
+                    world = Some(World::show(simulated_twin(self.size)?, &mut stage, output)?);
                 }
+                Box::new(stage)
             }
             (Kind::Grbl, _) => Box::new(GrblDevice::new(self.fault)),
             (Kind::Zaber, _) => Box::new(ZaberDevice::new(self.fault)),

@@ -1,27 +1,21 @@
-//! What the camera sees of the stage.
+//! The world in front of the camera, in step with the stage.
 
-use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::in_step::{Between, InStep};
+use super::pictures::Pictures;
 use crate::camera::{CameraError, Size, VideoOutput};
-use crate::frame::{Frame, Samples};
 use crate::stage::simulator::{NativeDevice, Plant};
 use crate::twin::Twin;
 
 /// Between two looks at the stage.
-const LOOK: Duration = Duration::from_millis(1);
+const LOOK: Duration = Duration::from_millis(2);
 /// How long a picture may take until it is shown.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// How long an output that has gone is left alone before it is tried again.
 const PAUSE: Duration = Duration::from_millis(50);
-/// Pictures that are remembered, so that a scan need not be rendered twice.
-const REMEMBERED: usize = 256;
-/// How far a moving picture is smeared, in px. Two values, so that no two of them in a row are alike.
-const SMEARS: [usize; 2] = [9, 15];
 
 /// The world in front of the camera, shown on a video output until it is dropped.
 pub struct World {
@@ -30,40 +24,34 @@ pub struct World {
 }
 
 impl World {
-    /// Shows what `twin` looks like from where `stage` stands, and returns the stage as it must be played: in step with the
-    /// pictures. Exposures are free of noise of their own: every picture is the twin's exposure number 0.
+    /// Shows what `twin` looks like from where `stage` stands, and keeps the stage in step with the pictures. Every picture of
+    /// a stage at rest is the twin's exposure number 0.
     ///
     /// # Errors
     /// [`CameraError`] if the output cannot be had now; one that goes later is waited for.
-    pub fn show(twin: Arc<Twin>, stage: NativeDevice, output: &str) -> Result<(Self, InStep), CameraError> {
+    pub fn show(twin: Arc<Twin>, stage: &mut NativeDevice, output: &str) -> Result<Self, CameraError> {
         let optics = &twin.config().optics;
         let size = Size { columns: optics.columns, rows: optics.rows };
-        let open = VideoOutput::open(output, size)?;
-        let between = Between::new();
+        let mut there = Some(VideoOutput::open(output, size)?);
+        let between = Between::default();
+        let gate = between.clone();
+        stage.rest_when(Box::new(move |steps| gate.may_rest_at(steps)));
+        let mut view = View { pictures: Pictures::new(twin), plant: stage.plant(), between, steps_made: 0 };
         let quit = Arc::new(AtomicBool::new(false));
-        let mut pictures = Pictures {
-            twin,
-            plant: stage.plant(),
-            between: between.clone(),
-            remembered: HashMap::new(),
-            latest: None,
-            smears: 0,
-        };
         let (path, stop) = (output.to_owned(), Arc::clone(&quit));
         let thread = std::thread::spawn(move || {
-            let mut output = Some(open);
             while !stop.load(Ordering::Relaxed) {
-                output = match output.take() {
-                    Some(mut there) => pictures.refresh(&mut there).is_ok().then_some(there),
+                there = match there.take() {
+                    Some(mut output) => view.refresh(&mut output).is_ok().then_some(output),
                     None => {
-                        pictures.between.show(None);
+                        view.between.shown.set(None);
                         std::thread::sleep(PAUSE);
                         VideoOutput::open(&path, size).ok()
                     }
                 };
             }
         });
-        Ok((Self { quit, thread: Some(thread) }, InStep::new(stage, between)))
+        Ok(Self { quit, thread: Some(thread) })
     }
 }
 
@@ -77,61 +65,106 @@ impl Drop for World {
     }
 }
 
-struct Pictures {
-    twin: Arc<Twin>,
-    plant: Plant,
-    between: Between,
-    remembered: HashMap<i64, Frame>,
-    latest: Option<Frame>,
-    smears: usize,
+/// A place of the carriage, in steps, or none.
+#[derive(Debug, Clone)]
+struct Place(Arc<AtomicI64>);
+
+impl Place {
+    const NONE: i64 = i64::MIN;
+
+    fn get(&self) -> Option<i64> {
+        Some(self.0.load(Ordering::SeqCst)).filter(|steps| *steps != Self::NONE)
+    }
+
+    fn set(&self, steps: Option<i64>) {
+        self.0.store(steps.unwrap_or(Self::NONE), Ordering::SeqCst);
+    }
 }
 
-impl Pictures {
+impl Default for Place {
+    fn default() -> Self {
+        Self(Arc::new(AtomicI64::new(Self::NONE)))
+    }
+}
+
+/// What stage and view know of each other.
+#[derive(Debug, Clone, Default)]
+struct Between {
+    /// What is shown; none while the carriage moves.
+    shown: Place,
+    /// Where the carriage wants to come to rest.
+    wanted: Place,
+}
+
+impl Between {
+    /// Asked by the stage before its last step.
+    fn may_rest_at(&self, steps: i64) -> bool {
+        let shown = self.shown.get() == Some(steps);
+        self.wanted.set(if shown { None } else { Some(steps) });
+        shown
+    }
+}
+
+struct View {
+    pictures: Pictures,
+    plant: Plant,
+    between: Between,
+    /// When it was looked at last.
+    steps_made: u64,
+}
+
+impl View {
     /// Shows what has changed, if anything has.
     fn refresh(&mut self, output: &mut VideoOutput) -> Result<(), CameraError> {
-        let moving = self.between.moving();
-        let steps = self.plant.carriage_steps();
-        if moving {
-            self.between.show(None);
-            if let Some(smeared) = self.smeared() {
-                output.show(&smeared, PATIENCE)?;
-            }
-        } else if self.between.shown() != Some(steps) {
-            let picture = self.at(steps);
-            if output.show(&picture, PATIENCE)? && !self.between.moving() {
-                self.latest = Some(picture);
-                self.between.show(Some(steps));
-            }
-        } else {
+        let wanted = self.between.wanted.get();
+        let steps = wanted.unwrap_or_else(|| self.plant.carriage_steps());
+        let made = self.plant.steps_made();
+        let moving = std::mem::replace(&mut self.steps_made, made) != made;
+        if self.between.shown.get() == Some(steps) {
+            // An output that goes must be let go, or it cannot come back.
+            output.check()?;
             std::thread::sleep(LOOK);
+        } else if moving && wanted.is_none() {
+            self.between.shown.set(None);
+            if let Some(picture) = self.pictures.moving() {
+                output.show(&picture, PATIENCE)?;
+            }
+        } else if output.show(&self.pictures.at(steps), PATIENCE)? {
+            self.between.shown.set(Some(steps));
         }
         Ok(())
     }
+}
 
-    fn at(&mut self, steps: i64) -> Frame {
-        if self.remembered.len() >= REMEMBERED {
-            self.remembered.clear();
-        }
-        let twin = &self.twin;
-        let render = || twin.expose(NativeDevice::mm_from_home(steps), 0);
-        self.remembered.entry(steps).or_insert_with(render).clone()
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::SimulatedLink;
+    use crate::stage::native::NativeOptions;
+    use crate::stage::{NativeStage, Stage};
 
-    /// What a camera sees of a moving object.
-    fn smeared(&mut self) -> Option<Frame> {
-        let latest = self.latest.as_ref()?;
-        self.smears += 1;
-        let reach = SMEARS[self.smears % SMEARS.len()];
-        let Samples::U8(samples) = latest.samples() else { return None };
-        let mut smeared = Vec::with_capacity(samples.len());
-        for row in samples.chunks_exact(latest.columns()) {
-            let mut sum: u32 = row[..reach.min(row.len())].iter().map(|&sample| u32::from(sample)).sum();
-            for x in 0..row.len() {
-                smeared.push((sum / reach as u32).min(255) as u8);
-                sum += row.get(x + reach).map_or(0, |&sample| u32::from(sample));
-                sum -= u32::from(row[x]);
+    #[test]
+    fn the_stage_comes_to_rest_when_its_picture_is_shown_and_answers_meanwhile() {
+        let between = Between::default();
+        let mut device = NativeDevice::default();
+        let plant = device.plant();
+        let gate = between.clone();
+        // A view that needs a second: it shows what is wanted when it has been asked for 10 000 ticks.
+        let mut questions = 0;
+        device.rest_when(Box::new(move |steps| {
+            questions += 1;
+            if questions % 10_000 == 0 {
+                gate.shown.set(Some(steps));
             }
-        }
-        Frame::new(latest.rows(), latest.columns(), latest.bit_depth(), Samples::U8(smeared)).ok()
+            gate.may_rest_at(steps)
+        }));
+        let link = Box::new(SimulatedLink::new(device));
+        let mut stage = NativeStage::connect(link, NativeOptions::default()).unwrap();
+        stage.home().unwrap();
+        assert_eq!(NativeDevice::mm_from_home(plant.carriage_steps()), 0.0);
+        stage.move_to(12.5).unwrap();
+        assert_eq!(NativeDevice::mm_from_home(plant.carriage_steps()), 12.5);
+        assert_eq!(between.shown.get(), Some(plant.carriage_steps()));
+        assert_eq!(between.wanted.get(), None);
     }
 }

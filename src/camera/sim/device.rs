@@ -155,7 +155,7 @@ impl SimDevice {
             SimFault::LateControls(frames) => self.late_controls = frames,
             SimFault::Stamps(stamps) => self.stamps = stamps,
             SimFault::SequenceAt(sequence) => self.sequence = sequence,
-            SimFault::Unnumbered => self.unnumbered = true,
+            SimFault::Unnumbered => (self.unnumbered, self.sequence) = (true, 0),
             waiting => self.pending.push(waiting),
         }
     }

@@ -72,6 +72,14 @@ impl VideoOutput {
         self.exchange(samples, until).map_err(broken(&self.path, "show a picture"))
     }
 
+    /// Whether the output is still there.
+    ///
+    /// # Errors
+    /// [`CameraError::Gone`] if it is not.
+    pub fn check(&self) -> Result<(), CameraError> {
+        self.node.capabilities().map(|_| ()).map_err(failed(&self.path, "say what it is"))
+    }
+
     fn unfit(&self, what: &str) -> CameraError {
         CameraError::NotOffered {
             camera: self.path.clone(),

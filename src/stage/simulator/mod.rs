@@ -27,7 +27,7 @@ mod script;
 mod zaber;
 
 pub use grbl::GrblDevice;
-pub use native::NativeDevice;
+pub use native::{Gate, NativeDevice};
 pub use plant::Plant;
 pub use script::{DeviceFault, FaultScript};
 pub use zaber::ZaberDevice;

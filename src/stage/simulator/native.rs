@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use firmware_protocol::axis::Axis;
+use firmware_protocol::axis::{Axis, Way};
 use firmware_protocol::device::{Build, Device};
 
 use super::script::{Mishap, Troubles};
@@ -32,7 +32,11 @@ pub struct NativeDevice {
     operating: bool,
     ticks: Ticks,
     sent: Vec<u8>,
+    may_rest: Option<Gate>,
 }
+
+/// Asked with the place, in steps, where the carriage would come to rest.
+pub type Gate = Box<dyn FnMut(i64) -> bool + Send>;
 
 impl Default for NativeDevice {
     fn default() -> Self {
@@ -55,6 +59,7 @@ impl NativeDevice {
             operating: false,
             ticks: Ticks::default(),
             sent: Vec::new(),
+            may_rest: None,
         }
     }
 
@@ -70,9 +75,10 @@ impl NativeDevice {
         self.plant.clone()
     }
 
-    /// Whether the motor is told to turn.
-    pub fn moves(&self) -> bool {
-        self.axis.snapshot().moving
+    /// From now on the motor's time stands still before the last step of a motion until `gate` lets it come to rest. The device
+    /// answers meanwhile.
+    pub fn rest_when(&mut self, gate: Gate) {
+        self.may_rest = Some(gate);
     }
 
     /// Where a carriage at `steps` of its [`Plant`] is, in mm from home.
@@ -108,7 +114,21 @@ impl NativeDevice {
     }
 
     fn tick(&mut self) {
-        if let Some(way) = self.axis.tick(self.plant.limits()) {
+        let mut next = self.axis.clone();
+        let step = next.tick(self.plant.limits());
+        let ends = self.axis.snapshot().moving && !next.snapshot().moving;
+        if let Some(may_rest) = self.may_rest.as_mut().filter(|_| ends) {
+            let ahead = match step {
+                Some(Way::Out) => 1,
+                Some(Way::Home) => -1,
+                None => 0,
+            };
+            if !may_rest(self.plant.carriage_steps() + ahead) {
+                return;
+            }
+        }
+        self.axis = next;
+        if let Some(way) = step {
             self.plant.step(way);
         }
     }
