@@ -131,6 +131,9 @@ fn help_has_examples_and_completions_name_the_verbs() {
     for verb in [
         "demo",
         "devices",
+        "camera",
+        "grab",
+        "capture",
         "home",
         "move",
         "stop",

@@ -161,6 +161,8 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 None => {}
                 Some(Ok(difference)) => agreeing.push(difference.typical_dn),
                 Some(Err(objection)) => {
+                    // Receivers without a signal show noise.
+                    self.device.check_signal()?;
                     agreeing.clear();
                     passed.unsteady += 1;
                     passed.reason = Some(objection);
@@ -170,9 +172,10 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 stream.latest = Some((frame, Moment::default()));
             }
         }
-        let steady = agreeing.iter().copied().fold(0.0, f64::max);
+        // The median: settings may have taken effect between two frames of the first few.
+        agreeing.sort_by(f64::total_cmp);
         if let Some(stream) = &mut self.stream {
-            stream.steady_dn = Some(steady);
+            stream.steady_dn = agreeing.get(agreeing.len() / 2).copied();
             // Some drivers leave the number at zero.
             stream.numbered = Some(sequences.windows(2).any(|pair| pair[0] != pair[1]));
         }
@@ -266,6 +269,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
             match compared {
                 None => {}
                 Some(Err(objection)) => {
+                    self.device.check_signal()?;
                     passed.unsteady += 1;
                     passed.reason = Some(objection);
                 }
@@ -331,6 +335,17 @@ impl<D: VideoDevice> CheckedCamera<D> {
         let _ = self.device.stop();
         self.configure_as_before()?;
         self.start_until(deadline)
+    }
+
+    /// Whatever comes after an error must start from a known state.
+    fn give_up(&mut self, error: &CameraError) {
+        self.stream = None;
+        if matches!(error, CameraError::Gone { .. }) {
+            self.device.let_go();
+        } else {
+            // The error that led here is the one to tell; the next start will meet this one.
+            let _ = self.device.stop();
+        }
     }
 
     /// Sets everything as it was, also what nobody asked for and was only found to be so.
@@ -427,6 +442,9 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
             }
             started = self.restart(deadline);
         }
+        if let Err(error) = &started {
+            self.give_up(error);
+        }
         started
     }
 
@@ -448,10 +466,8 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
                 Err(error) => Err(error),
             };
         }
-        if attempt.is_err() {
-            // What comes next must start from a known state.
-            let _ = self.device.stop();
-            self.stream = None;
+        if let Err(error) = &attempt {
+            self.give_up(error);
         }
         attempt
     }

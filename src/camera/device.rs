@@ -139,6 +139,9 @@ pub trait VideoDevice: Send {
     /// [`CameraError`] if the driver does not take it.
     fn requeue(&mut self, buffer: FilledBuffer) -> Result<(), CameraError>;
 
+    /// Lets go of a device that has gone: while anybody holds it, it cannot come back under its name.
+    fn let_go(&mut self);
+
     /// Opens the device anew after it has gone, and makes sure that it is the same one.
     ///
     /// # Errors

@@ -56,8 +56,7 @@ pub enum CameraError {
     },
     /// The user may not open the device.
     #[error(
-        "no permission to open {camera}; add yourself to its group (`sudo usermod -aG video $USER`, then log in again) or \
-         install the project's udev rules"
+        "no permission to open {camera}; add yourself to its group (`sudo usermod -aG video $USER`, then log in again)"
     )]
     Permission {
         /// The device.

@@ -104,6 +104,10 @@ impl VideoDevice for V4l2Device {
         match *self {}
     }
 
+    fn let_go(&mut self) {
+        match *self {}
+    }
+
     fn reopen(&mut self) -> Result<(), CameraError> {
         match *self {}
     }

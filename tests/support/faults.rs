@@ -108,15 +108,15 @@ pub fn outcome(bench: &mut dyn Bench, fault: Fault, step: usize) -> Option<Strin
     // Few places, whose pictures are soon known.
     let position_mm = 10.0 + 0.8 * (step % 3) as f64;
     bench.stage().move_to(position_mm).unwrap();
-    if !bench.inject(fault) {
-        return None;
-    }
-    // What the program sees first may be the end of the stream that was running.
     let allowed = settings.patience + SLACK;
     let before_mm = position_mm;
     let position_mm = position_mm + 0.4;
-    bench.stage().move_to(position_mm).unwrap();
     assert!(bench.truth(before_mm) != bench.truth(position_mm), "the rig cannot tell a stale frame");
+    // What waits in the driver's queue now shows the place before.
+    bench.stage().move_to(position_mm).unwrap();
+    if !bench.inject(fault) {
+        return None;
+    }
     let started = Instant::now();
     let mut words = String::new();
     let mut result = grab(bench, fault, &settings);

@@ -11,8 +11,9 @@ use epirig::camera::{Camera, CameraSettings, Size, V4l2Camera, V4l2Device};
 use epirig::frame::Frame;
 use epirig::link::{PortChoice, choose, open, ports};
 use epirig::stage::native::{BAUD, NativeOptions};
-use epirig::stage::{NativeStage, Stage};
+use epirig::stage::{NativeStage, Stage, StageError};
 use epirig::twin::{Twin, TwinConfig};
+use firmware_protocol::message::Settings;
 
 use super::faults::{Bench, Fault};
 
@@ -48,12 +49,14 @@ fn wait_for(what: &str, mut there: impl FnMut() -> bool) {
     }
 }
 
-/// Loops vivid's output into its capture side, at 640 x 480 and 60 Hz.
+/// The timings that vivid has when it is new, 1280 x 720 at 60 Hz: what loops its output need not be first to set them.
+const TIMINGS: &str = "--set-dv-bt-timings=index=7";
+
+/// Loops vivid's output into its capture side.
 fn loop_video() {
     v4l2_ctl(&["-d0", "-c", "loop_video=1,osd_text_mode=2"]);
-    v4l2_ctl(&["-d0", "--set-dv-bt-timings=index=0"]);
-    // While the world shows pictures the output keeps its timings.
-    let _ = Command::new("v4l2-ctl").args(["-d1", "--set-dv-bt-timings=index=0"]).output().unwrap();
+    v4l2_ctl(&["-d0", TIMINGS]);
+    v4l2_ctl(&["-d1", TIMINGS]);
 }
 
 /// The program's simulator, playing stage and world in a process of its own.
@@ -123,8 +126,26 @@ impl VividBench {
     pub fn reconnect_stage(&mut self) {
         self.stage = None;
         let choice: PortChoice = PORT.parse().unwrap();
-        let link = open(&choose(&choice, &ports().unwrap()).unwrap(), BAUD).unwrap();
-        self.stage = Some(Box::new(NativeStage::connect(link, NativeOptions::default()).unwrap()));
+        // Faster than by default: what is tried here are many moves.
+        let settings = Settings {
+            velocity_nm_s: 15_000_000,
+            acceleration_nm_s2: 100_000_000,
+            seek_velocity_nm_s: 15_000_000,
+            touch_velocity_nm_s: 2_000_000,
+            ..Settings::default()
+        };
+        let options = NativeOptions { settings: Some(settings), ..NativeOptions::default() };
+        // One whose host has gone in mid-move is busy until its watchdog has stopped it.
+        wait_for("the stage", || {
+            let link = open(&choose(&choice, &ports().unwrap()).unwrap(), BAUD).unwrap();
+            match NativeStage::connect(link, options) {
+                Err(StageError::Refused { .. }) => false,
+                connected => {
+                    self.stage = Some(Box::new(connected.unwrap()));
+                    true
+                }
+            }
+        });
     }
 
     fn press(&mut self, control: &str, value: &str) {
@@ -167,7 +188,10 @@ impl Bench for VividBench {
             Fault::RequestError => self.press("inject_vidioc_reqbufs_error", "1"),
             Fault::StartError => self.press("inject_vidioc_streamon_error", "1"),
             Fault::FatalError => self.press("inject_fatal_streaming_error", "1"),
-            Fault::Disconnect => self.press("disconnect", "1"),
+            Fault::Disconnect => {
+                // Through another process: who presses it here is told at once that the camera has gone.
+                v4l2_ctl(&["-d0", "-c", "disconnect=1"]);
+            }
             Fault::UnbindAndBind => self.driver("unbind"),
             Fault::SequenceWrap => self.press("wrap_sequence_number", "1"),
             Fault::NoSignal => self.press("dv_timings_signal_mode", "No Signal"),
@@ -212,7 +236,7 @@ impl Bench for VividBench {
             }
             Fault::InputSetOtherwise => {
                 self.camera.stop().unwrap();
-                v4l2_ctl(&["-d0", "--set-dv-bt-timings=index=0"]);
+                v4l2_ctl(&["-d0", TIMINGS]);
             }
             Fault::StampsOfTheStart | Fault::StampsOfTheEnd => set("timestamp_source=0"),
             Fault::StampsOfAnotherClock => set("wrap_timestamp=0"),

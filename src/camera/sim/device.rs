@@ -462,6 +462,8 @@ impl VideoDevice for SimDevice {
         Ok(())
     }
 
+    fn let_go(&mut self) {}
+
     fn reopen(&mut self) -> Result<(), CameraError> {
         if let Some(failing) = self.gone.filter(|failing| *failing > 0) {
             self.gone = Some(failing - 1);

@@ -352,10 +352,14 @@ impl VideoDevice for V4l2Device {
         }
     }
 
-    fn reopen(&mut self) -> Result<(), CameraError> {
-        // The kernel keeps a device that has gone until nobody has it open.
+    fn let_go(&mut self) {
+        // It has gone; that it cannot be stopped is no news.
         let _ = self.stop();
         self.node.close();
+    }
+
+    fn reopen(&mut self) -> Result<(), CameraError> {
+        self.let_go();
         let found = cameras()?.into_iter().find(|camera| camera.is_same_as(&self.identity));
         let Some(found) = found else {
             return match Self::open(&self.path) {

@@ -71,8 +71,9 @@ impl NativeStage {
             stop: StopSwitch::default(),
         };
         stage.meet(identity)?;
-        // What failed before we came (a pulled cable, another program's fault) is not to be built upon.
-        stage.trusted = stage.status()?.outcome != Outcome::Failed;
+        // What failed before we came (a pulled cable, another program's fault), or still runs without its host, is not to be
+        // built upon.
+        stage.trusted = !matches!(stage.status()?.outcome, Outcome::Failed | Outcome::Running);
         Ok(stage)
     }
 
