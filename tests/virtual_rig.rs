@@ -204,17 +204,15 @@ fn a_serial_port_pulled_out_in_mid_scan_is_an_error_and_the_scan_goes_on_after_i
     let began = Instant::now();
     let error = bench.stage().move_to(60.0).unwrap_err();
     assert!(matches!(error, StageError::Link(_)), "{error:?}");
+    println!("noticed after {:.2} s: {error}", began.elapsed().as_secs_f64());
     assert!(began.elapsed() < Duration::from_secs(10));
     plug.join().unwrap();
     let error = bench.stage().move_to(10.0).unwrap_err();
-    println!("afterwards: {error}");
+    assert_eq!(error, StageError::NotHomed);
+    // Nobody is quicker; and the stage's watchdog stops it after half a second.
+    std::thread::sleep(Duration::from_secs(2));
     vivid_bench::plug_serial_port(true);
     bench.reconnect_stage();
-    // Nobody was there to feed its watchdog: it comes to rest by itself.
-    while bench.stage().state().unwrap().moving {
-        assert!(began.elapsed() < Duration::from_secs(30));
-        std::thread::sleep(Duration::from_millis(100));
-    }
     let error = bench.stage().move_to(10.0).unwrap_err();
     assert_eq!(error, StageError::NotHomed, "the position may not be trusted");
     bench.stage().home().unwrap();

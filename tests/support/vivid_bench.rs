@@ -200,7 +200,7 @@ impl Bench for VividBench {
             Fault::OtherTimings => self.press("dv_timings_signal_mode", "Selected DV Timings"),
             Fault::InputSetOtherwise => {
                 self.camera.stop().unwrap();
-                v4l2_ctl(&["-d0", "--set-dv-bt-timings=index=3"]);
+                v4l2_ctl(&["-d0", "--set-dv-bt-timings=index=0"]);
             }
             Fault::ControlChanged => {
                 // By another program.
