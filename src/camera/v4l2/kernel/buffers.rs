@@ -1,0 +1,202 @@
+//! Buffers that driver and program share.
+
+use std::io;
+use std::os::fd::AsRawFd;
+use std::ptr::NonNull;
+
+use v4l::v4l_sys as sys;
+use v4l::v4l2::{self, vidioc};
+
+use super::call::{Direction, Node, zeroed};
+
+const MEMORY_MAPPED: u32 = 1;
+
+/// What counts of `struct v4l2_buffer`.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::camera::v4l2) struct Dequeued {
+    pub(in crate::camera::v4l2) index: usize,
+    pub(in crate::camera::v4l2) bytes_used: usize,
+    pub(in crate::camera::v4l2) flags: u32,
+    pub(in crate::camera::v4l2) stamp_ns: u64,
+    pub(in crate::camera::v4l2) sequence: u32,
+}
+
+/// Memory of a driver's buffer in this process.
+#[derive(Debug)]
+struct Mapping {
+    start: NonNull<u8>,
+    length: usize,
+}
+
+// SAFETY: the mapping is memory like any other, owned by this value alone.
+unsafe impl Send for Mapping {}
+
+impl Mapping {
+    fn of(node: &Node, buffer: &sys::v4l2_buffer) -> io::Result<Self> {
+        let length = buffer.length as usize;
+        // SAFETY: the members of the union are numbers and raw pointers; of mapped buffers it is the offset.
+        let offset = unsafe { buffer.m.offset };
+        let file = node.file()?.as_raw_fd();
+        // SAFETY: a new mapping at a place of the kernel's choice touches no memory of ours; what it returns is `length` bytes long
+        // until it is unmapped.
+        let start = unsafe {
+            v4l2::mmap(std::ptr::null_mut(), length, mmap::READ_WRITE, mmap::SHARED, file, offset.into())?
+        };
+        let start =
+            NonNull::new(start.cast()).ok_or_else(|| io::Error::other("a buffer was mapped nowhere"))?;
+        Ok(Self { start, length })
+    }
+}
+
+/// Numbers of `mmap`, the same on all Linux machines.
+mod mmap {
+    pub(in crate::camera::v4l2) const READ_WRITE: i32 = 3;
+    pub(in crate::camera::v4l2) const SHARED: i32 = 1;
+}
+
+impl Drop for Mapping {
+    fn drop(&mut self) {
+        // SAFETY: the mapping was made by `of`, has this start and length, and no slice of it outlives `self`. It fails for
+        // mappings that are none only.
+        let _ = unsafe { v4l2::munmap(self.start.as_ptr().cast(), self.length) };
+    }
+}
+
+/// The buffers of a stream.
+#[derive(Debug)]
+pub(in crate::camera::v4l2) struct Buffers {
+    direction: Direction,
+    mappings: Vec<Mapping>,
+    /// Which buffers the driver owns.
+    queued: Vec<bool>,
+}
+
+impl Buffers {
+    /// Asks the driver for buffers and maps them; it may make more or fewer.
+    pub(in crate::camera::v4l2) fn request(
+        node: &Node,
+        direction: Direction,
+        count: usize,
+    ) -> io::Result<Self> {
+        let made = node.request_buffers(direction, count)?;
+        let mut mappings = Vec::with_capacity(made);
+        for index in 0..made {
+            let mut buffer = node.buffer(direction, index);
+            let mapped =
+                node.call(vidioc::VIDIOC_QUERYBUF, &mut buffer).and_then(|()| Mapping::of(node, &buffer));
+            match mapped {
+                Ok(mapping) => mappings.push(mapping),
+                Err(error) => {
+                    drop(mappings);
+                    // What was wrong is told already.
+                    let _ = node.request_buffers(direction, 0);
+                    return Err(error);
+                }
+            }
+        }
+        Ok(Self { direction, queued: vec![false; made], mappings })
+    }
+
+    pub(in crate::camera::v4l2) fn count(&self) -> usize {
+        self.mappings.len()
+    }
+
+    /// Indices of buffers that are ours.
+    pub(in crate::camera::v4l2) fn free(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.count()).filter(|&index| !self.queued[index])
+    }
+
+    /// Gives a buffer to the driver. `bytes_used` counts for output only.
+    pub(in crate::camera::v4l2) fn queue(
+        &mut self,
+        node: &Node,
+        index: usize,
+        bytes_used: usize,
+    ) -> io::Result<()> {
+        let Some(queued) = self.queued.get_mut(index).filter(|queued| !**queued) else {
+            return Err(io::Error::other("the buffer is the driver's already"));
+        };
+        let mut buffer = node.buffer(self.direction, index);
+        buffer.bytesused = u32::try_from(bytes_used).unwrap_or(u32::MAX);
+        buffer.field = sys::v4l2_field_V4L2_FIELD_NONE;
+        // Before the call: if it fails half-way, the memory must not be read as ours.
+        *queued = true;
+        let done = node.call(vidioc::VIDIOC_QBUF, &mut buffer);
+        if done.is_err() {
+            *queued = false;
+        }
+        done
+    }
+
+    /// Takes a buffer that the driver is done with; `None` if there is none now.
+    pub(in crate::camera::v4l2) fn dequeue(&mut self, node: &Node) -> io::Result<Option<Dequeued>> {
+        let mut buffer = node.buffer(self.direction, 0);
+        match node.call(vidioc::VIDIOC_DQBUF, &mut buffer) {
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(None),
+            done => done?,
+        }
+        let index = buffer.index as usize;
+        let (Some(queued), Some(mapping)) = (self.queued.get_mut(index), self.mappings.get(index)) else {
+            return Err(io::Error::other("the driver returned a buffer that there is not"));
+        };
+        *queued = false;
+        let seconds = u64::try_from(buffer.timestamp.tv_sec).unwrap_or(0);
+        let microseconds = u64::try_from(buffer.timestamp.tv_usec).unwrap_or(0);
+        Ok(Some(Dequeued {
+            index,
+            bytes_used: (buffer.bytesused as usize).min(mapping.length),
+            flags: buffer.flags,
+            stamp_ns: seconds.saturating_mul(1_000_000_000).saturating_add(microseconds.saturating_mul(1000)),
+            sequence: buffer.sequence,
+        }))
+    }
+
+    /// The bytes of a buffer that is ours.
+    pub(in crate::camera::v4l2) fn bytes(&self, index: usize) -> Option<&[u8]> {
+        let mapping = self.mappings.get(index).filter(|_| !self.queued[index])?;
+        // SAFETY: the mapping is that long and lives as long as `self`. The driver does not write to a buffer that it has handed over,
+        // and handing it back needs `&mut self`, so that this slice is gone by then.
+        Some(unsafe { std::slice::from_raw_parts(mapping.start.as_ptr(), mapping.length) })
+    }
+
+    /// The bytes of a buffer that is ours, to be written.
+    pub(in crate::camera::v4l2) fn bytes_mut(&mut self, index: usize) -> Option<&mut [u8]> {
+        let mapping = self.mappings.get(index).filter(|_| !self.queued[index])?;
+        // SAFETY: as for `bytes`; and `&mut self` makes this the only slice.
+        Some(unsafe { std::slice::from_raw_parts_mut(mapping.start.as_ptr(), mapping.length) })
+    }
+
+    pub(in crate::camera::v4l2) fn start(&self, node: &Node) -> io::Result<()> {
+        node.switch_stream(self.direction, true)
+    }
+
+    /// Stops the stream and gives the memory back.
+    pub(in crate::camera::v4l2) fn release(self, node: &Node) -> io::Result<()> {
+        let stopped = node.switch_stream(self.direction, false);
+        let direction = self.direction;
+        drop(self);
+        stopped.and(node.request_buffers(direction, 0).map(|_| ()))
+    }
+}
+
+impl Node {
+    fn switch_stream(&self, direction: Direction, on: bool) -> io::Result<()> {
+        let mut kind = direction as std::os::raw::c_int;
+        self.call(if on { vidioc::VIDIOC_STREAMON } else { vidioc::VIDIOC_STREAMOFF }, &mut kind)
+    }
+
+    fn request_buffers(&self, direction: Direction, count: usize) -> io::Result<usize> {
+        let mut wanted = sys::v4l2_requestbuffers {
+            count: u32::try_from(count).unwrap_or(u32::MAX),
+            type_: direction as u32,
+            memory: MEMORY_MAPPED,
+            ..zeroed()
+        };
+        self.call(vidioc::VIDIOC_REQBUFS, &mut wanted)?;
+        Ok(wanted.count as usize)
+    }
+
+    fn buffer(&self, direction: Direction, index: usize) -> sys::v4l2_buffer {
+        sys::v4l2_buffer { index: index as u32, type_: direction as u32, memory: MEMORY_MAPPED, ..zeroed() }
+    }
+}

@@ -1,0 +1,181 @@
+//! One call of the kernel, made safe.
+
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::mem::size_of;
+use std::os::fd::{AsFd, AsRawFd};
+use std::os::unix::fs::OpenOptionsExt;
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::OFlags;
+use rustix::io::Errno;
+use v4l::v4l_sys as sys;
+use v4l::v4l2::{self, vidioc};
+
+use crate::camera::v4l2::failure::is;
+
+/// A call number: direction, size of the argument, `V`, number.
+pub(super) type Request = vidioc::_IOC_TYPE;
+
+/// Where a call number holds the size of its argument.
+const SIZE_SHIFT: u32 = 16;
+const SIZE_MASK: Request = 0x3fff;
+pub(super) const READ: Request = 2;
+const DIRECTION_SHIFT: u32 = 30;
+
+/// The number of a call that the crate leaves out.
+pub(super) const fn request(direction: Request, number: Request, size: usize) -> Request {
+    direction << DIRECTION_SHIFT | (size as Request) << SIZE_SHIFT | (b'V' as Request) << 8 | number
+}
+
+/// What buffers are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub(in crate::camera::v4l2) enum Direction {
+    Capture = 1,
+    Output = 2,
+}
+
+/// `struct v4l2_capability`.
+#[derive(Debug, Clone)]
+pub(in crate::camera::v4l2) struct Capabilities {
+    pub(in crate::camera::v4l2) driver: String,
+    pub(in crate::camera::v4l2) card: String,
+    pub(in crate::camera::v4l2) bus: String,
+    /// Of this node, not of the whole device.
+    pub(in crate::camera::v4l2) flags: u32,
+}
+
+/// A video device, open until it is closed; calls do not block.
+#[derive(Debug)]
+pub(in crate::camera::v4l2) struct Node(Option<File>);
+
+/// A structure of the kernel's with all bytes zero.
+pub(super) fn zeroed<T: KernelStruct>() -> T {
+    // SAFETY: `KernelStruct` is implemented for structures of integers, raw pointers and unions of these only; zero is a value of
+    // each of them.
+    unsafe { std::mem::zeroed() }
+}
+
+/// Structures that the kernel's calls take.
+///
+/// # Safety
+/// They consist of integers, raw pointers and unions of these.
+pub(super) unsafe trait KernelStruct {}
+
+macro_rules! kernel_structs {
+    ($($name:ident),*) => { $(
+        // SAFETY: a C structure of the kernel's header, in which there are only numbers, raw pointers and unions of them.
+        unsafe impl KernelStruct for sys::$name {}
+    )* };
+}
+kernel_structs!(
+    v4l2_capability,
+    v4l2_fmtdesc,
+    v4l2_frmsizeenum,
+    v4l2_frmivalenum,
+    v4l2_format,
+    v4l2_streamparm,
+    v4l2_input,
+    v4l2_dv_timings,
+    v4l2_query_ext_ctrl,
+    v4l2_querymenu,
+    v4l2_ext_control,
+    v4l2_ext_controls,
+    v4l2_requestbuffers,
+    v4l2_buffer
+);
+// SAFETY: a number.
+unsafe impl KernelStruct for std::os::raw::c_int {}
+
+pub(super) fn text(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
+    String::from_utf8_lossy(&bytes[..end]).trim().to_owned()
+}
+
+impl Node {
+    /// Opens a device file.
+    pub(in crate::camera::v4l2) fn open(path: &str) -> io::Result<Self> {
+        let flags = (OFlags::NONBLOCK | OFlags::CLOEXEC).bits() as i32;
+        OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).map(|file| Self(Some(file)))
+    }
+
+    /// Closes the device: every call fails from now on, as if it had gone.
+    pub(in crate::camera::v4l2) fn close(&mut self) {
+        self.0 = None;
+    }
+
+    pub(super) fn file(&self) -> io::Result<&File> {
+        self.0.as_ref().ok_or_else(|| Errno::NODEV.into())
+    }
+
+    pub(super) fn call<T: KernelStruct>(&self, request: Request, argument: &mut T) -> io::Result<()> {
+        if (request >> SIZE_SHIFT & SIZE_MASK) as usize != size_of::<T>() {
+            return Err(io::Error::other("a call of the kernel with an argument of another size"));
+        }
+        let file = self.file()?.as_raw_fd();
+        loop {
+            // SAFETY: the call number holds the size of the argument, which is that of `T` as just checked, so the kernel stays within
+            // `argument`, which is borrowed exclusively. Where `T` holds a pointer (extended controls, string controls), the
+            // caller in this file points it at what it borrows for longer than the call, or leaves it zero.
+            let done = unsafe { v4l2::ioctl(file, request, std::ptr::from_mut(argument).cast()) };
+            match done {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                done => return done,
+            }
+        }
+    }
+
+    /// Waits until buffers can be exchanged or something has happened; whether it has.
+    pub(in crate::camera::v4l2) fn wait(&self, direction: Direction, patience: Duration) -> io::Result<bool> {
+        let events = match direction {
+            Direction::Capture => PollFlags::IN,
+            Direction::Output => PollFlags::OUT,
+        };
+        let mut files = [PollFd::from_borrowed_fd(self.file()?.as_fd(), events)];
+        let patience = Timespec::try_from(patience).map_err(io::Error::other)?;
+        match poll(&mut files, Some(&patience)) {
+            // Interrupted: the caller looks at its own clock.
+            Err(Errno::INTR) => Ok(false),
+            Err(error) => Err(error.into()),
+            Ok(count) => Ok(count > 0),
+        }
+    }
+
+    pub(in crate::camera::v4l2) fn capabilities(&self) -> io::Result<Capabilities> {
+        let mut found: sys::v4l2_capability = zeroed();
+        self.call(vidioc::VIDIOC_QUERYCAP, &mut found)?;
+        let flags = if found.capabilities & sys::V4L2_CAP_DEVICE_CAPS != 0 {
+            found.device_caps
+        } else {
+            found.capabilities
+        };
+        Ok(Capabilities {
+            driver: text(&found.driver),
+            card: text(&found.card),
+            bus: text(&found.bus_info),
+            flags,
+        })
+    }
+}
+
+/// Asks with rising indices until there is no more; a device that knows no such list has none.
+pub(super) fn enumerate<T>(mut ask: impl FnMut(u32) -> io::Result<T>) -> io::Result<Vec<T>> {
+    /// No list of a driver is longer; one without end would be.
+    const LONGEST: u32 = 1024;
+    let mut found = Vec::new();
+    for index in 0..LONGEST {
+        match ask(index) {
+            Ok(item) => found.push(item),
+            Err(error) if has_none(&error) => break,
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(found)
+}
+
+/// Whether an error says that there is no such thing, or no such call.
+pub(super) fn has_none(error: &io::Error) -> bool {
+    is(error, Errno::INVAL) || is(error, Errno::NOTTY)
+}

@@ -1,0 +1,84 @@
+//! Controls.
+
+use std::io;
+
+use v4l::v4l_sys as sys;
+use v4l::v4l2::vidioc;
+
+use super::call::{Node, Request, has_none, text, zeroed};
+
+/// Present values, of controls of any class.
+const CURRENT_VALUES: u32 = 0;
+const NEXT_CONTROL: u32 = 0x8000_0000 | 0x4000_0000;
+
+/// `struct v4l2_query_ext_ctrl`.
+#[derive(Debug, Clone)]
+pub(in crate::camera::v4l2) struct ControlQuery {
+    pub(in crate::camera::v4l2) id: u32,
+    pub(in crate::camera::v4l2) kind: u32,
+    pub(in crate::camera::v4l2) name: String,
+    pub(in crate::camera::v4l2) minimum: i64,
+    pub(in crate::camera::v4l2) maximum: i64,
+    pub(in crate::camera::v4l2) step: u64,
+    pub(in crate::camera::v4l2) default: i64,
+    pub(in crate::camera::v4l2) flags: u32,
+    pub(in crate::camera::v4l2) elements: u32,
+}
+
+impl Node {
+    /// The control after `id`, of any kind; `None` after the last.
+    pub(in crate::camera::v4l2) fn next_control(&self, id: u32) -> io::Result<Option<ControlQuery>> {
+        let mut found = sys::v4l2_query_ext_ctrl { id: id | NEXT_CONTROL, ..zeroed() };
+        match self.call(vidioc::VIDIOC_QUERY_EXT_CTRL, &mut found) {
+            // No more, or none at all.
+            Err(error) if has_none(&error) => return Ok(None),
+            done => done?,
+        }
+        Ok(Some(ControlQuery {
+            id: found.id,
+            kind: found.type_,
+            name: text(&found.name.map(|character| character as u8)),
+            minimum: found.minimum,
+            maximum: found.maximum,
+            step: found.step,
+            default: found.default_value,
+            flags: found.flags,
+            elements: found.elems,
+        }))
+    }
+
+    /// The name of a menu's item; the number, for a menu of numbers. `None` for an item that is left out.
+    pub(in crate::camera::v4l2) fn menu_item(&self, id: u32, index: u32, of_numbers: bool) -> Option<String> {
+        let mut found = sys::v4l2_querymenu { id, index, ..zeroed() };
+        self.call(vidioc::VIDIOC_QUERYMENU, &mut found).ok()?;
+        // SAFETY: the members of the union are bytes and a number, valid whatever was written. It is packed: they are copied.
+        let (name, value) = unsafe { (found.__bindgen_anon_1.name, found.__bindgen_anon_1.value) };
+        Some(if of_numbers { value.to_string() } else { text(&name) })
+    }
+
+    pub(in crate::camera::v4l2) fn control(&self, id: u32, wide: bool) -> io::Result<i64> {
+        let mut control = sys::v4l2_ext_control { id, ..zeroed() };
+        self.exchange_control(vidioc::VIDIOC_G_EXT_CTRLS, &mut control)?;
+        let value = control.__bindgen_anon_1;
+        // SAFETY: the union is of numbers and pointers; as a number it is valid whatever was written. It is packed: it is copied.
+        Ok(unsafe { if wide { value.value64 } else { i64::from(value.value) } })
+    }
+
+    pub(in crate::camera::v4l2) fn set_control(&self, id: u32, value: i64, wide: bool) -> io::Result<()> {
+        let mut control = sys::v4l2_ext_control { id, ..zeroed() };
+        if wide {
+            control.__bindgen_anon_1.value64 = value;
+        } else {
+            // Masks of 32 bits are signed here.
+            control.__bindgen_anon_1.value = value as i32;
+        }
+        self.exchange_control(vidioc::VIDIOC_S_EXT_CTRLS, &mut control)
+    }
+
+    /// The control has no payload, so that the kernel follows no pointer in it.
+    fn exchange_control(&self, request: Request, control: &mut sys::v4l2_ext_control) -> io::Result<()> {
+        let mut controls = sys::v4l2_ext_controls { count: 1, controls: control, ..zeroed() };
+        controls.__bindgen_anon_1.which = CURRENT_VALUES;
+        self.call(request, &mut controls)
+    }
+}

@@ -1,0 +1,20 @@
+//! The kernel's calls for video devices: the only unsafe code of the program.
+//!
+//! Everything that leaves this folder is safe: plain values, and slices of buffers that the driver does not own at the moment. The
+//! structures and most call numbers are those of crate `v4l`, generated from the kernel's own header.
+
+#![allow(
+    unsafe_code,
+    reason = "calls of the kernel and memory that it maps; each block says why it is sound"
+)]
+
+mod buffers;
+mod call;
+mod controls;
+mod formats;
+mod inputs;
+
+pub(super) use buffers::Buffers;
+pub(super) use call::{Capabilities, Direction, Node};
+pub(super) use controls::ControlQuery;
+pub(super) use formats::{FrameSize, PixFormat};
