@@ -8,8 +8,86 @@ mod faults;
 #[path = "support/sim_bench.rs"]
 mod sim_bench;
 
+use std::sync::Arc;
+use std::time::Duration;
+
+use epirig::camera::{Camera, CameraError, CameraSettings, FrameFacts, SimCamera, SimFault};
+use epirig::stage::{SimStage, SimStageConfig, Stage, StagePosition};
+use epirig::twin::{Twin, TwinConfig};
 use faults::{FAULTS, Fault, outcome};
 use sim_bench::SimBench;
+
+/// The counts of a grab after a fault and a move.
+fn facts_after(fault: SimFault) -> FrameFacts {
+    let twin = Arc::new(Twin::new(TwinConfig::textured_plane(160, 120, 2)).unwrap());
+    let mut stage = SimStage::new(SimStageConfig::ideal(100.0));
+    stage.home().unwrap();
+    let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
+    camera.configure(&CameraSettings::default()).unwrap();
+    camera.start().unwrap();
+    stage.move_to(12.0).unwrap();
+    let moment = camera.now();
+    let first = camera.grab_after(moment).unwrap();
+    assert!(first.facts.stale >= 4, "all buffers were filled while the stage moved");
+    camera.device().inject(fault);
+    let taken = camera.grab_after(moment).unwrap();
+    assert!(taken.frame == twin.expose(12.0, 0), "{fault:?}: A WRONG FRAME");
+    taken.facts
+}
+
+#[test]
+fn each_fault_is_noticed_for_what_it_is() {
+    assert_eq!(facts_after(SimFault::BufferError).damaged, 1);
+    assert_eq!(facts_after(SimFault::ShortBuffer).damaged, 1);
+    assert!(facts_after(SimFault::TornFrame).unsteady >= 1);
+    assert!(facts_after(SimFault::LateContents).unsteady >= 1);
+    assert_eq!(facts_after(SimFault::QueueError).restarts, 1);
+    assert_eq!(facts_after(SimFault::FatalError).restarts, 1);
+    assert_eq!(facts_after(SimFault::GainDrifts).restarts, 1);
+    assert!(facts_after(SimFault::Gap(3)).missed >= 3);
+    let quiet = facts_after(SimFault::NoSignal(false));
+    assert_eq!((quiet.damaged, quiet.unsteady, quiet.restarts), (0, 0, 0));
+}
+
+#[test]
+fn a_control_set_by_hand_counts_from_the_next_frame_on() {
+    let twin = Arc::new(Twin::new(TwinConfig::textured_plane(160, 120, 2)).unwrap());
+    let mut camera = SimCamera::before_twin(Arc::clone(&twin), StagePosition::default());
+    camera.device().inject(SimFault::LateControls(6));
+    camera.configure(&CameraSettings::default()).unwrap();
+    camera.start().unwrap();
+    let mean = |camera: &mut SimCamera| {
+        let moment = camera.now();
+        let taken = camera.grab_after(moment).unwrap();
+        (taken.frame.samples().mean(), taken.facts)
+    };
+    let (before, _) = mean(&mut camera);
+    camera.set_control("gain", "40").unwrap();
+    let (after, facts) = mean(&mut camera);
+    assert!((after / before - 1.4).abs() < 0.02, "{before} {after}");
+    assert!(facts.controls.contains(&("gain".to_owned(), 40)));
+}
+
+#[test]
+fn a_camera_that_comes_back_is_set_as_it_was_or_not_used() {
+    let twin = Arc::new(Twin::new(TwinConfig::textured_plane(160, 120, 2)).unwrap());
+    let mut camera = SimCamera::before_twin(Arc::clone(&twin), StagePosition::default());
+    camera.configure(&CameraSettings::default()).unwrap();
+    camera.start().unwrap();
+    // Set after it was configured: nothing but the camera's own memory knows it, and it loses that with its power.
+    camera.set_control("gain", "40").unwrap();
+    camera.device().inject(SimFault::Disconnect { failing: 2 });
+    let moment = camera.now();
+    assert!(matches!(camera.grab_after(moment), Err(CameraError::Gone { .. })));
+    camera.reconnect(Duration::from_secs(5)).unwrap();
+    let moment = camera.now();
+    let taken = camera.grab_after(moment).unwrap();
+    assert!(taken.facts.controls.contains(&("gain".to_owned(), 40)), "{:?}", taken.facts.controls);
+    camera.device().inject(SimFault::Disconnect { failing: 1000 });
+    let moment = camera.now();
+    assert!(matches!(camera.grab_after(moment), Err(CameraError::Gone { .. })));
+    assert!(matches!(camera.reconnect(Duration::from_secs(5)), Err(CameraError::StaysAway { .. })));
+}
 
 #[test]
 fn every_fault_ends_with_the_right_frame_or_a_typed_error() {

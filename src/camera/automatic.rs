@@ -11,40 +11,40 @@ pub(super) const HORIZONTAL_BLANKING: u32 = 0x009e_0902;
 /// Pixels per second (`V4L2_CID_PIXEL_RATE`).
 pub(super) const PIXEL_RATE: u32 = 0x009f_0902;
 
-/// Automatic controls and their value for "off", as in the kernel's `v4l2-controls.h`.
-const AUTOMATIC: &[(u32, i64)] = &[
-    // EXPOSURE_AUTO: 1 is manual; it rules exposure time and iris.
-    (0x009a_0901, 1),
+/// Automatic controls and their values for "off", the best first, as in the kernel's `v4l2-controls.h`.
+const AUTOMATIC: &[(u32, &[i64])] = &[
+    // EXPOSURE_AUTO: 1 is manual, 2 is shutter priority, which leaves the iris alone that few cameras have.
+    (0x009a_0901, &[1, 2]),
     // EXPOSURE_AUTO_PRIORITY: lets the frame rate follow the exposure.
-    (0x009a_0903, 0),
+    (0x009a_0903, &[0]),
     // AUTOGAIN
-    (0x0098_0912, 0),
+    (0x0098_0912, &[0]),
     // AUTO_WHITE_BALANCE
-    (0x0098_090c, 0),
+    (0x0098_090c, &[0]),
     // AUTO_N_PRESET_WHITE_BALANCE: 0 is manual.
-    (0x009a_0914, 0),
+    (0x009a_0914, &[0]),
     // FOCUS_AUTO
-    (0x009a_090c, 0),
+    (0x009a_090c, &[0]),
     // ISO_SENSITIVITY_AUTO: 0 is manual.
-    (0x009a_0918, 0),
+    (0x009a_0918, &[0]),
     // AUTOBRIGHTNESS
-    (0x0098_0920, 0),
+    (0x0098_0920, &[0]),
     // HUE_AUTO
-    (0x0098_0919, 0),
+    (0x0098_0919, &[0]),
     // CHROMA_AGC
-    (0x0098_091d, 0),
+    (0x0098_091d, &[0]),
     // WIDE_DYNAMIC_RANGE: exposes parts of the image differently.
-    (0x009a_0915, 0),
+    (0x009a_0915, &[0]),
     // IMAGE_STABILIZATION: moves the image.
-    (0x009a_0916, 0),
+    (0x009a_0916, &[0]),
     // SCENE_MODE: 0 is none.
-    (0x009a_091a, 0),
-    // BACKLIGHT_COMPENSATION
-    (0x0098_091c, 0),
+    (0x009a_091a, &[0]),
+    // BACKLIGHT_COMPENSATION: some begin at 1.
+    (0x0098_091c, &[0, 1]),
 ];
 
-/// What the automatic controls rule, and must stay as it is: exposure times, gain, white balance, focus, ISO sensitivity, iris.
-const RULED: &[u32] = &[
+/// What must stay as it is besides: exposure times, gain, white balance, focus, ISO sensitivity, iris, and more.
+const STEADY: &[u32] = &[
     EXPOSURE_ABSOLUTE,
     EXPOSURE,
     // GAIN, ANALOGUE_GAIN, DIGITAL_GAIN
@@ -59,27 +59,47 @@ const RULED: &[u32] = &[
     0x009a_090a,
     0x009a_0917,
     0x009a_0911,
-    // BRIGHTNESS, CONTRAST, GAMMA, SHARPNESS: what a person sets by hand in another program.
+    // BRIGHTNESS, CONTRAST, SATURATION, HUE, GAMMA, SHARPNESS: what a person sets by hand in another program.
     0x0098_0900,
     0x0098_0901,
+    0x0098_0902,
+    0x0098_0903,
     0x0098_0910,
     0x0098_091b,
+    // HFLIP, VFLIP, ROTATE, PAN_ABSOLUTE, TILT_ABSOLUTE, ZOOM_ABSOLUTE: where things are in the image.
+    0x0098_0914,
+    0x0098_0915,
+    0x0098_0922,
+    0x009a_0908,
+    0x009a_0909,
+    0x009a_090d,
+    // VBLANK, HBLANK, TEST_PATTERN of bare sensors
+    0x009e_0901,
+    HORIZONTAL_BLANKING,
+    0x009f_0903,
 ];
 
 /// What to write so that nothing is automatic: control and value, in the order in which they are to be written.
 pub(super) fn switches(controls: &[Control]) -> Vec<(&Control, i64)> {
-    let off = |(id, value): &(u32, i64)| {
+    let off = |(id, values): &(u32, &[i64])| {
         let control = controls.iter().find(|control| control.id == *id)?;
+        let now = control.value?;
+        // One that lacks all of them is told so when it is asked for the first.
+        let offered = values.iter().find(|value| control.check("", **value).is_ok());
+        let best = *offered.or(values.first())?;
         // What has no effect at present needs no switching, and drivers refuse it.
-        (!control.inactive && control.value != Some(*value)).then_some((control, *value))
+        (!control.inactive && now != best).then_some((control, best))
     };
     AUTOMATIC.iter().filter_map(off).collect()
 }
 
-/// Whether a control is to be watched: it is automatic, or ruled by one that is, and can be read.
+/// Whether a control is to be watched: it is automatic, or changes the picture, and can be read.
 pub(super) fn is_watched(control: &Control) -> bool {
-    let known = AUTOMATIC.iter().any(|(id, _)| *id == control.id) || RULED.contains(&control.id);
-    known && control.value.is_some() && !matches!(control.kind, ControlKind::Button | ControlKind::Other)
+    let known = AUTOMATIC.iter().any(|(id, _)| *id == control.id) || STEADY.contains(&control.id);
+    known
+        && !control.inactive
+        && control.value.is_some()
+        && !matches!(control.kind, ControlKind::Button | ControlKind::Other)
 }
 
 /// Which control sets the exposure time, and how long its unit is, in us. `columns` is the width of the image.

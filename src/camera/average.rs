@@ -23,15 +23,24 @@ pub struct AveragedFrame {
     pub facts: Vec<FrameFacts>,
 }
 
-/// Takes `count` frames (at least 1) that were begun after `moment`, and averages them.
+/// Takes `count` frames (at least 1) that were begun after `moment`, and averages them. Before each further frame `go_on` is asked
+/// with the number that there are.
 ///
 /// # Errors
-/// [`CameraError`] if one of them could not be had.
-pub fn average(camera: &mut dyn Camera, moment: Moment, count: usize) -> Result<AveragedFrame, CameraError> {
+/// [`CameraError`] if one of them could not be had, [`CameraError::Interrupted`] if `go_on` said no.
+pub fn average(
+    camera: &mut dyn Camera,
+    moment: Moment,
+    count: usize,
+    go_on: &dyn Fn(usize) -> bool,
+) -> Result<AveragedFrame, CameraError> {
     let first = camera.grab_after(moment)?;
     let mut sums = Sums::new(&first.frame);
     let mut facts = vec![first.facts];
-    for _ in 1..count {
+    for taken in 1..count {
+        if !go_on(taken) {
+            return Err(CameraError::Interrupted { camera: camera.identity().name() });
+        }
         let next = camera.grab_after(moment)?;
         if !sums.add(&next.frame) {
             let camera = camera.identity().name();

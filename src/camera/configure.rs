@@ -5,7 +5,7 @@ use super::automatic::{exposure_unit, is_watched, switches};
 use super::control::{Control, ControlKind, find_control};
 use super::device::VideoDevice;
 use super::format::{ActiveFormat, Interval, OfferedFormat, Size, Sizes};
-use super::pixels::{BayerUse, Layout, PixelFormat};
+use super::pixels::{BayerUse, FourCc, Layout, PixelFormat};
 use super::settings::{CameraSettings, Configuration, Pinned};
 
 /// Rates are as asked for if they agree to this share: drivers round intervals to 100 ns or to fractions of a clock.
@@ -30,8 +30,9 @@ pub(super) fn configure(
             format.four_cc
         ));
     }
-    let interval = set_rate(device, settings, &camera)?;
-    switch_automatics_off(device, &camera)?;
+    let interval = set_rate(device, settings, &format, &camera)?;
+    let by_hand = asked_for(device, settings, &camera)?;
+    switch_automatics_off(device, &by_hand, &camera, &mut notes)?;
     let mut written = Vec::new();
     if let Some(exposure_us) = settings.exposure_us {
         written.push(set_exposure(device, exposure_us, format.size, &camera)?);
@@ -40,10 +41,22 @@ pub(super) fn configure(
         let controls = device.controls()?;
         let control = find_control(&camera, &controls, name)?;
         let value = control.parse(&camera, value)?;
+        if written.contains(&control.id) {
+            return Err(CameraError::ControlRefused {
+                camera,
+                name: control.name.clone(),
+                value: value.to_string(),
+                reason: "it is to be set twice".to_owned(),
+            });
+        }
         write_and_compare(device, &camera, control, value)?;
         written.push(control.id);
     }
     let controls = device.controls()?;
+    let automatic = switches(&controls).into_iter().filter(|(control, _)| written.contains(&control.id));
+    notes.extend(automatic.map(|(control, _)| {
+        format!("{} is left as you set it: what it rules may change from frame to frame", control.name)
+    }));
     let exposure_us = exposure_unit(&controls, format.size.columns)
         .and_then(|(control, unit_us)| Some(control.value? as f64 * unit_us));
     let layout = layout(&format, pixels, settings);
@@ -111,19 +124,29 @@ fn choose_format<'a>(
         |wanted: String| CameraError::NotOffered { camera: camera.to_owned(), wanted, offered: names() };
     let fits_size = |format: &OfferedFormat| settings.size.is_none_or(|size| format.sizes.holds(size));
     let chosen = match settings.four_cc {
-        Some(four_cc) => known.iter().find(|(format, _)| format.four_cc == four_cc),
+        // Some codes differ in case only, so that the exact one goes first.
+        Some(four_cc) => known.iter().find(|(format, _)| format.four_cc == four_cc).or_else(|| {
+            let same = |code: FourCc| code.0.eq_ignore_ascii_case(&four_cc.0);
+            known.iter().find(|(format, _)| same(format.four_cc))
+        }),
         None => {
-            let fitting = known.iter().filter(|(format, _)| fits_size(format));
+            // Who says what to make of a mosaic wants one.
+            let wanted = |pixels: &PixelFormat| settings.bayer.is_none() || pixels.is_bayer();
+            let fitting = known.iter().filter(|(format, pixels)| fits_size(format) && wanted(pixels));
             fitting.min_by_key(|(_, pixels)| pixels.preference())
         }
     };
     let Some(&(format, pixels)) = chosen else {
         return Err(not_offered(match (settings.four_cc, settings.size) {
             (Some(four_cc), _) => format!("format {four_cc}"),
+            (None, _) if settings.bayer.is_some() => "colour mosaic".to_owned(),
             (None, Some(size)) => format!("size of {size}"),
             (None, None) => "format that can be measured with".to_owned(),
         }));
     };
+    if settings.bayer.is_some() && !pixels.is_bayer() {
+        return Err(not_offered(format!("colour mosaic in format {}, for --bayer", format.four_cc)));
+    }
     if pixels.is_bayer() && settings.bayer.is_none() {
         return Err(CameraError::NotOffered {
             camera: camera.to_owned(),
@@ -170,11 +193,14 @@ fn choose_size(
 fn set_rate(
     device: &mut dyn VideoDevice,
     settings: &CameraSettings,
+    format: &ActiveFormat,
     camera: &str,
 ) -> Result<Option<Interval>, CameraError> {
     if let Some(rate_hz) = settings.rate_hz {
+        let offered = device.offered()?;
+        refuse_unlisted_rate(&offered, format, rate_hz, camera)?;
         const MILLI: f64 = 1000.0;
-        let asked = Interval { numerator: 1000, denominator: (rate_hz * MILLI).round() as u32 };
+        let asked = Interval { numerator: 1000, denominator: (rate_hz * MILLI).round().max(1.0) as u32 };
         device.set_interval(asked)?;
         let got = device.interval()?;
         if !got.is_some_and(|got| (got.rate_hz() / rate_hz - 1.0).abs() <= SAME_RATE) {
@@ -188,10 +214,66 @@ fn set_rate(
     device.interval()
 }
 
-fn switch_automatics_off(device: &mut dyn VideoDevice, camera: &str) -> Result<(), CameraError> {
-    for _ in 0..ROUNDS {
+/// Refuses a rate that is not in the driver's list, if it has one for this size.
+fn refuse_unlisted_rate(
+    offered: &[OfferedFormat],
+    format: &ActiveFormat,
+    rate_hz: f64,
+    camera: &str,
+) -> Result<(), CameraError> {
+    let sizes =
+        offered.iter().filter(|offered| offered.four_cc == format.four_cc).map(|offered| &offered.sizes);
+    let rates: Vec<f64> = sizes
+        .filter_map(|sizes| match sizes {
+            Sizes::Discrete(sizes) => sizes.iter().find(|(size, _)| *size == format.size),
+            Sizes::Range { .. } => None,
+        })
+        .flat_map(|(_, intervals)| intervals.iter().map(|interval| interval.rate_hz()))
+        .collect();
+    let listed = |rate: &f64| (rate / rate_hz - 1.0).abs() <= SAME_RATE;
+    if rates.is_empty() || rates.iter().any(listed) {
+        return Ok(());
+    }
+    let names: Vec<String> = rates.iter().map(|rate| format!("{rate:.3} Hz")).collect();
+    Err(CameraError::NotOffered {
+        camera: camera.to_owned(),
+        wanted: format!("rate of {rate_hz} Hz in {format}"),
+        offered: names.join(", "),
+    })
+}
+
+/// The controls that a person sets by name.
+fn asked_for(
+    device: &mut dyn VideoDevice,
+    settings: &CameraSettings,
+    camera: &str,
+) -> Result<Vec<u32>, CameraError> {
+    let controls = device.controls()?;
+    let ids = settings.controls.iter().map(|(name, _)| Ok(find_control(camera, &controls, name)?.id));
+    ids.collect()
+}
+
+/// Switches off what is automatic, but for controls that a person sets.
+fn switch_automatics_off(
+    device: &mut dyn VideoDevice,
+    asked_for: &[u32],
+    camera: &str,
+    notes: &mut Vec<String>,
+) -> Result<(), CameraError> {
+    for round in 0..ROUNDS {
         let controls = device.controls()?;
-        let to_write = switches(&controls);
+        let mut to_write = switches(&controls);
+        to_write.retain(|(control, _)| !asked_for.contains(&control.id));
+        if round == 0 {
+            let fixed = to_write.iter().filter(|(control, _)| control.read_only);
+            notes.extend(fixed.map(|(control, _)| {
+                format!(
+                    "{camera} does not let {} be switched off: frames may differ in brightness",
+                    control.name
+                )
+            }));
+        }
+        to_write.retain(|(control, _)| !control.read_only);
         if to_write.is_empty() {
             return Ok(());
         }
@@ -200,7 +282,8 @@ fn switch_automatics_off(device: &mut dyn VideoDevice, camera: &str) -> Result<(
         }
     }
     let controls = device.controls()?;
-    match switches(&controls).first() {
+    let still_on = |control: &Control| !asked_for.contains(&control.id) && !control.read_only;
+    match switches(&controls).iter().find(|(control, _)| still_on(control)) {
         None => Ok(()),
         Some((control, off)) => Err(CameraError::ControlChanged {
             camera: camera.to_owned(),
@@ -226,8 +309,21 @@ fn set_exposure(
             offered: "other controls; see `epirig camera get`".to_owned(),
         });
     };
+    /// An exposure may be so far from the one asked for, as a share of it, because of the camera's unit.
+    const NEAR: f64 = 0.05;
     let value = (exposure_us / unit_us).round();
     let in_us = |value: i64| value as f64 * unit_us;
+    if (value * unit_us - exposure_us).abs() > NEAR * exposure_us {
+        return Err(CameraError::ControlRefused {
+            camera: camera.to_owned(),
+            name: control.name.clone(),
+            value: format!("{exposure_us} us"),
+            reason: format!(
+                "it is counted in units of {unit_us:.1} us; the nearest is {:.1} us",
+                value * unit_us
+            ),
+        });
+    }
     if !(control.minimum as f64..=control.maximum as f64).contains(&value) {
         return Err(CameraError::ControlRefused {
             camera: camera.to_owned(),
@@ -251,7 +347,19 @@ pub(super) fn write_and_compare(
     value: i64,
 ) -> Result<(), CameraError> {
     control.check(camera, value)?;
-    device.write_control(control.id, value)?;
+    device.write_control(control.id, value).map_err(|error| match error {
+        CameraError::System { camera, detail, .. } => CameraError::ControlRefused {
+            camera,
+            name: control.name.clone(),
+            value: value.to_string(),
+            reason: format!(
+                "its driver says: {detail}; --control {}={} leaves it as it is",
+                control.name,
+                control.value.unwrap_or(value)
+            ),
+        },
+        other => other,
+    })?;
     if control.kind == ControlKind::Button || control.value.is_none() {
         return Ok(());
     }
@@ -261,10 +369,9 @@ pub(super) fn write_and_compare(
     if same {
         return Ok(());
     }
-    Err(CameraError::ControlChanged {
+    Err(CameraError::Substituted {
         camera: camera.to_owned(),
-        name: control.name.clone(),
-        set: value,
-        found,
+        asked: format!("{} = {value}", control.name),
+        got: found.to_string(),
     })
 }

@@ -109,11 +109,11 @@ pub trait VideoDevice: Send {
     /// [`CameraError::NoSignal`].
     fn check_signal(&mut self) -> Result<(), CameraError>;
 
-    /// Makes buffers, queues all of them and starts.
+    /// Makes buffers, queues all of them and starts; returns how many the driver has made.
     ///
     /// # Errors
     /// [`CameraError`] if the driver refuses; the device does not stream then.
-    fn start(&mut self, buffers: usize) -> Result<(), CameraError>;
+    fn start(&mut self, buffers: usize) -> Result<usize, CameraError>;
 
     /// Stops and gives the buffers back. A device that does not stream stays as it is.
     ///

@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use super::pixels::PixelError;
 use crate::frame::FrameError;
 use crate::sequence::SequenceError;
 
@@ -37,7 +36,9 @@ pub enum CameraError {
         candidates: String,
     },
     /// What returned is another camera.
-    #[error("{path} is now {found}, but was {expected}; connect the same camera, or start again")]
+    #[error(
+        "{path} is now {found}, but was {expected}; connect the same camera to the same socket, or start again"
+    )]
     AnotherCamera {
         /// Path of the device.
         path: String,
@@ -153,7 +154,7 @@ pub enum CameraError {
         camera: String,
     },
     /// No frame came that could be accepted.
-    #[error("{camera} gave no good frame within {:.1} s: {why}", patience.as_secs_f64())]
+    #[error("{camera} gave no good frame within {:.2} s: {why}", patience.as_secs_f64())]
     Timeout {
         /// The camera.
         camera: String,
@@ -203,14 +204,6 @@ pub enum CameraError {
         /// What the system said.
         detail: String,
     },
-    /// The bytes of a buffer make no frame.
-    #[error("{camera}: {source}")]
-    Pixels {
-        /// The camera.
-        camera: String,
-        /// What is wrong with them.
-        source: PixelError,
-    },
     /// Averaged samples make no frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
@@ -224,6 +217,12 @@ pub enum CameraError {
         camera: String,
         /// How many frames it had.
         frames: usize,
+    },
+    /// Somebody said that enough is enough.
+    #[error("{camera}: stopped in the middle of an average")]
+    Interrupted {
+        /// The camera.
+        camera: String,
     },
     /// The kind of camera cannot do that.
     #[error("{camera} cannot {what}")]

@@ -16,6 +16,8 @@ pub struct CameraIdentity {
     pub bus: String,
     /// Its device file, or the folder of a replayed sequence.
     pub path: Option<String>,
+    /// Which of the nodes of its device it is: USB interface and index, where there are such.
+    pub part: String,
     /// Serial number of the USB device, if it has one.
     pub serial_number: Option<String>,
     /// Names of links to its device file that stay the same: those in `/dev/v4l/by-id` and `/dev/v4l/by-path`.
@@ -28,14 +30,14 @@ impl CameraIdentity {
         self.path.clone().unwrap_or_else(|| self.model.clone())
     }
 
-    /// Whether `other` is the same camera, possibly under another path.
+    /// Whether `other` is the same camera, possibly under another path: the same device in the same socket. Serial numbers alone
+    /// do not tell: cheap cameras share theirs.
     pub fn is_same_as(&self, other: &Self) -> bool {
-        let alike = (&self.driver, &self.model) == (&other.driver, &other.model);
-        match (&self.serial_number, &other.serial_number) {
-            (Some(mine), Some(theirs)) => alike && mine == theirs,
-            (None, None) => alike && self.bus == other.bus,
-            _ => false,
-        }
+        let traits = |camera: &Self| {
+            let Self { driver, model, bus, part, serial_number, .. } = camera.clone();
+            (driver, model, bus, part, serial_number)
+        };
+        traits(self) == traits(other)
     }
 }
 
@@ -158,6 +160,7 @@ mod tests {
             model: "HD Pro Webcam C920".to_owned(),
             bus: format!("usb-0000:00:14.0-{}", path.len()),
             path: Some(path.to_owned()),
+            part: String::new(),
             serial_number: serial_number.map(str::to_owned),
             links: link.into_iter().map(str::to_owned).collect(),
         }
@@ -187,9 +190,12 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_is_known_again_by_its_serial_number_or_its_place() {
+    fn a_camera_is_known_again_by_its_serial_number_and_its_place() {
         let first = camera("/dev/video0", Some("A1"), None);
-        assert!(first.is_same_as(&camera("/dev/video12", Some("A1"), None)));
+        assert!(first.is_same_as(&camera("/dev/video1", Some("A1"), None)));
+        assert!(!first.is_same_as(&camera("/dev/video12", Some("A1"), None)), "its twin in another socket");
+        let other_lens = CameraIdentity { part: "1.2, 0".to_owned(), ..first.clone() };
+        assert!(!first.is_same_as(&other_lens));
         assert!(!first.is_same_as(&camera("/dev/video0", Some("B2"), None)));
         assert!(!first.is_same_as(&camera("/dev/video0", None, None)));
         let plain = camera("/dev/video0", None, None);

@@ -84,7 +84,7 @@ impl VideoDevice for V4l2Device {
         match *self {}
     }
 
-    fn start(&mut self, _buffers: usize) -> Result<(), CameraError> {
+    fn start(&mut self, _buffers: usize) -> Result<usize, CameraError> {
         match *self {}
     }
 

@@ -21,6 +21,8 @@ pub struct ReplayCamera {
     next: usize,
     started: bool,
     now: Moment,
+    /// The moment that the latest frame was asked for.
+    asked: Option<Moment>,
 }
 
 impl ReplayCamera {
@@ -30,7 +32,7 @@ impl ReplayCamera {
     /// [`CameraError::Sequence`] if it cannot be opened.
     pub fn open(folder: &Path) -> Result<Self, CameraError> {
         let sequence = Sequence::open(folder)?;
-        Ok(Self { sequence, next: 0, started: false, now: Moment::from_ns(1) })
+        Ok(Self { sequence, next: 0, started: false, now: Moment::from_ns(1), asked: None })
     }
 
     fn name(&self) -> String {
@@ -125,6 +127,10 @@ impl Camera for ReplayCamera {
         let camera = self.name();
         if !self.started {
             return Err(CameraError::NotStarted { camera });
+        }
+        // Frames of a sequence are of one place each: they are not to be averaged.
+        if self.asked.replace(moment) == Some(moment) {
+            return Err(CameraError::Unsupported { camera, what: "give several frames of one moment" });
         }
         let frames = self.sequence.frames();
         let Some(record) = frames.get(self.next) else {

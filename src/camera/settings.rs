@@ -1,5 +1,6 @@
 //! What a camera is asked to be, and what it then is.
 
+use std::fmt;
 use std::time::Duration;
 
 use super::format::{ActiveFormat, Interval, Size};
@@ -72,4 +73,12 @@ pub struct Configuration {
     pub pinned: Vec<Pinned>,
     /// What a person should know of it, one sentence each.
     pub notes: Vec<String>,
+}
+
+impl fmt::Display for Configuration {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{}", self.format)?;
+        self.interval.map_or(Ok(()), |interval| write!(to, ", {interval}"))?;
+        self.exposure_us.map_or(Ok(()), |exposure_us| write!(to, ", exposure {exposure_us:.0} us"))
+    }
 }

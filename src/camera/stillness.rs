@@ -1,7 +1,8 @@
 //! Whether two frames show the same: nothing moved between them, neither is torn, the lamp and the settings are steady.
 //!
-//! Frames of one view differ by noise, which is alike all over the image. So the differences are looked at block by
-//! block: the median block tells the noise, and no block may differ by much more than that.
+//! Frames of one view differ by noise, which is alike all over the image, or grows with the light. So the differences are looked at
+//! block by block: nine blocks in ten tell the noise, and no block may differ by much more than that. (Nine, not five: of a small bright
+//! object before a black ground most blocks have no noise at all.)
 
 use crate::frame::{Frame, Samples};
 
@@ -10,22 +11,25 @@ const BLOCK_ROWS: usize = 4;
 /// Columns of a block.
 const BLOCK_COLUMNS: usize = 16;
 
-/// No camera that can be used has noise of this share of full scale; a picture that changes all over has.
+/// No camera that can be used has noise of this share of the brightest sample; a picture that changes all over has.
 const MOST_NOISE: f64 = 0.1;
-/// A block may differ by so many times the median block: shot noise grows with the root of the intensity, so between
-/// blocks of 1/9 of the median's and full intensity by 3, and a block's own value scatters by 9 % (64 samples).
-const BLOCK_OVER_MEDIAN: f64 = 4.0;
-/// And by this share of full scale, for flicker of a lamp and for the steps of quantisation.
+/// Any block may differ by so many times what nine in ten do: shot noise grows with the root of the intensity, so between blocks
+/// of 1/9 of the brightest's light and it by 3, and a block's own value scatters by 9 % (64 samples).
+const BLOCK_OVER_TYPICAL: f64 = 4.0;
+/// And by this share of the brightest sample, for flicker of a lamp, ...
 const FLICKER: f64 = 0.01;
-/// The median block may differ by so many times what it did while the picture was known to be steady ...
+/// ... at least this, in DN, for the steps of quantisation.
+const LEVEL_DN: f64 = 1.0;
+/// What nine blocks in ten differ by may be so many times what it was while the picture was known to be steady: noise doubles where
+/// the light grows fourfold, because another part of the object is in view ...
 const OVER_STEADY: f64 = 2.0;
-/// ... and by this share of full scale.
-const QUANTISATION: f64 = 0.002;
+/// ... and by half a level more.
+const HALF_LEVEL_DN: f64 = 0.5;
 
 /// How two frames differ, in DN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
-    /// Root mean square over the median block.
+    /// Root mean square within a block: nine blocks in ten have less.
     pub typical_dn: f64,
     /// Root mean square over the block that differs most.
     pub largest_dn: f64,
@@ -33,6 +37,8 @@ pub struct Difference {
     pub row: usize,
     /// First column of that block.
     pub column: usize,
+    /// The brightest sample of both frames.
+    pub brightest_dn: u16,
 }
 
 impl Difference {
@@ -60,29 +66,30 @@ impl Difference {
         let across = one.columns().div_ceil(BLOCK_COLUMNS);
         let largest = (0..squares.len()).max_by(|&a, &b| squares[a].total_cmp(&squares[b]))?;
         let mut sorted = squares.clone();
-        let middle = sorted.len() / 2;
-        let (_, typical, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+        let nine_tenths = (sorted.len() * 9 / 10).min(sorted.len() - 1);
+        let (_, typical, _) = sorted.select_nth_unstable_by(nine_tenths, f64::total_cmp);
         Some(Self {
             typical_dn: typical.sqrt(),
             largest_dn: squares[largest].sqrt(),
             row: largest / across * BLOCK_ROWS,
             column: largest % across * BLOCK_COLUMNS,
+            brightest_dn: one.samples().maximum().max(other.samples().maximum()),
         })
     }
 
     /// Why the frames do not show the same, if they do not; `steady_dn` is the typical difference of frames that do, if it is
     /// known.
-    pub fn objection(&self, full_scale: u16, steady_dn: Option<f64>) -> Option<String> {
-        let full = f64::from(full_scale);
-        let typical_limit =
-            steady_dn.map_or(MOST_NOISE * full, |steady| OVER_STEADY * steady + QUANTISATION * full);
+    pub fn objection(&self, steady_dn: Option<f64>) -> Option<String> {
+        let brightest = f64::from(self.brightest_dn);
+        let typical_limit = steady_dn
+            .map_or((MOST_NOISE * brightest).max(LEVEL_DN), |steady| OVER_STEADY * steady + HALF_LEVEL_DN);
         if self.typical_dn > typical_limit {
             return Some(format!(
                 "two frames in a row differ by {:.1} DN all over the image, {typical_limit:.1} DN are allowed",
                 self.typical_dn
             ));
         }
-        let largest_limit = BLOCK_OVER_MEDIAN * self.typical_dn + FLICKER * full;
+        let largest_limit = BLOCK_OVER_TYPICAL * self.typical_dn + (FLICKER * brightest).max(LEVEL_DN);
         (self.largest_dn > largest_limit).then(|| {
             format!(
                 "two frames in a row differ by {:.1} DN around row {}, column {}; {largest_limit:.1} DN are allowed there",
@@ -153,7 +160,7 @@ mod tests {
     }
 
     fn objection(a: &Frame, b: &Frame, steady_dn: Option<f64>) -> Option<String> {
-        Difference::between(a, b).unwrap().objection(255, steady_dn)
+        Difference::between(a, b).unwrap().objection(steady_dn)
     }
 
     #[test]
@@ -186,6 +193,21 @@ mod tests {
         for rows_above in [4, 48, 92, 95] {
             let torn = torn(&new, &old, rows_above);
             assert!(objection(&new, &torn, Some(steady)).is_some(), "torn after row {rows_above}");
+        }
+    }
+
+    #[test]
+    fn a_small_bright_object_before_black_may_have_its_noise() {
+        // A quarter of the image is lit.
+        let lit = |seed| {
+            let Samples::U8(samples) = frame(0.0, 0.5, seed).samples().clone() else { panic!() };
+            let dark = |(index, sample)| if index / COLUMNS >= ROWS * 3 / 4 { sample } else { 0 };
+            Frame::new(ROWS, COLUMNS, 8, Samples::U8(samples.into_iter().enumerate().map(dark).collect()))
+                .unwrap()
+        };
+        let steady = Difference::between(&lit(1), &lit(2)).unwrap().typical_dn;
+        for seed in 3..40 {
+            assert_eq!(objection(&lit(seed), &lit(seed + 100), Some(steady)), None, "seed {seed}");
         }
     }
 

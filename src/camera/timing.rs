@@ -5,8 +5,8 @@
 //!
 //! | the driver says | the earliest start of the exposure |
 //! | --- | --- |
-//! | start of exposure | stamp - E: `uvcvideo` stamps the first packet, which comes after the exposure, and calls it the start |
-//! | end of frame | stamp - T - E: the readout takes T at most |
+//! | start of exposure | stamp - T - E: `uvcvideo` stamps the first packet, which comes after the exposure, and calls it the start; cameras that compress or buffer send it up to T later |
+//! | end of frame | stamp - 2 T - E: the readout takes T at most, and a camera's own memory as much |
 //! | nothing, or a stamp that cannot be: zero, not increasing, later than T after its arrival, or long before the given moment though the frame must have begun after it by counting | counted |
 //!
 //! Counted: of the frames that are taken from the queue after the given moment, as many may have begun before it as there are
@@ -89,7 +89,8 @@ impl Timing {
         self.received += usize::from(buffer.received >= self.asked);
         let counted = self.received > self.stale_at_most;
         let timed = self.by_stamp(buffer);
-        // Four intervals are more than the rules ever subtract, so that the stamps must come from another clock.
+        // Four intervals are more than the rules subtract of any but long exposures, which counting covers, too: stamps that are
+        // older must come from another clock.
         self.distrusted |= !timed.fresh && self.received > self.stale_at_most + 4;
         if self.distrusted || timed.rule == TimingRule::Counted {
             let exposure_start = if counted { self.asked } else { Moment::default() };
@@ -102,9 +103,11 @@ impl Timing {
         // Whatever the stamp says, the frame was there when it was received.
         let stamp = buffer.stamp.min(buffer.received);
         let (rule, exposure_start) = match buffer.stamp_source {
-            StampSource::StartOfExposure => (TimingRule::StartOfExposure, stamp.before(self.exposure)),
+            StampSource::StartOfExposure => {
+                (TimingRule::StartOfExposure, stamp.before(self.interval).before(self.exposure))
+            }
             StampSource::EndOfFrame => {
-                (TimingRule::EndOfFrame, stamp.before(self.interval).before(self.exposure))
+                (TimingRule::EndOfFrame, stamp.before(self.interval * 2).before(self.exposure))
             }
             StampSource::Unknown => (TimingRule::Counted, Moment::default()),
         };
@@ -150,15 +153,15 @@ mod tests {
         let ms = 1_000_000;
         assert_eq!(
             start(StampSource::StartOfExposure, Some(8 * ms)),
-            (TimingRule::StartOfExposure, 10 * T - 8 * ms)
+            (TimingRule::StartOfExposure, 9 * T - 8 * ms)
         );
-        assert_eq!(start(StampSource::StartOfExposure, None), (TimingRule::StartOfExposure, 9 * T));
-        assert_eq!(start(StampSource::EndOfFrame, Some(8 * ms)), (TimingRule::EndOfFrame, 9 * T - 8 * ms));
-        assert_eq!(start(StampSource::EndOfFrame, None), (TimingRule::EndOfFrame, 8 * T));
+        assert_eq!(start(StampSource::StartOfExposure, None), (TimingRule::StartOfExposure, 8 * T));
+        assert_eq!(start(StampSource::EndOfFrame, Some(8 * ms)), (TimingRule::EndOfFrame, 8 * T - 8 * ms));
+        assert_eq!(start(StampSource::EndOfFrame, None), (TimingRule::EndOfFrame, 7 * T));
         assert_eq!(start(StampSource::Unknown, None).0, TimingRule::Counted);
         // An end of frame that is stamped in advance, as by the vivid driver, is of our clock all the same.
         let early = timing(None).judge(&buffer(5 * T + T * 9 / 10, 5 * T, StampSource::EndOfFrame));
-        assert_eq!((early.rule, early.exposure_start.as_ns()), (TimingRule::EndOfFrame, 3 * T));
+        assert_eq!((early.rule, early.exposure_start.as_ns()), (TimingRule::EndOfFrame, 2 * T));
     }
 
     #[test]

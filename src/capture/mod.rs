@@ -14,7 +14,7 @@ use crate::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, Intrinsics, Origin, SequenceError, SequenceRecord,
     SequenceWriter, new_uid, now, refuse_existing,
 };
-use crate::stage::{Stage, StageError};
+use crate::stage::{Stage, StageError, StopSwitch};
 
 use records::{camera_record, exposure_record};
 
@@ -81,14 +81,16 @@ pub fn capture(
     out: &Path,
     progress: &dyn Progress,
 ) -> Result<(), CaptureError> {
-    if plan.positions_mm.len() < 2 {
+    let Some(&first_mm) = plan.positions_mm.first().filter(|_| plan.positions_mm.len() > 1) else {
         return Err(CaptureError::EmptyPlan(plan.positions_mm.len()));
-    }
+    };
     // Nothing moves for a folder, or a camera, that cannot be used.
     refuse_existing(out)?;
     let configuration = camera.configure(&plan.camera)?;
-    camera.start()?;
     stage.home()?;
+    // The first move tells whether the positions can be approached at all; and the camera gets used to what it will see.
+    stage.move_to(first_mm)?;
+    camera.start()?;
     let record = start_record(stage, camera, plan, &configuration);
     let mut writer = SequenceWriter::create(out, &record)?;
     progress.begin("capturing", plan.positions_mm.len() as u64);
@@ -140,10 +142,14 @@ fn take(
 ) -> Result<(), CaptureError> {
     stage.move_to(position_mm)?;
     let reported_mm = stage.position_mm()?;
-    let (frame, exposures) = match look(camera, plan) {
+    let stop = stage.stop_switch();
+    let (frame, exposures) = match look(camera, plan, &stop) {
         Err(CameraError::Gone { .. }) => {
             camera.reconnect(plan.reconnect)?;
-            look(camera, plan)?
+            look(camera, plan, &stop)?
+        }
+        Err(CameraError::Interrupted { .. }) => {
+            return Err(StageError::Stopped { position_mm: Some(reported_mm) }.into());
         }
         looked => looked?,
     };
@@ -161,10 +167,11 @@ fn take(
 fn look(
     camera: &mut dyn Camera,
     plan: &CapturePlan,
+    stop: &StopSwitch,
 ) -> Result<(Frame, Vec<camera::FrameFacts>), CameraError> {
     let at_rest = camera.now().after(plan.settle);
     if plan.averaged > 1 {
-        let averaged = average(camera, at_rest, plan.averaged)?;
+        let averaged = average(camera, at_rest, plan.averaged, &|_| stop.pressed().is_none())?;
         return Ok((averaged.frame, averaged.facts));
     }
     let TakenFrame { frame, facts } = camera.grab_after(at_rest)?;

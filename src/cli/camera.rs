@@ -10,11 +10,13 @@ use crate::camera::{Control, find_control};
 /// Read and set the controls of a camera: exposure, gain and what else it has
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  epirig camera get                                  all controls, with their values
+  epirig camera get                         all controls, with their values
   epirig camera get gain
   epirig camera set gain 10
   epirig camera set auto_exposure \"Manual Mode\"
-  epirig camera get --camera sim                     no hardware needed")]
+  epirig camera get --camera sim            no hardware needed
+
+A camera keeps what is set until it is unplugged; a simulated one forgets it at once.")]
 pub(super) struct CameraVerb {
     #[command(subcommand)]
     what: What,
@@ -83,7 +85,11 @@ impl CameraVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         match self.what {
             What::Get { control: None, camera } => {
-                let controls = camera.open()?.controls()?;
+                let mut camera = camera.open()?;
+                let controls = camera.controls()?;
+                if controls.is_empty() {
+                    talk.say(&format!("{} has no controls", camera.identity()));
+                }
                 let output: Vec<ControlOutput> = controls.iter().map(ControlOutput::from).collect();
                 talk.result(&output, || controls.iter().map(|control| format!("{control}\n")).collect())
             }

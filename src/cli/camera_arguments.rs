@@ -9,8 +9,8 @@ use clap::{Args, ValueEnum};
 use super::{CliError, Talk};
 use crate::camera::pixels::{BayerUse, FourCc};
 use crate::camera::{
-    Camera, CameraChoice, CameraSettings, Configuration, ReplayCamera, SimCamera, Size, V4l2Camera,
-    V4l2Device, cameras, choose,
+    Camera, CameraChoice, CameraError, CameraSettings, Configuration, ReplayCamera, SimCamera, Size,
+    V4l2Camera, V4l2Device, cameras, choose,
 };
 use crate::stage::StagePosition;
 use crate::twin::{Twin, TwinConfig};
@@ -48,10 +48,10 @@ pub(super) struct CameraArguments {
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
     /// Frames per second
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate_hz: Option<f64>,
     /// Exposure time
-    #[arg(long, value_name = "US")]
+    #[arg(long, value_name = "US", allow_negative_numbers = true)]
     exposure_us: Option<f64>,
     /// A control and its value, as often as needed: --control gain=10
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
@@ -60,7 +60,7 @@ pub(super) struct CameraArguments {
     #[arg(long, value_enum)]
     bayer: Option<BayerName>,
     /// How long to wait for a good frame, and for a steady picture
-    #[arg(long, value_name = "S", default_value = "10")]
+    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true)]
     patience_s: f64,
 }
 
@@ -74,6 +74,13 @@ fn assignment(text: &str) -> Result<(String, String), String> {
 pub(super) fn simulated_twin(size: Size) -> Result<Arc<Twin>, CliError> {
     /// Not used: nobody asks this twin for a whole scan.
     const FRAMES: usize = 2;
+    /// More than any sensor has, and less than would not fit into memory.
+    const LARGEST: usize = 100_000_000;
+    if size.columns.saturating_mul(size.rows) > LARGEST {
+        return Err(CliError::Usage(format!(
+            "a simulated camera of {size} is too large; take 10000x10000 or less"
+        )));
+    }
     Ok(Arc::new(Twin::new(TwinConfig::textured_plane(size.columns, size.rows, FRAMES))?))
 }
 
@@ -88,7 +95,11 @@ impl CameraArgument {
             CameraChoice::Simulated => Box::new(SimCamera::before_twin(simulated_twin(size)?, stage.clone())),
             CameraChoice::Replay(folder) => Box::new(ReplayCamera::open(Path::new(folder))?),
             choice => {
-                let known = if matches!(choice, CameraChoice::Path(_)) { Vec::new() } else { cameras()? };
+                let known = if matches!(choice, CameraChoice::Path(_)) { Ok(Vec::new()) } else { cameras() };
+                let known = known.map_err(|error| match error {
+                    CameraError::NotBuilt { .. } => CameraError::NotBuilt { camera: choice.to_string() },
+                    other => other,
+                })?;
                 Box::new(V4l2Camera::new(V4l2Device::open(&choose(choice, &known)?)?))
             }
         })
@@ -128,7 +139,8 @@ impl CameraArguments {
                 BayerName::Green => BayerUse::Green,
                 BayerName::Binned => BayerUse::Binned,
             }),
-            patience: patience.map_err(|error| CliError::Usage(format!("--patience-s: {error}")))?,
+            patience: patience
+                .map_err(|error| CliError::Usage(format!("--patience-s {}: {error}", self.patience_s)))?,
             ..CameraSettings::default()
         })
     }
@@ -136,11 +148,6 @@ impl CameraArguments {
 
 /// Says what a camera has been set to.
 pub(super) fn tell_configuration(configuration: &Configuration, talk: &Talk) {
-    let rate =
-        configuration.interval.map_or(String::new(), |interval| format!(", {:.3} Hz", interval.rate_hz()));
-    let exposure = configuration
-        .exposure_us
-        .map_or(String::new(), |exposure_us| format!(", exposure {exposure_us:.0} us"));
-    talk.say(&format!("camera set to {}{rate}{exposure}", configuration.format));
+    talk.say(&format!("camera set to {configuration}"));
     configuration.notes.iter().for_each(|note| talk.say(&format!("note: {note}")));
 }

@@ -6,43 +6,48 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
-use super::camera_arguments::CameraArguments;
+use super::camera_arguments::{CameraArguments, tell_configuration};
 use super::stage_arguments::StageArguments;
 use super::{CliError, Talk};
 use crate::capture::{CapturePlan, capture};
+use crate::sequence::{Intrinsics, Sequence};
 use crate::stage::Stage;
 
 /// Move the stage in steps and take a frame at each stop
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig capture --out seq --step-mm 1.5 --frames 101
-  epirig capture --out seq --step-mm 1.5 --frames 101 --start-mm 10 --approach-mm 0.5 --average 4
-  epirig capture --out seq --step-mm 0.5 --frames 20 --driver sim --camera sim      no hardware needed
+  epirig capture --out seq --step-mm 1.5 --frames 101 --start-mm 10 --average 4
+  epirig capture --out seq --step-mm 0.5 --frames 20 --driver sim --camera sim   (no hardware)
 
-The stage is homed first. Frames count only if they were begun after the stage came to rest; what is known of each is in
-the journal of the sequence. Ctrl-C stops the stage; the frames taken until then stay.")]
+The stage is homed first. Frames count only if they were begun after the stage came to rest; what is
+known of each is in the journal of the sequence. Ctrl-C stops the stage; the frames taken until then stay.
+Height in mm needs the focal length.")]
 pub(super) struct Capture {
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]
     out: PathBuf,
     /// Distance between stops
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     step_mm: f64,
     /// Number of frames
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     frames: u32,
     /// Position of the first frame, from home
-    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, default_value_t = 0.0)]
     start_mm: f64,
     /// How long the stage swings after a move
-    #[arg(long, value_name = "MS", default_value_t = 200)]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value_t = 200)]
     settle_ms: u64,
     /// Average so many frames to one of 16 bit at each stop
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=65536))]
     average: u32,
     /// How long to wait for a camera that goes in the middle of the scan
-    #[arg(long, value_name = "S", default_value_t = 30)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 30)]
     reconnect_s: u64,
+    /// Focal length of the lens, in px; the principal point is taken to be the middle of the image
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    focal_length_px: Option<f64>,
     #[command(flatten)]
     stage: StageArguments,
     #[command(flatten)]
@@ -67,8 +72,11 @@ impl Capture {
             ));
         }
         let mut camera = self.camera.open(&watch.unwrap_or_default())?;
+        if self.focal_length_px.is_some_and(|length| !(length.is_finite() && length > 0.0)) {
+            return Err(CliError::Usage("--focal-length-px must be positive".to_owned()));
+        }
         let positions = (0..self.frames).map(|index| self.start_mm + f64::from(index) * self.step_mm);
-        let plan = CapturePlan {
+        let mut plan = CapturePlan {
             settle: Duration::from_millis(self.settle_ms),
             camera: self.camera.settings()?,
             averaged: self.average as usize,
@@ -76,7 +84,20 @@ impl Capture {
             ..CapturePlan::at(positions.collect())
         };
         refuse_beyond_travel(&*stage, &plan)?;
-        capture(&mut *stage, &mut *camera, &plan, &self.out, talk)?;
+        let configuration = camera.configure(&plan.camera)?;
+        tell_configuration(&configuration, talk);
+        let middle = |size: usize| 0.5 * (size as f64 - 1.0);
+        plan.intrinsics = self.focal_length_px.map(|focal_length_px| Intrinsics {
+            focal_length_px,
+            principal_point_x_px: middle(configuration.columns),
+            principal_point_y_px: middle(configuration.rows),
+        });
+        let there_before = self.out.exists();
+        let captured = capture(&mut *stage, &mut *camera, &plan, &self.out, talk);
+        if captured.is_err() && !there_before {
+            self.tell_what_stays(talk);
+        }
+        captured?;
         let captured = Captured { folder: self.out.display().to_string(), frames: plan.positions_mm.len() };
         talk.result(&captured, || {
             let Captured { folder, frames } = &captured;
@@ -85,13 +106,24 @@ impl Capture {
     }
 }
 
+impl Capture {
+    /// After a scan that did not end: how far it came.
+    fn tell_what_stays(&self, talk: &Talk) {
+        // A scan that did not even begin has left nothing.
+        let Ok(sequence) = Sequence::open(&self.out) else { return };
+        let folder = self.out.display();
+        let frames = sequence.frames().len();
+        talk.say(&format!("{frames} of {} frames were taken; they stay in {folder}", self.frames));
+    }
+}
+
 /// A scan that cannot end need not begin.
 fn refuse_beyond_travel(stage: &dyn Stage, plan: &CapturePlan) -> Result<(), CliError> {
     let travel_mm = stage.travel_mm();
-    let beyond = plan.positions_mm.iter().find(|position_mm| !(0.0..=travel_mm).contains(*position_mm));
+    let beyond = plan.positions_mm.iter().rfind(|position_mm| !(0.0..=travel_mm).contains(*position_mm));
     beyond.map_or(Ok(()), |position_mm| {
         Err(CliError::Usage(format!(
-            "the scan would go to {position_mm} mm; the stage goes from 0 to {travel_mm} mm"
+            "the scan would go to {position_mm:.3} mm; the stage goes from 0 to {travel_mm} mm"
         )))
     })
 }

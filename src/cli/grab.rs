@@ -11,6 +11,7 @@ use super::{CliError, Talk};
 use crate::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
 use crate::formats::MapFormat;
 use crate::frame::Frame;
+use crate::progress::Progress;
 use crate::sequence::encode_png;
 use crate::stage::StagePosition;
 
@@ -18,17 +19,19 @@ use crate::stage::StagePosition;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig grab --out frame.png
-  epirig grab --out mean.png --average 16            the mean of 16 frames, and mean-variance.tiff beside it
+  epirig grab --out mean.png --average 16      the mean of 16 frames; mean-variance.tiff beside it
   epirig grab --out frame.png --exposure-us 10000 --control gain=0
-  epirig grab --out frame.png --camera sim           no hardware needed
+  epirig grab --out frame.png --camera sim     no hardware needed
 
-The frame begins after the command does. All that the camera does by itself is switched off first.")]
+The frame begins after the command does. All that the camera does by itself is switched off first.
+A mean is scaled to 16 bit: that of an 8-bit camera by 257. The variance is that of a single frame, in
+squared grey levels of the camera.")]
 pub(super) struct Grab {
     /// The PNG to write, 8 bit or 16 bit; one that exists is refused
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Average so many frames to one of 16 bit
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "K", default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=65536))]
     average: u32,
     #[command(flatten)]
     camera: CameraArguments,
@@ -75,6 +78,13 @@ impl Grab {
                 return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
             }
         }
+        let folder = self.out.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            return Err(CliError::Usage(format!(
+                "{}: there is no such folder; make it first",
+                folder.display()
+            )));
+        }
         let mut camera = self.camera.open(&StagePosition::default())?;
         let configuration = camera.configure(&self.camera.settings()?)?;
         tell_configuration(&configuration, talk);
@@ -86,7 +96,14 @@ impl Grab {
                 (taken.frame, vec![taken.facts], None)
             }
             Some(path) => {
-                let averaged = average(&mut *camera, moment, self.average as usize)?;
+                talk.begin("averaging", u64::from(self.average));
+                let go_on = |_| {
+                    talk.advance(1);
+                    true
+                };
+                let averaged = average(&mut *camera, moment, self.average as usize, &go_on);
+                talk.end();
+                let averaged = averaged?;
                 let map = MapFormat::Tiff
                     .encode(&averaged.variance_dn2)
                     .map_err(|error| CliError::Integrity(format!("{}: {error}", path.display())))?;

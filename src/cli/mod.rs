@@ -35,7 +35,7 @@ Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig import photos/ --out seq                   your own photographs
   epirig match seq --reference middle
-  epirig devices                                    what a stage may be connected to, and the cameras
+  epirig devices                                    serial ports and cameras
   epirig home && epirig move 12.5
   epirig capture --out seq --step-mm 1.5 --frames 101";
 

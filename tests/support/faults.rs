@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use epirig::camera::{Camera, CameraError, CameraSettings, TakenFrame};
+use epirig::camera::{Camera, CameraError, CameraSettings, Moment, TakenFrame};
 use epirig::frame::Frame;
 use epirig::stage::Stage;
 
@@ -114,12 +114,15 @@ pub fn outcome(bench: &mut dyn Bench, fault: Fault, step: usize) -> Option<Strin
     assert!(bench.truth(before_mm) != bench.truth(position_mm), "the rig cannot tell a stale frame");
     // What waits in the driver's queue now shows the place before.
     bench.stage().move_to(position_mm).unwrap();
+    // Faults of a single frame are to meet one that is new enough to count.
+    let single = [Fault::ErrorFlag, Fault::ShortBuffer, Fault::TornFrame, Fault::LateContents, Fault::Gap];
+    let moment = single.contains(&fault).then(|| look(bench).unwrap().facts.requested);
     if !bench.inject(fault) {
         return None;
     }
     let started = Instant::now();
     let mut words = String::new();
-    let mut result = grab(bench, fault, &settings);
+    let mut result = grab(bench, fault, &settings, moment);
     assert!(started.elapsed() < allowed, "{fault:?}: it took {:.1} s", started.elapsed().as_secs_f64());
     if matches!(result, Err(CameraError::Gone { .. })) {
         bench.bring_back(fault);
@@ -157,7 +160,12 @@ fn look(bench: &mut dyn Bench) -> Result<TakenFrame, CameraError> {
 }
 
 /// What shows itself at the start of a stream is provoked by a start; what is rare, by many frames.
-fn grab(bench: &mut dyn Bench, fault: Fault, settings: &CameraSettings) -> Result<TakenFrame, CameraError> {
+fn grab(
+    bench: &mut dyn Bench,
+    fault: Fault,
+    settings: &CameraSettings,
+    moment: Option<Moment>,
+) -> Result<TakenFrame, CameraError> {
     let at_start = [
         Fault::RequestError,
         Fault::StartError,
@@ -176,7 +184,8 @@ fn grab(bench: &mut dyn Bench, fault: Fault, settings: &CameraSettings) -> Resul
         bench.camera().stop()?;
         fresh_start(bench, settings)?;
     }
-    let mut taken = look(bench)?;
+    let moment = moment.unwrap_or_else(|| bench.camera().now());
+    let mut taken = bench.camera().grab_after(moment)?;
     let many = match fault {
         // The count begins 128 before its end.
         Fault::SequenceWrap => 160,

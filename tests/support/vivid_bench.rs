@@ -148,8 +148,9 @@ impl VividBench {
         });
     }
 
-    fn press(&mut self, control: &str, value: &str) {
-        self.camera.set_control(control, value).unwrap();
+    /// By another program, as faults come.
+    fn press(&self, control: &str, value: &str) {
+        v4l2_ctl(&["-d0", "-c", &format!("{control}={value}")]);
     }
 
     fn driver(&self, action: &str) {
@@ -188,26 +189,21 @@ impl Bench for VividBench {
             Fault::RequestError => self.press("inject_vidioc_reqbufs_error", "1"),
             Fault::StartError => self.press("inject_vidioc_streamon_error", "1"),
             Fault::FatalError => self.press("inject_fatal_streaming_error", "1"),
-            Fault::Disconnect => {
-                // Through another process: who presses it here is told at once that the camera has gone.
-                v4l2_ctl(&["-d0", "-c", "disconnect=1"]);
-            }
+            Fault::Disconnect => self.press("disconnect", "1"),
             Fault::UnbindAndBind => self.driver("unbind"),
             Fault::SequenceWrap => self.press("wrap_sequence_number", "1"),
-            Fault::NoSignal => self.press("dv_timings_signal_mode", "No Signal"),
-            Fault::NoLock => self.press("dv_timings_signal_mode", "No Lock"),
-            Fault::TimingsOutOfRange => self.press("dv_timings_signal_mode", "Out of Range"),
-            Fault::OtherTimings => self.press("dv_timings_signal_mode", "Selected DV Timings"),
+            // Items of a menu: no signal, no lock, out of range, other timings.
+            Fault::NoSignal => self.press("dv_timings_signal_mode", "1"),
+            Fault::NoLock => self.press("dv_timings_signal_mode", "2"),
+            Fault::TimingsOutOfRange => self.press("dv_timings_signal_mode", "3"),
+            Fault::OtherTimings => self.press("dv_timings_signal_mode", "4"),
             Fault::InputSetOtherwise => {
                 self.camera.stop().unwrap();
                 v4l2_ctl(&["-d0", "--set-dv-bt-timings=index=0"]);
             }
-            Fault::ControlChanged => {
-                // By another program.
-                v4l2_ctl(&["-d0", "-c", "brightness=99"]);
-            }
-            Fault::StampsOfTheStart => self.press("timestamp_source", "Start of Exposure"),
-            Fault::StampsOfTheEnd => self.press("timestamp_source", "End of Frame"),
+            Fault::ControlChanged => self.press("brightness", "99"),
+            Fault::StampsOfTheStart => self.press("timestamp_source", "1"),
+            Fault::StampsOfTheEnd => self.press("timestamp_source", "0"),
             Fault::StampsOfAnotherClock => self.press("wrap_timestamp", "1"),
             _ => return false,
         }

@@ -241,12 +241,12 @@ impl SimDevice {
                 (Moment::from_ns((1 << 40) - complete.as_ns()), StampSource::StartOfExposure)
             }
         };
-        let damaged = self.happens(SimFault::BufferError);
-        let short = self.happens(SimFault::ShortBuffer);
         let format = self.format();
         let whole = format.stride * format.size.rows;
         let earlier = began < self.moved;
-        // Faults of what a frame shows wait until there is something else to show.
+        // A stale frame is passed over whatever is wrong with it. Faults of what a frame shows wait until there is something else to show.
+        let damaged = !earlier && self.happens(SimFault::BufferError);
+        let short = !earlier && self.happens(SimFault::ShortBuffer);
         let torn = !earlier && self.happens(SimFault::TornFrame);
         let late = !earlier && self.happens(SimFault::LateContents);
         self.queue.push_back(Exposed {
@@ -397,7 +397,7 @@ impl VideoDevice for SimDevice {
         Ok(())
     }
 
-    fn start(&mut self, buffers: usize) -> Result<(), CameraError> {
+    fn start(&mut self, buffers: usize) -> Result<usize, CameraError> {
         self.there()?;
         self.mind_the_stage();
         if self.happens(SimFault::RequestError) {
@@ -410,7 +410,7 @@ impl VideoDevice for SimDevice {
         self.streaming = true;
         self.buffers = buffers;
         self.next_complete = self.now.after(INTERVAL);
-        Ok(())
+        Ok(buffers)
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {

@@ -9,9 +9,9 @@ use rustix::time::{ClockId, clock_gettime};
 use v4l::v4l_sys as sys;
 
 use super::discover::{cameras, identity, is_camera};
-use super::failure::{broken, failed, is, unopened};
+use super::failure::{broken, control_failed, failed, is, unopened};
 use super::kernel::{Buffers, ControlQuery, Direction, FrameSize, Node, PixFormat};
-use crate::camera::pixels::FourCc;
+use crate::camera::pixels::{FourCc, PixelFormat};
 use crate::camera::{
     ActiveFormat, CameraError, CameraIdentity, Control, ControlKind, FilledBuffer, Interval, Moment,
     OfferedFormat, Size, Sizes, StampSource, VideoDevice,
@@ -37,6 +37,8 @@ pub struct V4l2Device {
     identity: CameraIdentity,
     node: Node,
     stream: Option<Buffers>,
+    /// A copy of the latest buffer that was asked for.
+    bytes: Vec<u8>,
     /// Controls whose values are of 64 bits.
     wide: HashSet<u32>,
 }
@@ -48,7 +50,13 @@ impl V4l2Device {
     /// [`CameraError`] if there is no such device, it is no camera, or the user may not open it.
     pub fn open(path: &str) -> Result<Self, CameraError> {
         let node = Node::open(path).map_err(unopened(path))?;
-        let capabilities = node.capabilities().map_err(failed(path, "say what it is"))?;
+        let capabilities = node.capabilities().map_err(|error| match error {
+            error if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => CameraError::NotACamera {
+                camera: path.to_owned(),
+                reason: "it is no video device".to_owned(),
+            },
+            error => failed(path, "say what it is")(error),
+        })?;
         if !is_camera(&capabilities) {
             let several_planes = capabilities.flags & sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE != 0;
             let reason = if several_planes {
@@ -59,7 +67,22 @@ impl V4l2Device {
             return Err(CameraError::NotACamera { camera: path.to_owned(), reason: reason.to_owned() });
         }
         let identity = identity(path, Some(&capabilities));
-        Ok(Self { path: path.to_owned(), identity, node, stream: None, wide: HashSet::new() })
+        Ok(Self {
+            path: path.to_owned(),
+            identity,
+            node,
+            stream: None,
+            bytes: Vec::new(),
+            wide: HashSet::new(),
+        })
+    }
+
+    fn no_longer_there(&self) -> CameraError {
+        CameraError::Stream {
+            camera: self.path.clone(),
+            action: "read a buffer",
+            detail: "it is no longer there".to_owned(),
+        }
     }
 
     fn sizes(&self, four_cc: u32) -> io::Result<Sizes> {
@@ -138,12 +161,18 @@ impl V4l2Device {
 }
 
 fn active(format: PixFormat) -> ActiveFormat {
+    let four_cc = FourCc::from_u32(format.four_cc);
+    // Some drivers leave it out where rows follow each other without a gap.
+    let least = PixelFormat::from_four_cc(four_cc)
+        .and_then(|pixels| pixels.least_stride(format.columns as usize))
+        .unwrap_or(0);
+    let stride = if format.stride == 0 { least } else { format.stride as usize };
     // A driver that is asked for progressive frames and cannot take the field it likes.
     let progressive = [sys::v4l2_field_V4L2_FIELD_NONE, sys::v4l2_field_V4L2_FIELD_ANY];
     ActiveFormat {
-        four_cc: FourCc::from_u32(format.four_cc),
+        four_cc,
         size: Size { columns: format.columns as usize, rows: format.rows as usize },
-        stride: format.stride as usize,
+        stride,
         image_bytes: format.image_bytes as usize,
         interlaced: !progressive.contains(&format.field),
     }
@@ -212,7 +241,9 @@ impl VideoDevice for V4l2Device {
                 let interval = Interval { numerator, denominator };
                 Ok(interval.duration().map(|_| interval))
             }
-            Err(error) if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => Ok(None),
+            Err(error) if [Errno::NOTTY, Errno::INVAL, Errno::NODATA].iter().any(|no| is(&error, *no)) => {
+                Ok(None)
+            }
             Err(error) => Err(failed(&self.path, "tell its rate")(error)),
         }
     }
@@ -239,12 +270,12 @@ impl VideoDevice for V4l2Device {
 
     fn read_control(&mut self, id: u32) -> Result<i64, CameraError> {
         let wide = self.wide.contains(&id);
-        self.node.control(id, wide).map_err(failed(&self.path, "read a control"))
+        self.node.control(id, wide).map_err(control_failed(&self.path, "read a control"))
     }
 
     fn write_control(&mut self, id: u32, value: i64) -> Result<(), CameraError> {
         let wide = self.wide.contains(&id);
-        self.node.set_control(id, value, wide).map_err(failed(&self.path, "set a control"))
+        self.node.set_control(id, value, wide).map_err(control_failed(&self.path, "set a control"))
     }
 
     fn check_signal(&mut self) -> Result<(), CameraError> {
@@ -262,7 +293,7 @@ impl VideoDevice for V4l2Device {
             return Ok(());
         }
         match (self.node.dv_timings(), self.node.arriving_dv_timings()) {
-            (Ok(set), Ok(arriving)) if set != arriving => lost(format!(
+            (Ok(set), Ok(arriving)) if !set.is_like(&arriving) => lost(format!(
                 "a signal of {} x {} pixels at {:.2} MHz, but is set for {} x {} at {:.2} MHz",
                 arriving.columns,
                 arriving.rows,
@@ -281,7 +312,7 @@ impl VideoDevice for V4l2Device {
         }
     }
 
-    fn start(&mut self, buffers: usize) -> Result<(), CameraError> {
+    fn start(&mut self, buffers: usize) -> Result<usize, CameraError> {
         // What is left of a stream that broke down is of no use; starting anew tells whether the device is.
         let _ = self.stop();
         let get = "get buffers";
@@ -293,8 +324,9 @@ impl VideoDevice for V4l2Device {
             let _ = stream.release(&self.node);
             return Err(broken(&self.path, "start its stream")(error));
         }
+        let made = stream.count();
         self.stream = Some(stream);
-        Ok(())
+        Ok(made)
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {
@@ -335,12 +367,10 @@ impl VideoDevice for V4l2Device {
     }
 
     fn bytes(&mut self, buffer: &FilledBuffer) -> Result<&[u8], CameraError> {
-        let bytes = self.stream.as_ref().and_then(|stream| stream.bytes(buffer.index));
-        bytes.and_then(|bytes| bytes.get(..buffer.bytes_used)).ok_or_else(|| CameraError::Stream {
-            camera: self.path.clone(),
-            action: "read a buffer",
-            detail: "it is no longer there".to_owned(),
-        })
+        let stream = self.stream.as_ref();
+        let copied =
+            stream.is_some_and(|stream| stream.copy(buffer.index, buffer.bytes_used, &mut self.bytes));
+        if copied { Ok(&self.bytes) } else { Err(self.no_longer_there()) }
     }
 
     fn requeue(&mut self, buffer: FilledBuffer) -> Result<(), CameraError> {

@@ -60,9 +60,19 @@ pub(super) fn identity(path: &str, capabilities: Option<&Capabilities>) -> Camer
         model: capabilities.map_or_else(named, |known| known.card.clone()),
         bus: capabilities.map_or_else(String::new, |known| known.bus.clone()),
         path: Some(path.to_owned()),
+        part: part(&node),
         serial_number: usb_serial_number(&node),
         links: links_to(&real),
     }
+}
+
+/// Which of the nodes of its device a node is.
+fn part(node: &Path) -> String {
+    let device = fs::canonicalize(node.join("device")).unwrap_or_default();
+    let folder = device.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let interface = folder.split_once(':').map_or("", |(_, interface)| interface).to_owned();
+    let index = fs::read_to_string(node.join("index")).unwrap_or_default();
+    format!("{interface}, {}", index.trim())
 }
 
 /// The serial number of the USB device that a node belongs to.

@@ -29,6 +29,22 @@ pub(super) fn failed(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
     }
 }
 
+/// Of a call about a control. What USB does badly now and then may be mended by starting anew.
+pub(super) fn control_failed(
+    camera: &str,
+    action: &'static str,
+) -> impl FnOnce(io::Error) -> CameraError + use<> {
+    const PASSING: [Errno; 4] = [Errno::IO, Errno::PIPE, Errno::PROTO, Errno::TIMEDOUT];
+    let camera = camera.to_owned();
+    move |error| match error {
+        error if is_gone(&error) => CameraError::Gone { camera },
+        error if PASSING.iter().any(|passing| is(&error, *passing)) => {
+            CameraError::Stream { camera, action, detail: error.to_string() }
+        }
+        error => CameraError::System { camera, action, detail: error.to_string() },
+    }
+}
+
 /// Of a call on a stream, which may be mended by starting anew.
 pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
@@ -42,6 +58,12 @@ pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
                 "its USB bus has no bandwidth left; give the camera a bus of its own, or choose a lower rate"
                     .to_owned(),
         },
+        // Sensors behind a media controller: its links, or their formats, do not fit.
+        error if is(&error, Errno::PIPE) => CameraError::System {
+            camera,
+            action,
+            detail: format!("{error}; set up its media pipeline (`media-ctl`) first"),
+        },
         error => CameraError::Stream { camera, action, detail: error.to_string() },
     }
 }
@@ -54,6 +76,9 @@ pub(super) fn unopened(camera: &str) -> impl FnOnce(io::Error) -> CameraError + 
         io::ErrorKind::PermissionDenied => CameraError::Permission { camera },
         _ if is_gone(&error) => CameraError::Gone { camera },
         _ if is(&error, Errno::BUSY) => CameraError::Busy { camera },
+        _ if is(&error, Errno::ISDIR) => {
+            CameraError::NotACamera { camera, reason: "it is a folder".to_owned() }
+        }
         _ => CameraError::System { camera, action: "open", detail: error.to_string() },
     }
 }

@@ -45,6 +45,12 @@ impl VideoOutput {
                 got: format!("{} {got}", FourCc::from_u32(format.four_cc)),
             });
         }
+        if (format.stride as usize) < size.columns {
+            return Err(CameraError::NotACamera {
+                camera: path.to_owned(),
+                reason: "its driver states rows that are shorter than its pictures are wide".to_owned(),
+            });
+        }
         Ok(Self {
             path: path.to_owned(),
             node,

@@ -119,13 +119,9 @@ impl Buffers {
         let mut buffer = node.buffer(self.direction, index);
         buffer.bytesused = u32::try_from(bytes_used).unwrap_or(u32::MAX);
         buffer.field = sys::v4l2_field_V4L2_FIELD_NONE;
-        // Before the call: if it fails half-way, the memory must not be read as ours.
+        node.call(vidioc::VIDIOC_QBUF, &mut buffer)?;
         *queued = true;
-        let done = node.call(vidioc::VIDIOC_QBUF, &mut buffer);
-        if done.is_err() {
-            *queued = false;
-        }
-        done
+        Ok(())
     }
 
     /// Takes a buffer that the driver is done with; `None` if there is none now.
@@ -151,18 +147,24 @@ impl Buffers {
         }))
     }
 
-    /// The bytes of a buffer that is ours.
-    pub(in crate::camera::v4l2) fn bytes(&self, index: usize) -> Option<&[u8]> {
-        let mapping = self.mappings.get(index).filter(|_| !self.queued[index])?;
-        // SAFETY: the mapping is that long and lives as long as `self`. The driver does not write to a buffer that it has handed over,
-        // and handing it back needs `&mut self`, so that this slice is gone by then.
-        Some(unsafe { std::slice::from_raw_parts(mapping.start.as_ptr(), mapping.length) })
+    /// Copies the first `length` bytes of a buffer that is ours; `false` if it is not, or shorter.
+    ///
+    /// It is copied, and never borrowed: drivers such as `v4l2loopback` may still write to it.
+    pub(in crate::camera::v4l2) fn copy(&self, index: usize, length: usize, to: &mut Vec<u8>) -> bool {
+        let ours = self.mappings.get(index).filter(|_| !self.queued[index]);
+        let Some(mapping) = ours.filter(|mapping| length <= mapping.length) else { return false };
+        to.resize(length, 0);
+        // SAFETY: the mapping is at least `length` bytes long and lives as long as `self`, `to` was just made that long, and memory of
+        // a driver and of a vector do not overlap. If the driver writes meanwhile, bytes are old or new, any of them valid.
+        unsafe { std::ptr::copy_nonoverlapping(mapping.start.as_ptr(), to.as_mut_ptr(), length) };
+        true
     }
 
-    /// The bytes of a buffer that is ours, to be written.
+    /// The bytes of an output's buffer that is ours, to be written.
     pub(in crate::camera::v4l2) fn bytes_mut(&mut self, index: usize) -> Option<&mut [u8]> {
         let mapping = self.mappings.get(index).filter(|_| !self.queued[index])?;
-        // SAFETY: as for `bytes`; and `&mut self` makes this the only slice.
+        // SAFETY: the mapping is that long and lives as long as `self`; `&mut self` makes this the only slice of it. An output's driver
+        // writes to no buffer, and handing it over needs `&mut self`, so that this slice is gone by then.
         Some(unsafe { std::slice::from_raw_parts_mut(mapping.start.as_ptr(), mapping.length) })
     }
 

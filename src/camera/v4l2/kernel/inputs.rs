@@ -20,12 +20,23 @@ pub(in crate::camera::v4l2) struct InputState {
 }
 
 /// What counts of `struct v4l2_bt_timings`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub(in crate::camera::v4l2) struct DvTimings {
     pub(in crate::camera::v4l2) columns: u32,
     pub(in crate::camera::v4l2) rows: u32,
     pub(in crate::camera::v4l2) interlaced: u32,
     pub(in crate::camera::v4l2) pixel_clock_hz: u64,
+}
+
+/// Pixel clocks are as good as equal if they differ by no more: the kernel's own measure, because receivers measure roughly.
+const SAME_CLOCK_HZ: u64 = 250_000;
+
+impl DvTimings {
+    /// Whether a receiver that is set for these timings receives those.
+    pub(in crate::camera::v4l2) fn is_like(&self, other: &Self) -> bool {
+        let shape = |timings: &Self| (timings.columns, timings.rows, timings.interlaced);
+        shape(self) == shape(other) && self.pixel_clock_hz.abs_diff(other.pixel_clock_hz) <= SAME_CLOCK_HZ
+    }
 }
 
 impl Node {
