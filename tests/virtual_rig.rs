@@ -129,10 +129,7 @@ fn two_hundred_moves_under_load_give_no_stale_frame() {
     if !here(NAME) {
         return;
     }
-    let mut bench = VividBench::new();
-    let settings = bench.settings();
-    bench.camera().configure(&settings).unwrap();
-    bench.camera().start().unwrap();
+    let mut bench = VividBench::streaming();
     // Rendering is the twin's load, not the camera's: every place is seen once before.
     for place in 0..11 {
         bench.stage().move_to(20.0 + 0.4 * f64::from(place)).unwrap();
@@ -143,13 +140,9 @@ fn two_hundred_moves_under_load_give_no_stale_frame() {
     for index in 0..200_u32 {
         // Up and down between eleven places.
         let position_mm = 20.0 + 0.4 * f64::from((index * 7) % 11);
-        bench.stage().move_to(position_mm).unwrap();
-        let moment = bench.camera().now();
-        let taken = bench.camera().grab_after(moment).unwrap();
-        assert!(taken.frame == bench.truth(position_mm), "move {index}: A WRONG FRAME");
-        assert!(taken.facts.exposure_start >= moment);
-        stale += taken.facts.stale;
-        missed += taken.facts.missed;
+        let facts = bench.move_and_see(position_mm);
+        stale += facts.stale;
+        missed += facts.missed;
     }
     drop(load);
     println!(
@@ -191,10 +184,7 @@ fn a_serial_port_pulled_out_in_mid_scan_is_an_error_and_the_scan_goes_on_after_i
     if !here(NAME) {
         return;
     }
-    let mut bench = VividBench::new();
-    let settings = bench.settings();
-    bench.camera().configure(&settings).unwrap();
-    bench.camera().start().unwrap();
+    let mut bench = VividBench::streaming();
     bench.stage().move_to(10.0).unwrap();
     // In the middle of a long move.
     let plug = std::thread::spawn(|| {
@@ -217,10 +207,7 @@ fn a_serial_port_pulled_out_in_mid_scan_is_an_error_and_the_scan_goes_on_after_i
     assert_eq!(error, StageError::NotHomed, "the position may not be trusted");
     bench.stage().home().unwrap();
     for position_mm in [10.0, 11.5] {
-        bench.stage().move_to(position_mm).unwrap();
-        let moment = bench.camera().now();
-        let taken = bench.camera().grab_after(moment).unwrap();
-        assert!(taken.frame == bench.truth(position_mm), "A WRONG FRAME");
+        bench.move_and_see(position_mm);
     }
     passed(NAME);
 }

@@ -79,6 +79,14 @@ const STEADY: &[u32] = &[
     0x009f_0903,
 ];
 
+/// All controls that matter here, rising.
+pub(super) fn known() -> Vec<u32> {
+    let mut ids: Vec<u32> = AUTOMATIC.iter().map(|(id, _)| *id).chain(STEADY.iter().copied()).collect();
+    ids.push(PIXEL_RATE);
+    ids.sort_unstable();
+    ids
+}
+
 /// What to write so that nothing is automatic: control and value, in the order in which they are to be written.
 pub(super) fn switches(controls: &[Control]) -> Vec<(&Control, i64)> {
     let off = |(id, values): &(u32, &[i64])| {

@@ -375,3 +375,79 @@ pub(super) fn write_and_compare(
         got: found.to_string(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn offered(codes: &[&str]) -> Vec<OfferedFormat> {
+        let sizes = [(640, 480), (1280, 720)].map(|(columns, rows)| (Size { columns, rows }, Vec::new()));
+        let format = |code: &&str| OfferedFormat {
+            four_cc: code.parse().unwrap(),
+            description: String::new(),
+            sizes: Sizes::Discrete(sizes.to_vec()),
+        };
+        codes.iter().map(format).collect()
+    }
+
+    fn chosen(codes: &[&str], settings: &CameraSettings) -> Result<String, String> {
+        let offered = offered(codes);
+        let chosen = choose_format(&offered, settings, "cam");
+        chosen.map(|(format, _)| format.four_cc.to_string()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_measures_best_is_taken_and_mosaics_only_as_decided() {
+        let any = CameraSettings::default();
+        assert_eq!(chosen(&["MJPG", "YUYV"], &any).unwrap(), "YUYV");
+        assert_eq!(chosen(&["YUYV", "GREY", "Y12", "MJPG"], &any).unwrap(), "Y12");
+        assert_eq!(chosen(&["MJPG"], &any).unwrap(), "MJPG");
+        let error = chosen(&["RGGB", "MJPG", "H264"], &any).unwrap_err();
+        assert!(error.contains("--bayer green") && error.contains("RGGB, MJPG"), "{error}");
+        let binned = CameraSettings { bayer: Some(BayerUse::Binned), ..CameraSettings::default() };
+        assert_eq!(chosen(&["YUYV", "RGGB"], &binned).unwrap(), "RGGB");
+        assert!(chosen(&["YUYV", "GREY"], &binned).unwrap_err().contains("no colour mosaic"));
+        let format = |code: &str| CameraSettings { four_cc: Some(code.parse().unwrap()), ..binned.clone() };
+        assert!(chosen(&["YUYV", "RGGB"], &format("YUYV")).unwrap_err().contains("for --bayer"));
+        let grey = CameraSettings { four_cc: Some("grey".parse().unwrap()), ..CameraSettings::default() };
+        assert_eq!(chosen(&["YUYV", "GREY"], &grey).unwrap(), "GREY");
+        assert!(chosen(&["H264"], &any).unwrap_err().contains("no format that is understood"));
+    }
+
+    #[test]
+    fn the_largest_size_is_taken_but_nothing_is_scaled() {
+        let size = |columns, rows| Size { columns, rows };
+        let list = &offered(&["GREY"])[0];
+        let any = CameraSettings::default();
+        assert_eq!(choose_size(list, &any, size(640, 480), "cam").unwrap(), size(1280, 720));
+        let odd = CameraSettings { size: Some(size(800, 600)), ..CameraSettings::default() };
+        let error = choose_size(list, &odd, size(640, 480), "cam").unwrap_err().to_string();
+        assert!(error.contains("800 x 600") && error.contains("640 x 480, 1280 x 720"), "{error}");
+        let sizes = Sizes::Range { least: size(16, 16), greatest: size(16384, 8640), step: size(2, 2) };
+        let receiver = OfferedFormat { sizes, ..list.clone() };
+        assert_eq!(choose_size(&receiver, &any, size(640, 480), "cam").unwrap(), size(640, 480));
+    }
+
+    #[test]
+    fn rates_of_a_list_are_taken_from_it() {
+        let interval = |denominator| Interval { numerator: 1001, denominator };
+        let listed = size_list(vec![interval(30_000), interval(15_000)]);
+        let format = ActiveFormat {
+            four_cc: listed[0].four_cc,
+            size: Size { columns: 640, rows: 480 },
+            stride: 640,
+            image_bytes: 640 * 480,
+            interlaced: false,
+        };
+        assert!(refuse_unlisted_rate(&listed, &format, 30.0, "cam").is_ok(), "29.97 is as good");
+        let error = refuse_unlisted_rate(&listed, &format, 13.0, "cam").unwrap_err().to_string();
+        assert!(error.contains("13 Hz") && error.contains("29.970 Hz, 14.985 Hz"), "{error}");
+        assert!(refuse_unlisted_rate(&size_list(Vec::new()), &format, 13.0, "cam").is_ok(), "no list");
+    }
+
+    fn size_list(intervals: Vec<Interval>) -> Vec<OfferedFormat> {
+        let mut formats = offered(&["GREY"]);
+        formats[0].sizes = Sizes::Discrete(vec![(Size { columns: 640, rows: 480 }, intervals)]);
+        formats
+    }
+}

@@ -219,7 +219,7 @@ pub enum CameraError {
         frames: usize,
     },
     /// Somebody said that enough is enough.
-    #[error("{camera}: stopped in the middle of an average")]
+    #[error("{camera}: stopped")]
     Interrupted {
         /// The camera.
         camera: String,

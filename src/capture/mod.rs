@@ -145,14 +145,14 @@ fn take(
     let stop = stage.stop_switch();
     let (frame, exposures) = match look(camera, plan, &stop) {
         Err(CameraError::Gone { .. }) => {
-            camera.reconnect(plan.reconnect)?;
-            look(camera, plan, &stop)?
+            wait_for(camera, plan.reconnect, &stop).and_then(|()| look(camera, plan, &stop))
         }
-        Err(CameraError::Interrupted { .. }) => {
-            return Err(StageError::Stopped { position_mm: Some(reported_mm) }.into());
-        }
-        looked => looked?,
-    };
+        looked => looked,
+    }
+    .map_err(|error| match error {
+        CameraError::Interrupted { .. } => StageError::Stopped { position_mm: Some(reported_mm) }.into(),
+        other => CaptureError::Camera(other),
+    })?;
     let facts = FrameFacts {
         commanded_mm: Some(position_mm),
         reported_mm: Some(reported_mm),
@@ -161,6 +161,26 @@ fn take(
         source: None,
     };
     Ok(writer.add(&frame, facts)?)
+}
+
+/// Waits for a camera that has gone, as long as nobody stops it.
+fn wait_for(camera: &mut dyn Camera, patience: Duration, stop: &StopSwitch) -> Result<(), CameraError> {
+    /// How long a person who stops it waits, at most.
+    const SLICE: Duration = Duration::from_secs(1);
+    let until = camera.now().after(patience);
+    loop {
+        let left = until.since(camera.now());
+        match camera.reconnect(SLICE.min(left)) {
+            Err(CameraError::StaysAway { camera, .. }) if stop.pressed().is_some() => {
+                return Err(CameraError::Interrupted { camera });
+            }
+            Err(CameraError::StaysAway { .. }) if left > SLICE => {}
+            Err(CameraError::StaysAway { camera, why, .. }) => {
+                return Err(CameraError::StaysAway { camera, patience, why });
+            }
+            done => return done,
+        }
+    }
 }
 
 /// A frame of what is there now, once the stage has come to rest.

@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use epirig::camera::pixels::FourCc;
-use epirig::camera::{Camera, CameraSettings, Size, V4l2Camera, V4l2Device};
+use epirig::camera::{Camera, CameraSettings, FrameFacts, Size, V4l2Camera, V4l2Device};
 use epirig::frame::Frame;
 use epirig::link::{PortChoice, choose, open, ports};
 use epirig::stage::native::{BAUD, NativeOptions};
@@ -120,6 +120,24 @@ impl VividBench {
         bench.reconnect_stage();
         bench.stage().home().unwrap();
         bench
+    }
+
+    /// With its camera configured and started.
+    pub fn streaming() -> Self {
+        let mut bench = Self::new();
+        bench.camera.configure(&bench.settings()).unwrap();
+        bench.camera.start().unwrap();
+        bench
+    }
+
+    /// Moves, and takes a frame, which must be the twin's for the place.
+    pub fn move_and_see(&mut self, position_mm: f64) -> FrameFacts {
+        self.stage().move_to(position_mm).unwrap();
+        let moment = self.camera.now();
+        let taken = self.camera.grab_after(moment).unwrap();
+        assert!(taken.frame == self.truth(position_mm), "at {position_mm} mm: A WRONG FRAME");
+        assert!(taken.facts.exposure_start >= moment);
+        taken.facts
     }
 
     /// Connects to the stage anew.

@@ -11,6 +11,7 @@ use v4l::v4l_sys as sys;
 use super::discover::{cameras, identity, is_camera};
 use super::failure::{broken, control_failed, failed, is, unopened};
 use super::kernel::{Buffers, ControlQuery, Direction, FrameSize, Node, PixFormat};
+use crate::camera::automatic::known;
 use crate::camera::pixels::{FourCc, PixelFormat};
 use crate::camera::{
     ActiveFormat, CameraError, CameraIdentity, Control, ControlKind, FilledBuffer, Interval, Moment,
@@ -257,13 +258,26 @@ impl VideoDevice for V4l2Device {
     fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
         let mut controls = Vec::new();
         let mut id = 0;
-        while let Some(query) = self.node.next_control(id).map_err(failed(&self.path, "list its controls"))? {
-            // Rising numbers, or the list would not end.
-            if query.id <= id {
-                break;
+        loop {
+            match self.node.next_control(id).map_err(control_failed(&self.path, "list its controls")) {
+                Ok(None) => break,
+                // Rising numbers, or the list would not end.
+                Ok(Some(query)) if query.id <= id => break,
+                Ok(Some(query)) => {
+                    id = query.id;
+                    controls.extend(self.control(query));
+                }
+                Err(gone @ CameraError::Gone { .. }) => return Err(gone),
+                Err(_) => {
+                    // One that cannot be described hides all after it (USB cameras have such): those that matter are asked for
+                    // by number.
+                    for known in known().into_iter().filter(|known| *known > id) {
+                        let query = self.node.query_control(known).ok().flatten();
+                        controls.extend(query.and_then(|query| self.control(query)));
+                    }
+                    break;
+                }
             }
-            id = query.id;
-            controls.extend(self.control(query));
         }
         Ok(controls)
     }

@@ -28,7 +28,12 @@ pub(in crate::camera::v4l2) struct ControlQuery {
 impl Node {
     /// The control after `id`, of any kind; `None` after the last.
     pub(in crate::camera::v4l2) fn next_control(&self, id: u32) -> io::Result<Option<ControlQuery>> {
-        let mut found = sys::v4l2_query_ext_ctrl { id: id | NEXT_CONTROL, ..zeroed() };
+        self.query_control(id | NEXT_CONTROL)
+    }
+
+    /// The control with this number, if there is one.
+    pub(in crate::camera::v4l2) fn query_control(&self, id: u32) -> io::Result<Option<ControlQuery>> {
+        let mut found = sys::v4l2_query_ext_ctrl { id, ..zeroed() };
         match self.call(vidioc::VIDIOC_QUERY_EXT_CTRL, &mut found) {
             // No more, or none at all.
             Err(error) if has_none(&error) => return Ok(None),
