@@ -1,0 +1,91 @@
+//! Controls of a video device.
+
+use v4l::v4l_sys as sys;
+
+use super::V4l2Device;
+use crate::camera::automatic::known;
+use crate::camera::v4l2::failure::control_failed;
+use crate::camera::v4l2::kernel::ControlQuery;
+use crate::camera::{CameraError, Control, ControlKind};
+
+impl V4l2Device {
+    /// All controls with their values.
+    pub(super) fn list_controls(&mut self) -> Result<Vec<Control>, CameraError> {
+        let mut controls = Vec::new();
+        let mut id = 0;
+        loop {
+            match self.node.next_control(id).map_err(control_failed(&self.path, "list its controls")) {
+                Ok(None) => break,
+                // Rising numbers, or the list would not end.
+                Ok(Some(query)) if query.id <= id => break,
+                Ok(Some(query)) => {
+                    id = query.id;
+                    controls.extend(self.control(query));
+                }
+                Err(gone @ CameraError::Gone { .. }) => return Err(gone),
+                Err(_) => {
+                    // One that cannot be described hides all after it (USB cameras have such): those that matter are asked for
+                    // by number.
+                    for known in known().into_iter().filter(|known| *known > id) {
+                        let query = self.node.query_control(known).ok().flatten();
+                        controls.extend(query.and_then(|query| self.control(query)));
+                    }
+                    break;
+                }
+            }
+        }
+        Ok(controls)
+    }
+
+    fn control(&mut self, query: ControlQuery) -> Option<Control> {
+        let wide = query.kind == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER64;
+        let simple = query.flags & sys::V4L2_CTRL_FLAG_HAS_PAYLOAD == 0 && query.elements <= 1;
+        let kind = match query.kind {
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_CTRL_CLASS => return None,
+            _ if query.flags & sys::V4L2_CTRL_FLAG_DISABLED != 0 => return None,
+            _ if !simple => ControlKind::Other,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER => ControlKind::Integer,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER64 => ControlKind::Integer,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BOOLEAN => ControlKind::Boolean,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_MENU | sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU => {
+                ControlKind::Menu
+            }
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BITMASK => ControlKind::Bitmask,
+            sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_BUTTON => ControlKind::Button,
+            _ => ControlKind::Other,
+        };
+        if wide {
+            self.wide.insert(query.id);
+        }
+        let unreadable = matches!(kind, ControlKind::Other | ControlKind::Button)
+            || query.flags & sys::V4L2_CTRL_FLAG_WRITE_ONLY != 0;
+        // One control that cannot be read now does not hide the others.
+        let value = if unreadable { None } else { self.node.control(query.id, wide).ok() };
+        let items = if kind == ControlKind::Menu { self.menu(&query) } else { Vec::new() };
+        Some(Control {
+            id: query.id,
+            name: Control::command_name(&query.name),
+            kind,
+            minimum: query.minimum,
+            maximum: query.maximum,
+            step: query.step,
+            default: query.default,
+            value,
+            read_only: query.flags & sys::V4L2_CTRL_FLAG_READ_ONLY != 0,
+            inactive: query.flags & sys::V4L2_CTRL_FLAG_INACTIVE != 0,
+            items,
+        })
+    }
+
+    fn menu(&self, query: &ControlQuery) -> Vec<(i64, String)> {
+        /// No menu is longer; a damaged description might say so.
+        const LONGEST: i64 = 255;
+        let of_numbers = query.kind == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU;
+        let indices = query.minimum.max(0)..=query.maximum.min(LONGEST);
+        let item = |index: i64| {
+            let name = self.node.menu_item(query.id, u32::try_from(index).ok()?, of_numbers)?;
+            Some((index, name))
+        };
+        indices.filter_map(item).collect()
+    }
+}
