@@ -125,7 +125,9 @@ impl Frame {
             return Err(FrameError::Size { rows, columns, samples: samples.len() });
         }
         let narrow = matches!(samples, Samples::U8(_));
-        let maximum = samples.maximum();
+        // Where every value of the type fits, none need be looked at.
+        let any_value_fits = bit_depth == if narrow { 8 } else { 16 };
+        let maximum = if any_value_fits { 0 } else { samples.maximum() };
         let fits = (1..=16).contains(&bit_depth)
             && narrow == (bit_depth <= 8)
             && u32::from(maximum) < 1_u32 << bit_depth;

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use epirig::camera::pixels::FourCc;
+use epirig::camera::pixels::{BayerUse, FourCc, PixelFormat};
 use epirig::camera::{Camera, CameraSettings, Difference, Size, TimingRule, V4l2Camera, V4l2Device, average};
 use epirig::frame::Frame;
 use epirig::sequence::Sequence;
@@ -424,10 +424,12 @@ fn every_format_shows_the_same_picture() {
     v4l2_ctl(&["-d0", "--set-dv-bt-timings=index=0"]);
     let mut camera = V4l2Camera::new(V4l2Device::open("/dev/video0").unwrap());
     let mut grab = |code: &str| {
+        let four_cc: FourCc = code.parse().unwrap();
+        let mosaic = PixelFormat::from_four_cc(four_cc).unwrap().is_bayer();
         let settings = CameraSettings {
-            four_cc: Some(code.parse().unwrap()),
+            four_cc: Some(four_cc),
             size: Some(Size { columns: 640, rows: 480 }),
-            bayer: Some(epirig::camera::pixels::BayerUse::Green),
+            bayer: mosaic.then_some(BayerUse::Green),
             ..CameraSettings::default()
         };
         camera.configure(&settings).unwrap();
