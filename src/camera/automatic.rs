@@ -80,6 +80,7 @@ const STEADY: &[u32] = &[
 ];
 
 /// All controls that matter here, rising.
+#[cfg(feature = "v4l2")]
 pub(super) fn known() -> Vec<u32> {
     let mut ids: Vec<u32> = AUTOMATIC.iter().map(|(id, _)| *id).chain(STEADY.iter().copied()).collect();
     ids.push(PIXEL_RATE);

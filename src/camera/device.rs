@@ -97,6 +97,14 @@ pub trait VideoDevice: Send {
     /// [`CameraError`] if it cannot be read.
     fn read_control(&mut self, id: u32) -> Result<i64, CameraError>;
 
+    /// The values of several controls, as soon after each other as the driver can.
+    ///
+    /// # Errors
+    /// [`CameraError`] if one of them cannot be read.
+    fn read_controls(&mut self, ids: &[u32]) -> Result<Vec<i64>, CameraError> {
+        ids.iter().map(|id| self.read_control(*id)).collect()
+    }
+
     /// Sets a control; the driver may clamp silently.
     ///
     /// # Errors

@@ -24,8 +24,8 @@ use crate::stage::StagePosition;
   epirig grab --out frame.png --camera sim     no hardware needed
 
 The frame begins after the command does. All that the camera does by itself is switched off first.
-A mean is scaled to 16 bit: that of an 8-bit camera by 257. The variance is that of a single frame, in
-squared grey levels of the camera.")]
+A mean is scaled to 16 bit, that of an 8-bit camera by 257. The variance is that of a single frame,
+in squared grey levels of the camera.")]
 pub(super) struct Grab {
     /// The PNG to write, 8 bit or 16 bit; one that exists is refused
     #[arg(long, value_name = "FILE")]

@@ -120,19 +120,18 @@ impl<D: VideoDevice> CheckedCamera<D> {
 
     fn check_controls(&mut self) -> Result<(), CameraError> {
         let camera = self.name();
-        let pinned = self.configured()?.configuration.pinned.clone();
-        for control in pinned {
-            let found = self.device.read_control(control.id)?;
-            if found != control.value {
-                return Err(CameraError::ControlChanged {
-                    camera,
-                    name: control.name,
-                    set: control.value,
-                    found,
-                });
-            }
+        let ids: Vec<u32> = self.configured()?.configuration.pinned.iter().map(|pinned| pinned.id).collect();
+        let found = self.device.read_controls(&ids)?;
+        let pinned = &self.configured()?.configuration.pinned;
+        match pinned.iter().zip(found).find(|(pinned, found)| pinned.value != *found) {
+            None => Ok(()),
+            Some((pinned, found)) => Err(CameraError::ControlChanged {
+                camera,
+                name: pinned.name.clone(),
+                set: pinned.value,
+                found,
+            }),
         }
-        Ok(())
     }
 
     /// Stops, configures as before, and starts.

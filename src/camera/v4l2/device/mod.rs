@@ -213,6 +213,15 @@ impl VideoDevice for V4l2Device {
         self.node.control(id, wide).map_err(control_failed(&self.path, "read a control"))
     }
 
+    fn read_controls(&mut self, ids: &[u32]) -> Result<Vec<i64>, CameraError> {
+        let wanted: Vec<(u32, bool)> = ids.iter().map(|id| (*id, self.wide.contains(id))).collect();
+        // Some drivers read one at a time only; and one that cannot be read is found by reading each.
+        match self.node.several_controls(&wanted) {
+            Ok(values) => Ok(values),
+            Err(_) => ids.iter().map(|id| self.read_control(*id)).collect(),
+        }
+    }
+
     fn write_control(&mut self, id: u32, value: i64) -> Result<(), CameraError> {
         let wide = self.wide.contains(&id);
         self.node.set_control(id, value, wide).map_err(control_failed(&self.path, "set a control"))

@@ -61,29 +61,43 @@ impl Node {
         Some(if of_numbers { value.to_string() } else { text(&name) })
     }
 
+    /// The value of a control; `wide` says whether it has 64 bits.
     pub(in crate::camera::v4l2) fn control(&self, id: u32, wide: bool) -> io::Result<i64> {
-        let mut control = sys::v4l2_ext_control { id, ..zeroed() };
-        self.exchange_control(vidioc::VIDIOC_G_EXT_CTRLS, &mut control)?;
-        let value = control.__bindgen_anon_1;
-        // SAFETY: the union is of numbers and pointers; as a number it is valid whatever was written. It is packed: it is copied.
-        Ok(unsafe { if wide { value.value64 } else { i64::from(value.value) } })
+        let mut control = [sys::v4l2_ext_control { id, ..zeroed() }];
+        self.exchange(vidioc::VIDIOC_G_EXT_CTRLS, &mut control)?;
+        Ok(value_of(&control[0], wide))
+    }
+
+    /// The values of several controls, in one call.
+    pub(in crate::camera::v4l2) fn several_controls(&self, wanted: &[(u32, bool)]) -> io::Result<Vec<i64>> {
+        let empty = |(id, _): &(u32, bool)| sys::v4l2_ext_control { id: *id, ..zeroed() };
+        let mut controls: Vec<sys::v4l2_ext_control> = wanted.iter().map(empty).collect();
+        self.exchange(vidioc::VIDIOC_G_EXT_CTRLS, &mut controls)?;
+        Ok(controls.iter().zip(wanted).map(|(control, (_, wide))| value_of(control, *wide)).collect())
     }
 
     pub(in crate::camera::v4l2) fn set_control(&self, id: u32, value: i64, wide: bool) -> io::Result<()> {
-        let mut control = sys::v4l2_ext_control { id, ..zeroed() };
+        let mut control = [sys::v4l2_ext_control { id, ..zeroed() }];
         if wide {
-            control.__bindgen_anon_1.value64 = value;
+            control[0].__bindgen_anon_1.value64 = value;
         } else {
             // Masks of 32 bits are signed here.
-            control.__bindgen_anon_1.value = value as i32;
+            control[0].__bindgen_anon_1.value = value as i32;
         }
-        self.exchange_control(vidioc::VIDIOC_S_EXT_CTRLS, &mut control)
+        self.exchange(vidioc::VIDIOC_S_EXT_CTRLS, &mut control)
     }
 
-    /// The control has no payload, so that the kernel follows no pointer in it.
-    fn exchange_control(&self, request: Request, control: &mut sys::v4l2_ext_control) -> io::Result<()> {
-        let mut controls = sys::v4l2_ext_controls { count: 1, controls: control, ..zeroed() };
-        controls.__bindgen_anon_1.which = CURRENT_VALUES;
-        self.call(request, &mut controls)
+    /// The controls state no payload, so that the kernel follows no pointer in them.
+    fn exchange(&self, request: Request, controls: &mut [sys::v4l2_ext_control]) -> io::Result<()> {
+        let count = u32::try_from(controls.len()).map_err(io::Error::other)?;
+        let mut all = sys::v4l2_ext_controls { count, controls: controls.as_mut_ptr(), ..zeroed() };
+        all.__bindgen_anon_1.which = CURRENT_VALUES;
+        self.call(request, &mut all)
     }
+}
+
+fn value_of(control: &sys::v4l2_ext_control, wide: bool) -> i64 {
+    let value = control.__bindgen_anon_1;
+    // SAFETY: the union is of numbers and pointers; as a number it is valid whatever was written. It is packed: it is copied.
+    unsafe { if wide { value.value64 } else { i64::from(value.value) } }
 }
