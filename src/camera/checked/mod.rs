@@ -32,7 +32,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// - its exposure began at or after the moment asked for, by the [timing rule](super::timing);
 /// - the driver flags no error, its bytes are as many as the format needs, and they decode;
 /// - its sequence number follows that of a frame before it for which all this holds too;
-/// - the two frames show the same: [`Difference::objection`] has none;
+/// - the two frames show the same: [`objection`](super::Difference::objection) has none;
 /// - after it was taken all watched controls read what they were set to, and the input has its signal.
 ///
 /// A stream that breaks down, or a control that has changed, is set up anew, at most three times in a grab. A grab waits no longer than
