@@ -435,7 +435,7 @@ fn every_format_shows_the_same_picture() {
         camera.configure(&settings).unwrap();
         camera.start().unwrap();
         let moment = camera.now();
-        let mean = average(&mut camera, moment, 2, &|_| true).unwrap();
+        let mean = average(&mut camera, moment, 2, &|| true).unwrap();
         camera.stop().unwrap();
         assert_eq!(mean.facts[0].timing, TimingRule::EndOfFrame);
         mean

@@ -23,8 +23,8 @@ pub struct AveragedFrame {
     pub facts: Vec<FrameFacts>,
 }
 
-/// Takes `count` frames (at least 1) that were begun after `moment`, and averages them. Before each further frame `go_on` is asked
-/// with the number that there are.
+/// Takes `count` frames (at least 1) that were begun after `moment`, and averages them. `go_on` is asked before
+/// each further frame.
 ///
 /// # Errors
 /// [`CameraError`] if one of them could not be had, [`CameraError::Interrupted`] if `go_on` said no.
@@ -32,13 +32,13 @@ pub fn average(
     camera: &mut dyn Camera,
     moment: Moment,
     count: usize,
-    go_on: &dyn Fn(usize) -> bool,
+    go_on: &dyn Fn() -> bool,
 ) -> Result<AveragedFrame, CameraError> {
     let first = camera.grab_after(moment)?;
     let mut sums = Sums::new(&first.frame);
     let mut facts = vec![first.facts];
-    for taken in 1..count {
-        if !go_on(taken) {
+    for _ in 1..count {
+        if !go_on() {
             return Err(CameraError::Interrupted { camera: camera.identity().name() });
         }
         let next = camera.grab_after(moment)?;
@@ -55,7 +55,7 @@ pub fn average(
     sums.finish(facts)
 }
 
-/// Sums of samples, of their squares, and the largest sample, of each pixel.
+/// Sums of samples and of their squares, and whether one was at full scale, of each pixel.
 struct Sums {
     rows: usize,
     columns: usize,

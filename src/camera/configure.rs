@@ -26,7 +26,7 @@ pub(super) fn configure(
     let (format, pixels) = set_format(device, settings, &camera)?;
     if pixels.is_lossy() {
         notes.push(format!(
-            "{camera} offers compressed images ({}) only: compression limits accuracy to about a grey level",
+            "the images of {camera} come compressed ({}), which limits accuracy: take an uncompressed format if it has one",
             format.four_cc
         ));
     }

@@ -100,7 +100,11 @@ pub fn capture(
         Ok(())
     });
     progress.end();
-    let status = if taken.is_ok() { ExitStatus::Complete } else { ExitStatus::Failed };
+    let status = match &taken {
+        Ok(()) => ExitStatus::Complete,
+        Err(CaptureError::Stage(StageError::Stopped { .. })) => ExitStatus::Aborted,
+        Err(_) => ExitStatus::Failed,
+    };
     let finished = writer.finish(status);
     taken?;
     finished?;
@@ -191,7 +195,7 @@ fn look(
 ) -> Result<(Frame, Vec<camera::FrameFacts>), CameraError> {
     let at_rest = camera.now().after(plan.settle);
     if plan.averaged > 1 {
-        let averaged = average(camera, at_rest, plan.averaged, &|_| stop.pressed().is_none())?;
+        let averaged = average(camera, at_rest, plan.averaged, &|| stop.pressed().is_none())?;
         return Ok((averaged.frame, averaged.facts));
     }
     let TakenFrame { frame, facts } = camera.grab_after(at_rest)?;

@@ -97,7 +97,7 @@ impl Grab {
             }
             Some(path) => {
                 talk.begin("averaging", u64::from(self.average));
-                let go_on = |_| {
+                let go_on = || {
                     talk.advance(1);
                     true
                 };

@@ -21,7 +21,7 @@ const STEADY_PAIRS: usize = 4;
 #[derive(Debug)]
 pub(super) struct Stream {
     timing: Timing,
-    /// The latest sequence number, if the latest buffer was good.
+    /// The latest sequence number.
     sequence: Option<u32>,
     /// Whether the driver numbers its frames; `None` while that is not known.
     numbered: Option<bool>,
