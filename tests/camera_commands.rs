@@ -5,10 +5,16 @@
 mod support;
 
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
+use epirig::camera::SimCamera;
+use epirig::capture::{CaptureError, CapturePlan, capture};
 use epirig::formats::MapFormat;
 use epirig::frame::{Frame, Samples};
-use epirig::sequence::{Origin, Sequence, decode_grey};
+use epirig::progress::Progress;
+use epirig::sequence::{ExitStatus, Origin, Sequence, decode_grey};
+use epirig::stage::{SimStage, SimStageConfig, Stage, StageError, StopSwitch, Urgency};
 use epirig::twin::{Twin, TwinConfig};
 use support::{epirig, fails, succeeds};
 
@@ -174,6 +180,36 @@ fn a_scan_that_cannot_be_is_refused_before_anything_moves() {
     refused(&["--driver", "sim", "--camera", "replay:nothing"], 2, &["nothing"]);
     refused(&["--driver", "sim", "--camera", "/dev/no-such-camera"], 3, &["/dev/no-such-camera"]);
     refused(&["--port", "/dev/no-such-port", "--camera", "sim"], 3, &["no port"]);
+}
+
+/// Presses the stage's switch when two frames are there.
+struct StopsAfterTwo(StopSwitch, AtomicU64);
+
+impl Progress for StopsAfterTwo {
+    fn begin(&self, _what: &str, _total: u64) {}
+
+    fn advance(&self, count: u64) {
+        if self.1.fetch_add(count, Ordering::SeqCst) + count == 2 {
+            self.0.press(Urgency::Soon);
+        }
+    }
+
+    fn end(&self) {}
+}
+
+#[test]
+fn a_scan_that_a_person_stops_says_so_and_keeps_its_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut stage = SimStage::new(SimStageConfig::ideal(100.0));
+    let mut camera = SimCamera::before_twin(Arc::new(twin()), stage.watch());
+    let plan = CapturePlan::at(vec![1.0, 2.0, 3.0, 4.0]);
+    let stops = StopsAfterTwo(stage.stop_switch(), AtomicU64::new(0));
+    let out = folder.path().join("seq");
+    let error = capture(&mut stage, &mut camera, &plan, &out, &stops).unwrap_err();
+    assert!(matches!(error, CaptureError::Stage(StageError::Stopped { .. })), "{error}");
+    let sequence = Sequence::open(&out).unwrap();
+    assert_eq!(sequence.frames().len(), 2);
+    assert_eq!(sequence.stop().map(|stop| stop.exit_status), Some(ExitStatus::Aborted));
 }
 
 #[test]

@@ -17,8 +17,6 @@ pub struct AveragedFrame {
     pub variance_dn2: Plane<f32>,
     /// Pixels that were at full scale in any of the frames: their mean is too small.
     pub saturated: usize,
-    /// Bits of a single frame's samples.
-    pub camera_bit_depth: u8,
     /// How each frame was taken.
     pub facts: Vec<FrameFacts>,
 }
@@ -126,7 +124,6 @@ impl Sums {
             frame,
             variance_dn2,
             saturated: self.saturated.iter().filter(|saturated| **saturated).count(),
-            camera_bit_depth: self.bit_depth,
             facts,
         })
     }

@@ -22,8 +22,6 @@ pub struct CameraSettings {
     pub controls: Vec<(String, String)>,
     /// What to make of a colour filter mosaic; without it, none is chosen and a Bayer format is refused.
     pub bayer: Option<BayerUse>,
-    /// Buffers that the driver fills in turn, 2 to 32.
-    pub buffers: usize,
     /// How long a grab may take, and how long the camera may take until its picture is steady.
     pub patience: Duration,
 }
@@ -37,7 +35,6 @@ impl Default for CameraSettings {
             exposure_us: None,
             controls: Vec::new(),
             bayer: None,
-            buffers: 4,
             patience: Duration::from_secs(10),
         }
     }

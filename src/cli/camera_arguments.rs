@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
+use super::import::parse_positive;
 use super::{CliError, Talk};
 use crate::camera::pixels::{BayerUse, FourCc};
 use crate::camera::{
@@ -48,10 +49,10 @@ pub(super) struct CameraArguments {
     #[arg(long, value_name = "WxH")]
     size: Option<Size>,
     /// Frames per second
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = parse_positive)]
     rate_hz: Option<f64>,
     /// Exposure time
-    #[arg(long, value_name = "US", allow_negative_numbers = true)]
+    #[arg(long, value_name = "US", allow_negative_numbers = true, value_parser = parse_positive)]
     exposure_us: Option<f64>,
     /// A control and its value, as often as needed: --control gain=10
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
@@ -60,7 +61,7 @@ pub(super) struct CameraArguments {
     #[arg(long, value_enum)]
     bayer: Option<BayerName>,
     /// How long to wait for a good frame, and for a steady picture
-    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true, value_parser = parse_positive)]
     patience_s: f64,
 }
 
@@ -119,15 +120,6 @@ impl CameraArguments {
 
     /// What it is to be.
     pub(super) fn settings(&self) -> Result<CameraSettings, CliError> {
-        let positive = |name: &str, value: Option<f64>| match value {
-            Some(value) if !(value.is_finite() && value > 0.0) => {
-                Err(CliError::Usage(format!("{name} must be positive")))
-            }
-            _ => Ok(()),
-        };
-        positive("--rate-hz", self.rate_hz)?;
-        positive("--exposure-us", self.exposure_us)?;
-        positive("--patience-s", Some(self.patience_s))?;
         let patience = Duration::try_from_secs_f64(self.patience_s);
         Ok(CameraSettings {
             four_cc: self.format,
@@ -141,7 +133,6 @@ impl CameraArguments {
             }),
             patience: patience
                 .map_err(|error| CliError::Usage(format!("--patience-s {}: {error}", self.patience_s)))?,
-            ..CameraSettings::default()
         })
     }
 }

@@ -7,6 +7,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::camera_arguments::{CameraArguments, tell_configuration};
+use super::import::parse_positive;
 use super::stage_arguments::StageArguments;
 use super::{CliError, Talk};
 use crate::capture::{CapturePlan, capture};
@@ -28,7 +29,7 @@ pub(super) struct Capture {
     #[arg(long, value_name = "SEQ")]
     out: PathBuf,
     /// Distance between stops
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = parse_positive)]
     step_mm: f64,
     /// Number of frames
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(2..=100_000))]
@@ -46,7 +47,7 @@ pub(super) struct Capture {
     #[arg(long, value_name = "S", allow_negative_numbers = true, default_value_t = 30)]
     reconnect_s: u64,
     /// Focal length of the lens, in px; the principal point is taken to be the middle of the image
-    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true, value_parser = parse_positive)]
     focal_length_px: Option<f64>,
     #[command(flatten)]
     stage: StageArguments,
@@ -62,9 +63,6 @@ struct Captured {
 
 impl Capture {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        if !(self.step_mm.is_finite() && self.step_mm > 0.0 && self.start_mm.is_finite()) {
-            return Err(CliError::Usage("--step-mm must be positive, and --start-mm a number".to_owned()));
-        }
         let (mut stage, watch) = self.stage.connect_and_watch(talk)?;
         if self.camera.is_simulated() && watch.is_none() {
             return Err(CliError::Usage(
@@ -72,9 +70,6 @@ impl Capture {
             ));
         }
         let mut camera = self.camera.open(&watch.unwrap_or_default())?;
-        if self.focal_length_px.is_some_and(|length| !(length.is_finite() && length > 0.0)) {
-            return Err(CliError::Usage("--focal-length-px must be positive".to_owned()));
-        }
         let positions = (0..self.frames).map(|index| self.start_mm + f64::from(index) * self.step_mm);
         let mut plan = CapturePlan {
             settle: Duration::from_millis(self.settle_ms),
@@ -86,12 +81,8 @@ impl Capture {
         refuse_beyond_travel(&*stage, &plan)?;
         let configuration = camera.configure(&plan.camera)?;
         tell_configuration(&configuration, talk);
-        let middle = |size: usize| 0.5 * (size as f64 - 1.0);
-        plan.intrinsics = self.focal_length_px.map(|focal_length_px| Intrinsics {
-            focal_length_px,
-            principal_point_x_px: middle(configuration.columns),
-            principal_point_y_px: middle(configuration.rows),
-        });
+        let (columns, rows) = (configuration.columns, configuration.rows);
+        plan.intrinsics = self.focal_length_px.map(|length_px| Intrinsics::centred(length_px, columns, rows));
         let there_before = self.out.exists();
         let captured = capture(&mut *stage, &mut *camera, &plan, &self.out, talk);
         if captured.is_err() && !there_before {

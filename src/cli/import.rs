@@ -87,7 +87,8 @@ fn parse_frames(text: &str) -> Result<(usize, usize), String> {
     Ok((first.trim().parse().map_err(|_| wrong())?, last.trim().parse().map_err(|_| wrong())?))
 }
 
-fn parse_positive(text: &str) -> Result<f64, String> {
+/// A finite number above zero.
+pub(super) fn parse_positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(format!("\"{text}\" is no positive number")),

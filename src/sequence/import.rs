@@ -168,8 +168,12 @@ fn start_record(
     options: &ImportOptions,
 ) -> SequenceRecord {
     let (rows, columns) = (head.frame.rows(), head.frame.columns());
-    let middle = (0.5 * (columns as f64 - 1.0), 0.5 * (rows as f64 - 1.0));
-    let (principal_point_x_px, principal_point_y_px) = options.principal_point_px.unwrap_or(middle);
+    let intrinsics = options.focal_length_px.map(|focal_length_px| {
+        let centred = Intrinsics::centred(focal_length_px, columns, rows);
+        options.principal_point_px.map_or(centred, |(principal_point_x_px, principal_point_y_px)| {
+            Intrinsics { focal_length_px, principal_point_x_px, principal_point_y_px }
+        })
+    });
     SequenceRecord {
         format: FORMAT_VERSION,
         uid: new_uid(),
@@ -181,11 +185,7 @@ fn start_record(
         bit_depth: head.frame.bit_depth(),
         frames,
         positions_mm,
-        intrinsics: options.focal_length_px.map(|focal_length_px| Intrinsics {
-            focal_length_px,
-            principal_point_x_px,
-            principal_point_y_px,
-        }),
+        intrinsics,
     }
 }
 

@@ -95,6 +95,14 @@ pub struct Intrinsics {
     pub principal_point_y_px: f64,
 }
 
+impl Intrinsics {
+    /// With the principal point in the middle of an image of `columns` x `rows`.
+    pub fn centred(focal_length_px: f64, columns: usize, rows: usize) -> Self {
+        let middle = |size: usize| 0.5 * (size as f64 - 1.0);
+        Self { focal_length_px, principal_point_x_px: middle(columns), principal_point_y_px: middle(rows) }
+    }
+}
+
 /// `sequence.json`: what was known before the first frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SequenceRecord {

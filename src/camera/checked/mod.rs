@@ -18,6 +18,8 @@ use super::{Camera, CameraError, TakenFrame};
 
 use stream::{Passed, Stream};
 
+/// Buffers that a driver fills in turn: what programs for video usually ask for.
+const BUFFERS: usize = 4;
 /// Times that a stream is started anew within one grab before its error is believed.
 const RESTARTS: usize = 3;
 /// Frame interval of cameras that do not tell it: longer than that of any video camera, to be on the safe side.
@@ -79,8 +81,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
     /// Starts the stream and waits until its picture is steady.
     fn start_until(&mut self, deadline: Moment) -> Result<(), CameraError> {
         self.stream = None;
-        let Configured { settings, configuration, .. } = self.configured()?;
-        let buffers = settings.buffers.clamp(2, 32);
+        let configuration = &self.configured()?.configuration;
         let interval =
             configuration.interval.and_then(|interval| interval.duration()).unwrap_or(UNKNOWN_INTERVAL);
         let seconds = configuration.exposure_us.map(|exposure_us| exposure_us * 1e-6);
@@ -88,7 +89,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         self.device.check_signal()?;
         let mut tries = 0;
         let made = loop {
-            match self.device.start(buffers) {
+            match self.device.start(BUFFERS) {
                 Ok(made) => break made,
                 Err(error) => {
                     tries += 1;
