@@ -14,6 +14,7 @@
 //! - [`twin`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
 //! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
 //! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
+//! - [`shift`]: how far the picture has moved between two frames.
 //! - [`epi`]: the matcher. It knows no files, stages or cameras: a volume and options in, maps out.
 //! - [`surface`]: disparity to height; [`evaluate`]: measured against truth, or against frames left out.
 //! - [`formats`], [`results`], [`report`]: files and pictures for other programs and for people.
@@ -45,6 +46,7 @@ pub mod report;
 pub mod results;
 pub mod scratch;
 pub mod sequence;
+pub mod shift;
 pub mod stage;
 pub mod surface;
 pub mod tau;

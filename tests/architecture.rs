@@ -13,6 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("scratch", &[]),
     ("tau", &[]),
     ("frame", &[]),
+    ("shift", &["frame", "plane"]),
     ("volume", &["frame", "tau"]),
     ("twin", &["frame", "plane", "progress", "tau", "volume"]),
     ("link", &[]),
