@@ -13,6 +13,7 @@
 //!
 //! - [`twin`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
 //! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
+//! - [`profile`]: a rig and a scan, described by a person.
 //! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
 //! - [`shift`]: how far the picture has moved between two frames.
 //! - [`epi`]: the matcher. It knows no files, stages or cameras: a volume and options in, maps out.
@@ -41,6 +42,7 @@ pub mod frame;
 pub mod link;
 pub mod measure;
 pub mod plane;
+pub mod profile;
 pub mod progress;
 pub mod report;
 pub mod results;

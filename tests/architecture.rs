@@ -20,6 +20,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("stage", &["link"]),
     ("sequence", &["frame", "progress", "scratch", "tau", "volume"]),
     ("camera", &["frame", "plane", "sequence", "stage", "twin"]),
+    ("profile", &["camera"]),
     ("virtual_rig", &["camera", "frame", "link", "stage", "twin"]),
     ("capture", &["camera", "frame", "progress", "sequence", "stage"]),
     ("epi", &["plane", "progress", "tau", "volume"]),

@@ -1,0 +1,230 @@
+//! A profile with every key and its explanation, for a person to fill in.
+
+use super::quantity::Quantity;
+use super::schema::{CONTROLS, Key, SECTIONS, Section, camera, stage};
+use super::value::line;
+
+/// Columns of a comment.
+const WIDTH: usize = 100;
+
+/// What is connected.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Findings {
+    /// Serial ports, as [`PortChoice`](crate::link::PortChoice) reads them, best first.
+    pub ports: Vec<String>,
+    /// Cameras, best first.
+    pub cameras: Vec<FoundCamera>,
+}
+
+/// A camera that is connected.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct FoundCamera {
+    /// As [`CameraChoice`](crate::camera::CameraChoice) reads it.
+    pub choice: String,
+    /// What it calls itself.
+    pub model: String,
+    /// Codes of the pixel formats that it offers.
+    pub formats: Vec<String>,
+}
+
+/// The text of a profile in which the best of what was found is filled in. Every other key stands there once, commented out, with
+/// what it means, the values that it takes, its default if it has one, and a value. [`Profile::read`](super::Profile::read) takes it as it is.
+pub fn commented(findings: &Findings) -> String {
+    let mut text = Lines::default();
+    text.comment("A rig and a scan, for epirig. Lines that begin with # are comments: take the # away from a key to set it.");
+    text.comment(
+        "A quantity has its unit in the value (step = \"1.5 mm\") or in the key (step_mm = 1.5). Units:",
+    );
+    for quantity in [
+        Quantity::Length,
+        Quantity::Time,
+        Quantity::Frequency,
+        Quantity::Velocity,
+        Quantity::Acceleration,
+        Quantity::Share,
+        Quantity::Pixels,
+        Quantity::Levels,
+    ] {
+        text.comment(&format!("  {}: {}", quantity.noun(), quantity.unit_names()));
+    }
+    for section in SECTIONS {
+        text.blank();
+        text.comment(&format!("{}.", section.meaning));
+        text.line(&format!("[{}]", section.name));
+        for key in section.keys {
+            text.blank();
+            text.key(section, key, findings);
+        }
+    }
+    text.0
+}
+
+#[derive(Default)]
+struct Lines(String);
+
+impl Lines {
+    fn line(&mut self, line: &str) {
+        self.0.push_str(line);
+        self.0.push('\n');
+    }
+
+    fn blank(&mut self) {
+        self.line("");
+    }
+
+    /// In lines of at most [`WIDTH`] columns, if its words allow; blanks at the beginning indent it.
+    fn comment(&mut self, text: &str) {
+        // A name that a device gives itself may hold anything.
+        let text = text.replace(char::is_control, " ");
+        let indent = &text[..text.len() - text.trim_start().len()];
+        let mut line = format!("# {indent}");
+        let mut words = 0;
+        for word in text.split_whitespace() {
+            if words > 0 && line.chars().count() + 1 + word.chars().count() > WIDTH {
+                self.line(&line);
+                line = format!("# {indent}");
+                words = 0;
+            }
+            if words > 0 {
+                line.push(' ');
+            }
+            line.push_str(word);
+            words += 1;
+        }
+        self.line(&line);
+    }
+
+    fn key(&mut self, section: &Section, key: &'static Key, findings: &Findings) {
+        self.comment(&format!("{}.", key.meaning));
+        let mut facts = format!("It is {}", key.kind.allowed());
+        if let Some(default) = key.default {
+            facts.push_str(&format!("; left out, {default}"));
+        }
+        if !key.drivers.is_empty() {
+            facts.push_str(&format!("; only with driver {}", key.drivers.join(", ")));
+        }
+        self.comment(&format!("{facts}."));
+        let found = if std::ptr::eq(key, &stage::PORT) {
+            self.ports(&findings.ports)
+        } else if std::ptr::eq(key, &camera::DEVICE) {
+            self.cameras(&findings.cameras)
+        } else {
+            None
+        };
+        match found {
+            Some(value) => self.line(&line(key, &escaped(value))),
+            None => self.line(&format!("# {}", line(key, key.default.unwrap_or(key.example)))),
+        }
+        // The table of controls comes behind all keys of its section: after its heading they would be controls.
+        let is_last = section.keys.last().is_some_and(|last| std::ptr::eq(*last, key));
+        if section.name == "camera" && is_last {
+            self.blank();
+            self.comment("Controls of the camera, by the names that `epirig camera get` lists: a number, true, false or text.");
+            self.line(&format!("[camera.{CONTROLS}]"));
+            self.line("# gain = 10");
+        }
+    }
+
+    /// Says which ports were found; the best.
+    fn ports<'f>(&mut self, ports: &'f [String]) -> Option<&'f str> {
+        let Some((best, others)) = ports.split_first() else {
+            self.comment("No serial port was found.");
+            return None;
+        };
+        for other in others {
+            self.comment(&format!("Also found: {other}"));
+        }
+        Some(best)
+    }
+
+    /// Says which cameras were found; the best.
+    fn cameras<'f>(&mut self, cameras: &'f [FoundCamera]) -> Option<&'f str> {
+        let Some((best, others)) = cameras.split_first() else {
+            self.comment("No camera was found.");
+            return None;
+        };
+        let facts = |camera: &FoundCamera| {
+            let formats = if camera.formats.is_empty() {
+                "no known format".to_owned()
+            } else {
+                camera.formats.join(", ")
+            };
+            format!("{}, formats: {formats}", camera.model)
+        };
+        self.comment(&format!("Found: {}", facts(best)));
+        for other in others {
+            self.comment(&format!("Also found: {} ({})", other.choice, facts(other)));
+        }
+        Some(&best.choice)
+    }
+}
+
+/// Text between quotes, as TOML wants it.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::new();
+    for character in text.chars() {
+        match character {
+            '"' | '\\' => escaped.extend(['\\', character]),
+            control if control.is_control() => escaped.push_str(&format!("\\u{:04X}", u32::from(control))),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Profile;
+    use super::super::value::example;
+    use super::*;
+
+    #[test]
+    fn with_nothing_found_it_sets_nothing_and_has_every_key_once() {
+        let text = commented(&Findings::default());
+        assert_eq!(Profile::read(&text, "rig.toml", &[]), Profile::of(&[]));
+        assert!(text.contains("# No serial port was found.\n# port = "), "{text}");
+        assert!(text.contains("# No camera was found.\n# device = "), "{text}");
+        for section in SECTIONS {
+            let heading = format!("\n[{}]\n", section.name);
+            let body = text.split(&heading).nth(1).unwrap().split("\n[").next().unwrap();
+            for key in section.keys {
+                let set = |line: &&str| line.starts_with(&format!("# {} = ", key.name));
+                assert_eq!(body.lines().filter(set).count(), 1, "{}", key.path());
+            }
+        }
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+    }
+
+    #[test]
+    fn every_line_of_a_key_can_be_taken_as_it_stands() {
+        let text = commented(&Findings::default());
+        let keys = SECTIONS.iter().flat_map(|section| section.keys);
+        for key in keys.filter(|key| key.default.is_none()) {
+            assert!(text.contains(&format!("\n# {}\n", example(key))), "{}", key.path());
+        }
+    }
+
+    #[test]
+    fn what_was_found_is_filled_in() {
+        let camera = |choice: &str, formats: &[&str]| FoundCamera {
+            choice: choice.to_owned(),
+            model: "HD Pro\nWebcam \"C920\"".to_owned(),
+            formats: formats.iter().map(|&format| format.to_owned()).collect(),
+        };
+        let findings = Findings {
+            ports: vec!["usb:A\"1\\\n".to_owned(), "/dev/ttyS0".to_owned()],
+            cameras: vec![camera("usb:B2", &["GREY", "Y12"]), camera("/dev/video4", &[])],
+        };
+        let text = commented(&findings);
+        let profile = Profile::read(&text, "rig.toml", &[]).unwrap();
+        assert_eq!(profile.stage.port.as_deref(), Some("usb:A\"1\\\n"));
+        assert_eq!(profile.camera.device.as_deref(), Some("usb:B2"));
+        assert!(text.contains("# Also found: /dev/ttyS0\n"), "{text}");
+        assert!(text.contains("# Found: HD Pro Webcam \"C920\", formats: GREY, Y12\n"), "{text}");
+        assert!(
+            text.contains("# Also found: /dev/video4 (HD Pro Webcam \"C920\", formats: no known format)\n"),
+            "{text}"
+        );
+        assert!(!text.contains("No serial port") && !text.contains("No camera"), "{text}");
+    }
+}

@@ -1,0 +1,286 @@
+//! The typed sections of a profile.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::record;
+use crate::camera::Size;
+use crate::camera::pixels::BayerUse;
+
+/// The language that a stage speaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Driver {
+    /// epirig's own firmware.
+    Native,
+    /// GRBL 1.1.
+    Grbl,
+    /// Zaber ASCII.
+    Zaber,
+    /// A stage in memory.
+    Sim,
+}
+
+impl Driver {
+    pub(super) const ALL: [(&'static str, Self); 4] =
+        [("native", Self::Native), ("grbl", Self::Grbl), ("zaber", Self::Zaber), ("sim", Self::Sim)];
+
+    /// As a profile has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Native => "native",
+            Self::Grbl => "grbl",
+            Self::Zaber => "zaber",
+            Self::Sim => "sim",
+        }
+    }
+}
+
+/// An axis of a GRBL controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AxisName {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+impl AxisName {
+    pub(super) const ALL: [(&'static str, Self); 3] = [("x", Self::X), ("y", Self::Y), ("z", Self::Z)];
+}
+
+/// What a simulated camera looks at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SceneName {
+    /// A plane with stripe-like hollows.
+    Tile,
+    /// Two planes that meet in an edge.
+    CubeEdge,
+    /// A plane.
+    Plane,
+}
+
+impl SceneName {
+    pub(super) const ALL: [(&'static str, Self); 3] =
+        [("tile", Self::Tile), ("cube-edge", Self::CubeEdge), ("plane", Self::Plane)];
+}
+
+pub(super) const BAYER_USES: [(&str, BayerUse); 2] =
+    [("green", BayerUse::Green), ("binned", BayerUse::Binned)];
+
+/// The stage, and how to reach it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageProfile {
+    /// The language that it speaks.
+    pub driver: Driver,
+    /// Its port, as [`PortChoice`](crate::link::PortChoice) reads it; `None`: the only USB serial port.
+    pub port: Option<String>,
+    /// Its axis (GRBL); `None`: x.
+    pub axis: Option<AxisName>,
+    /// Number of the device in its chain (Zaber), 1 to 99; `None`: 1.
+    pub device: Option<u8>,
+    /// Length of a microstep, in um, positive (Zaber).
+    pub microstep_um: Option<f64>,
+    /// Come to every position from so far below, in mm, 0 or more.
+    pub approach_mm: f64,
+    /// How far the reported position may be off beyond half a step, in mm, 0 or more.
+    pub tolerance_mm: f64,
+    /// Positions go from 0 to this, in mm, positive (simulated).
+    pub travel_mm: Option<f64>,
+    /// Velocity of a long move, in mm/s, positive.
+    pub velocity_mm_s: Option<f64>,
+    /// Acceleration and deceleration, in mm/s2, positive.
+    pub acceleration_mm_s2: Option<f64>,
+    /// Standard deviation of the place where the carriage comes to rest, in um, 0 or more (simulated).
+    pub position_noise_um: f64,
+    /// Play between screw and nut, in um, 0 or more (simulated).
+    pub backlash_um: f64,
+}
+
+/// The camera, and how it is to be set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraProfile {
+    /// Which one, as [`CameraChoice`](crate::camera::CameraChoice) reads it; `None`: the only camera.
+    pub device: Option<String>,
+    /// Pixel format, as [`FourCc`](crate::camera::pixels::FourCc) reads it; `None`: the deepest uncompressed grey.
+    pub format: Option<String>,
+    /// Columns and rows; `None`: the largest size.
+    #[serde(with = "record::size")]
+    pub size: Option<Size>,
+    /// Frames per second, positive; `None`: as the camera has it.
+    pub rate_hz: Option<f64>,
+    /// Exposure time, in us, positive; `None`: as the camera has it.
+    pub exposure_us: Option<f64>,
+    /// What to make of a colour mosaic.
+    #[serde(with = "record::bayer")]
+    pub bayer: Option<BayerUse>,
+    /// How long to wait for a good frame, and for a steady picture. In a record: `patience_s`, in s.
+    #[serde(rename = "patience_s", with = "record::seconds")]
+    pub patience: Duration,
+    /// Frequency of the mains that the lamps hang on, in Hz: 50 or 60.
+    pub mains_hz: Option<f64>,
+    /// Controls in the order in which they are to be set: name as in commands, and value in words or digits.
+    pub controls: Vec<(String, String)>,
+}
+
+/// The scan: where the stage stops, and what is taken there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanProfile {
+    /// Position of the first frame from home, in mm, 0 or more.
+    pub start_mm: f64,
+    /// Distance between stops, in mm, positive.
+    pub step_mm: Option<f64>,
+    /// Number of frames, 2 to 100000.
+    pub frames: Option<usize>,
+    /// How long the stage swings after a move. In a record: `settle_s`, in s.
+    #[serde(rename = "settle_s", with = "record::seconds")]
+    pub settle: Duration,
+    /// So many frames are averaged to one at each stop, 1 to 65536.
+    pub average: usize,
+    /// Number of frames without light, 0 to 1000.
+    pub dark: usize,
+    /// Number of frames of a uniform target, 0 to 1000.
+    pub flat: usize,
+}
+
+impl PlanProfile {
+    /// Where the frames are taken, from home, in mm: start + index x step. `None` without step or number of frames.
+    pub fn positions_mm(&self) -> Option<Vec<f64>> {
+        let (step_mm, frames) = (self.step_mm?, self.frames?);
+        Some((0..frames).map(|index| self.start_mm + index as f64 * step_mm).collect())
+    }
+}
+
+/// Focal length of the lens.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FocalLength {
+    /// In px.
+    Px(f64),
+    /// In mm.
+    Mm(f64),
+}
+
+/// The lens and the sensor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OpticsProfile {
+    /// Focal length of the lens, positive.
+    pub focal_length: Option<FocalLength>,
+    /// Width of the part of the sensor that the image shows, in mm, positive.
+    pub sensor_width_mm: Option<f64>,
+    /// Column and row of the principal point, in px; `None`: the middle of the image.
+    pub principal_point_px: Option<(f64, f64)>,
+    /// From the lens to the object, in mm, positive.
+    pub distance_mm: Option<f64>,
+}
+
+impl OpticsProfile {
+    /// Focal length in px of images with so many columns; a length is divided by the width of a pixel, which is
+    /// `sensor_width_mm` over `columns`. `None` if that is not known.
+    pub fn focal_length_px(&self, columns: usize) -> Option<f64> {
+        Some(match self.focal_length? {
+            FocalLength::Px(length_px) => length_px,
+            FocalLength::Mm(length_mm) => length_mm / self.sensor_width_mm? * columns as f64,
+        })
+    }
+}
+
+/// What is measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TargetProfile {
+    /// Difference of heights that the measurement is to resolve, in mm, positive.
+    pub relief_mm: Option<f64>,
+}
+
+/// What a scan may not exceed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LimitsProfile {
+    /// How often a frame is taken again before the scan stops, 0 to 100.
+    pub retakes: usize,
+    /// Share of a frame's pixels that may be at full scale, 0 to 1.
+    pub saturated: f64,
+    /// How far the stage may stand from where it was sent, in mm, positive.
+    pub position_mm: f64,
+    /// How long to wait for a device that has gone. In a record: `wait_s`, in s.
+    #[serde(rename = "wait_s", with = "record::seconds")]
+    pub wait: Duration,
+    /// How far the picture may lie from where it was when a stop is taken again, in px, positive.
+    pub shift_px: f64,
+}
+
+/// The simulated rig.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimProfile {
+    /// What the simulated camera looks at.
+    pub scene: SceneName,
+    /// Standard deviation of the noise of a pixel, in grey levels of 255, 0 or more.
+    pub noise_dn: f64,
+    /// Of all that is random.
+    pub seed: u64,
+    /// Whether moves and frames take the time that real ones take.
+    pub real_time: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_are_those_of_the_plan() {
+        let plan = PlanProfile {
+            start_mm: 10.0,
+            step_mm: Some(1.5),
+            frames: Some(4),
+            settle: Duration::ZERO,
+            average: 1,
+            dark: 0,
+            flat: 0,
+        };
+        assert_eq!(plan.positions_mm(), Some(vec![10.0, 11.5, 13.0, 14.5]));
+        assert_eq!(PlanProfile { frames: None, ..plan.clone() }.positions_mm(), None);
+        assert_eq!(PlanProfile { step_mm: None, ..plan }.positions_mm(), None);
+    }
+
+    #[test]
+    fn a_focal_length_in_mm_is_counted_in_pixels_of_the_sensor() {
+        let optics = OpticsProfile {
+            focal_length: Some(FocalLength::Mm(25.0)),
+            sensor_width_mm: Some(10.0),
+            principal_point_px: None,
+            distance_mm: None,
+        };
+        // Pixels of 10 mm / 1000 = 10 um: 25 mm are 2500 of them.
+        assert_eq!(optics.focal_length_px(1000), Some(2500.0));
+        assert_eq!(optics.focal_length_px(500), Some(1250.0));
+        let without_width = OpticsProfile { sensor_width_mm: None, ..optics.clone() };
+        assert_eq!(without_width.focal_length_px(1000), None);
+        let in_px = OpticsProfile { focal_length: Some(FocalLength::Px(2844.0)), ..optics };
+        assert_eq!(in_px.focal_length_px(1000), Some(2844.0));
+    }
+
+    #[test]
+    fn names_are_those_of_the_records() {
+        for (name, driver) in Driver::ALL {
+            assert_eq!(driver.name(), name);
+            assert_eq!(serde_json::to_string(&driver).unwrap(), format!("{name:?}"));
+        }
+        for (name, scene) in SceneName::ALL {
+            assert_eq!(serde_json::to_string(&scene).unwrap(), format!("{name:?}"));
+        }
+        for (name, axis) in AxisName::ALL {
+            assert_eq!(serde_json::to_string(&axis).unwrap(), format!("{name:?}"));
+        }
+    }
+}

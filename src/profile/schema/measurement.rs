@@ -1,0 +1,169 @@
+//! The keys of the sections that say what is measured, and how well.
+
+/// Section `plan`.
+pub(in crate::profile) mod plan {
+    use super::super::super::quantity::{MM, MS};
+    use super::super::{Allowed, Key, Kind, key, keys, measure};
+
+    keys!(
+        "plan",
+        START =
+            key("start", measure(MM, Allowed::ZeroOrMore), "10 mm", "Position of the first frame, from home")
+                .or("0 mm"),
+        STEP = key("step", measure(MM, Allowed::Positive), "1.5 mm", "Distance between stops"),
+        FRAMES = key("frames", Kind::Whole(2, 100_000), "101", "Number of frames: one more than steps"),
+        SETTLE = key(
+            "settle",
+            measure(MS, Allowed::ZeroOrMore),
+            "100 ms",
+            "How long the stage swings after a move"
+        )
+        .or("200 ms"),
+        AVERAGE = key(
+            "average",
+            Kind::Whole(1, 65_536),
+            "4",
+            "Average so many frames to one of 16 bit at each stop"
+        )
+        .or("1"),
+        DARK = key("dark", Kind::Whole(0, 1_000), "16", "Number of frames without light").or("0"),
+        FLAT = key(
+            "flat",
+            Kind::Whole(0, 1_000),
+            "16",
+            "Number of frames of a uniform target, for the flat field"
+        )
+        .or("0"),
+    );
+}
+
+/// Section `optics`.
+pub(in crate::profile) mod optics {
+    use super::super::super::quantity::{MM, PX};
+    use super::super::{Allowed, Key, Kind, key, keys, measure};
+
+    keys!(
+        "optics",
+        FOCAL_LENGTH = key(
+            "focal_length",
+            Kind::Measure { unit: MM, or: Some(PX), allowed: Allowed::Positive },
+            "25 mm",
+            "Focal length of the lens; as a length, it needs sensor_width",
+        ),
+        SENSOR_WIDTH = key(
+            "sensor_width",
+            measure(MM, Allowed::Positive),
+            "9 mm",
+            "Width of the part of the sensor that the image shows"
+        ),
+        PRINCIPAL_POINT_X = key(
+            "principal_point_x",
+            measure(PX, Allowed::Any),
+            "511.5 px",
+            "Column of the principal point, from the centre of the first; without it, the middle of the image",
+        ),
+        PRINCIPAL_POINT_Y = key(
+            "principal_point_y",
+            measure(PX, Allowed::Any),
+            "383.5 px",
+            "Row of the principal point, from the centre of the first; with principal_point_x or not at all",
+        ),
+        DISTANCE = key("distance", measure(MM, Allowed::Positive), "900 mm", "From the lens to the object"),
+    );
+}
+
+/// Section `target`.
+pub(in crate::profile) mod target {
+    use super::super::super::quantity::MM;
+    use super::super::{Allowed, Key, key, keys, measure};
+
+    keys!(
+        "target",
+        RELIEF = key(
+            "relief",
+            measure(MM, Allowed::Positive),
+            "0.2 mm",
+            "Difference of heights that the measurement is to resolve"
+        ),
+    );
+}
+
+/// Section `limits`.
+pub(in crate::profile) mod limits {
+    use super::super::super::quantity::{MIN, PERCENT, PX, UM};
+    use super::super::{Allowed, Key, Kind, key, keys, measure};
+
+    keys!(
+        "limits",
+        RETAKES = key(
+            "retakes",
+            Kind::Whole(0, 100),
+            "5",
+            "How often a frame is taken again before the scan stops"
+        )
+        .or("3"),
+        SATURATED = key(
+            "saturated",
+            measure(PERCENT, Allowed::UpTo(100.0)),
+            "0.5 %",
+            "Share of a frame's pixels that may be at full scale"
+        )
+        .or("1 %"),
+        POSITION = key(
+            "position",
+            measure(UM, Allowed::Positive),
+            "10 um",
+            "How far the stage may stand from where it was sent"
+        )
+        .or("20 um"),
+        WAIT = key(
+            "wait",
+            measure(MIN, Allowed::ZeroOrMore),
+            "10 min",
+            "How long to wait for a device that has gone"
+        )
+        .or("5 min"),
+        SHIFT = key(
+            "shift",
+            measure(PX, Allowed::Positive),
+            "0.2 px",
+            "How far the picture may lie from where it was when a stop is taken again"
+        )
+        .or("0.1 px"),
+    );
+}
+
+/// Section `sim`.
+pub(in crate::profile) mod sim {
+    use super::super::super::parts::SceneName;
+    use super::super::super::quantity::DN;
+    use super::super::{Allowed, Key, Kind, key, keys, measure, names};
+
+    keys!(
+        "sim",
+        SCENE =
+            key("scene", Kind::Choice(&names(&SceneName::ALL)), "tile", "What the simulated camera looks at")
+                .or("plane"),
+        NOISE = key(
+            "noise",
+            measure(DN, Allowed::ZeroOrMore),
+            "1 DN",
+            "Standard deviation of the noise of a pixel, in grey levels of 255"
+        )
+        .or("0 DN"),
+        SEED = key(
+            "seed",
+            Kind::Whole(0, i64::MAX),
+            "7",
+            "Of all that is random: the same seed, the same frames"
+        )
+        .or("0"),
+        REAL_TIME = key(
+            "real_time",
+            Kind::Flag,
+            "true",
+            "Whether moves and frames take the time that real ones take"
+        )
+        .or("false"),
+    );
+}

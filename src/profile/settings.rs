@@ -1,0 +1,229 @@
+//! What was given for which key, where: a file, and overrides on top of it.
+
+use std::fmt;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{Mistake, Place, Problem, did_you_mean};
+use super::overrides::Override;
+use super::quantity::Unit;
+use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
+use crate::camera::Control;
+
+/// A value as it was given.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Given {
+    /// Text of a file, between quotes there.
+    Text(String),
+    /// Whole number of a file.
+    Whole(i64),
+    /// Other number of a file, as it is written there.
+    Real(String),
+    /// `true` or `false` of a file.
+    Flag(bool),
+    /// Something else of a file: a list, a table, a date.
+    Other(&'static str),
+    /// Text of an override, which may mean anything.
+    Plain(String),
+}
+
+impl fmt::Display for Given {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => write!(to, "{text:?}"),
+            Self::Whole(number) => write!(to, "{number}"),
+            Self::Real(text) | Self::Plain(text) => write!(to, "{text}"),
+            Self::Flag(flag) => write!(to, "{flag}"),
+            Self::Other(kind) => write!(to, "({kind})"),
+        }
+    }
+}
+
+impl Given {
+    fn of(value: &DeValue<'_>) -> Self {
+        match value {
+            DeValue::String(text) => Self::Text(text.to_string()),
+            // TOML allows numbers that do not fit 64 bits; these are no whole numbers to us.
+            DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
+                .map_or_else(|_| Self::Real(number.as_str().to_owned()), Self::Whole),
+            DeValue::Float(number) => Self::Real(number.as_str().to_owned()),
+            DeValue::Boolean(flag) => Self::Flag(*flag),
+            DeValue::Datetime(_) => Self::Other("a date"),
+            DeValue::Array(_) => Self::Other("a list"),
+            DeValue::Table(_) => Self::Other("a table"),
+        }
+    }
+}
+
+/// A key with its value.
+#[derive(Debug)]
+pub(super) struct Setting {
+    pub(super) key: &'static Key,
+    /// That the name of the key ended in.
+    pub(super) unit: Option<Unit>,
+    pub(super) given: Given,
+    pub(super) place: Place,
+}
+
+/// A control of the camera with its value.
+#[derive(Debug)]
+pub(super) struct ControlSetting {
+    /// As commands have it.
+    pub(super) name: String,
+    pub(super) given: Given,
+    pub(super) place: Place,
+}
+
+/// All that was given.
+#[derive(Debug, Default)]
+pub(super) struct Settings {
+    pub(super) settings: Vec<Setting>,
+    pub(super) controls: Vec<ControlSetting>,
+    pub(super) mistakes: Vec<Mistake>,
+}
+
+impl Settings {
+    /// What a file says; `source` is its name.
+    pub(super) fn of_file(text: &str, source: &str) -> Self {
+        let file = File { text, source };
+        let mut settings = Self::default();
+        match DeTable::parse(text) {
+            Ok(table) => {
+                for (name, value) in in_order(table.get_ref()) {
+                    settings.add_section(&file, name, value);
+                }
+            }
+            Err(error) => {
+                let place = file.place(error.span().map_or(0, |span| span.start));
+                let reason = error.message().lines().collect::<Vec<_>>().join("; ");
+                settings.mistakes.push(Mistake { place, problem: Problem::NotToml { reason } });
+            }
+        }
+        settings
+    }
+
+    fn add_section(&mut self, file: &File<'_>, name: &Name<'_>, value: &DeValue<'_>) {
+        let place = file.place(name.span().start);
+        let name = name.get_ref();
+        let section = match (find_section(name), value) {
+            (Ok(section), DeValue::Table(table)) => Ok((section, table)),
+            (Ok(_), _) => Err(Problem::NotASection { name: name.to_string() }),
+            (Err(problem), DeValue::Table(_)) => Err(problem),
+            (Err(_), _) => Err(outside(name)),
+        };
+        match section {
+            Ok((section, table)) => {
+                for (name, value) in in_order(table) {
+                    self.add_key(file, section, name, value);
+                }
+            }
+            Err(problem) => self.mistakes.push(Mistake { place, problem }),
+        }
+    }
+
+    fn add_key(&mut self, file: &File<'_>, section: &Section, name: &Name<'_>, value: &DeValue<'_>) {
+        let place = file.place(name.span().start);
+        if section.name == "camera" && name.get_ref() == CONTROLS {
+            let DeValue::Table(table) = value else {
+                let name = format!("camera.{CONTROLS}");
+                self.mistakes.push(Mistake { place, problem: Problem::NotASection { name } });
+                return;
+            };
+            for (name, value) in in_order(table) {
+                let control = ControlSetting {
+                    name: Control::command_name(name.get_ref()),
+                    given: Given::of(value),
+                    place: file.place(name.span().start),
+                };
+                match self.controls.iter().find(|known| known.name == control.name) {
+                    Some(first) => self.mistakes.push(twice(
+                        control_path(&control.name),
+                        control.place,
+                        first.place.clone(),
+                    )),
+                    None => self.controls.push(control),
+                }
+            }
+            return;
+        }
+        match find_key(section, name.get_ref()) {
+            Ok((key, unit)) => match self.setting(key) {
+                Some(first) => {
+                    let first = first.place.clone();
+                    self.mistakes.push(twice(key.path(), place, first));
+                }
+                None => self.settings.push(Setting { key, unit, given: Given::of(value), place }),
+            },
+            Err(problem) => self.mistakes.push(Mistake { place, problem }),
+        }
+    }
+
+    /// Takes an override's value instead of what there is.
+    pub(super) fn replace(&mut self, new: &Override) {
+        let place = Place::Override { from: new.from.clone() };
+        let given = Given::Plain(new.value.trim().to_owned());
+        let (section, name) = new.key.split_once('.').unwrap_or(("", &new.key));
+        let control = name.strip_prefix(CONTROLS).and_then(|rest| rest.strip_prefix('.'));
+        if let Some(control) = control.filter(|_| section == "camera") {
+            let name = Control::command_name(control);
+            match self.controls.iter_mut().find(|known| known.name == name) {
+                Some(known) => (known.given, known.place) = (given, place),
+                None => self.controls.push(ControlSetting { name, given, place }),
+            }
+            return;
+        }
+        match find_section(section).and_then(|section| find_key(section, name)) {
+            Ok((key, unit)) => {
+                self.settings.retain(|setting| !std::ptr::eq(setting.key, key));
+                self.settings.push(Setting { key, unit, given, place });
+            }
+            Err(problem) => self.mistakes.push(Mistake { place, problem }),
+        }
+    }
+
+    /// What was given for a key.
+    pub(super) fn setting(&self, key: &'static Key) -> Option<&Setting> {
+        self.settings.iter().find(|setting| std::ptr::eq(setting.key, key))
+    }
+}
+
+/// The path of a control.
+pub(super) fn control_path(name: &str) -> String {
+    format!("camera.{CONTROLS}.{name}")
+}
+
+fn twice(key: String, place: Place, first: Place) -> Mistake {
+    Mistake { place, problem: Problem::Twice { key, first } }
+}
+
+fn outside(name: &str) -> Problem {
+    let home = SECTIONS.iter().find(|section| find_key(section, name).is_ok());
+    let hint = home.map_or_else(
+        || did_you_mean(name, SECTIONS.iter().map(|section| format!("[{}]", section.name))),
+        |section| format!("write it below [{}]", section.name),
+    );
+    Problem::OutsideSections { name: name.to_owned(), hint }
+}
+
+type Name<'i> = Spanned<toml::de::DeString<'i>>;
+
+/// A table's entries as they stand in the file.
+fn in_order<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t DeValue<'i>)> {
+    let mut entries: Vec<_> = table.iter().map(|(name, value)| (name, value.get_ref())).collect();
+    entries.sort_by_key(|(name, _)| name.span().start);
+    entries
+}
+
+struct File<'a> {
+    text: &'a str,
+    source: &'a str,
+}
+
+impl File<'_> {
+    fn place(&self, byte: usize) -> Place {
+        let before = &self.text.as_bytes()[..byte.min(self.text.len())];
+        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        Place::Line { source: self.source.to_owned(), line }
+    }
+}

@@ -1,0 +1,207 @@
+//! From what was given for a key to what it means.
+
+use super::error::Problem;
+use super::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
+use super::schema::{Allowed, Key, Kind, LONGEST_H};
+use super::settings::Given;
+use crate::camera::pixels::FourCc;
+use crate::camera::{CameraChoice, Size};
+
+const NS_PER_H: f64 = 3600.0e9;
+
+/// A value that suits its key.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Text(String),
+    /// Index of the name.
+    Choice(usize),
+    Whole(i64),
+    Flag(bool),
+    Size(Size),
+    Measure(Measure),
+}
+
+/// What `given` means for a key whose name ended in `unit`.
+///
+/// # Errors
+/// [`Problem`] if it does not suit.
+pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<Value, Problem> {
+    let found = match key.kind {
+        Kind::Measure { .. } => return measured(key, unit, given).map(Value::Measure),
+        Kind::Text => {
+            text(given).filter(|text| !text.trim().is_empty()).map(|text| Value::Text(text.to_owned()))
+        }
+        Kind::Camera => text(given)
+            .filter(|text| text.parse::<CameraChoice>().is_ok())
+            .map(|text| Value::Text(text.to_owned())),
+        Kind::Format => {
+            text(given).filter(|text| text.parse::<FourCc>().is_ok()).map(|text| Value::Text(text.to_owned()))
+        }
+        Kind::Size => text(given).and_then(|text| text.parse().ok()).map(Value::Size),
+        Kind::Choice(names) => {
+            text(given).and_then(|text| names.iter().position(|name| *name == text)).map(Value::Choice)
+        }
+        Kind::Whole(least, most) => {
+            whole(given).filter(|number| (least..=most).contains(number)).map(Value::Whole)
+        }
+        Kind::Flag => match given {
+            Given::Flag(flag) => Some(Value::Flag(*flag)),
+            Given::Plain(text) => text.parse().ok().map(Value::Flag),
+            _ => None,
+        },
+    };
+    found.ok_or_else(|| not_allowed(key.path(), key.kind.allowed(), given))
+}
+
+/// The value of a camera's control, in words or digits.
+///
+/// # Errors
+/// [`Problem::NotAllowed`].
+pub(super) fn control(path: &str, given: &Given) -> Result<String, Problem> {
+    match given {
+        Given::Whole(number) => Ok(number.to_string()),
+        Given::Flag(flag) => Ok(flag.to_string()),
+        Given::Text(text) | Given::Plain(text) if !text.trim().is_empty() => Ok(text.clone()),
+        _ => Err(not_allowed(path.to_owned(), "a whole number, true, false or text".to_owned(), given)),
+    }
+}
+
+fn not_allowed(key: String, allowed: String, given: &Given) -> Problem {
+    Problem::NotAllowed { key, value: given.to_string(), allowed }
+}
+
+fn text(given: &Given) -> Option<&str> {
+    match given {
+        Given::Text(text) | Given::Plain(text) => Some(text),
+        _ => None,
+    }
+}
+
+fn whole(given: &Given) -> Option<i64> {
+    match given {
+        Given::Whole(number) => Some(*number),
+        Given::Plain(text) => text.parse().ok(),
+        _ => None,
+    }
+}
+
+/// A number without unit; TOML has blanks of `_` in its numbers.
+fn plain_number(given: &Given) -> Option<f64> {
+    match given {
+        Given::Whole(value) => Some(*value as f64),
+        Given::Real(text) | Given::Plain(text) => number(text),
+        _ => None,
+    }
+}
+
+fn measured(key: &Key, unit_in_key: Option<Unit>, given: &Given) -> Result<Measure, Problem> {
+    let found = match unit_in_key {
+        Some(unit) => Measure {
+            value: plain_number(given).ok_or_else(|| Problem::UnitInKey {
+                key: format!("{}_{}", key.path(), unit.suffix),
+                value: given.to_string(),
+                proposal: format!("{}, or {}", example_in_key(key, unit), example(key)),
+            })?,
+            unit,
+        },
+        None => with_unit(key, given)?,
+    };
+    let Kind::Measure { unit, allowed, .. } = key.kind else { return Ok(found) };
+    if !key.kind.units().any(|unit| unit == found.unit) {
+        let quantity = found.unit.quantity;
+        let wanted = key.kind.units().map(|unit| unit.name).collect::<Vec<_>>().join(", ");
+        let reason = format!(
+            "{} is the unit of {}, the units of this key are {wanted}",
+            found.unit.name,
+            quantity.noun()
+        );
+        return Err(wrong_unit(key, given, reason));
+    }
+    let suits = if found.unit.quantity == Quantity::Time {
+        let least_ns = if allowed == Allowed::Positive { 1.0 } else { 0.0 };
+        (least_ns..=LONGEST_H * NS_PER_H).contains(&found.in_unit(NS))
+    } else {
+        // A focal length in px is positive as one in mm is.
+        let value = if unit.quantity == found.unit.quantity { found.in_unit(unit) } else { found.value };
+        value.is_finite()
+            && match allowed {
+                Allowed::Any => true,
+                Allowed::Positive => value > 0.0,
+                Allowed::ZeroOrMore => value >= 0.0,
+                Allowed::UpTo(most) => (0.0..=most).contains(&value),
+                Allowed::Among(values) => values.contains(&value),
+            }
+    };
+    if suits { Ok(found) } else { Err(not_allowed(key.path(), key.kind.allowed(), given)) }
+}
+
+fn with_unit(key: &Key, given: &Given) -> Result<Measure, Problem> {
+    let without = |number: &str| Problem::NoUnit {
+        key: key.path(),
+        value: given.to_string(),
+        proposal: match (given, key.kind) {
+            (Given::Plain(_), Kind::Measure { unit, or, .. }) => {
+                let other = or.map_or_else(String::new, |other| format!(" or {number} {}", other.name));
+                format!("{number} {}{other}", unit.name)
+            }
+            (_, Kind::Measure { unit, or, .. }) => {
+                let other = or.map_or_else(String::new, |other| {
+                    format!(", or {} = \"{number} {}\"", key.name, other.name)
+                });
+                format!(
+                    "{} = \"{number} {}\" or {}_{} = {number}{other}",
+                    key.name, unit.name, key.name, unit.suffix
+                )
+            }
+            _ => example(key),
+        },
+    };
+    match given {
+        Given::Whole(_) | Given::Real(_) => Err(without(&given.to_string())),
+        Given::Text(text) | Given::Plain(text) => measure(text).map_err(|wrong| match wrong {
+            NoMeasure::UnitMissing => without(text.trim()),
+            NoMeasure::Number => Problem::WrongUnit {
+                key: key.path(),
+                value: given.to_string(),
+                reason: "this does not begin with a number, with a point before its decimals".to_owned(),
+                proposal: proposal(key, given),
+            },
+            NoMeasure::UnitUnknown(name) => {
+                let units = key.kind.units().map(|unit| unit.name).collect::<Vec<_>>().join(", ");
+                wrong_unit(key, given, format!("{name} is no unit of this key, which has {units}"))
+            }
+        }),
+        _ => Err(not_allowed(key.path(), key.kind.allowed(), given)),
+    }
+}
+
+fn wrong_unit(key: &Key, given: &Given, reason: String) -> Problem {
+    Problem::WrongUnit { key: key.path(), value: given.to_string(), reason, proposal: proposal(key, given) }
+}
+
+fn proposal(key: &Key, given: &Given) -> String {
+    if matches!(given, Given::Plain(_)) {
+        format!("such as {}", key.example)
+    } else {
+        format!("such as {}", example(key))
+    }
+}
+
+/// A line of a file that sets a key to its example.
+pub(super) fn example(key: &Key) -> String {
+    line(key, key.example)
+}
+
+/// A line of a file that sets a key to a value, which is given as an override has it.
+pub(super) fn line(key: &Key, value: &str) -> String {
+    let quote = if key.kind.is_quoted() { "\"" } else { "" };
+    format!("{} = {quote}{value}{quote}", key.name)
+}
+
+fn example_in_key(key: &Key, unit: Unit) -> String {
+    // Examples are quantities, which the tests check.
+    let value = measure(key.example).map_or(1.0, |example| {
+        if example.unit.quantity == unit.quantity { example.in_unit(unit) } else { example.value }
+    });
+    format!("{}_{} = {value}", key.name, unit.suffix)
+}
