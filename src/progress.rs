@@ -8,6 +8,8 @@ pub trait Progress: Sync {
     fn advance(&self, count: u64);
     /// The work that began last is over.
     fn end(&self);
+    /// Something that a person should know now, in a sentence.
+    fn note(&self, _words: &str) {}
 }
 
 /// Listens to nothing: for tests and for callers without a terminal.

@@ -2,16 +2,17 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
+#[path = "support/scans.rs"]
+mod scans;
+
 use std::sync::Arc;
 
-use epirig::camera::SimCamera;
-use epirig::capture::{CapturePlan, capture};
+use epirig::capture::{CapturePlan, PauseSwitch};
 use epirig::epi::MatchOptions;
 use epirig::measure::measure;
 use epirig::progress::Silent;
 use epirig::results::ResultsFolder;
-use epirig::sequence::Sequence;
-use epirig::stage::{SimStage, SimStageConfig};
+use epirig::sequence::{RealDisk, Sequence};
 use epirig::twin::{Twin, TwinConfig};
 
 /// Peak of this process's resident memory in bytes, as the kernel counts it.
@@ -30,11 +31,9 @@ fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
     }
     let folder = tempfile::tempdir().unwrap();
     let twin = Arc::new(Twin::new(TwinConfig::tile(1024, 100)).unwrap());
-    let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
-    let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
     let plan = CapturePlan::at(twin.config().scan.positions_mm());
     let path = folder.path().join("tile");
-    capture(&mut stage, &mut camera, &plan, &path, &Silent).unwrap();
+    scans::scan(&twin, &plan, &path, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     let sequence = Sequence::open(&path).unwrap();
     let results = ResultsFolder::create(&path.join("results"), false).unwrap();
     measure(&sequence, &MatchOptions::default(), None, None, &results, &Silent).unwrap();

@@ -1,203 +1,94 @@
-//! A scan: move, look, write, next.
+//! A scan: move, settle, look, certify, write, next; and going on after whatever interrupted it.
+//!
+//! One thread has stage and camera, another one compresses and writes. A frame counts with a certificate only; one that fails is
+//! taken again, and after a loss of the position (a restart, a pulled cable) the stage is homed, the last good frame taken again
+//! and compared. What the journal names stays; [`resume`] goes on from there after any interruption.
 
+mod archive;
+mod calibration_frames;
+mod closure;
+mod error;
+mod estimate;
+mod motion_watch;
+mod pause;
+mod plan;
 mod records;
+mod resume;
+mod rig;
+mod scan;
+mod step;
 
 use std::path::Path;
-use std::time::Duration;
 
-use thiserror::Error;
-
-use crate::camera::{self, Camera, CameraError, CameraSettings, Configuration, TakenFrame, average};
-use crate::frame::Frame;
-use crate::progress::Progress;
+use crate::camera::Configuration;
 use crate::sequence::{
-    ExitStatus, FORMAT_VERSION, FrameFacts, Intrinsics, Origin, SequenceError, SequenceRecord,
-    SequenceWriter, new_uid, now, refuse_existing,
+    ClosureRecord, Disk, FORMAT_VERSION, Origin, Sequence, SequenceRecord, SequenceWriter, new_uid, now,
+    refuse_existing,
 };
-use crate::stage::{Stage, StageError, StopSwitch};
 
-use records::{camera_record, exposure_record};
+pub use error::CaptureError;
+pub use estimate::Estimate;
+pub use pause::PauseSwitch;
+pub use plan::{CaptureLimits, CapturePlan, FocalLength, Lens};
+pub use resume::resume;
+pub use rig::{Arrangement, Assistant, Rig, Unattended};
 
-/// Why a scan stopped.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum CaptureError {
-    /// The stage failed.
-    #[error(transparent)]
-    Stage(#[from] StageError),
-    /// The camera failed.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// A frame could not be written.
-    #[error(transparent)]
-    Sequence(#[from] SequenceError),
-    /// The plan has fewer than two positions.
-    #[error("a plan of {0} position(s) makes no sequence; give at least 2")]
-    EmptyPlan(usize),
-}
+use calibration_frames::Present;
+use records::camera_record;
+use scan::Scan;
 
-/// What a scan is to do and what is known of the rig.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CapturePlan {
-    /// Where to take frames, in mm from home.
-    pub positions_mm: Vec<f64>,
-    /// How long the stage swings after a move: exposures begin after that.
-    pub settle: Duration,
-    /// What the camera is to be.
-    pub camera: CameraSettings,
-    /// Frames averaged to one of 16 bit at each position; 1 for single frames as they are.
-    pub averaged: usize,
-    /// How long to wait for a camera that goes in the middle of the scan.
-    pub reconnect: Duration,
-    /// Lens and pixels, if known.
-    pub intrinsics: Option<Intrinsics>,
-    /// How the simulated rig was made, if it is one.
-    pub twin: Option<serde_json::Value>,
-}
-
-impl CapturePlan {
-    /// A plan that takes a frame as it is at each position, with a camera set up for measuring.
-    pub fn at(positions_mm: Vec<f64>) -> Self {
-        Self {
-            positions_mm,
-            settle: Duration::ZERO,
-            camera: CameraSettings::default(),
-            averaged: 1,
-            reconnect: Duration::from_secs(30),
-            intrinsics: None,
-            twin: None,
-        }
-    }
-}
-
-/// Sets the camera up, homes the stage, takes a frame at each position and writes the sequence `out`.
+/// Sets the camera up, homes the stage, takes a frame at each position, homes again, and writes the sequence `out`.
+/// Returns what re-homing showed, if that is known.
 ///
 /// # Errors
-/// [`CaptureError`]; the frames taken until then stay, with a final record that says so.
+/// [`CaptureError`]. If a sequence has been begun it is [`CaptureError::Interrupted`] and can be [resumed](resume), or
+/// [`CaptureError::NotClosed`] for a scan whose positions turned out to be wrong at its end.
 pub fn capture(
-    stage: &mut dyn Stage,
-    camera: &mut dyn Camera,
+    rig: &mut Rig<'_>,
     plan: &CapturePlan,
     out: &Path,
-    progress: &dyn Progress,
-) -> Result<(), CaptureError> {
-    let Some(&first_mm) = plan.positions_mm.first().filter(|_| plan.positions_mm.len() > 1) else {
-        return Err(CaptureError::EmptyPlan(plan.positions_mm.len()));
-    };
-    // Nothing moves for a folder, or a camera, that cannot be used.
+    disk: Box<dyn Disk>,
+) -> Result<Option<ClosureRecord>, CaptureError> {
+    // Nothing moves for a folder that cannot be used.
     refuse_existing(out)?;
-    let configuration = camera.configure(&plan.camera)?;
-    stage.home()?;
-    // The first move tells whether the positions can be approached at all; and the camera gets used to what it will see.
-    stage.move_to(first_mm)?;
-    camera.start()?;
-    let record = start_record(stage, camera, plan, &configuration);
-    let mut writer = SequenceWriter::create(out, &record)?;
-    progress.begin("capturing", plan.positions_mm.len() as u64);
-    let taken: Result<(), CaptureError> = plan.positions_mm.iter().try_for_each(|&position_mm| {
-        take(stage, camera, plan, &mut writer, position_mm)?;
-        progress.advance(1);
-        Ok(())
-    });
-    progress.end();
-    let status = match &taken {
-        Ok(()) => ExitStatus::Complete,
-        Err(CaptureError::Stage(StageError::Stopped { .. })) => ExitStatus::Aborted,
-        Err(_) => ExitStatus::Failed,
-    };
-    let finished = writer.finish(status);
-    taken?;
-    finished?;
-    Ok(camera.stop()?)
+    let mut scan = Scan::begin(rig, plan)?;
+    let record = start_record(&mut scan);
+    let writer = SequenceWriter::create_on(disk, out, &record)?;
+    let indices: Vec<usize> = (0..record.frames).collect();
+    let finished =
+        scan.finish(writer, &indices, |scan, archive| scan.calibration_frames(archive, Present::default()));
+    finished.map_err(|error| interrupted(error, out, record.frames))
 }
 
-fn start_record(
-    stage: &dyn Stage,
-    camera: &dyn Camera,
-    plan: &CapturePlan,
-    configuration: &Configuration,
-) -> SequenceRecord {
+/// How far it came, for whoever resumes.
+fn interrupted(error: CaptureError, folder: &Path, planned: usize) -> CaptureError {
+    if matches!(error, CaptureError::NotClosed { .. }) {
+        return error;
+    }
+    let done = Sequence::open(folder).map_or(0, |sequence| sequence.frames().len());
+    CaptureError::Interrupted { folder: folder.to_owned(), done, planned, source: Box::new(error) }
+}
+
+fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {
+    let (plan, configuration) = (scan.plan, scan.configuration.clone());
+    let Configuration { rows, columns, bit_depth, .. } = configuration;
     SequenceRecord {
         format: FORMAT_VERSION,
         uid: new_uid(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         created: now(),
         origin: Origin::Captured {
-            stage: stage.identity().to_string(),
-            camera: camera.identity().to_string(),
-            configuration: Some(camera_record(configuration, plan.averaged)),
+            stage: scan.stage.as_ref().map_or_else(String::new, |stage| stage.identity().to_string()),
+            camera: scan.camera().identity().to_string(),
+            configuration: Some(camera_record(&configuration, plan.averaged)),
+            rig: plan.rig.clone(),
             twin: plan.twin.clone(),
         },
-        rows: configuration.rows,
-        columns: configuration.columns,
-        bit_depth: if plan.averaged > 1 { 16 } else { configuration.bit_depth },
+        rows,
+        columns,
+        bit_depth: if plan.averaged > 1 { 16 } else { bit_depth },
         frames: plan.positions_mm.len(),
         positions_mm: Some(plan.positions_mm.clone()),
-        intrinsics: plan.intrinsics,
+        intrinsics: plan.lens.map(|lens| lens.intrinsics(columns, rows)),
     }
-}
-
-fn take(
-    stage: &mut dyn Stage,
-    camera: &mut dyn Camera,
-    plan: &CapturePlan,
-    writer: &mut SequenceWriter,
-    position_mm: f64,
-) -> Result<(), CaptureError> {
-    stage.move_to(position_mm)?;
-    let reported_mm = stage.position_mm()?;
-    let stop = stage.stop_switch();
-    let (frame, exposures) = match look(camera, plan, &stop) {
-        Err(CameraError::Gone { .. }) => {
-            wait_for(camera, plan.reconnect, &stop).and_then(|()| look(camera, plan, &stop))
-        }
-        looked => looked,
-    }
-    .map_err(|error| match error {
-        CameraError::Interrupted { .. } => StageError::Stopped { position_mm: Some(reported_mm) }.into(),
-        other => CaptureError::Camera(other),
-    })?;
-    let facts = FrameFacts {
-        commanded_mm: Some(position_mm),
-        reported_mm: Some(reported_mm),
-        camera_sequence: exposures.last().map(|exposure| exposure.sequence),
-        exposure: exposure_record(&exposures),
-        source: None,
-    };
-    Ok(writer.add(&frame, facts)?)
-}
-
-/// Waits for a camera that has gone, as long as nobody stops it.
-fn wait_for(camera: &mut dyn Camera, patience: Duration, stop: &StopSwitch) -> Result<(), CameraError> {
-    /// How long a person who stops it waits, at most.
-    const SLICE: Duration = Duration::from_secs(1);
-    let until = camera.now().after(patience);
-    loop {
-        let left = until.since(camera.now());
-        match camera.reconnect(SLICE.min(left)) {
-            Err(CameraError::StaysAway { camera, .. }) if stop.pressed().is_some() => {
-                return Err(CameraError::Interrupted { camera });
-            }
-            Err(CameraError::StaysAway { .. }) if left > SLICE => {}
-            Err(CameraError::StaysAway { camera, why, .. }) => {
-                return Err(CameraError::StaysAway { camera, patience, why });
-            }
-            done => return done,
-        }
-    }
-}
-
-/// A frame of what is there now, once the stage has come to rest.
-fn look(
-    camera: &mut dyn Camera,
-    plan: &CapturePlan,
-    stop: &StopSwitch,
-) -> Result<(Frame, Vec<camera::FrameFacts>), CameraError> {
-    let at_rest = camera.now().after(plan.settle);
-    if plan.averaged > 1 {
-        let averaged = average(camera, at_rest, plan.averaged, &|| stop.pressed().is_none())?;
-        return Ok((averaged.frame, averaged.facts));
-    }
-    let TakenFrame { frame, facts } = camera.grab_after(at_rest)?;
-    Ok((frame, vec![facts]))
 }

@@ -3,7 +3,7 @@
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
-use super::camera_arguments::CameraArgument;
+use super::rig::{CameraArgument, RigArgument};
 use super::{CliError, Talk};
 use crate::camera::{Control, find_control};
 
@@ -32,6 +32,8 @@ enum What {
         /// Name of the control [default: all]
         control: Option<String>,
         #[command(flatten)]
+        rig: RigArgument,
+        #[command(flatten)]
         camera: CameraArgument,
     },
     /// Set a control, and show what it then is
@@ -44,6 +46,8 @@ enum What {
         /// A number, an item of a menu by name, on or off
         #[arg(allow_negative_numbers = true)]
         value: String,
+        #[command(flatten)]
+        rig: RigArgument,
         #[command(flatten)]
         camera: CameraArgument,
     },
@@ -84,8 +88,8 @@ impl From<&Control> for ControlOutput {
 impl CameraVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         match self.what {
-            What::Get { control: None, camera } => {
-                let mut camera = camera.open()?;
+            What::Get { control: None, rig, camera } => {
+                let mut camera = camera.open(&rig)?;
                 let controls = camera.controls()?;
                 if controls.is_empty() {
                     talk.say(&format!("{} has no controls", camera.identity()));
@@ -93,13 +97,13 @@ impl CameraVerb {
                 let output: Vec<ControlOutput> = controls.iter().map(ControlOutput::from).collect();
                 talk.result(&output, || controls.iter().map(|control| format!("{control}\n")).collect())
             }
-            What::Get { control: Some(name), camera } => {
-                let mut camera = camera.open()?;
+            What::Get { control: Some(name), rig, camera } => {
+                let mut camera = camera.open(&rig)?;
                 let controls = camera.controls()?;
                 show(find_control(&camera.identity().name(), &controls, &name)?, talk)
             }
-            What::Set { control, value, camera } => {
-                show(&camera.open()?.set_control(&control, &value)?, talk)
+            What::Set { control, value, rig, camera } => {
+                show(&camera.open(&rig)?.set_control(&control, &value)?, talk)
             }
         }
     }

@@ -2,25 +2,24 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::evaluate::table;
 use super::matching::describe;
+use super::rig::{simulated_twin, twin_config};
+use super::run::{Measured, measure_object};
+use super::scan::Devices;
 use super::{CliError, Talk};
-use crate::camera::SimCamera;
-use crate::capture::{CapturePlan, capture};
 use crate::epi::MatchOptions;
 use crate::evaluate::{TruthReport, compare_with_truth, median_step};
-use crate::measure::{Measurement, measure};
+use crate::measure::Measurement;
 use crate::plane::Plane;
+use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder};
-use crate::sequence::{Intrinsics, Sequence};
-use crate::stage::{SimStage, SimStageConfig};
-use crate::twin::{Scene, Truth, Twin, TwinConfig};
+use crate::twin::{Scene, Truth};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum SceneName {
@@ -72,29 +71,26 @@ struct DemoOutput<'a> {
 impl Demo {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let out = self.out.clone().unwrap_or_else(free_folder);
-        let size = |default| self.size.unwrap_or(default) as usize;
-        let frames = |default| self.frames.unwrap_or(default) as usize;
-        let (name, mut config) = match self.scene {
-            SceneName::Tile => ("tile", TwinConfig::tile(size(1024), frames(101))),
-            SceneName::CubeEdge => ("edge of a cube", TwinConfig::cube_edge(size(512), frames(100))),
-        };
-        config.sensor.read_noise_dn = self.noise;
-        let twin = Arc::new(Twin::new(config)?);
+        let profile = self.profile()?;
+        let twin = simulated_twin(twin_config(&profile))?;
         talk.say(&format!(
-            "A simulated {name}, {0} x {0} px, {1} frames. Everything goes to {2}.",
+            "A simulated {}, {1} x {1} px, {2} frames. Everything goes to {3}.",
+            match self.scene {
+                SceneName::Tile => "tile",
+                SceneName::CubeEdge => "edge of a cube",
+            },
             twin.config().optics.columns,
             twin.config().scan.frames,
             out.display()
         ));
         let folder = out.join("sequence");
-        capture_twin(&twin, &folder, talk)?;
+        // The truth is for the comparison below; the measurement does what it does with any rig.
         let truth = twin.truth(0)?;
+        let devices = Devices::of(&profile, None, talk)?;
+        let measured =
+            measure_object(devices, &MatchOptions::default(), &folder, Some(&truth.disparity), talk)?;
+        let Measured { measurement, results, .. } = measured;
         write_truth(&folder.join("truth"), &truth)?;
-
-        let sequence = Sequence::open(&folder)?;
-        let results = ResultsFolder::create(&folder.join("results"), false)?;
-        let measurement =
-            measure(&sequence, &MatchOptions::default(), None, Some(&truth.disparity), &results, talk)?;
         write_comparison(&results, &measurement, &truth, twin.config().scene.distance_mm())?;
         results.commit()?;
 
@@ -137,23 +133,42 @@ impl Demo {
     }
 }
 
-/// The simulated scan, through the drivers that any scan uses.
-fn capture_twin(twin: &Arc<Twin>, folder: &Path, talk: &Talk) -> Result<(), CliError> {
-    let config = twin.config();
-    let positions_mm = config.scan.positions_mm();
-    let farthest_mm = positions_mm.iter().copied().fold(0.0, f64::max);
-    let mut stage = SimStage::new(SimStageConfig::ideal(farthest_mm + 10.0));
-    let mut camera = SimCamera::before_twin(Arc::clone(twin), stage.watch());
-    let plan = CapturePlan {
-        intrinsics: Some(Intrinsics {
-            focal_length_px: config.optics.focal_length_px,
-            principal_point_x_px: config.optics.principal_point_x_px,
-            principal_point_y_px: config.optics.principal_point_y_px,
-        }),
-        twin: serde_json::to_value(config).ok(),
-        ..CapturePlan::at(positions_mm)
-    };
-    Ok(capture(&mut stage, &mut camera, &plan, folder, talk)?)
+impl Demo {
+    /// The simulated rig, as this demo has it.
+    fn profile(&self) -> Result<Profile, CliError> {
+        let size = |default: u32| self.size.unwrap_or(default);
+        let frames = |default: u32| self.frames.unwrap_or(default);
+        let over = |travel_mm: f64, frames: u32| travel_mm / f64::from(frames - 1);
+        let settings = match self.scene {
+            SceneName::Tile => {
+                let (size, frames) = (size(1024), frames(101));
+                vec![
+                    ("camera.size", format!("{size}x{size}")),
+                    ("plan.frames", frames.to_string()),
+                    ("plan.step_mm", over(150.0, frames).to_string()),
+                ]
+            }
+            // The paper's synthetic experiment (section 5.1).
+            SceneName::CubeEdge => {
+                let (size, frames) = (size(512), frames(100));
+                vec![
+                    ("sim.scene", "cube-edge".to_owned()),
+                    ("camera.size", format!("{size}x{size}")),
+                    ("plan.frames", frames.to_string()),
+                    ("plan.step_mm", over(40.0, frames).to_string()),
+                    ("optics.focal_length_px", (1.6 * f64::from(size)).to_string()),
+                    ("optics.distance_mm", "500".to_owned()),
+                ]
+            }
+        };
+        let noise = ("sim.noise_dn", self.noise.to_string());
+        let overrides = settings.into_iter().chain([noise]).map(|(key, value)| Override {
+            key: key.to_owned(),
+            value,
+            from: "demo".to_owned(),
+        });
+        Ok(Profile::read(SIM, "the simulated rig", &overrides.collect::<Vec<_>>())?)
+    }
 }
 
 fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {

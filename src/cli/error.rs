@@ -11,6 +11,7 @@ use crate::epi::MatchError;
 use crate::evaluate::{LeaveOutError, SizeMismatch};
 use crate::link::LinkError;
 use crate::measure::MeasureError;
+use crate::profile::ProfileError;
 use crate::report::ReportError;
 use crate::results::ResultsError;
 use crate::sequence::SequenceError;
@@ -22,6 +23,7 @@ const USAGE: u8 = 2;
 const NO_DEVICE: u8 = 3;
 const DEVICE: u8 = 4;
 const INTEGRITY: u8 = 5;
+const RESUMABLE: u8 = 7;
 
 #[derive(Debug, Error)]
 pub(super) enum CliError {
@@ -35,6 +37,8 @@ pub(super) enum CliError {
     Report(#[from] ReportError),
     #[error(transparent)]
     Twin(#[from] TwinError),
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
     #[error(transparent)]
     Capture(#[from] CaptureError),
     #[error(transparent)]
@@ -81,7 +85,8 @@ impl CliError {
     /// The exit code of the error's kind, as listed in `--help`.
     pub(super) fn exit_code(&self) -> u8 {
         match self {
-            Self::Sequence(error) | Self::Capture(CaptureError::Sequence(error)) => sequence_code(error),
+            Self::Sequence(error) => sequence_code(error),
+            Self::Capture(error) => capture_code(error),
             Self::Match(error) | Self::LeaveOut(LeaveOutError::Match(error)) => match error {
                 MatchError::TooSmall { .. } | MatchError::NoRange => INTEGRITY,
                 _ => USAGE,
@@ -93,14 +98,26 @@ impl CliError {
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
                 _ => TROUBLE,
             },
-            Self::Twin(_) | Self::LeaveOut(_) | Self::Size(_) | Self::Usage(_) => USAGE,
-            Self::Capture(CaptureError::EmptyPlan(_)) => USAGE,
-            Self::Capture(CaptureError::Stage(error)) | Self::Stage(error) => stage_code(error),
-            Self::Capture(CaptureError::Camera(error)) | Self::Camera(error) => camera_code(error),
+            Self::Profile(_) | Self::Twin(_) | Self::LeaveOut(_) | Self::Size(_) | Self::Usage(_) => USAGE,
+            Self::Stage(error) => stage_code(error),
+            Self::Camera(error) => camera_code(error),
             Self::Link(error) => link_code(error),
             Self::Integrity(_) => INTEGRITY,
             Self::Report(_) | Self::Output(_) | Self::File { .. } => TROUBLE,
         }
+    }
+}
+
+fn capture_code(error: &CaptureError) -> u8 {
+    match error {
+        CaptureError::Interrupted { .. } => RESUMABLE,
+        CaptureError::Stage(error) | CaptureError::StageStaysAway { source: error, .. } => stage_code(error),
+        CaptureError::Camera(error) => camera_code(error),
+        CaptureError::Sequence(error) => sequence_code(error),
+        CaptureError::EmptyPlan(_) | CaptureError::BeyondTravel { .. } | CaptureError::NotThisScan { .. } => {
+            USAGE
+        }
+        _ => DEVICE,
     }
 }
 

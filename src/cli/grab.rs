@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::camera_arguments::{CameraArguments, tell_configuration};
+use super::rig::{CameraArguments, Options, RigArgument, camera_settings, open_camera, tell_configuration};
 use super::{CliError, Talk};
 use crate::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
 use crate::formats::MapFormat;
@@ -33,6 +33,8 @@ pub(super) struct Grab {
     /// Average so many frames to one of 16 bit
     #[arg(long, value_name = "K", default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=65536))]
     average: u32,
+    #[command(flatten)]
+    rig: RigArgument,
     #[command(flatten)]
     camera: CameraArguments,
 }
@@ -85,8 +87,11 @@ impl Grab {
                 folder.display()
             )));
         }
-        let mut camera = self.camera.open(&StagePosition::default())?;
-        let configuration = camera.configure(&self.camera.settings()?)?;
+        let mut options = Options::default();
+        self.camera.options(&mut options);
+        let profile = self.rig.profile(options)?;
+        let mut camera = open_camera(&profile, &StagePosition::default())?;
+        let configuration = camera.configure(&camera_settings(&profile)?)?;
         tell_configuration(&configuration, talk);
         camera.start()?;
         let moment = camera.now();

@@ -50,10 +50,12 @@ impl Match {
         let record = sequence.record();
         options.check(record.rows, record.columns, sequence.frames().len())?;
         if sequence.stop().is_none_or(|stop| stop.exit_status != ExitStatus::Complete) {
+            let reason = sequence.stop().and_then(|stop| stop.reason.as_ref());
             talk.say(&format!(
-                "note: the scan has not ended: {} of {} planned frames are there",
+                "note: the scan did not end as it should: {} of {} planned frames are there{}",
                 sequence.frames().len(),
-                record.frames
+                record.frames,
+                reason.map_or(String::new(), |reason| format!("; {reason}"))
             ));
         }
         let out = self.out.unwrap_or_else(|| self.seq.join("results"));
@@ -72,7 +74,7 @@ impl Match {
 }
 
 /// What a person may do about pixels without answer.
-fn advise(measurement: &Measurement, talk: &Talk) {
+pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
     let summary = &measurement.summary;
     let at_end = summary.tau_before == 0.0 || summary.tau_after == 0.0;
     if summary.leaves_image > 0.2 && at_end {

@@ -1,7 +1,6 @@
 //! The command line: one file a verb, no logic of its own.
 
 mod camera;
-mod camera_arguments;
 mod capture;
 mod decode;
 mod demo;
@@ -11,13 +10,18 @@ mod evaluate;
 mod export;
 mod grab;
 mod import;
+mod init;
 mod interrupt;
 mod match_arguments;
 mod matching;
 mod motion;
+mod plan;
 mod progress;
+mod resume;
+mod rig;
+mod run;
+mod scan;
 mod simulate;
-mod stage_arguments;
 mod verify;
 
 use std::process::ExitCode;
@@ -29,7 +33,7 @@ use progress::Talk;
 
 const EXIT_CODES: &str =
     "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
-5 bad or damaged data, 130 interrupted.
+5 bad or damaged data, 7 interrupted and can be resumed, 130 interrupted.
 
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
@@ -37,6 +41,7 @@ Examples:
   epirig match seq --reference middle
   epirig devices                                    serial ports and cameras
   epirig home && epirig move 12.5
+  epirig init && epirig run --out tile              a rig profile, and a measurement with it
   epirig capture --out seq --step-mm 1.5 --frames 101";
 
 /// Turns the frames of a capture rig into disparity, height and their uncertainty.
@@ -59,7 +64,11 @@ enum Verb {
     Devices(devices::Devices),
     Camera(camera::CameraVerb),
     Grab(grab::Grab),
+    Init(init::Init),
+    Plan(plan::Plan),
     Capture(capture::Capture),
+    Resume(resume::Resume),
+    Run(run::Run),
     Home(motion::Home),
     Move(motion::Move),
     Stop(motion::Stop),
@@ -93,7 +102,11 @@ pub fn main() -> ExitCode {
         Verb::Devices(verb) => verb.run(&talk),
         Verb::Camera(verb) => verb.run(&talk),
         Verb::Grab(verb) => verb.run(&talk),
+        Verb::Init(verb) => verb.run(&talk),
+        Verb::Plan(verb) => verb.run(&talk),
         Verb::Capture(verb) => verb.run(&talk),
+        Verb::Resume(verb) => verb.run(&talk),
+        Verb::Run(verb) => verb.run(&talk),
         Verb::Home(verb) => verb.run(&talk),
         Verb::Move(verb) => verb.run(&talk),
         Verb::Stop(verb) => verb.run(&talk),

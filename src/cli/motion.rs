@@ -3,10 +3,11 @@
 use clap::Args;
 use serde::Serialize;
 
-use super::stage_arguments::{StageArguments, home};
+use super::rig::{Options, RigArgument, StageArguments, Stages, home};
 use super::{CliError, Talk};
 use crate::link::{LinkError, ask_holder_to_stop};
-use crate::stage::Stage;
+use crate::profile::Profile;
+use crate::stage::{Stage, StageSource};
 
 /// Find the stage's home position
 #[derive(Debug, Args)]
@@ -18,7 +19,7 @@ use crate::stage::Stage;
 Ctrl-C stops the stage; a second Ctrl-C stops it at once.")]
 pub(super) struct Home {
     #[command(flatten)]
-    stage: StageArguments,
+    stage: WhichStage,
 }
 
 /// Move the stage to a position, in mm from home
@@ -41,7 +42,7 @@ pub(super) struct Move {
     #[arg(long)]
     home: bool,
     #[command(flatten)]
-    stage: StageArguments,
+    stage: WhichStage,
 }
 
 /// Stop the stage
@@ -51,7 +52,7 @@ pub(super) struct Move {
 If another epirig has the port, it is told to stop the stage.")]
 pub(super) struct Stop {
     #[command(flatten)]
-    stage: StageArguments,
+    stage: WhichStage,
 }
 
 /// Say where the stage is
@@ -59,7 +60,29 @@ pub(super) struct Stop {
 #[command(after_help = "Example:\n  epirig where --json")]
 pub(super) struct Where {
     #[command(flatten)]
+    stage: WhichStage,
+}
+
+/// The stage of a rig.
+#[derive(Debug, Args)]
+struct WhichStage {
+    #[command(flatten)]
+    rig: RigArgument,
+    #[command(flatten)]
     stage: StageArguments,
+}
+
+impl WhichStage {
+    fn profile(&self) -> Result<Profile, CliError> {
+        let mut options = Options::default();
+        self.stage.options(&mut options);
+        self.rig.profile(options)
+    }
+
+    /// Connects to it; from then on Ctrl-C stops it.
+    fn connect(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
+        Ok(Stages::new(&self.profile()?, self.stage.transcript(), talk)?.connect()?)
+    }
 }
 
 #[derive(Serialize)]
@@ -123,7 +146,8 @@ impl Stop {
                 tell(&mut *stage, talk)
             }
             Err(CliError::Link(error @ LinkError::Busy { .. })) => {
-                let pid = ask_holder_to_stop(&self.stage.port()?).ok_or(error)?;
+                let port = Stages::new(&self.stage.profile()?, None, talk)?.port()?;
+                let pid = ask_holder_to_stop(&port).ok_or(error)?;
                 talk.say(&format!(
                     "process {pid}, an epirig that has the port, has been told to stop the stage"
                 ));

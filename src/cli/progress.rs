@@ -2,9 +2,9 @@
 
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::CliError;
@@ -15,11 +15,16 @@ pub(super) struct Talk {
     json: bool,
     quiet: bool,
     bar: Mutex<Option<ProgressBar>>,
+    /// Where there is no terminal to draw on: when the latest line about progress was written.
+    told: Mutex<Instant>,
 }
+
+/// Where there is no terminal to draw on, a line says so often how far the work is.
+const LINE_EVERY: Duration = Duration::from_secs(30);
 
 impl Talk {
     pub(super) fn new(json: bool, quiet: bool) -> Self {
-        Self { json, quiet, bar: Mutex::new(None) }
+        Self { json, quiet, bar: Mutex::new(None), told: Mutex::new(Instant::now()) }
     }
 
     /// A line for the person, above the progress bar.
@@ -53,6 +58,14 @@ impl Talk {
         Ok(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())?)
     }
 
+    /// Does something with the screen to itself.
+    pub(super) fn aside<R>(&self, act: impl FnOnce() -> R) -> R {
+        match self.bar().as_ref() {
+            Some(bar) => bar.suspend(act),
+            None => act(),
+        }
+    }
+
     /// Takes the progress bar off the screen.
     pub(super) fn clear(&self) {
         if let Some(bar) = self.bar().take() {
@@ -80,14 +93,24 @@ impl Progress for Talk {
             bar.set_style(style.progress_chars("=> "));
         }
         bar.set_message(what.to_owned());
+        *self.told.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Instant::now();
         bar.enable_steady_tick(Duration::from_millis(200));
         *self.bar() = Some(bar);
     }
 
     fn advance(&self, count: u64) {
-        if let Some(bar) = self.bar().as_ref() {
-            bar.inc(count);
+        let Some(bar) = self.bar().clone() else { return };
+        bar.inc(count);
+        let mut told = self.told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if bar.is_hidden() && !self.quiet && told.elapsed() >= LINE_EVERY {
+            *told = Instant::now();
+            let (done, all, left) = (bar.position(), bar.length().unwrap_or_default(), bar.eta());
+            eprintln!("{}: {done} of {all}, {} left", bar.message(), HumanDuration(left));
         }
+    }
+
+    fn note(&self, words: &str) {
+        self.say(words);
     }
 
     fn end(&self) {

@@ -1,16 +1,18 @@
 //! `epirig simulate`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use super::camera_arguments::simulated_twin;
+use super::rig::simulated_twin;
 use super::{CliError, Talk, interrupt};
 use crate::camera::Size;
 use crate::link::{LineNoise, SimulatedDevice, serve};
 use crate::stage::StopSwitch;
 use crate::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
+use crate::twin::{Twin, TwinConfig};
 use crate::virtual_rig::World;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -69,6 +71,11 @@ pub(super) struct Simulate {
 }
 
 impl Simulate {
+    /// What is shown: nobody asks this twin for a whole scan.
+    fn twin(size: Size) -> Result<Arc<Twin>, CliError> {
+        simulated_twin(TwinConfig::textured_plane(size.columns, size.rows, 2))
+    }
+
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !(0.0..=1.0).contains(&self.noise) {
             return Err(CliError::Usage("--noise is a share of all bytes, 0 to 1".to_owned()));
@@ -83,7 +90,7 @@ impl Simulate {
                 let boot = jiff::Timestamp::now().as_second() as u32;
                 let mut stage = NativeDevice::new(self.fault).at_boot(boot);
                 if let Some(output) = output {
-                    world = Some(World::show(simulated_twin(self.size)?, &mut stage, output)?);
+                    world = Some(World::show(Self::twin(self.size)?, &mut stage, output)?);
                 }
                 Box::new(stage)
             }

@@ -28,6 +28,15 @@ pub enum SequenceError {
         /// The folder.
         path: PathBuf,
     },
+    /// Another program writes the sequence.
+    #[error("{} is being written by another epirig; wait until it has ended", path.display())]
+    Busy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Something was to be written after an error had ended the writing.
+    #[error("nothing more is written after an error; see the one before")]
+    Closed,
     /// A folder without images.
     #[error("{} holds no PNG, TIFF or JPEG images; give the folder that holds the frames", path.display())]
     NoImages {

@@ -5,14 +5,17 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::disk::RealDisk;
 use super::error::SequenceError;
 use super::pixels::{DecodedImage, decode_grey, with_bit_depth};
 use super::positions::read_positions;
-use super::reader::describe;
+use super::reader::{START, describe};
 use super::record::{ExitStatus, FORMAT_VERSION, Intrinsics, Origin, SequenceRecord};
-use super::writer::{FrameFacts, SequenceWriter, new_uid, now, refuse_existing};
+use super::writer::{
+    FrameFacts, SequenceWriter, StopFacts, new_uid, now, publish, refuse_existing, scratch_beside,
+    write_record,
+};
 use crate::progress::Progress;
-use crate::scratch::Scratch;
 
 /// What a person says of the images.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -102,11 +105,7 @@ pub fn import(
 
     let (_, head) = read_image(&images[0], options.bit_depth)?;
     let mut conversions: BTreeMap<&'static str, usize> = BTreeMap::new();
-    let scratch = Scratch::beside(out).map_err(|(path, source)| SequenceError::Io {
-        action: "make a folder in",
-        path,
-        source,
-    })?;
+    let scratch = scratch_beside(out)?;
     let building = scratch.path().join("sequence");
 
     // Conversions are known only after the last image, so the record is written with the first frames' and then again.
@@ -137,20 +136,14 @@ pub fn import(
         progress.advance(1);
     }
     progress.end();
-    writer.finish(ExitStatus::Complete)?;
+    writer.finish(ExitStatus::Complete, StopFacts::default())?;
     let conversions: Vec<String> =
         conversions.iter().map(|(words, count)| format!("{count} image(s): {words}")).collect();
     let mut record = record;
     record.origin =
         Origin::Imported { folder: folder.display().to_string(), conversions: conversions.clone() };
-    super::writer::write_record(&building.join("sequence.json"), &record)?;
-    if out.exists() {
-        fs::remove_dir(out).map_err(SequenceError::io("replace the empty folder", out))?;
-    }
-    fs::rename(&building, out).map_err(SequenceError::io("make the folder", out))?;
-    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let synced = fs::File::open(parent).and_then(|parent| parent.sync_all());
-    synced.map_err(SequenceError::io("write", parent))?;
+    write_record(&mut RealDisk, &building.join(START), &record)?;
+    publish(&mut RealDisk, &building, out)?;
     Ok(Imported {
         frames: images.len(),
         rows: record.rows,

@@ -4,6 +4,7 @@
 //! event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes one frame by frame,
 //! [`import`] makes one of images that other software took, [`Sequence`] reads it and [`verify`] checks every byte.
 
+mod disk;
 mod error;
 pub mod import;
 mod load;
@@ -11,18 +12,21 @@ mod pixels;
 mod positions;
 mod reader;
 mod record;
+mod resume;
 mod verify;
 mod writer;
 
+pub use disk::{Disk, DiskFault, FaultyDisk, RealDisk};
 pub use error::SequenceError;
 pub use load::load_volume;
 pub use pixels::{DecodedImage, decode_grey, encode_png};
 pub use positions::read_positions;
 pub use reader::Sequence;
 pub use record::{
-    CameraRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameRecord, Intrinsics, Origin,
-    SequenceRecord, StopRecord,
+    CameraRecord, CertificateRecord, ClosureRecord, ComparisonRecord, Event, ExitStatus, ExposureRecord,
+    FORMAT_VERSION, FrameRecord, Intrinsics, Origin, ResumedRecord, RetakeRecord, SequenceRecord, StopRecord,
+    TimesRecord,
 };
 pub use verify::{Finding, VerifyReport, verify};
-pub use writer::{FrameFacts, SequenceWriter};
+pub use writer::{FrameFacts, FrameKind, SequenceWriter, StopFacts};
 pub(crate) use writer::{new_uid, now, refuse_existing};

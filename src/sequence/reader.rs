@@ -11,12 +11,20 @@ use super::record::{Event, FORMAT_VERSION, FrameRecord, SequenceRecord, StopReco
 use crate::frame::Frame;
 use crate::tau::Tau;
 
+/// The start record.
+pub(super) const START: &str = "sequence.json";
+/// What happened.
+pub(super) const JOURNAL: &str = "journal.jsonl";
+/// The final record.
+pub(super) const STOP: &str = "stop.json";
+
 /// A sequence on disk, its records read and understood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sequence {
     folder: PathBuf,
     record: SequenceRecord,
     frames: Vec<FrameRecord>,
+    events: Vec<Event>,
     stop: Option<StopRecord>,
 }
 
@@ -26,7 +34,7 @@ impl Sequence {
     /// # Errors
     /// [`SequenceError`] naming the record that is missing, of another version or not to be understood.
     pub fn open(folder: &Path) -> Result<Self, SequenceError> {
-        let path = folder.join("sequence.json");
+        let path = folder.join(START);
         if !path.exists() {
             return Err(SequenceError::NotASequence { path: folder.to_owned() });
         }
@@ -38,22 +46,23 @@ impl Sequence {
             );
             return Err(SequenceError::BadRecord { path, line: None, reason });
         }
-        let stop_path = folder.join("stop.json");
+        let stop_path = folder.join(STOP);
         let stop = if stop_path.exists() { Some(read_record(&stop_path)?) } else { None };
-        let journal = folder.join("journal.jsonl");
-        let text = fs::read_to_string(&journal).map_err(SequenceError::io("read", &journal))?;
+        let journal = folder.join(JOURNAL);
+        let bytes = fs::read(&journal).map_err(SequenceError::io("read", &journal))?;
+        let text = String::from_utf8_lossy(&bytes);
         let bad = |line, reason| SequenceError::BadRecord { path: journal.clone(), line: Some(line), reason };
-        let mut frames: Vec<FrameRecord> = Vec::new();
+        let mut events = Vec::new();
         for (index, line) in text.lines().enumerate() {
             match serde_json::from_str(line) {
-                Ok(Event::Frame(frame)) => frames.push(frame),
+                Ok(event) => events.push(event),
                 // The last line is cut short if the program was killed while it wrote; what it names was not promised.
                 Err(_) if index + 1 == text.lines().count() && !text.ends_with('\n') => {}
                 Err(error) => return Err(bad(index + 1, error.to_string())),
             }
         }
-        frames.sort_by_key(|frame| frame.index);
-        Ok(Self { folder: folder.to_owned(), record, frames, stop })
+        let frames = named_frames(&events);
+        Ok(Self { folder: folder.to_owned(), record, frames, events, stop })
     }
 
     /// The folder.
@@ -69,6 +78,11 @@ impl Sequence {
     /// The frames that the journal names, by index.
     pub fn frames(&self) -> &[FrameRecord] {
         &self.frames
+    }
+
+    /// What happened, line by line, frames included.
+    pub fn events(&self) -> &[Event] {
+        &self.events
     }
 
     /// The final record, if the sequence has ended.
@@ -93,7 +107,7 @@ impl Sequence {
             Err(_) if self.frames.len() < 2 => {
                 Err(SequenceError::TooFewFrames { path: self.folder.clone(), count: self.frames.len() })
             }
-            Err(source) => Err(SequenceError::Positions { path: self.folder.join("journal.jsonl"), source }),
+            Err(source) => Err(SequenceError::Positions { path: self.folder.join(JOURNAL), source }),
         }
     }
 
@@ -129,11 +143,25 @@ impl Sequence {
         let expected = describe(record.rows, record.columns, if record.bit_depth <= 8 { 8 } else { 16 });
         let found = describe(image.rows(), image.columns(), image.bit_depth());
         if found != expected {
-            let first = self.folder.join("sequence.json");
+            let first = self.folder.join(START);
             return Err(SequenceError::Unlike { path, found, first, expected });
         }
         with_bit_depth(image, record.bit_depth).map_err(|source| SequenceError::BitDepth { path, source })
     }
+}
+
+/// The frames of the scan, by index: of those of one index that supersede each other the last.
+fn named_frames(events: &[Event]) -> Vec<FrameRecord> {
+    let mut frames: Vec<FrameRecord> = Vec::new();
+    for event in events {
+        let Event::Frame(frame) = event else { continue };
+        match frames.iter_mut().find(|earlier| earlier.index == frame.index) {
+            Some(earlier) if frame.supersedes => *earlier = frame.clone(),
+            _ => frames.push(frame.clone()),
+        }
+    }
+    frames.sort_by_key(|frame| frame.index);
+    frames
 }
 
 /// A size and depth in words, for comparing and for saying.

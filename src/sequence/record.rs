@@ -20,6 +20,9 @@ pub enum Origin {
         /// What the camera was set to, read back.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         configuration: Option<CameraRecord>,
+        /// The rig's profile and plan, as far as the program knows how to connect to it again.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rig: Option<serde_json::Value>,
         /// How the simulated rig was made, if it was simulated.
         #[serde(skip_serializing_if = "Option::is_none")]
         twin: Option<serde_json::Value>,
@@ -82,6 +85,25 @@ pub struct ExposureRecord {
     /// Typical difference from the frame before, in DN.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub difference_dn: Option<f64>,
+}
+
+/// Why a frame is good: what was made sure of besides what [`ExposureRecord`] tells.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CertificateRecord {
+    /// Which attempt this frame comes from, from 1.
+    pub attempt: usize,
+    /// What the stage reported before and after the exposure, in mm.
+    pub readings_mm: [f64; 2],
+    /// How far readings may be from where the stage was sent, in mm.
+    pub position_tolerance_mm: f64,
+    /// How long the stage was given to come to rest, in ms; the exposure began later.
+    pub settle_ms: f64,
+    /// Watched controls that read what they were set to after the exposure.
+    pub controls_as_set: usize,
+    /// Share of the samples at full scale, 0 to 1, ...
+    pub saturated_share: f64,
+    /// ... and what is allowed.
+    pub saturated_limit: f64,
 }
 
 /// What is known of the lens and the pixels.
@@ -153,6 +175,12 @@ pub struct FrameRecord {
     /// How it was taken; of the last of averaged frames, with the counts of all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exposure: Option<ExposureRecord>,
+    /// Why it is good.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<CertificateRecord>,
+    /// Whether it takes the place of an earlier frame of this index, whose file was damaged later.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub supersedes: bool,
     /// When the frame was written, as in RFC 3339.
     pub written: String,
     /// Mean intensity, in DN.
@@ -164,12 +192,63 @@ pub struct FrameRecord {
     pub source: Option<String>,
 }
 
+/// An attempt at a frame that failed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RetakeRecord {
+    /// Index of the frame.
+    pub index: usize,
+    /// Which attempt it was, from 1.
+    pub attempt: usize,
+    /// Why it is not good.
+    pub reason: String,
+    /// When, as in RFC 3339.
+    pub at: String,
+}
+
+/// How a frame's picture compares with that of an earlier frame of the same place.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ComparisonRecord {
+    /// Index of the earlier frame.
+    pub frame: usize,
+    /// How far the contents have moved towards higher columns, in px.
+    pub x_px: f64,
+    /// How far they have moved towards higher rows, in px.
+    pub y_px: f64,
+    /// Standard deviation of both, in px.
+    pub sigma_px: f64,
+    /// Ratio of the light: later over earlier.
+    pub light: f64,
+}
+
+/// A scan that goes on after its position had been lost: by an interruption, or with stage or camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResumedRecord {
+    /// What had happened.
+    pub after: String,
+    /// Where homing found home, in mm by the count kept until then, if the stage can tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub home_shift_mm: Option<f64>,
+    /// The last good frame, taken again: `None` if there was none, or it shows too little to be compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<ComparisonRecord>,
+    /// When, as in RFC 3339.
+    pub at: String,
+}
+
 /// A line of `journal.jsonl`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "event")]
 pub enum Event {
     /// A frame was written.
     Frame(FrameRecord),
+    /// A dark frame was written.
+    Dark(FrameRecord),
+    /// A frame of a uniform target was written.
+    Flat(FrameRecord),
+    /// A frame was not good and is taken again.
+    Retake(RetakeRecord),
+    /// The scan goes on.
+    Resumed(ResumedRecord),
 }
 
 /// How a sequence ended.
@@ -184,6 +263,39 @@ pub enum ExitStatus {
     Failed,
 }
 
+/// Whether the rig was at the end what it was at the beginning.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ClosureRecord {
+    /// Where homing at the end found home, in mm by the count kept until then: what was lost or gained. `None` if the stage
+    /// cannot tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub home_shift_mm: Option<f64>,
+    /// The first frame, taken again before that. `None` if it shows too little to be compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<ComparisonRecord>,
+}
+
+/// Where the time of a scan went, by the camera's clock, in s. Of a scan that was resumed: of its last part.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct TimesRecord {
+    /// From the first homing to the last frame on disk.
+    pub total_s: f64,
+    /// The stage's motions, until it reported to be there.
+    pub moving_s: f64,
+    /// Waiting for it to come to rest, as planned.
+    pub settling_s: f64,
+    /// From then until the camera had delivered a frame that counts.
+    pub exposing_s: f64,
+}
+
+impl TimesRecord {
+    /// The whole over what stage and camera need: 1 for a program that never makes them wait. `None` if nothing was done.
+    pub fn overhead(&self) -> Option<f64> {
+        let needed_s = self.moving_s + self.settling_s + self.exposing_s;
+        (needed_s > 0.0).then(|| self.total_s / needed_s)
+    }
+}
+
 /// `stop.json`: how it ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StopRecord {
@@ -193,6 +305,15 @@ pub struct StopRecord {
     pub exit_status: ExitStatus,
     /// Frames in the journal.
     pub frames: usize,
+    /// Why it ended before it was complete.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What re-homing and the first frame, taken again, showed at the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closure: Option<ClosureRecord>,
+    /// Where the time went.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub times: Option<TimesRecord>,
     /// When, as in RFC 3339.
     pub stopped: String,
 }

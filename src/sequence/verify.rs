@@ -1,10 +1,12 @@
 //! Checking that a sequence is what its records say.
 
 use std::collections::BTreeSet;
+use std::io::ErrorKind;
 
 use serde::Serialize;
 
-use super::record::ExitStatus;
+use super::record::{Event, ExitStatus, FrameRecord};
+use super::writer::FrameKind;
 use super::{Sequence, SequenceError};
 use crate::progress::Progress;
 
@@ -37,11 +39,18 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     let mut findings = Vec::new();
     let mut find = |file: String, problem: String| findings.push(Finding { file, problem });
     let mut good_frames = 0;
-    progress.begin("checking frames", sequence.frames().len() as u64);
+    let others: Vec<&FrameRecord> = sequence.events().iter().filter_map(calibration_frame).collect();
+    progress.begin("checking frames", (sequence.frames().len() + others.len()) as u64);
     for frame in sequence.frames() {
         match sequence.read(frame) {
             Ok(_) => good_frames += 1,
             Err(error) => find(frame.file.clone(), error.to_string()),
+        }
+        progress.advance(1);
+    }
+    for frame in &others {
+        if let Err(error) = sequence.read(frame) {
+            find(frame.file.clone(), error.to_string());
         }
         progress.advance(1);
     }
@@ -50,7 +59,8 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     let indices: BTreeSet<usize> = sequence.frames().iter().map(|frame| frame.index).collect();
     let missing: Vec<usize> = (0..record.frames).filter(|index| !indices.contains(index)).collect();
     for gap in missing.chunk_by(|a, b| a + 1 == *b) {
-        let problem = "not in the journal; take it again, or use the sequence without it".to_owned();
+        let problem =
+            "not in the journal; `epirig resume` takes it, or use the sequence without it".to_owned();
         match gap {
             [one] => find(format!("frame {one}"), problem),
             _ => find(format!("frames {} to {}", gap[0], gap[gap.len() - 1]), problem),
@@ -88,19 +98,35 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
         }
         Some(_) => {}
     }
-    let named: BTreeSet<_> = sequence.frames().iter().map(|frame| sequence.path(frame)).collect();
-    let folder = sequence.folder().join("frames");
-    match std::fs::read_dir(&folder) {
-        Err(error) => find("frames".to_owned(), format!("cannot be listed: {error}; restore it from a copy")),
-        Ok(entries) => {
-            for entry in entries {
-                let path = entry.map_err(SequenceError::io("look into", &folder))?.path();
-                if !named.contains(&path) {
-                    let problem = "no journal line names this file; move it away".to_owned();
-                    find(path.display().to_string(), problem);
-                }
+    let named: BTreeSet<_> =
+        sequence.frames().iter().chain(others).map(|frame| sequence.path(frame)).collect();
+    let folders = [FrameKind::Scan, FrameKind::Dark, FrameKind::Flat].map(FrameKind::folder);
+    for name in folders {
+        let folder = sequence.folder().join(name);
+        let entries = match std::fs::read_dir(&folder) {
+            // Calibration frames are optional.
+            Err(error) if error.kind() == ErrorKind::NotFound && name != FrameKind::Scan.folder() => continue,
+            Err(error) => {
+                find(name.to_owned(), format!("cannot be listed: {error}; restore it from a copy"));
+                continue;
+            }
+            Ok(entries) => entries,
+        };
+        for entry in entries {
+            let path = entry.map_err(SequenceError::io("look into", &folder))?.path();
+            if !named.contains(&path) {
+                let problem = "no journal line names this file; move it away".to_owned();
+                find(path.display().to_string(), problem);
             }
         }
     }
     Ok(VerifyReport { good_frames, planned_frames: record.frames, findings })
+}
+
+/// A dark frame or one of a uniform target.
+fn calibration_frame(event: &Event) -> Option<&FrameRecord> {
+    match event {
+        Event::Dark(frame) | Event::Flat(frame) => Some(frame),
+        _ => None,
+    }
 }

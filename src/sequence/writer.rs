@@ -1,15 +1,20 @@
 //! Making a sequence, frame by frame, so that what the journal names is on disk.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::Write;
+use std::collections::BTreeSet;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+use super::disk::{Disk, RealDisk, write_whole};
 use super::error::SequenceError;
 use super::pixels::encode_png;
+use super::reader::{JOURNAL, START, STOP};
 use super::record::{
-    Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameRecord, SequenceRecord, StopRecord,
+    CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameRecord,
+    SequenceRecord, StopRecord, TimesRecord,
 };
+use super::resume::lock;
 use crate::frame::Frame;
+use crate::scratch::Scratch;
 
 /// What is known of a frame besides its pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -22,16 +27,59 @@ pub struct FrameFacts {
     pub camera_sequence: Option<u32>,
     /// How it was taken.
     pub exposure: Option<ExposureRecord>,
+    /// Why it is good.
+    pub certificate: Option<CertificateRecord>,
     /// File that the frame was made of.
     pub source: Option<String>,
 }
 
-/// Writes a new sequence: temporary file, fsync, rename, fsync of the folder, and only then the journal line.
-#[derive(Debug)]
+/// What a frame is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameKind {
+    /// The object, at a position of the plan.
+    Scan,
+    /// No light.
+    Dark,
+    /// A uniform target.
+    Flat,
+}
+
+impl FrameKind {
+    /// The folder of such frames.
+    pub(super) const fn folder(self) -> &'static str {
+        match self {
+            Self::Scan => "frames",
+            Self::Dark => "dark",
+            Self::Flat => "flat",
+        }
+    }
+
+    fn file(self, index: usize) -> String {
+        format!("{}/{index:04}.png", self.folder())
+    }
+}
+
+/// What is known of the end of a sequence besides how it ended.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StopFacts {
+    /// Why it ended before it was complete.
+    pub reason: Option<String>,
+    /// What re-homing showed.
+    pub closure: Option<ClosureRecord>,
+    /// Where the time went.
+    pub times: Option<TimesRecord>,
+}
+
+/// Writes a sequence: temporary file, fsync, rename, fsync of the folder, and only then the journal line.
 pub struct SequenceWriter {
-    folder: PathBuf,
-    journal: File,
-    frames: usize,
+    pub(super) folder: PathBuf,
+    pub(super) disk: Box<dyn Disk>,
+    /// Held as long as this lives: a second program would mix its lines with ours.
+    pub(super) _lock: Option<File>,
+    /// Length of the journal up to its latest whole line.
+    pub(super) journal_bytes: u64,
+    /// Indices of the frames that the journal names.
+    pub(super) named: BTreeSet<usize>,
 }
 
 impl SequenceWriter {
@@ -40,27 +88,65 @@ impl SequenceWriter {
     /// # Errors
     /// [`SequenceError`] if the folder exists and is not empty, or cannot be written.
     pub fn create(folder: &Path, record: &SequenceRecord) -> Result<Self, SequenceError> {
-        refuse_existing(folder)?;
-        let frames = folder.join("frames");
-        fs::create_dir_all(&frames).map_err(SequenceError::io("make the folder", &frames))?;
-        write_record(&folder.join("sequence.json"), record)?;
-        let path = folder.join("journal.jsonl");
-        let journal = OpenOptions::new().create_new(true).append(true).open(&path);
-        let journal = journal.map_err(SequenceError::io("write", &path))?;
-        Ok(Self { folder: folder.to_owned(), journal, frames: 0 })
+        Self::create_on(Box::new(RealDisk), folder, record)
     }
 
-    /// Adds the next frame.
+    /// The same on a given disk.
+    ///
+    /// The folder is there with its start record and an empty journal, or not at all.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_on(
+        mut disk: Box<dyn Disk>,
+        folder: &Path,
+        record: &SequenceRecord,
+    ) -> Result<Self, SequenceError> {
+        refuse_existing(folder)?;
+        let scratch = scratch_beside(folder)?;
+        let building = scratch.path().join("sequence");
+        let mut make = || {
+            disk.make_folder(&building)?;
+            disk.make_folder(&building.join(FrameKind::Scan.folder()))?;
+            disk.append(&building.join(JOURNAL), b"")?;
+            disk.sync(&building.join(JOURNAL))
+        };
+        make().map_err(SequenceError::io("make the folder", folder))?;
+        write_record(&mut *disk, &building.join(START), record)?;
+        publish(&mut *disk, &building, folder)?;
+        let lock = lock(folder)?;
+        Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes: 0, named: BTreeSet::new() })
+    }
+
+    /// Adds the frame after the last one.
     ///
     /// # Errors
     /// [`SequenceError::Io`] if it cannot be written; the journal does not name it then.
     pub fn add(&mut self, frame: &Frame, facts: FrameFacts) -> Result<(), SequenceError> {
+        self.put(FrameKind::Scan, self.next_index(), frame, facts)
+    }
+
+    /// Writes the frame `index`. One that is there is superseded.
+    ///
+    /// # Errors
+    /// As [`SequenceWriter::add`].
+    pub fn put(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: &Frame,
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
         let encoded = encode_png(frame).map_err(|error| SequenceError::Io {
             action: "encode",
-            path: self.folder.join(frame_file(self.frames)),
+            path: self.folder.join(kind.file(index)),
             source: std::io::Error::other(error),
         })?;
-        self.add_encoded(frame, &encoded, facts)
+        self.put_encoded(kind, index, frame, &encoded, facts)
+    }
+
+    fn next_index(&self) -> usize {
+        self.named.last().map_or(0, |last| last + 1)
     }
 
     /// Adds the next frame as the bytes of a grey PNG that decodes to `frame`.
@@ -73,9 +159,25 @@ impl SequenceWriter {
         encoded: &[u8],
         facts: FrameFacts,
     ) -> Result<(), SequenceError> {
-        let path = self.folder.join(frame_file(self.frames));
-        write_atomically(&path, encoded)?;
-        self.record(frame, encoded, facts)
+        self.put_encoded(FrameKind::Scan, self.next_index(), frame, encoded, facts)
+    }
+
+    fn put_encoded(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: &Frame,
+        encoded: &[u8],
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
+        let path = self.folder.join(kind.file(index));
+        let place = self.folder.join(kind.folder());
+        if !place.exists() {
+            let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&self.folder));
+            made.map_err(SequenceError::io("make the folder", &place))?;
+        }
+        write_whole(&mut *self.disk, &path, encoded).map_err(SequenceError::io("write", &path))?;
+        self.record(kind, index, frame, encoded, facts)
     }
 
     /// Adds the next frame as a symbolic link to the grey PNG `target`, whose bytes are `encoded`.
@@ -89,33 +191,63 @@ impl SequenceWriter {
         encoded: &[u8],
         facts: FrameFacts,
     ) -> Result<(), SequenceError> {
-        let path = self.folder.join(frame_file(self.frames));
+        let index = self.next_index();
+        let path = self.folder.join(FrameKind::Scan.file(index));
         link(target, &path).map_err(SequenceError::io("link", &path))?;
-        self.record(frame, encoded, facts)
+        self.record(FrameKind::Scan, index, frame, encoded, facts)
     }
 
-    fn record(&mut self, frame: &Frame, encoded: &[u8], facts: FrameFacts) -> Result<(), SequenceError> {
-        let event = Event::Frame(FrameRecord {
-            index: self.frames,
-            file: frame_file(self.frames),
+    fn record(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: &Frame,
+        encoded: &[u8],
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
+        let record = FrameRecord {
+            index,
+            file: kind.file(index),
             blake3: blake3::hash(encoded).to_hex().to_string(),
             bytes: encoded.len() as u64,
             commanded_mm: facts.commanded_mm,
             reported_mm: facts.reported_mm,
             camera_sequence: facts.camera_sequence,
             exposure: facts.exposure,
+            certificate: facts.certificate,
+            supersedes: kind == FrameKind::Scan && self.named.contains(&index),
             written: now(),
             mean_dn: frame.samples().mean(),
             saturated: frame.samples().count_at_least(frame.full_scale()),
             source: facts.source,
-        });
-        let path = self.folder.join("journal.jsonl");
-        let mut line = serde_json::to_string(&event)
+        };
+        self.note(&match kind {
+            FrameKind::Scan => Event::Frame(record),
+            FrameKind::Dark => Event::Dark(record),
+            FrameKind::Flat => Event::Flat(record),
+        })?;
+        if kind == FrameKind::Scan {
+            self.named.insert(index);
+        }
+        Ok(())
+    }
+
+    /// Adds a line to the journal.
+    ///
+    /// # Errors
+    /// [`SequenceError::Io`] if it cannot be written.
+    pub fn note(&mut self, event: &Event) -> Result<(), SequenceError> {
+        let path = self.folder.join(JOURNAL);
+        let mut line = serde_json::to_string(event)
             .map_err(|error| SequenceError::io("write", &path)(std::io::Error::other(error)))?;
         line.push('\n');
-        let written = self.journal.write_all(line.as_bytes()).and_then(|()| self.journal.sync_data());
-        written.map_err(SequenceError::io("write", &path))?;
-        self.frames += 1;
+        let written = self.disk.append(&path, line.as_bytes()).and_then(|()| self.disk.sync(&path));
+        if let Err(error) = written {
+            // Half a line would spoil the next one. If this fails too, resuming mends it.
+            let _ = self.disk.cut(&path, self.journal_bytes);
+            return Err(SequenceError::io("write", &path)(error));
+        }
+        self.journal_bytes += line.len() as u64;
         Ok(())
     }
 
@@ -123,9 +255,17 @@ impl SequenceWriter {
     ///
     /// # Errors
     /// [`SequenceError::Io`] if that cannot be written.
-    pub fn finish(self, exit_status: ExitStatus) -> Result<(), SequenceError> {
-        let record = StopRecord { format: FORMAT_VERSION, exit_status, frames: self.frames, stopped: now() };
-        write_record(&self.folder.join("stop.json"), &record)
+    pub fn finish(mut self, exit_status: ExitStatus, facts: StopFacts) -> Result<(), SequenceError> {
+        let record = StopRecord {
+            format: FORMAT_VERSION,
+            exit_status,
+            frames: self.named.len(),
+            reason: facts.reason,
+            closure: facts.closure,
+            times: facts.times,
+            stopped: now(),
+        };
+        write_record(&mut *self.disk, &self.folder.join(STOP), &record)
     }
 }
 
@@ -150,23 +290,30 @@ pub(crate) fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     }
 }
 
-fn frame_file(index: usize) -> String {
-    format!("frames/{index:04}.png")
-}
-
-pub(super) fn write_record(path: &Path, record: &impl serde::Serialize) -> Result<(), SequenceError> {
+pub(super) fn write_record(
+    disk: &mut dyn Disk,
+    path: &Path,
+    record: &impl serde::Serialize,
+) -> Result<(), SequenceError> {
     let text = serde_json::to_string_pretty(record)
         .map_err(|error| SequenceError::io("write", path)(std::io::Error::other(error)))?;
-    write_atomically(path, (text + "\n").as_bytes())
+    write_whole(disk, path, (text + "\n").as_bytes()).map_err(SequenceError::io("write", path))
 }
 
-fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), SequenceError> {
-    let write = || {
-        let mut file = atomic_write_file::AtomicWriteFile::open(path)?;
-        file.write_all(bytes)?;
-        file.commit()
-    };
-    write().map_err(SequenceError::io("write", path))
+/// Gives a folder that is whole its final name.
+pub(super) fn publish(disk: &mut dyn Disk, folder: &Path, out: &Path) -> Result<(), SequenceError> {
+    disk.rename(folder, out).map_err(SequenceError::io("make the folder", out))?;
+    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    disk.sync(parent).map_err(SequenceError::io("write", parent))
+}
+
+/// A hidden folder in which `out` is made.
+pub(super) fn scratch_beside(out: &Path) -> Result<Scratch, SequenceError> {
+    Scratch::beside(out).map_err(|(path, source)| SequenceError::Io {
+        action: "make a folder in",
+        path,
+        source,
+    })
 }
 
 #[cfg(unix)]

@@ -11,17 +11,20 @@ pub mod native;
 mod one_sided;
 mod sim;
 pub mod simulator;
+mod source;
 mod stop;
 mod tolerance;
 pub mod zaber;
 
 use std::fmt;
+use std::time::Duration;
 
 pub use error::StageError;
 pub use grbl::GrblStage;
 pub use native::NativeStage;
 pub use one_sided::OneSided;
 pub use sim::{SimStage, SimStageConfig, StagePosition};
+pub use source::StageSource;
 pub use stop::{StopSwitch, Urgency};
 pub use tolerance::MotionLimits;
 pub use zaber::ZaberStage;
@@ -134,6 +137,11 @@ pub trait Stage: Send {
     fn home_shift_mm(&self) -> Option<f64> {
         None
     }
+
+    /// How long a move over `distance_mm` takes by velocity and acceleration; `None` if the stage does not tell them.
+    fn expected_duration(&self, _distance_mm: f64) -> Option<Duration> {
+        None
+    }
 }
 
 impl<S: Stage + ?Sized> Stage for Box<S> {
@@ -167,6 +175,10 @@ impl<S: Stage + ?Sized> Stage for Box<S> {
 
     fn home_shift_mm(&self) -> Option<f64> {
         (**self).home_shift_mm()
+    }
+
+    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
+        (**self).expected_duration(distance_mm)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Approach from one side, for stages with backlash.
 
+use std::time::Duration;
+
 use super::{Stage, StageError, StageIdentity, StageState, StopSwitch, on_travel};
 
 /// A stage that ends every move upwards: the slack of screw and nut is then always on the same side.
@@ -76,5 +78,9 @@ impl<S: Stage> Stage for OneSided<S> {
 
     fn home_shift_mm(&self) -> Option<f64> {
         self.stage.home_shift_mm()
+    }
+
+    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
+        self.stage.expected_duration(distance_mm)
     }
 }

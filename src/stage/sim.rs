@@ -90,24 +90,39 @@ pub struct SimStage {
     stop: StopSwitch,
 }
 
-/// A view on where the carriage of a simulated stage truly is.
+/// A view on where the carriage of a simulated stage truly is, and on the stage's time.
 #[derive(Debug, Clone, Default)]
-pub struct StagePosition(Arc<Mutex<f64>>);
+pub struct StagePosition(Arc<Mutex<(f64, Duration)>>);
 
 impl StagePosition {
     /// Where the carriage is, in mm from home.
     pub fn get_mm(&self) -> f64 {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.get().0
     }
 
-    fn set_mm(&self, position_mm: f64) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = position_mm;
+    /// Simulated time since the stage was made.
+    pub fn elapsed(&self) -> Duration {
+        self.get().1
+    }
+
+    /// Says where the carriage is, `elapsed` after the stage was made: for stages that are simulated elsewhere.
+    pub fn set(&self, position_mm: f64, elapsed: Duration) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = (position_mm, elapsed);
+    }
+
+    fn get(&self) -> (f64, Duration) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl SimStage {
     /// A stage that is not yet homed.
     pub fn new(config: SimStageConfig) -> Self {
+        Self::seen_through(config, StagePosition::default())
+    }
+
+    /// The same for watchers that have watched another stage until now, whose time goes on.
+    pub fn seen_through(config: SimStageConfig, watch: StagePosition) -> Self {
         Self {
             random: ChaCha8Rng::seed_from_u64(config.seed),
             config,
@@ -116,8 +131,8 @@ impl SimStage {
             nut_mm: 0.0,
             slipped_mm: 0.0,
             home_shift_mm: None,
-            elapsed: Duration::ZERO,
-            carriage: StagePosition::default(),
+            elapsed: watch.elapsed(),
+            carriage: watch,
             stop: StopSwitch::default(),
         }
     }
@@ -169,7 +184,7 @@ impl SimStage {
         let noise: f64 =
             if self.config.position_noise_um > 0.0 { self.random.sample(StandardNormal) } else { 0.0 };
         let astray_um = self.config.thermal_drift_um * warmth + self.config.position_noise_um * noise;
-        self.carriage.set_mm(self.nut_mm + astray_um / UM_PER_MM);
+        self.carriage.set(self.nut_mm + astray_um / UM_PER_MM, self.elapsed);
     }
 
     fn refuse_if_stopped(&self) -> Result<(), StageError> {
@@ -228,6 +243,10 @@ impl Stage for SimStage {
 
     fn home_shift_mm(&self) -> Option<f64> {
         self.home_shift_mm
+    }
+
+    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
+        Some(self.kinematics().duration(distance_mm))
     }
 }
 

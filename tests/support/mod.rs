@@ -12,7 +12,9 @@ use epirig::twin::{Twin, TwinConfig};
 
 /// Runs the program and waits for it.
 pub fn epirig(folder: &Path, arguments: &[&str]) -> Output {
-    assert_cmd::cargo::cargo_bin_cmd!("epirig").current_dir(folder).args(arguments).output().unwrap()
+    let mut command = assert_cmd::cargo::cargo_bin_cmd!("epirig");
+    // A profile of whoever runs the tests is not to be met.
+    command.current_dir(folder).env("XDG_CONFIG_HOME", folder).args(arguments).output().unwrap()
 }
 
 /// Runs the program, which must succeed, and gives what it prints.

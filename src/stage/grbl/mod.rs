@@ -331,4 +331,8 @@ impl Stage for GrblStage {
     fn stop_switch(&self) -> StopSwitch {
         self.stop.clone()
     }
+
+    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
+        Some(self.axis.kinematics.duration(distance_mm))
+    }
 }

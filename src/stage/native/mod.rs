@@ -354,6 +354,10 @@ impl Stage for NativeStage {
     fn home_shift_mm(&self) -> Option<f64> {
         self.home_shift_mm
     }
+
+    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
+        Some(self.kinematics().duration(distance_mm))
+    }
 }
 
 fn refusal_text(refusal: Refusal) -> &'static str {

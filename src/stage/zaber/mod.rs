@@ -339,4 +339,8 @@ impl Stage for ZaberStage {
     fn stop_switch(&self) -> StopSwitch {
         self.stop.clone()
     }
+
+    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
+        Some(self.kinematics.duration(distance_mm))
+    }
 }

@@ -31,7 +31,7 @@ impl VideoDevice for SimDevice {
     fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
         self.there()?;
         let format = self.format();
-        let interval = Interval { numerator: 1, denominator: 25 };
+        let interval = Interval { numerator: 1, denominator: Self::RATE_HZ };
         Ok(vec![OfferedFormat {
             four_cc: format.four_cc,
             description: "simulated grey".to_owned(),
@@ -50,7 +50,7 @@ impl VideoDevice for SimDevice {
 
     fn interval(&mut self) -> Result<Option<Interval>, CameraError> {
         self.there()?;
-        Ok(Some(Interval { numerator: 1, denominator: 25 }))
+        Ok(Some(Interval { numerator: 1, denominator: Self::RATE_HZ }))
     }
 
     fn set_interval(&mut self, _interval: Interval) -> Result<(), CameraError> {

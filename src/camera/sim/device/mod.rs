@@ -4,7 +4,7 @@ mod driver;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,12 +16,10 @@ use crate::camera::{ActiveFormat, CameraError, CameraIdentity, FilledBuffer, Mom
 use crate::stage::StagePosition;
 use crate::twin::Twin;
 
-const INTERVAL: Duration = Duration::from_millis(40);
+const INTERVAL: Duration = Duration::from_millis(1000 / SimDevice::RATE_HZ as u64);
 const READOUT: Duration = Duration::from_millis(20);
 /// Exposure time that gives the twin's own frames, in units of 100 us.
 const EXPOSURE: i64 = 100;
-/// Frames that a move of the stage takes: enough to fill all buffers with what was there before it.
-const MOVE: u32 = 6;
 /// Between a call and its answer.
 const CALL: Duration = Duration::from_micros(10);
 /// Of the driver's flag for damaged contents, as in V4L2.
@@ -68,6 +66,10 @@ pub struct SimDevice {
     position_mm: f64,
     before_mm: f64,
     moved: Moment,
+    /// How much of the stage's time has passed here, too.
+    stage_time: Duration,
+    /// When the simulation began, if its time is to pass as ours does.
+    real_time: Option<(Instant, Moment)>,
     exposure: i64,
     exposure_auto: i64,
     gain: i64,
@@ -86,6 +88,9 @@ pub struct SimDevice {
 }
 
 impl SimDevice {
+    /// Frames per second.
+    pub const RATE_HZ: u32 = 25;
+
     /// A device in front of `twin`, whose scene (or camera) is carried by the stage that `position` watches. It is set to
     /// automatic exposure, as cameras are when they are plugged in.
     pub fn new(twin: Arc<Twin>, position: StagePosition) -> Self {
@@ -96,7 +101,7 @@ impl SimDevice {
             optics.rows,
             twin.config().sensor.bit_depth
         );
-        let position_mm = position.get_mm();
+        let (position_mm, stage_time) = (position.get_mm(), position.elapsed());
         let start = Moment::from_ns(1_000_000_000);
         Self {
             identity: CameraIdentity { driver: "sim".to_owned(), model, ..CameraIdentity::default() },
@@ -115,6 +120,8 @@ impl SimDevice {
             position_mm,
             before_mm: position_mm,
             moved: start,
+            stage_time,
+            real_time: None,
             exposure: EXPOSURE,
             exposure_auto: APERTURE_PRIORITY,
             gain: 0,
@@ -189,20 +196,32 @@ impl SimDevice {
         light * (1.0 + hunting)
     }
 
-    /// A move of the stage takes no time of its own simulation; here it takes some.
+    /// From now on simulated time passes as ours does, moves of the stage included: for rehearsals.
+    pub fn in_real_time(&mut self) {
+        self.real_time = Some((Instant::now(), self.now));
+    }
+
+    /// A move of the stage takes no time of ours; its time passes here.
     fn mind_the_stage(&mut self) {
-        let position_mm = self.stage.get_mm();
-        if position_mm == self.position_mm {
-            return;
+        let (position_mm, stage_time) = (self.stage.get_mm(), self.stage.elapsed());
+        let moving = stage_time.saturating_sub(self.stage_time);
+        self.stage_time = stage_time;
+        // While it moves the camera sees the place that it comes from.
+        self.pass(moving);
+        if position_mm != self.position_mm {
+            (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
+            self.moved = self.now;
         }
-        self.pass(INTERVAL * MOVE);
-        (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
-        self.moved = self.now;
     }
 
     /// Lets time pass: frames are completed into free buffers, or lost.
     fn pass(&mut self, time: Duration) {
-        let until = self.now.after(time);
+        let mut until = self.now.after(time);
+        if let Some((began, start)) = self.real_time {
+            // Whatever the program does meanwhile takes time as well.
+            until = until.max(start.after(began.elapsed()));
+            std::thread::sleep(until.since(start).saturating_sub(began.elapsed()));
+        }
         while self.streaming && !self.dead && self.next_complete <= until {
             self.complete(self.next_complete);
             self.next_complete = self.next_complete.after(INTERVAL);

@@ -1,0 +1,107 @@
+//! Frames on their way to the disk, in a thread of their own, so that the stage moves while they are compressed and written.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use crate::frame::Frame;
+use crate::sequence::{Event, ExitStatus, FrameFacts, FrameKind, SequenceError, SequenceWriter, StopFacts};
+
+/// Frames that may wait: one is written while the next is taken. A slow disk then slows the scan, and fills no memory.
+const WAITING: usize = 2;
+
+enum Job {
+    Frame {
+        kind: FrameKind,
+        index: usize,
+        frame: Box<Frame>,
+        facts: Box<FrameFacts>,
+    },
+    Note(Box<Event>),
+    /// Everything before is on disk.
+    Flush(SyncSender<()>),
+}
+
+/// A writer in its thread. The first error ends it.
+pub(super) struct Archive {
+    jobs: Option<SyncSender<Job>>,
+    thread: Option<JoinHandle<(SequenceWriter, Result<(), SequenceError>)>>,
+    /// The writer, once its thread has ended.
+    writer: Option<SequenceWriter>,
+}
+
+impl Archive {
+    pub(super) fn new(writer: SequenceWriter) -> Self {
+        let (jobs, received) = sync_channel(WAITING);
+        let thread = std::thread::spawn(move || work(writer, &received));
+        Self { jobs: Some(jobs), thread: Some(thread), writer: None }
+    }
+
+    pub(super) fn frame(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: Frame,
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
+        self.send(Job::Frame { kind, index, frame: Box::new(frame), facts: Box::new(facts) })
+    }
+
+    pub(super) fn note(&mut self, event: Event) -> Result<(), SequenceError> {
+        self.send(Job::Note(Box::new(event)))
+    }
+
+    /// Returns when everything is on disk.
+    pub(super) fn flush(&mut self) -> Result<(), SequenceError> {
+        let (done, wait) = sync_channel(1);
+        self.send(Job::Flush(done))?;
+        // A thread that ended instead has an error to tell.
+        wait.recv().or_else(|_| self.end())
+    }
+
+    fn send(&mut self, job: Job) -> Result<(), SequenceError> {
+        match self.jobs.as_ref().map(|jobs| jobs.send(job)) {
+            Some(Ok(())) => Ok(()),
+            Some(Err(_)) => self.end(),
+            // Whoever goes on after an error must not believe that anything was written.
+            None => Err(SequenceError::Closed),
+        }
+    }
+
+    /// Waits for the thread, and returns its error if it has one.
+    fn end(&mut self) -> Result<(), SequenceError> {
+        self.jobs = None;
+        let Some(thread) = self.thread.take() else { return Ok(()) };
+        match thread.join() {
+            Ok((writer, result)) => {
+                self.writer = Some(writer);
+                result
+            }
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    }
+
+    /// Writes what waits, and then how it ended, if that is possible.
+    pub(super) fn finish(mut self, status: ExitStatus, facts: StopFacts) -> Result<(), SequenceError> {
+        let ended = self.end();
+        let finished = self.writer.take().map_or(Ok(()), |writer| writer.finish(status, facts));
+        ended.and(finished)
+    }
+}
+
+fn work(mut writer: SequenceWriter, jobs: &Receiver<Job>) -> (SequenceWriter, Result<(), SequenceError>) {
+    while let Ok(job) = jobs.recv() {
+        let done = match job {
+            Job::Frame { kind, index, frame, facts } => writer.put(kind, index, &frame, *facts),
+            Job::Note(event) => writer.note(&event),
+            Job::Flush(done) => {
+                // Who no longer waits need not be told.
+                let _ = done.send(());
+                Ok(())
+            }
+        };
+        if done.is_err() {
+            return (writer, done);
+        }
+    }
+    (writer, Ok(()))
+}

@@ -1,0 +1,148 @@
+//! Why a scan stopped.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::camera::CameraError;
+use crate::sequence::SequenceError;
+use crate::stage::StageError;
+
+/// Why a scan stopped, or did not begin.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CaptureError {
+    /// The stage failed.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// The camera failed.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// A frame could not be written.
+    #[error(transparent)]
+    Sequence(#[from] SequenceError),
+    /// The plan has fewer than two positions.
+    #[error("a plan of {0} position(s) makes no sequence; give at least 2")]
+    EmptyPlan(usize),
+    /// The plan goes where the stage cannot.
+    #[error(
+        "the scan would go to {position_mm:.3} mm; the stage goes from 0 to {travel_mm} mm: change the plan's start, step or frames"
+    )]
+    BeyondTravel {
+        /// The farthest position, in mm from home.
+        position_mm: f64,
+        /// Length of the travel, in mm.
+        travel_mm: f64,
+    },
+    /// Too much of a frame is at full scale.
+    #[error(
+        "frame {index}: {:.2} % of the samples are at full scale, {:.2} % are allowed (limits.saturated); shorten the exposure \
+         or dim the lamp", 100.0 * share, 100.0 * limit
+    )]
+    Saturated {
+        /// Index of the frame.
+        index: usize,
+        /// Share of the samples, 0 to 1.
+        share: f64,
+        /// What is allowed.
+        limit: f64,
+    },
+    /// The picture stays the same although the stage says that it has moved.
+    #[error(
+        "frame {index} shows what the frame before shows, although the stage says that it has moved by {step_mm} mm; does the \
+         motor stall, or slip on its shaft?"
+    )]
+    NoMotion {
+        /// Index of the frame.
+        index: usize,
+        /// Distance from the frame before, in mm.
+        step_mm: f64,
+    },
+    /// After homing, the last good frame shows something else.
+    #[error(
+        "after homing, frame {frame} taken again differs from what it was: {how}; something has moved: put it back and resume, \
+         or begin a new scan"
+    )]
+    Moved {
+        /// Index of the frame.
+        frame: usize,
+        /// How it differs.
+        how: String,
+    },
+    /// A frame could not be had, however often it was tried.
+    #[error("frame {index} could not be had in {attempts} attempts; the last: {source}")]
+    Hopeless {
+        /// Index of the frame.
+        index: usize,
+        /// Times that it was tried.
+        attempts: usize,
+        /// Why the last attempt failed.
+        source: Box<CaptureError>,
+    },
+    /// The stage did not come back.
+    #[error("the stage did not come back within {wait_s:.0} s: {source}")]
+    StageStaysAway {
+        /// How long was waited.
+        wait_s: f64,
+        /// Why the last attempt failed.
+        source: StageError,
+    },
+    /// A person wants it to end.
+    #[error("paused")]
+    Paused,
+    /// The sequence was not made by a scan, or not by one of this plan.
+    #[error("{} cannot be gone on with: {reason}", path.display())]
+    NotThisScan {
+        /// The folder.
+        path: PathBuf,
+        /// What does not fit.
+        reason: String,
+    },
+    /// The position was lost in the scan, and nobody noticed until the end.
+    #[error(
+        "the scan is complete, but the rig did not stay as it was: {how}; the frames do not show what their positions say: \
+         look for what moves or blocks, and take the scan again"
+    )]
+    NotClosed {
+        /// What differs at the end.
+        how: String,
+    },
+    /// A person did not arrange what was asked for.
+    #[error("{what} was not arranged; set plan.dark and plan.flat to 0 to go without")]
+    NotArranged {
+        /// What was to be in front of the camera.
+        what: &'static str,
+    },
+    /// It stopped before the end, and can be resumed.
+    #[error("{source}; {done} of {planned} frames are in {}: `epirig resume {}` goes on", folder.display(), folder.display())]
+    Interrupted {
+        /// The sequence.
+        folder: PathBuf,
+        /// Frames that are there.
+        done: usize,
+        /// Frames planned.
+        planned: usize,
+        /// Why.
+        source: Box<CaptureError>,
+    },
+}
+
+impl CaptureError {
+    /// The reason behind [`Interrupted`](Self::Interrupted), or itself.
+    pub fn cause(&self) -> &Self {
+        match self {
+            Self::Interrupted { source, .. } => source.cause(),
+            other => other,
+        }
+    }
+
+    /// Whether a person wanted it.
+    pub fn is_wanted(&self) -> bool {
+        matches!(
+            self.cause(),
+            Self::Paused
+                | Self::Stage(StageError::Stopped { .. })
+                | Self::Camera(CameraError::Interrupted { .. })
+        )
+    }
+}

@@ -1,0 +1,86 @@
+//! How long a scan takes and how much it writes, before it is begun.
+
+use std::time::Duration;
+
+use super::CapturePlan;
+
+/// Frame times from a stop until a frame counts: the one that is being exposed when the stage comes to rest, a neighbour to be
+/// compared with, and then those that are averaged.
+const BEFORE_THE_FIRST: u32 = 2;
+
+/// What a scan takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The stage's motions, without the search for home; `None` if its velocity is not known.
+    pub moving: Option<Duration>,
+    /// Waiting for it to come to rest.
+    pub settling: Duration,
+    /// Waiting for frames; `None` if the camera's rate is not known.
+    pub exposing: Option<Duration>,
+    /// Bytes of all frames as they are; compressed they are fewer. `None` if their size is not known.
+    pub bytes: Option<u64>,
+}
+
+impl Estimate {
+    /// All of it, if all is known.
+    pub fn total(&self) -> Option<Duration> {
+        Some(self.moving? + self.settling + self.exposing?)
+    }
+}
+
+impl CapturePlan {
+    /// What this plan takes with frames of `frame_bytes` that come every `interval`, on a stage that takes `duration` for a
+    /// distance in mm.
+    pub fn estimate(
+        &self,
+        frame_bytes: Option<u64>,
+        interval: Option<Duration>,
+        duration: impl Fn(f64) -> Option<Duration>,
+    ) -> Estimate {
+        let stops = self.positions_mm.len() as u32;
+        let (first_mm, last_mm) = (
+            self.positions_mm.first().copied().unwrap_or(0.0),
+            self.positions_mm.last().copied().unwrap_or(0.0),
+        );
+        // From home and through all stops; at the end to the first stop, and home.
+        let ways = [first_mm, last_mm - first_mm, first_mm];
+        let steps = self.positions_mm.windows(2).map(|pair| pair[1] - pair[0]);
+        let moving = ways.into_iter().chain(steps).map(|distance_mm| duration(distance_mm.abs())).sum();
+        let averaged = self.averaged as u32;
+        let others = (self.dark + self.flat) as u32;
+        // The first frame is taken again at the end.
+        let frame_times = (stops + 1) * (BEFORE_THE_FIRST + averaged) + others * averaged;
+        Estimate {
+            moving,
+            settling: self.settle * (stops + 1),
+            exposing: interval.map(|interval| interval * frame_times),
+            bytes: frame_bytes.map(|bytes| bytes * u64::from(stops + others)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scan_takes_the_sum_of_its_parts() {
+        let plan = CapturePlan {
+            settle: Duration::from_millis(200),
+            averaged: 4,
+            dark: 2,
+            ..CapturePlan::at(vec![10.0, 12.0, 14.0])
+        };
+        // A stage of 1 mm/s without ramps.
+        let estimate = plan
+            .estimate(Some(1000), Some(Duration::from_millis(10)), |mm| Some(Duration::from_secs_f64(mm)));
+        // 10 to the first, 2 + 2 steps, 4 back, 10 home.
+        assert_eq!(estimate.moving, Some(Duration::from_secs(28)));
+        assert_eq!(estimate.settling, Duration::from_millis(800));
+        // Four stops of 2 + 4 frame times, and two dark frames of 4.
+        assert_eq!(estimate.exposing, Some(Duration::from_millis(320)));
+        assert_eq!(estimate.bytes, Some(5000));
+        assert_eq!(estimate.total(), Some(Duration::from_millis(29_120)));
+        assert_eq!(plan.estimate(None, None, |_| None).total(), None);
+    }
+}

@@ -1,0 +1,299 @@
+//! The course of a scan: frame by frame, and what to do when something fails.
+
+use std::time::Duration;
+
+use super::archive::Archive;
+use super::motion_watch::MotionWatch;
+use super::rig::Rig;
+use super::{CaptureError, CapturePlan};
+use crate::camera::{Camera, CameraError, Configuration, Moment};
+use crate::frame::Frame;
+use crate::sequence::{
+    ClosureRecord, Event, ExitStatus, FrameKind, ResumedRecord, RetakeRecord, SequenceWriter, StopFacts,
+    TimesRecord, now,
+};
+use crate::stage::{Stage, StageError, StopSwitch};
+
+/// A frame of the scan that is known to be good.
+#[derive(Debug, Clone)]
+pub(super) struct GoodFrame {
+    pub(super) index: usize,
+    pub(super) frame: Frame,
+}
+
+/// How far the rig can be relied on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Trust {
+    /// Everything is as the latest frame was taken.
+    Whole,
+    /// The camera has to be started.
+    CameraStopped,
+    /// The camera was lost; whoever pulled its cable may have pushed it.
+    CameraGone,
+    /// The position is lost.
+    PositionLost,
+}
+
+/// A scan in progress.
+pub(super) struct Scan<'a, 'r> {
+    pub(super) rig: &'a mut Rig<'r>,
+    /// `None` only while it is connected anew.
+    pub(super) stage: Option<Box<dyn Stage>>,
+    pub(super) stop: StopSwitch,
+    pub(super) plan: &'a CapturePlan,
+    pub(super) configuration: Configuration,
+    pub(super) trust: Trust,
+    /// What has happened to the trust, in words.
+    pub(super) lost_by: String,
+    /// The frame before the one in hand.
+    pub(super) latest: Option<GoodFrame>,
+    /// The first frame of the scan.
+    pub(super) first: Option<Frame>,
+    pub(super) motion: MotionWatch,
+    pub(super) times: TimesRecord,
+    pub(super) began: Moment,
+}
+
+impl<'a, 'r> Scan<'a, 'r> {
+    /// Connects to the rig, sets the camera up, homes the stage and goes to the first position: whatever is wrong with a
+    /// rig shows before anything is written.
+    pub(super) fn begin(rig: &'a mut Rig<'r>, plan: &'a CapturePlan) -> Result<Self, CaptureError> {
+        let first_mm = plan.first_mm()?;
+        let mut stage = rig.stages.connect()?;
+        plan.check_travel(stage.travel_mm())?;
+        let configuration = rig.camera.configure(&plan.camera)?;
+        rig.progress.note(&format!("camera set to {configuration}"));
+        configuration.notes.iter().for_each(|note| rig.progress.note(&format!("note: {note}")));
+        let began = rig.camera.now();
+        stage.home()?;
+        // The first move tells whether the positions can be approached at all; and the camera gets used to what it will see.
+        stage.move_to(first_mm)?;
+        rig.camera.start()?;
+        let ready = rig.camera.now();
+        let times = TimesRecord { moving_s: ready.since(began).as_secs_f64(), ..TimesRecord::default() };
+        Ok(Self {
+            rig,
+            stop: stage.stop_switch(),
+            stage: Some(stage),
+            plan,
+            configuration,
+            trust: Trust::Whole,
+            lost_by: String::new(),
+            latest: None,
+            first: None,
+            motion: MotionWatch::default(),
+            times,
+            began,
+        })
+    }
+
+    /// Takes these frames, closes the scan and writes how it ended.
+    pub(super) fn finish(
+        mut self,
+        writer: SequenceWriter,
+        indices: &[usize],
+        prepare: impl FnOnce(&mut Self, &mut Archive) -> Result<(), CaptureError>,
+    ) -> Result<Option<ClosureRecord>, CaptureError> {
+        let mut archive = Archive::new(writer);
+        self.rig.progress.begin("capturing", indices.len() as u64);
+        let taken = prepare(&mut self, &mut archive)
+            .and_then(|()| self.frames(indices, &mut archive))
+            .and_then(|()| Ok(archive.flush()?));
+        self.rig.progress.end();
+        let total = self.rig.camera.now().since(self.began);
+        self.times.total_s = total.as_secs_f64();
+        let closed = taken.and_then(|()| self.close());
+        // A camera that no longer answers has nothing to be stopped.
+        let _ = self.rig.camera.stop();
+        let (status, reason, closure) = match &closed {
+            Ok(closure) => (ExitStatus::Complete, None, closure.clone()),
+            Err(error) if error.is_wanted() => (ExitStatus::Aborted, Some(error.to_string()), None),
+            Err(error) => (ExitStatus::Failed, Some(error.to_string()), None),
+        };
+        let facts = StopFacts { reason, closure, times: Some(self.times) };
+        let finished = archive.finish(status, facts);
+        let closure = closed?;
+        finished?;
+        Ok(closure)
+    }
+
+    fn frames(&mut self, indices: &[usize], archive: &mut Archive) -> Result<(), CaptureError> {
+        for (position, &index) in indices.iter().enumerate() {
+            if position > 0 && self.rig.pause.pressed() {
+                return Err(CaptureError::Paused);
+            }
+            self.frame(index, archive)?;
+            self.rig.progress.advance(1);
+        }
+        Ok(())
+    }
+
+    /// Takes a frame, again if it is not good.
+    fn frame(&mut self, index: usize, archive: &mut Archive) -> Result<(), CaptureError> {
+        let mut attempt = 1;
+        loop {
+            let taken = self.regain(archive).and_then(|()| self.step(index, attempt));
+            let error = match taken {
+                Ok((frame, facts)) => {
+                    archive.frame(FrameKind::Scan, index, frame.clone(), facts)?;
+                    if index == 0 {
+                        self.first = Some(frame.clone());
+                    }
+                    self.latest = Some(GoodFrame { index, frame });
+                    return Ok(());
+                }
+                Err(error) => error,
+            };
+            let Some(lost) = lost_trust(&error) else { return Err(error) };
+            if lost > self.trust {
+                self.trust = lost;
+            }
+            self.lost_by = error.to_string();
+            self.rig.progress.note(&format!("frame {index}, attempt {attempt}: {error}"));
+            let reason = error.to_string();
+            archive.note(Event::Retake(RetakeRecord { index, attempt, reason, at: now() }))?;
+            if attempt > self.plan.limits.retakes {
+                return Err(CaptureError::Hopeless { index, attempts: attempt, source: Box::new(error) });
+            }
+            attempt += 1;
+        }
+    }
+
+    /// Makes the rig what it was, as far as that has been lost.
+    fn regain(&mut self, archive: &mut Archive) -> Result<(), CaptureError> {
+        match self.trust {
+            Trust::Whole => return Ok(()),
+            Trust::CameraStopped => {
+                self.rig.camera.start()?;
+                self.trust = Trust::Whole;
+                return Ok(());
+            }
+            Trust::CameraGone => {
+                self.wait_for_camera()?;
+                self.trust = Trust::PositionLost;
+            }
+            Trust::PositionLost => {}
+        }
+        self.wait_for_stage()?;
+        // An error of its own may have stopped it meanwhile.
+        self.rig.camera.start()?;
+        let after = std::mem::take(&mut self.lost_by);
+        let resumed = self.go_on(after)?;
+        archive.note(Event::Resumed(resumed))?;
+        Ok(())
+    }
+
+    /// Where the position is known again: compares the last good frame with what is seen there now.
+    pub(super) fn go_on(&mut self, after: String) -> Result<ResumedRecord, CaptureError> {
+        let home_shift_mm = self.stage_now()?.home_shift_mm();
+        let latest = self.latest.take();
+        let comparison = latest.as_ref().map(|good| self.compare(good)).transpose();
+        self.latest = latest;
+        let comparison = comparison?.flatten();
+        self.trust = Trust::Whole;
+        let words = comparison.as_ref().map_or_else(
+            || "there is no frame to compare".to_owned(),
+            |found| {
+                let moved_px = found.x_px.hypot(found.y_px);
+                format!("frame {} taken again has moved by {moved_px:.3} px", found.frame)
+            },
+        );
+        self.rig.progress.note(&format!("the scan goes on: the stage is homed; {words}"));
+        Ok(ResumedRecord { after, home_shift_mm, comparison, at: now() })
+    }
+
+    fn wait_for_camera(&mut self) -> Result<(), CaptureError> {
+        /// How long a person who stops it waits, at most.
+        const SLICE: Duration = Duration::from_secs(1);
+        let wait = self.plan.limits.wait;
+        self.rig.progress.note(&format!("waiting up to {:.0} s for the camera", wait.as_secs_f64()));
+        let until = self.rig.camera.now().after(wait);
+        loop {
+            let left = until.since(self.rig.camera.now());
+            match self.rig.camera.reconnect(SLICE.min(left)) {
+                Err(CameraError::StaysAway { .. }) if self.is_to_end() => return Err(CaptureError::Paused),
+                Err(CameraError::StaysAway { .. }) if left > SLICE => {}
+                Err(CameraError::StaysAway { camera, why, .. }) => {
+                    return Err(CameraError::StaysAway { camera, patience: wait, why }.into());
+                }
+                done => return Ok(done?),
+            }
+        }
+    }
+
+    /// Homes the stage; connects to it anew if that does not work.
+    fn wait_for_stage(&mut self) -> Result<(), CaptureError> {
+        /// How long a stage is left alone between two attempts to reach it.
+        const PAUSE: Duration = Duration::from_millis(500);
+        let wait = self.plan.limits.wait;
+        let until = std::time::Instant::now() + wait;
+        let mut told = false;
+        let before = self.rig.camera.now();
+        loop {
+            let attempt = match &mut self.stage {
+                Some(stage) => stage.home(),
+                None => self.rig.stages.connect().and_then(|mut stage| {
+                    self.stop = stage.stop_switch();
+                    let homed = stage.home();
+                    self.stage = Some(stage);
+                    homed
+                }),
+            };
+            let source = match attempt {
+                Ok(()) => break,
+                Err(error @ StageError::Stopped { .. }) => return Err(error.into()),
+                Err(error) => error,
+            };
+            if !std::mem::replace(&mut told, true) {
+                let wait_s = wait.as_secs_f64();
+                self.rig.progress.note(&format!("waiting up to {wait_s:.0} s for the stage: {source}"));
+            }
+            if self.is_to_end() {
+                return Err(CaptureError::Paused);
+            }
+            if std::time::Instant::now() >= until {
+                return Err(CaptureError::StageStaysAway { wait_s: wait.as_secs_f64(), source });
+            }
+            // Its port must be free before it can be opened again.
+            self.stage = None;
+            std::thread::sleep(PAUSE);
+        }
+        self.times.moving_s += self.rig.camera.now().since(before).as_secs_f64();
+        Ok(())
+    }
+
+    fn is_to_end(&self) -> bool {
+        self.rig.pause.pressed() || self.stop.pressed().is_some()
+    }
+
+    pub(super) fn stage_now(&mut self) -> Result<&mut Box<dyn Stage>, CaptureError> {
+        // Without a stage the trust is gone, and everything begins with regaining it.
+        self.stage.as_mut().ok_or(CaptureError::Stage(StageError::NotHomed))
+    }
+
+    pub(super) fn camera(&mut self) -> &mut dyn Camera {
+        self.rig.camera
+    }
+}
+
+/// What an error leaves of the trust in the rig; `None` if trying again is of no use.
+fn lost_trust(error: &CaptureError) -> Option<Trust> {
+    match error {
+        CaptureError::Stage(
+            StageError::Stopped { .. } | StageError::OutsideTravel { .. } | StageError::NoApproach { .. },
+        ) => None,
+        CaptureError::Stage(_) | CaptureError::NoMotion { .. } => Some(Trust::PositionLost),
+        CaptureError::Camera(CameraError::Gone { .. }) => Some(Trust::CameraGone),
+        CaptureError::Camera(
+            CameraError::Timeout { .. }
+            | CameraError::Unsteady { .. }
+            | CameraError::NoSignal { .. }
+            | CameraError::Stream { .. }
+            | CameraError::ControlChanged { .. }
+            | CameraError::Substituted { .. }
+            | CameraError::System { .. },
+        ) => Some(Trust::CameraStopped),
+        CaptureError::Saturated { .. } => Some(Trust::Whole),
+        _ => None,
+    }
+}

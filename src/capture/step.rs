@@ -1,0 +1,96 @@
+//! One stop of the scan: move, settle, look, and certify.
+
+use super::scan::Scan;
+use super::{CaptureError, records};
+use crate::camera::{self, CameraError, TakenFrame, average};
+use crate::frame::Frame;
+use crate::sequence::{CertificateRecord, FrameFacts};
+use crate::stage::StageError;
+
+impl Scan<'_, '_> {
+    /// Goes to the position `index`, takes a frame there, and makes sure that it is good.
+    pub(super) fn step(&mut self, index: usize, attempt: usize) -> Result<(Frame, FrameFacts), CaptureError> {
+        let commanded_mm = self.plan.positions_mm[index];
+        let begun = self.camera().now();
+        self.stage_now()?.move_to(commanded_mm)?;
+        let before_mm = self.check_position(commanded_mm)?;
+        let arrived = self.camera().now();
+        self.times.moving_s += arrived.since(begun).as_secs_f64();
+        let at_rest = arrived.after(self.plan.settle);
+        let (frame, exposures) = self.look(at_rest)?;
+        // Read again after the exposure: a stage that has crept away or restarted meanwhile spoils the frame.
+        let after_mm = self.check_position(commanded_mm)?;
+        self.times.settling_s += self.plan.settle.as_secs_f64();
+        self.times.exposing_s += self.camera().now().since(at_rest).as_secs_f64();
+        let limits = &self.plan.limits;
+        let share = frame.samples().count_at_least(frame.full_scale()) as f64 / frame.samples().len() as f64;
+        if share > limits.saturated {
+            return Err(CaptureError::Saturated { index, share, limit: limits.saturated });
+        }
+        let last = exposures.last();
+        if let Some(good) = self.latest.as_ref().filter(|good| good.index + 1 == index) {
+            let noise_dn = last.and_then(|facts| facts.difference_dn);
+            let step_mm = commanded_mm - self.plan.positions_mm[good.index];
+            if !self.motion.moved(&good.frame, &frame, noise_dn, self.configuration.bit_depth) {
+                return Err(CaptureError::NoMotion { index, step_mm });
+            }
+        }
+        let certificate = CertificateRecord {
+            attempt,
+            readings_mm: [before_mm, after_mm],
+            position_tolerance_mm: limits.position_mm,
+            settle_ms: self.plan.settle.as_secs_f64() * 1e3,
+            controls_as_set: last.map_or(0, |facts| facts.controls.len()),
+            saturated_share: share,
+            saturated_limit: limits.saturated,
+        };
+        let facts = FrameFacts {
+            commanded_mm: Some(commanded_mm),
+            reported_mm: Some(after_mm),
+            camera_sequence: last.map(|exposure| exposure.sequence),
+            exposure: records::exposure_record(&exposures),
+            certificate: Some(certificate),
+            source: None,
+        };
+        Ok((frame, facts))
+    }
+
+    /// The reported position, if it is the commanded one.
+    fn check_position(&mut self, commanded_mm: f64) -> Result<f64, CaptureError> {
+        let tolerance_mm = self.plan.limits.position_mm;
+        let reported_mm = self.stage_now()?.position_mm()?;
+        let agrees = (reported_mm - commanded_mm).abs() <= tolerance_mm;
+        if !agrees {
+            return Err(StageError::Disagrees { commanded_mm, reported_mm, tolerance_mm }.into());
+        }
+        Ok(reported_mm)
+    }
+
+    /// A frame, or the mean of several, begun after `at_rest`.
+    pub(super) fn look(
+        &mut self,
+        at_rest: camera::Moment,
+    ) -> Result<(Frame, Vec<camera::FrameFacts>), CaptureError> {
+        if self.plan.averaged > 1 {
+            let stop = self.stop.clone();
+            let averaged =
+                average(self.rig.camera, at_rest, self.plan.averaged, &|| stop.pressed().is_none());
+            let averaged = averaged.map_err(|error| self.as_stop(error))?;
+            return Ok((averaged.frame, averaged.facts));
+        }
+        let taken = self.rig.camera.grab_after(at_rest).map_err(|error| self.as_stop(error))?;
+        let TakenFrame { frame, facts } = taken;
+        Ok((frame, vec![facts]))
+    }
+
+    /// Whoever stops the stage in the middle of an average stops the scan.
+    fn as_stop(&mut self, error: CameraError) -> CaptureError {
+        match error {
+            CameraError::Interrupted { .. } => {
+                let position_mm = self.stage.as_mut().and_then(|stage| stage.position_mm().ok());
+                StageError::Stopped { position_mm }.into()
+            }
+            other => other.into(),
+        }
+    }
+}

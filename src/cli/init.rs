@@ -1,0 +1,107 @@
+//! `epirig init`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+
+use super::{CliError, Talk};
+use crate::camera::pixels::PixelFormat;
+use crate::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
+use crate::link::{LinkError, PortFacts, ports};
+use crate::profile::{Findings, FoundCamera, commented};
+
+/// Write a rig profile from what is connected
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig init                     writes rig.toml here, which other commands then take
+  epirig init --out lab/rig.toml
+
+Serial ports and cameras that are connected are filled in; everything else stands there as a comment, with what it
+means. A file that exists is refused.")]
+pub(super) struct Init {
+    /// The file to write
+    #[arg(long, value_name = "FILE", default_value = "rig.toml")]
+    out: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Written {
+    file: String,
+    ports: Vec<String>,
+    cameras: Vec<String>,
+}
+
+impl Init {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let findings = findings()?;
+        write_new(&self.out, commented(&findings).as_bytes())?;
+        let written = Written {
+            file: self.out.display().to_string(),
+            cameras: findings.cameras.iter().map(|camera| camera.choice.clone()).collect(),
+            ports: findings.ports,
+        };
+        talk.result(&written, || {
+            let list = |found: &[String], what: &str| match found {
+                [] => format!("no {what} found"),
+                found => format!("{what}: {}", found.join(", ")),
+            };
+            format!(
+                "{} written ({}; {})\nfill in the plan and the optics, then `epirig doctor --rig {}` examines the rig\n",
+                written.file,
+                list(&written.ports, "serial port"),
+                list(&written.cameras, "camera"),
+                written.file
+            )
+        })
+    }
+}
+
+fn findings() -> Result<Findings, CliError> {
+    let mut ports = match ports() {
+        Err(LinkError::NotBuilt { .. }) => Vec::new(),
+        found => found?,
+    };
+    // Stages are on USB, as a rule.
+    ports.sort_by_key(|port| port.usb.is_none());
+    let cameras = match cameras() {
+        Err(CameraError::NotBuilt { .. }) => Vec::new(),
+        found => found?,
+    };
+    Ok(Findings {
+        ports: ports.iter().map(port_choice).collect(),
+        cameras: cameras.iter().map(found_camera).collect(),
+    })
+}
+
+/// The name that stays the same when cables are moved, if there is one.
+fn port_choice(port: &PortFacts) -> String {
+    let serial_number = port.usb.as_ref().and_then(|usb| usb.serial_number.as_ref());
+    serial_number.map_or_else(|| port.path.clone(), |serial_number| format!("usb:{serial_number}"))
+}
+
+fn found_camera(identity: &CameraIdentity) -> FoundCamera {
+    let offered = V4l2Device::open(&identity.name()).and_then(|device| V4l2Camera::new(device).offered());
+    // A camera that another program uses is there all the same.
+    let formats = offered.unwrap_or_default();
+    let known = formats.iter().filter(|format| PixelFormat::from_four_cc(format.four_cc).is_some());
+    FoundCamera {
+        choice: identity.links.first().cloned().unwrap_or_else(|| identity.name()),
+        model: identity.model.clone(),
+        formats: known.map(|format| format.four_cc.to_string()).collect(),
+    }
+}
+
+/// Whole, or not at all; what exists stays.
+fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+    if path.exists() {
+        return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
+    }
+    let write = || {
+        let mut file = atomic_write_file::AtomicWriteFile::open(path)?;
+        file.write_all(bytes)?;
+        file.commit()
+    };
+    write().map_err(|source| CliError::File { path: path.to_owned(), action: "write", source })
+}

@@ -1,0 +1,58 @@
+//! `epirig resume`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::scan::{Course, Devices, scan};
+use super::{CliError, Talk};
+use crate::profile::{Driver, Profile};
+use crate::sequence::{Origin, Sequence};
+
+/// Go on with a scan that was interrupted
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig resume seq
+  epirig resume seq --port /dev/ttyUSB1        the stage has another port now
+
+The rig is that of the scan (sequence.json). The frames that are there are checked, the stage is homed, the last good
+frame is taken again and compared: if the picture has moved, nothing goes on. Then the missing frames are taken.")]
+pub(super) struct Resume {
+    /// Folder of the sequence
+    #[arg(value_name = "SEQ")]
+    sequence: PathBuf,
+    /// The stage's port, if it is another one now: a path, usb:SERIAL or usb:VID:PID
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
+    /// The camera's name, if it is another one now: a path, a name in /dev/v4l/by-id, usb:SERIAL
+    #[arg(long, value_name = "CAMERA")]
+    camera: Option<String>,
+}
+
+impl Resume {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let mut profile = self.recorded()?;
+        if profile.stage.driver == Driver::Sim && self.port.is_some() {
+            return Err(CliError::Usage("the stage of this scan is simulated; leave --port out".to_owned()));
+        }
+        profile.stage.port = self.port.clone().or(profile.stage.port);
+        profile.camera.device = self.camera.clone().or(profile.camera.device);
+        let devices = Devices::of(&profile, None, talk)?;
+        let captured = scan(devices, &self.sequence, Course::Resumed, talk)?;
+        talk.result(&captured, || captured.describe())
+    }
+
+    /// The profile that the scan was begun with.
+    fn recorded(&self) -> Result<Profile, CliError> {
+        let sequence = Sequence::open(&self.sequence)?;
+        let folder = self.sequence.display();
+        let Origin::Captured { rig: Some(rig), .. } = &sequence.record().origin else {
+            return Err(CliError::Usage(format!(
+                "{folder} was not made by `epirig capture`; it cannot be resumed"
+            )));
+        };
+        serde_json::from_value(rig.clone()).map_err(|error| {
+            CliError::Integrity(format!("{folder}/sequence.json: its rig cannot be understood: {error}"))
+        })
+    }
+}

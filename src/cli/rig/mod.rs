@@ -1,0 +1,15 @@
+//! The rig that a command works with: which profile, what the command line changes of it, and the devices it describes.
+
+mod assistant;
+mod camera;
+mod plan;
+mod profile;
+mod stage;
+mod twin;
+
+pub(super) use assistant::Hands;
+pub(super) use camera::{CameraArgument, CameraArguments, camera_settings, open_camera, tell_configuration};
+pub(super) use plan::{PlanArguments, capture_plan};
+pub(super) use profile::{Options, RigArgument};
+pub(super) use stage::{StageArguments, Stages, home, sim_config};
+pub(super) use twin::{simulated_twin, twin_config};

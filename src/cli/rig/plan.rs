@@ -1,0 +1,85 @@
+//! What is to be done with the rig.
+
+use clap::Args;
+
+use super::profile::{Options, rig_missing};
+use super::{camera_settings, twin_config};
+use crate::capture::{CaptureLimits, CapturePlan, FocalLength, Lens};
+use crate::cli::CliError;
+use crate::profile::{self, Profile};
+
+/// The plan of a scan.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "The plan")]
+pub(in crate::cli) struct PlanArguments {
+    /// Distance between stops
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    step_mm: Option<String>,
+    /// Number of frames
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frames: Option<String>,
+    /// Position of the first frame, from home
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    start_mm: Option<String>,
+    /// How long the stage swings after a move [default: 200]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    settle_ms: Option<String>,
+    /// Average so many frames to one of 16 bit at each stop [default: 1]
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    average: Option<String>,
+    /// How long to wait for a camera or a stage that goes in the middle of the scan [default: 300]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    wait_s: Option<String>,
+    /// Focal length of the lens, in px; the principal point is taken to be the middle of the image
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    focal_length_px: Option<String>,
+}
+
+impl PlanArguments {
+    /// As keys of a profile.
+    pub(in crate::cli) fn options(&self, options: &mut Options) {
+        options.add("plan.step_mm", "--step-mm", self.step_mm.as_ref());
+        options.add("plan.frames", "--frames", self.frames.as_ref());
+        options.add("plan.start_mm", "--start-mm", self.start_mm.as_ref());
+        options.add("plan.settle_ms", "--settle-ms", self.settle_ms.as_ref());
+        options.add("plan.average", "--average", self.average.as_ref());
+        options.add("limits.wait_s", "--wait-s", self.wait_s.as_ref());
+        options.add("optics.focal_length_px", "--focal-length-px", self.focal_length_px.as_ref());
+    }
+}
+
+/// What a profile plans.
+pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, CliError> {
+    let positions_mm = profile.plan.positions_mm().ok_or_else(|| {
+        rig_missing("how far the stage is to go and how often (plan.step, plan.frames; --step-mm, --frames) is not known")
+    })?;
+    let limits = &profile.limits;
+    let is_simulated = profile.camera.device.as_deref() == Some("sim");
+    let twin = if is_simulated { serde_json::to_value(twin_config(profile)).ok() } else { None };
+    Ok(CapturePlan {
+        settle: profile.plan.settle,
+        camera: camera_settings(profile)?,
+        averaged: profile.plan.average,
+        dark: profile.plan.dark,
+        flat: profile.plan.flat,
+        limits: CaptureLimits {
+            retakes: limits.retakes,
+            saturated: limits.saturated,
+            position_mm: limits.position_mm,
+            shift_px: limits.shift_px,
+            wait: limits.wait,
+        },
+        lens: lens(&profile.optics),
+        rig: Some(serde_json::to_value(profile).map_err(std::io::Error::other)?),
+        twin,
+        ..CapturePlan::at(positions_mm)
+    })
+}
+
+fn lens(optics: &profile::OpticsProfile) -> Option<Lens> {
+    let focal_length = match optics.focal_length? {
+        profile::FocalLength::Px(px) => FocalLength::Px(px),
+        profile::FocalLength::Mm(length_mm) => FocalLength::ImageWidths(length_mm / optics.sensor_width_mm?),
+    };
+    Some(Lens { focal_length, principal_point_px: optics.principal_point_px })
+}

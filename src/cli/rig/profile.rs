@@ -1,0 +1,103 @@
+//! Where a profile comes from, and what the command line changes of it.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::cli::CliError;
+use crate::profile::{Override, Profile, SIM, overrides_from_environment};
+
+/// The profile that is taken if none is named, where a person works ...
+const LOCAL: &str = "rig.toml";
+/// ... or for all their work.
+const GLOBAL: &str = "epirig/rig.toml";
+/// The name of the simulated rig.
+const SIMULATED: &str = "sim";
+/// Older and shorter names of what the environment sets most often.
+const SHORT_NAMES: [(&str, &str); 3] =
+    [("EPIRIG_PORT", "stage.port"), ("EPIRIG_DRIVER", "stage.driver"), ("EPIRIG_CAMERA", "camera.device")];
+
+/// Which rig.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "The rig")]
+pub(in crate::cli) struct RigArgument {
+    /// Its profile: a file, or sim for the simulated rig [default: rig.toml here, else ~/.config/epirig/rig.toml, else none]
+    #[arg(long, value_name = "FILE|sim", env = "EPIRIG_RIG")]
+    rig: Option<PathBuf>,
+    /// Change a key of the profile, as often as needed: --set plan.step="2 mm"
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// What options of the command line say, as keys of a profile.
+#[derive(Debug, Default)]
+pub(in crate::cli) struct Options(Vec<Override>);
+
+impl Options {
+    /// What the option `from` says of `key`, if it was given.
+    pub(in crate::cli) fn add(&mut self, key: &str, from: &str, value: Option<impl ToString>) {
+        let value = value.map(|value| value.to_string());
+        self.0.extend(value.map(|value| Override { key: key.to_owned(), value, from: from.to_owned() }));
+    }
+}
+
+impl RigArgument {
+    /// The profile, with what the environment, `--set` and other options change: later ones count.
+    pub(in crate::cli) fn profile(&self, options: Options) -> Result<Profile, CliError> {
+        let (text, source) = match self.file() {
+            None => (String::new(), String::new()),
+            Some(path) if path == Path::new(SIMULATED) => (SIM.to_owned(), "the simulated rig".to_owned()),
+            Some(path) => (read(&path)?, path.display().to_string()),
+        };
+        let mut overrides = self.environment()?;
+        for text in &self.set {
+            overrides.push(Override::parse(text, "--set")?);
+        }
+        overrides.extend(options.0);
+        Ok(Profile::read(&text, &source, &overrides)?)
+    }
+
+    fn file(&self) -> Option<PathBuf> {
+        self.rig.clone().or_else(|| {
+            let configured = std::env::var_os("XDG_CONFIG_HOME").map(PathBuf::from);
+            let home = std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".config"));
+            let global = configured.or(home).map(|folder| folder.join(GLOBAL));
+            std::iter::once(PathBuf::from(LOCAL)).chain(global).find(|path| path.is_file())
+        })
+    }
+
+    fn environment(&self) -> Result<Vec<Override>, CliError> {
+        let mut overrides = Vec::new();
+        // Whoever names the simulated rig does not want the port of a real one.
+        if self.rig.as_deref() != Some(Path::new(SIMULATED)) {
+            for (name, key) in SHORT_NAMES {
+                let value = std::env::var(name).ok().filter(|value| !value.is_empty());
+                overrides.extend(value.map(|value| Override {
+                    key: key.to_owned(),
+                    value,
+                    from: name.to_owned(),
+                }));
+            }
+        }
+        overrides.extend(overrides_from_environment(std::env::vars_os())?);
+        Ok(overrides)
+    }
+}
+
+fn read(path: &Path) -> Result<String, CliError> {
+    std::fs::read_to_string(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => CliError::Usage(format!(
+            "there is no rig profile {}; `epirig init` writes one, `--rig sim` needs no hardware",
+            path.display()
+        )),
+        _ => CliError::File { path: path.to_owned(), action: "read", source: error },
+    })
+}
+
+/// Of a command that needs a plan and knows none.
+pub(in crate::cli) fn rig_missing(lacks: &str) -> CliError {
+    CliError::Usage(format!(
+        "{lacks}, and there is no rig profile that says it (rig.toml here, or --rig FILE); `epirig init` writes one, `--rig sim` \
+         needs no hardware"
+    ))
+}

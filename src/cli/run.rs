@@ -1,0 +1,84 @@
+//! `epirig run`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+
+use super::capture::RigArguments;
+use super::match_arguments::MatchArguments;
+use super::matching::{advise, describe};
+use super::scan::{Captured, Course, Devices, scan};
+use super::{CliError, Talk};
+use crate::epi::MatchOptions;
+use crate::measure::{Measurement, measure};
+use crate::plane::Plane;
+use crate::results::{MatchSummary, ResultsFolder};
+use crate::sequence::Sequence;
+
+/// Measure: examine the rig, capture, match, and write the results
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig run --out tile-0042                                    as rig.toml says
+  epirig run --out tile-0042 --rig sim --set plan.frames=51     no hardware needed
+  epirig run --out tile-0042 --reference middle
+
+It does what `epirig doctor --short`, `capture` and `match` do, one after another; DIR is the sequence, DIR/results are the
+results. Frames are matched as the camera gives them: epirig does not calibrate or rectify yet. If the scan is
+interrupted, `epirig resume DIR` and `epirig match DIR` do the rest.")]
+pub(super) struct Run {
+    /// Folder of the new sequence and its results
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    #[command(flatten)]
+    rig: RigArguments,
+    #[command(flatten)]
+    matching: MatchArguments,
+}
+
+#[derive(Serialize)]
+struct RunOutput<'a> {
+    captured: &'a Captured,
+    summary: &'a MatchSummary,
+}
+
+/// A measurement whose results are not yet in their place.
+pub(super) struct Measured {
+    pub(super) captured: Captured,
+    pub(super) measurement: Measurement,
+    pub(super) results: ResultsFolder,
+}
+
+impl Run {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let profile = self.rig.profile()?;
+        let devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
+        let measured = measure_object(devices, &self.matching.options(), &self.out, None, talk)?;
+        let Measured { captured, measurement, results } = measured;
+        results.commit()?;
+        advise(&measurement, talk);
+        let output = RunOutput { captured: &captured, summary: &measurement.summary };
+        talk.result(&output, || {
+            let picture = self.out.join("results").join("disparity.png");
+            format!("{}{}look at {}\n", captured.describe(), describe(&measurement), picture.display())
+        })
+    }
+}
+
+/// From the rig to results: each step on what the one before has left in `folder`. `truth` is drawn beside the disparity
+/// and used for nothing else.
+pub(super) fn measure_object(
+    devices: Devices<'_>,
+    options: &MatchOptions,
+    folder: &Path,
+    truth: Option<&Plane<f32>>,
+    talk: &Talk,
+) -> Result<Measured, CliError> {
+    let captured = scan(devices, folder, Course::New, talk)?;
+    let sequence = Sequence::open(folder)?;
+    let record = sequence.record();
+    options.check(record.rows, record.columns, sequence.frames().len())?;
+    let results = ResultsFolder::create(&folder.join("results"), false)?;
+    let measurement = measure(&sequence, options, None, truth, &results, talk)?;
+    Ok(Measured { captured, measurement, results })
+}

@@ -1,0 +1,120 @@
+//! A scan with the rig of a profile: what `capture`, `resume`, `run` and `demo` have in common.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::rig::{Hands, Stages, capture_plan, open_camera};
+use super::{CliError, Talk, interrupt};
+use crate::camera::Camera;
+use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
+use crate::profile::{Driver, Profile};
+use crate::sequence::{ClosureRecord, Event, RealDisk, Sequence, TimesRecord};
+
+/// The devices of a profile, and what is planned with them.
+pub(super) struct Devices<'a> {
+    pub(super) stages: Stages<'a>,
+    pub(super) camera: Box<dyn Camera>,
+    pub(super) plan: CapturePlan,
+}
+
+impl<'a> Devices<'a> {
+    pub(super) fn of(
+        profile: &'a Profile,
+        transcript: Option<&Path>,
+        talk: &'a Talk,
+    ) -> Result<Self, CliError> {
+        let plan = capture_plan(profile)?;
+        let simulated = profile.camera.device.as_deref() == Some("sim");
+        if simulated && profile.stage.driver != Driver::Sim {
+            return Err(CliError::Usage(
+                "--camera sim looks at the stage in memory; add --driver sim".to_owned(),
+            ));
+        }
+        let stages = Stages::new(profile, transcript, talk)?;
+        let camera = open_camera(profile, &stages.watch())?;
+        Ok(Self { stages, camera, plan })
+    }
+}
+
+/// Whether a scan is new.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Course {
+    New,
+    Resumed,
+}
+
+/// What a scan has brought.
+#[derive(Debug, Serialize)]
+pub(super) struct Captured {
+    pub(super) folder: String,
+    pub(super) frames: usize,
+    pub(super) retakes: usize,
+    pub(super) closure: Option<ClosureRecord>,
+    pub(super) times: Option<TimesRecord>,
+    pub(super) overhead: Option<f64>,
+}
+
+/// Takes the frames that the sequence in `folder` lacks.
+pub(super) fn scan(
+    mut devices: Devices<'_>,
+    folder: &Path,
+    course: Course,
+    talk: &Talk,
+) -> Result<Captured, CliError> {
+    let pause = PauseSwitch::default();
+    interrupt::pauses(pause.clone());
+    let mut rig = Rig {
+        stages: &mut devices.stages,
+        camera: &mut *devices.camera,
+        assistant: &mut Hands(talk),
+        pause,
+        progress: talk,
+    };
+    let taken = match course {
+        Course::New => capture::capture(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
+        Course::Resumed => capture::resume(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
+    };
+    // What comes after the scan ends at the first Ctrl-C.
+    interrupt::stops_nothing();
+    let closure = taken?;
+    let sequence = Sequence::open(folder)?;
+    let times = sequence.stop().and_then(|stop| stop.times);
+    Ok(Captured {
+        folder: folder.display().to_string(),
+        frames: sequence.frames().len(),
+        retakes: sequence.events().iter().filter(|event| matches!(event, Event::Retake(_))).count(),
+        closure,
+        times,
+        overhead: times.as_ref().and_then(TimesRecord::overhead),
+    })
+}
+
+impl Captured {
+    /// For a person.
+    pub(super) fn describe(&self) -> String {
+        let Self { folder, frames, .. } = self;
+        let retakes = match self.retakes {
+            0 => String::new(),
+            1 => ", 1 attempt failed and was repeated".to_owned(),
+            count => format!(", {count} attempts failed and were repeated"),
+        };
+        let home = self.closure.as_ref().and_then(|closure| closure.home_shift_mm);
+        let home = home
+            .map_or(String::new(), |shift_mm| format!("home found again within {:.4} mm; ", shift_mm.abs()));
+        let picture = self.closure.as_ref().and_then(|closure| closure.comparison.as_ref());
+        let picture = picture.map_or(String::new(), |found| {
+            let moved_px = found.x_px.hypot(found.y_px);
+            format!(
+                "the first frame, taken again, has moved by {moved_px:.4} px (sigma {:.4}), its light by {:+.2} %",
+                found.sigma_px,
+                100.0 * (found.light - 1.0)
+            )
+        });
+        let closing = match home + &picture {
+            none if none.is_empty() => String::new(),
+            words => format!("closing: {words}\n"),
+        };
+        format!("{frames} frames in {folder}{retakes}\n{closing}`epirig verify {folder}` checks them\n")
+    }
+}

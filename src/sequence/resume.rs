@@ -1,0 +1,79 @@
+//! Going on with a sequence that was interrupted at any moment.
+
+use std::fs::{self, File, TryLockError};
+use std::path::Path;
+
+use super::SequenceError;
+use super::disk::{Disk, IN_THE_MAKING};
+use super::reader::{JOURNAL, STOP, Sequence};
+use super::record::Event;
+use super::writer::{FrameKind, SequenceWriter};
+
+impl SequenceWriter {
+    /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files in the making and the
+    /// record of an earlier end.
+    ///
+    /// # Errors
+    /// [`SequenceError`] if it is no sequence, another program writes it, or it cannot be read or written.
+    pub fn resume_on(mut disk: Box<dyn Disk>, folder: &Path) -> Result<Self, SequenceError> {
+        let sequence = Sequence::open(folder)?;
+        let lock = lock(folder)?;
+        let journal = folder.join(JOURNAL);
+        let journal_bytes =
+            mend_journal(&mut *disk, &journal).map_err(SequenceError::io("mend", &journal))?;
+        for place in ["", FrameKind::Scan.folder(), FrameKind::Dark.folder(), FrameKind::Flat.folder()] {
+            let place = folder.join(place);
+            remove_unfinished(&mut *disk, &place).map_err(SequenceError::io("tidy up", &place))?;
+        }
+        let stop = folder.join(STOP);
+        if stop.exists() {
+            let removed = disk.remove(&stop).and_then(|()| disk.sync(folder));
+            removed.map_err(SequenceError::io("remove", &stop))?;
+        }
+        let named = sequence.frames().iter().map(|frame| frame.index).collect();
+        Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named })
+    }
+}
+
+/// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's length.
+fn mend_journal(disk: &mut dyn Disk, path: &Path) -> std::io::Result<u64> {
+    let bytes = fs::read(path)?;
+    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+    if whole == bytes.len() {
+        return Ok(whole as u64);
+    }
+    if serde_json::from_slice::<Event>(&bytes[whole..]).is_ok() {
+        disk.append(path, b"\n")?;
+        disk.sync(path)?;
+        return Ok(bytes.len() as u64 + 1);
+    }
+    disk.cut(path, whole as u64)?;
+    disk.sync(path)?;
+    Ok(whole as u64)
+}
+
+fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        entries => entries?,
+    };
+    for entry in entries {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with('.') && name.ends_with(IN_THE_MAKING) {
+            disk.remove(&path)?;
+        }
+    }
+    Ok(())
+}
+
+/// Keeps other programs from writing the same sequence, where the file system knows locks.
+pub(super) fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
+    let path = folder.join(JOURNAL);
+    let journal = File::open(&path).map_err(SequenceError::io("read", &path))?;
+    match journal.try_lock() {
+        Ok(()) => Ok(Some(journal)),
+        Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}

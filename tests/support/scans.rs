@@ -1,0 +1,76 @@
+//! Small simulated scans, and what is to come of them.
+
+#![allow(dead_code, reason = "each test program uses a part of this")]
+#![allow(unreachable_pub, reason = "a module of test programs has no outside")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use epirig::camera::SimCamera;
+use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, capture, resume};
+use epirig::progress::Silent;
+use epirig::sequence::{ClosureRecord, Disk, Sequence, verify};
+use epirig::stage::{SimStage, SimStageConfig, Stage, StagePosition};
+use epirig::twin::{Twin, TwinConfig};
+
+pub const FRAMES: usize = 6;
+
+/// A noise-free twin: frames of one place are the same to the byte.
+pub fn twin() -> Arc<Twin> {
+    Arc::new(Twin::new(TwinConfig::textured_plane(64, 48, FRAMES)).unwrap())
+}
+
+pub fn plan(twin: &Twin) -> CapturePlan {
+    CapturePlan { dark: 1, ..CapturePlan::at(twin.config().scan.positions_mm()) }
+}
+
+/// Puts nothing anywhere: dark frames of the simulated camera show the object.
+pub struct Willing;
+
+impl Assistant for Willing {
+    fn arrange(&mut self, _arrangement: Arrangement) -> bool {
+        true
+    }
+}
+
+/// A new scan, or one that goes on, with a rig that has just been switched on.
+pub fn scan(
+    twin: &Arc<Twin>,
+    plan: &CapturePlan,
+    folder: &Path,
+    disk: Box<dyn Disk>,
+    pause: &PauseSwitch,
+) -> Result<Option<ClosureRecord>, CaptureError> {
+    let watch = StagePosition::default();
+    let seen = watch.clone();
+    let mut stages = move || {
+        Ok(Box::new(SimStage::seen_through(SimStageConfig::ideal(200.0), seen.clone())) as Box<dyn Stage>)
+    };
+    let mut camera = SimCamera::before_twin(Arc::clone(twin), watch);
+    let mut rig = Rig {
+        stages: &mut stages,
+        camera: &mut camera,
+        assistant: &mut Willing,
+        pause: pause.clone(),
+        progress: &Silent,
+    };
+    if folder.join("sequence.json").exists() {
+        resume(&mut rig, plan, folder, disk)
+    } else {
+        capture(&mut rig, plan, folder, disk)
+    }
+}
+
+/// The frames are all there, as their records say, and as an undisturbed scan would have them.
+pub fn assert_whole(twin: &Twin, folder: &Path) {
+    let sequence = Sequence::open(folder).unwrap();
+    let report = verify(&sequence, &Silent).unwrap();
+    assert_eq!(report.findings, []);
+    assert_eq!(report.good_frames, twin.config().scan.frames);
+    for (record, position_mm) in sequence.frames().iter().zip(twin.config().scan.positions_mm()) {
+        assert_eq!(record.reported_mm, Some(position_mm));
+        assert!(sequence.read(record).unwrap() == twin.expose(position_mm, 0), "frame {}", record.index);
+    }
+    let hidden = std::fs::read_dir(folder.join("frames")).unwrap();
+    assert_eq!(hidden.count(), twin.config().scan.frames, "nothing half-made is left");
+}
