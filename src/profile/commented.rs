@@ -47,6 +47,7 @@ pub fn commented(findings: &Findings) -> String {
     ] {
         text.comment(&format!("  {}: {}", quantity.noun(), quantity.unit_names()));
     }
+    text.comment("In a key they are in small letters, with _ for / and percent for %: velocity_mm_s, rate_hz, saturated_percent.");
     for section in SECTIONS {
         text.blank();
         text.comment(&format!("{}.", section.meaning));

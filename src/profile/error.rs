@@ -46,12 +46,17 @@ impl fmt::Display for Place {
 
 /// Something wrong in a profile, with its place.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{place}: {problem}")]
+#[error("{place}: {}", one_line(.problem))]
 pub struct Mistake {
     /// Where.
     pub place: Place,
     /// What.
     pub problem: Problem,
+}
+
+/// Names and values of a file may hold line breaks.
+fn one_line(problem: &Problem) -> String {
+    problem.to_string().replace(char::is_control, " ")
 }
 
 /// What is wrong in a profile. Keys are given with their section.

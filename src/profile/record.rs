@@ -84,3 +84,162 @@ fn read<'de, D: Deserializer<'de>, T, E: Display>(
     let text = Option::<String>::deserialize(from)?;
     text.map(|text| parse(&text).map_err(serde::de::Error::custom)).transpose()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use proptest::option;
+    use proptest::prelude::*;
+    use proptest::sample::select;
+
+    use super::super::parts::BAYER_USES;
+    use super::super::*;
+    use crate::camera::Size;
+
+    /// Any number that JSON can hold.
+    fn number() -> impl Strategy<Value = f64> {
+        prop_oneof![any::<f64>().prop_filter("JSON knows no others", |value| value.is_finite()), -1e4..1e4]
+    }
+
+    /// Times of a profile: whole ns up to a day.
+    fn time() -> impl Strategy<Value = Duration> {
+        (0_u64..=86_400_000_000_000).prop_map(Duration::from_nanos)
+    }
+
+    fn stage() -> impl Strategy<Value = StageProfile> {
+        let (driver, axis) = (
+            select(Driver::ALL.map(|(_, driver)| driver).to_vec()),
+            option::of(select(AxisName::ALL.map(|(_, axis)| axis).to_vec())),
+        );
+        let options = proptest::array::uniform4(option::of(number()));
+        let numbers = proptest::array::uniform4(number());
+        (driver, axis, option::of("\\PC{0,9}"), option::of(1_u8..=99), options, numbers).prop_map(
+            |(driver, axis, port, device, options, numbers)| StageProfile {
+                driver,
+                port,
+                axis,
+                device,
+                microstep_um: options[0],
+                approach_mm: numbers[0],
+                tolerance_mm: numbers[1],
+                travel_mm: options[1],
+                velocity_mm_s: options[2],
+                acceleration_mm_s2: options[3],
+                position_noise_um: numbers[2],
+                backlash_um: numbers[3],
+            },
+        )
+    }
+
+    fn camera() -> impl Strategy<Value = CameraProfile> {
+        let size = (1_usize..10_000, 1_usize..10_000).prop_map(|(columns, rows)| Size { columns, rows });
+        let bayer = select(BAYER_USES.map(|(_, bayer)| bayer).to_vec());
+        let options = proptest::array::uniform3(option::of(number()));
+        let controls = proptest::collection::vec((".{0,9}", ".{0,9}"), 0..4);
+        (
+            option::of(".{0,9}"),
+            option::of("[A-Z]{4}"),
+            option::of(size),
+            options,
+            option::of(bayer),
+            time(),
+            controls,
+        )
+            .prop_map(|(device, format, size, options, bayer, patience, controls)| CameraProfile {
+                device,
+                format,
+                size,
+                rate_hz: options[0],
+                exposure_us: options[1],
+                bayer,
+                patience,
+                mains_hz: options[2],
+                controls,
+            })
+    }
+
+    fn plan() -> impl Strategy<Value = PlanProfile> {
+        let counts = proptest::array::uniform3(0_usize..70_000);
+        (number(), option::of(number()), option::of(2_usize..=100_000), time(), counts).prop_map(
+            |(start_mm, step_mm, frames, settle, [average, dark, flat])| PlanProfile {
+                start_mm,
+                step_mm,
+                frames,
+                settle,
+                average,
+                dark,
+                flat,
+            },
+        )
+    }
+
+    fn optics() -> impl Strategy<Value = OpticsProfile> {
+        let length = prop_oneof![number().prop_map(FocalLength::Px), number().prop_map(FocalLength::Mm)];
+        let options = proptest::array::uniform2(option::of(number()));
+        (option::of(length), options, option::of((number(), number()))).prop_map(
+            |(focal_length, [sensor_width_mm, distance_mm], principal_point_px)| OpticsProfile {
+                focal_length,
+                sensor_width_mm,
+                principal_point_px,
+                distance_mm,
+            },
+        )
+    }
+
+    fn limits_and_sim() -> impl Strategy<Value = (LimitsProfile, SimProfile)> {
+        let scene = select(SceneName::ALL.map(|(_, scene)| scene).to_vec());
+        let numbers = proptest::array::uniform4(number());
+        (0_usize..=100, numbers, time(), scene, any::<u64>(), any::<bool>()).prop_map(
+            |(retakes, [saturated, position_mm, shift_px, noise_dn], wait, scene, seed, real_time)| {
+                let limits = LimitsProfile { retakes, saturated, position_mm, wait, shift_px };
+                (limits, SimProfile { scene, noise_dn, seed, real_time })
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn a_record_gives_back_what_was_written(
+            stage in stage(),
+            camera in camera(),
+            plan in plan(),
+            optics in optics(),
+            relief_mm in option::of(number()),
+            (limits, sim) in limits_and_sim(),
+        ) {
+            let target = TargetProfile { relief_mm };
+            let profile = Profile { stage, camera, plan, optics, target, limits, sim };
+            let text = serde_json::to_string_pretty(&profile).unwrap();
+            prop_assert_eq!(serde_json::from_str::<Profile>(&text).unwrap(), profile);
+        }
+    }
+
+    #[test]
+    fn a_record_has_units_in_its_names_and_refuses_what_it_does_not_know() {
+        let profile = Profile::read(SIM, "sim.toml", &[]).unwrap();
+        let text = serde_json::to_string(&profile).unwrap();
+        for part in [
+            r#""driver":"sim""#,
+            r#""travel_mm":200.0"#,
+            r#""size":"1024x1024""#,
+            r#""patience_s":10.0"#,
+            r#""settle_s":0.2"#,
+            r#""focal_length":{"mm":25.0}"#,
+            r#""saturated":0.01"#,
+            r#""wait_s":300.0"#,
+            r#""scene":"tile""#,
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+        for (right, wrong) in [
+            (r#""step_mm""#, r#""step_cm""#),
+            (r#""target""#, r#""goal""#),
+            (r#""settle_s":0.2"#, r#""settle_s":-1.0"#),
+            (r#""size":"1024x1024""#, r#""size":"1024""#),
+            (r#""bayer":null"#, r#""bayer":"red""#),
+        ] {
+            assert!(serde_json::from_str::<Profile>(&text.replace(right, wrong)).is_err(), "{wrong}");
+        }
+    }
+}

@@ -104,59 +104,59 @@ impl Settings {
     }
 
     fn add_section(&mut self, file: &File<'_>, name: &Name<'_>, value: &DeValue<'_>) {
-        let place = file.place(name.span().start);
-        let name = name.get_ref();
-        let section = match (find_section(name), value) {
+        let section = match (find_section(name.get_ref()), value) {
             (Ok(section), DeValue::Table(table)) => Ok((section, table)),
-            (Ok(_), _) => Err(Problem::NotASection { name: name.to_string() }),
+            (Ok(_), _) => Err(Problem::NotASection { name: name.get_ref().to_string() }),
             (Err(problem), DeValue::Table(_)) => Err(problem),
-            (Err(_), _) => Err(outside(name)),
+            (Err(_), _) => Err(outside(name.get_ref())),
         };
         match section {
             Ok((section, table)) => {
                 for (name, value) in in_order(table) {
-                    self.add_key(file, section, name, value);
+                    self.add_entry(file, section, name, value);
                 }
             }
-            Err(problem) => self.mistakes.push(Mistake { place, problem }),
+            Err(problem) => self.note(file.place_of(name), problem),
         }
     }
 
-    fn add_key(&mut self, file: &File<'_>, section: &Section, name: &Name<'_>, value: &DeValue<'_>) {
-        let place = file.place(name.span().start);
-        if section.name == "camera" && name.get_ref() == CONTROLS {
-            let DeValue::Table(table) = value else {
-                let name = format!("camera.{CONTROLS}");
-                self.mistakes.push(Mistake { place, problem: Problem::NotASection { name } });
-                return;
-            };
-            for (name, value) in in_order(table) {
-                let control = ControlSetting {
-                    name: Control::command_name(name.get_ref()),
-                    given: Given::of(value),
-                    place: file.place(name.span().start),
-                };
-                match self.controls.iter().find(|known| known.name == control.name) {
-                    Some(first) => self.mistakes.push(twice(
-                        control_path(&control.name),
-                        control.place,
-                        first.place.clone(),
-                    )),
-                    None => self.controls.push(control),
+    fn add_entry(&mut self, file: &File<'_>, section: &Section, name: &Name<'_>, value: &DeValue<'_>) {
+        let place = file.place_of(name);
+        let is_controls = section.name == "camera" && name.get_ref() == CONTROLS;
+        match value {
+            DeValue::Table(table) if is_controls => {
+                for (name, value) in in_order(table) {
+                    self.add_control(name.get_ref(), Given::of(value), file.place_of(name));
                 }
             }
-            return;
+            _ if is_controls => self.note(place, Problem::NotASection { name: format!("camera.{CONTROLS}") }),
+            value => self.add_key(section, name.get_ref(), Given::of(value), place),
         }
-        match find_key(section, name.get_ref()) {
-            Ok((key, unit)) => match self.setting(key) {
-                Some(first) => {
-                    let first = first.place.clone();
-                    self.mistakes.push(twice(key.path(), place, first));
-                }
-                None => self.settings.push(Setting { key, unit, given: Given::of(value), place }),
+    }
+
+    fn add_key(&mut self, section: &Section, name: &str, given: Given, place: Place) {
+        match find_key(section, name) {
+            Ok((key, unit)) => match self.setting(key).map(|first| first.place.clone()) {
+                Some(first) => self.note(place, Problem::Twice { key: key.path(), first }),
+                None => self.settings.push(Setting { key, unit, given, place }),
             },
-            Err(problem) => self.mistakes.push(Mistake { place, problem }),
+            Err(problem) => self.note(place, problem),
         }
+    }
+
+    fn add_control(&mut self, name: &str, given: Given, place: Place) {
+        let name = match control_name(name) {
+            Ok(name) => name,
+            Err(problem) => return self.note(place, problem),
+        };
+        match self.controls.iter().find(|known| known.name == name).map(|first| first.place.clone()) {
+            Some(first) => self.note(place, Problem::Twice { key: control_path(&name), first }),
+            None => self.controls.push(ControlSetting { name, given, place }),
+        }
+    }
+
+    fn note(&mut self, place: Place, problem: Problem) {
+        self.mistakes.push(Mistake { place, problem });
     }
 
     /// Takes an override's value instead of what there is.
@@ -166,7 +166,10 @@ impl Settings {
         let (section, name) = new.key.split_once('.').unwrap_or(("", &new.key));
         let control = name.strip_prefix(CONTROLS).and_then(|rest| rest.strip_prefix('.'));
         if let Some(control) = control.filter(|_| section == "camera") {
-            let name = Control::command_name(control);
+            let name = match control_name(control) {
+                Ok(name) => name,
+                Err(problem) => return self.note(place, problem),
+            };
             match self.controls.iter_mut().find(|known| known.name == name) {
                 Some(known) => (known.given, known.place) = (given, place),
                 None => self.controls.push(ControlSetting { name, given, place }),
@@ -178,7 +181,7 @@ impl Settings {
                 self.settings.retain(|setting| !std::ptr::eq(setting.key, key));
                 self.settings.push(Setting { key, unit, given, place });
             }
-            Err(problem) => self.mistakes.push(Mistake { place, problem }),
+            Err(problem) => self.note(place, problem),
         }
     }
 
@@ -193,8 +196,12 @@ pub(super) fn control_path(name: &str) -> String {
     format!("camera.{CONTROLS}.{name}")
 }
 
-fn twice(key: String, place: Place, first: Place) -> Mistake {
-    Mistake { place, problem: Problem::Twice { key, first } }
+/// A control's name as commands have it.
+fn control_name(name: &str) -> Result<String, Problem> {
+    Some(Control::command_name(name)).filter(|name| !name.is_empty()).ok_or_else(|| Problem::UnknownKey {
+        key: control_path(name),
+        hint: "`epirig camera get` lists the names of the camera's controls".to_owned(),
+    })
 }
 
 fn outside(name: &str) -> Problem {
@@ -221,6 +228,10 @@ struct File<'a> {
 }
 
 impl File<'_> {
+    fn place_of(&self, name: &Name<'_>) -> Place {
+        self.place(name.span().start)
+    }
+
     fn place(&self, byte: usize) -> Place {
         let before = &self.text.as_bytes()[..byte.min(self.text.len())];
         let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();

@@ -181,9 +181,9 @@ fn wrong_unit(key: &Key, given: &Given, reason: String) -> Problem {
 
 fn proposal(key: &Key, given: &Given) -> String {
     if matches!(given, Given::Plain(_)) {
-        format!("such as {}", key.example)
+        format!("for example {}", key.example)
     } else {
-        format!("such as {}", example(key))
+        format!("for example {}", example(key))
     }
 }
 

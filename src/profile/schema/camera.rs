@@ -24,7 +24,7 @@ keys!(
         "exposure",
         measure(US, Allowed::Positive),
         "10 ms",
-        "Exposure time; under lamps on mains, whole half periods of it (10 ms at 50 Hz)",
+        "Exposure time; under lamps on mains, whole half periods of the mains (10 ms at 50 Hz)",
     ),
     BAYER = key(
         "bayer",

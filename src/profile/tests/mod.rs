@@ -1,3 +1,7 @@
+//! What a profile says, and what it is refused for.
+
+mod messages;
+
 use std::time::Duration;
 
 use proptest::prelude::*;
@@ -13,10 +17,6 @@ fn set(settings: &[&str]) -> Vec<Override> {
 
 fn read(text: &str) -> Profile {
     Profile::read(text, "rig.toml", &[]).unwrap()
-}
-
-fn refused(text: &str) -> String {
-    Profile::read(text, "rig.toml", &[]).unwrap_err().to_string()
 }
 
 #[test]
@@ -40,8 +40,8 @@ fn the_simulated_rig_is_the_papers() {
 
 #[test]
 fn the_papers_rig_says_what_the_paper_says() {
-    let profile = read(include_str!("../../calib/paper-2001.toml"));
-    assert_eq!(profile.stage, StageProfile { ..Profile::of(&[]).unwrap().stage });
+    let profile = read(include_str!("../../../calib/paper-2001.toml"));
+    assert_eq!(profile.stage, Profile::of(&[]).unwrap().stage, "the paper says nothing of the stage");
     let positions_mm = profile.plan.positions_mm().unwrap();
     assert_eq!(positions_mm[100] - positions_mm[0], 150.0);
     assert_eq!(profile.optics, Profile::read(SIM, "sim.toml", &[]).unwrap().optics);
@@ -231,141 +231,6 @@ fn no_key_is_without_effect_and_every_example_and_default_is_right() {
 }
 
 #[test]
-fn messages_name_the_line_and_what_to_write() {
-    for (text, message) in [
-        (
-            "[plan]\nstep = 1.5",
-            r#"line 2: plan.step = 1.5 has no unit; write step = "1.5 mm" or step_mm = 1.5"#,
-        ),
-        (
-            "[plan]\nstep = \"1.5\"",
-            r#"line 2: plan.step = "1.5" has no unit; write step = "1.5 mm" or step_mm = 1.5"#,
-        ),
-        (
-            "[optics]\nfocal_length = 25",
-            r#"line 2: optics.focal_length = 25 has no unit; write focal_length = "25 mm" or focal_length_mm = 25, or focal_length = "25 px""#,
-        ),
-        (
-            "[plan]\nstep = \"3 s\"",
-            r#"line 2: plan.step = "3 s": s is the unit of a time, the units of this key are nm, um, mm, cm, m; write such as step = "1.5 mm""#,
-        ),
-        (
-            "[plan]\n\nstep = \"3 furlongs\"",
-            r#"line 3: plan.step = "3 furlongs": furlongs is no unit of this key, which has nm, um, mm, cm, m; write such as step = "1.5 mm""#,
-        ),
-        (
-            "[plan]\nstep = \"1,5 mm\"",
-            r#"line 2: plan.step = "1,5 mm": this does not begin with a number, with a point before its decimals; write such as step = "1.5 mm""#,
-        ),
-        (
-            "[plan]\nstep_mm = \"1.5 mm\"",
-            r#"line 2: plan.step_mm = "1.5 mm" is no number, which it must be because the unit stands in the key; write step_mm = 1.5, or step = "1.5 mm""#,
-        ),
-        (
-            "[plan]\nstep = \"1.5 mm\"\nstep_um = 1500",
-            "line 3: plan.step is given a second time, first at rig.toml, line 2; leave one out",
-        ),
-        (
-            "[plan]\nstep = \"-1 mm\"",
-            r#"line 2: plan.step = "-1 mm" is not possible; it must be a length greater than 0"#,
-        ),
-        (
-            "[plan]\nframes = 1",
-            "line 2: plan.frames = 1 is not possible; it must be a whole number from 2 to 100000",
-        ),
-        (
-            "[plan]\nframes = 101.0",
-            "line 2: plan.frames = 101.0 is not possible; it must be a whole number from 2 to 100000",
-        ),
-        ("[plan]\nstpe_mm = 1", "line 2: there is no key plan.stpe_mm; did you mean step_mm?"),
-        (
-            "[plan]\nstep_inch = 1",
-            "line 2: there is no key plan.step_inch: inch is no unit of it; write step_mm, or another of nm, um, mm, cm, m",
-        ),
-        (
-            "[plan]\nexposure_us = 8",
-            "line 2: there is no key plan.exposure_us; did you mean camera.exposure_us?",
-        ),
-        ("\n[plna]\nstep_mm = 1", "line 2: there is no section plna; did you mean plan?"),
-        ("step_mm = 1", "line 1: step_mm stands in no section; write it below [plan]"),
-        ("plan = 1", "line 1: plan is a section; write [plan] and its keys in the lines below it"),
-        (
-            "[[plan]]\nstep_mm = 1",
-            "line 1: plan is a section; write [plan] and its keys in the lines below it",
-        ),
-        (
-            "[camera]\ncontrols = 1",
-            "line 2: camera.controls is a section; write [camera.controls] and its keys in the lines below it",
-        ),
-        (
-            "[camera.controls]\ngain = [1]",
-            "line 2: camera.controls.gain = (a list) is not possible; it must be a whole number, true, false or text",
-        ),
-        (
-            "[camera.controls]\ngain = 1\nGain = 2",
-            "line 3: camera.controls.gain is given a second time, first at rig.toml, line 2; leave one out",
-        ),
-        (
-            "[camera]\nmains = \"55 Hz\"",
-            r#"line 2: camera.mains = "55 Hz" is not possible; it must be 50 Hz or 60 Hz"#,
-        ),
-        (
-            "[limits]\nsaturated = \"101 %\"",
-            r#"line 2: limits.saturated = "101 %" is not possible; it must be a share from 0 % to 100 %"#,
-        ),
-        (
-            "[camera]\npatience = \"0 s\"",
-            r#"line 2: camera.patience = "0 s" is not possible; it must be a time from 1 ns to 24 h"#,
-        ),
-        (
-            "[camera]\npatience = \"25 h\"",
-            r#"line 2: camera.patience = "25 h" is not possible; it must be a time from 1 ns to 24 h"#,
-        ),
-        (
-            "[stage]\ndriver = \"gbrl\"",
-            r#"line 2: stage.driver = "gbrl" is not possible; it must be one of native, grbl, zaber, sim"#,
-        ),
-        (
-            "[stage]\ndriver = \"zaber\"\naxis = \"x\"\nmicrostep_um = 1",
-            r#"line 3: stage.axis means nothing with driver = "zaber"; leave it out"#,
-        ),
-        (
-            "[stage]\ndriver = \"zaber\"",
-            "line 2: stage.driver (zaber) needs stage.microstep; it is in the stage's data sheet",
-        ),
-        (
-            "[stage]\ndriver = \"sim\"\ntolerance_mm = 0.1",
-            r#"line 3: stage.tolerance means nothing with driver = "sim"; leave it out"#,
-        ),
-        (
-            "[sim]\nnoise = \"1 DN\"",
-            r#"line 2: sim.noise means nothing without driver = "sim" of the stage or device = "sim" of the camera; leave it out"#,
-        ),
-        (
-            "[optics]\nfocal_length = \"25 mm\"",
-            "line 2: optics.focal_length (a length) needs optics.sensor_width; add it, or give the focal length in px",
-        ),
-        (
-            "[optics]\nprincipal_point_y = \"25 px\"",
-            "line 2: optics.principal_point_y (given) needs optics.principal_point_x; give both or none",
-        ),
-    ] {
-        assert_eq!(refused(text), format!("rig.toml, {message}"));
-    }
-    let error = refused("[plan]\nstep = \n");
-    assert!(error.starts_with("rig.toml, line 2: this is no TOML: "), "{error}");
-    let error = refused("[plan]\nstep_mm = 1\nstep_mm = 2\n");
-    assert!(error.starts_with("rig.toml, line 3: this is no TOML: "), "{error}");
-}
-
-#[test]
-fn all_mistakes_are_told_one_a_line() {
-    let error = refused("[plan]\nstep = 1\nframes = 1\n[stage]\nprot = \"x\"\n");
-    assert_eq!(error.lines().count(), 3, "{error}");
-    assert!(error.lines().all(|line| line.starts_with("rig.toml, line ")), "{error}");
-}
-
-#[test]
 fn overrides_win_over_the_file_in_any_spelling_and_later_ones_over_earlier_ones() {
     let text = "[plan]\nstep_mm = 1\nframes = 5\n[camera.controls]\ngain = 1\nfocus = 2\n";
     let settings =
@@ -376,23 +241,6 @@ fn overrides_win_over_the_file_in_any_spelling_and_later_ones_over_earlier_ones(
     assert_eq!(profile.camera.controls, controls.map(|(name, value)| (name.to_owned(), value.to_owned())));
     let profile = Profile::of(&set(&["stage.driver=sim", "sim.real_time=true", "sim.seed=9"])).unwrap();
     assert!(profile.sim.real_time && profile.sim.seed == 9);
-}
-
-#[test]
-fn messages_name_the_override() {
-    for (setting, message) in [
-        ("plan.step=1.5", "--set: plan.step = 1.5 has no unit; write 1.5 mm"),
-        ("optics.focal_length=1.5", "--set: optics.focal_length = 1.5 has no unit; write 1.5 mm or 1.5 px"),
-        ("plan.stpe=1.5 mm", "--set: there is no key plan.stpe; did you mean step?"),
-        ("pln.step=1.5 mm", "--set: there is no section pln; did you mean plan?"),
-        (
-            "plan.frames=1",
-            "--set: plan.frames = 1 is not possible; it must be a whole number from 2 to 100000",
-        ),
-        ("stage.axis=x", "--set: stage.axis means nothing with driver = \"native\"; leave it out"),
-    ] {
-        assert_eq!(Profile::of(&set(&[setting])).unwrap_err().to_string(), message);
-    }
 }
 
 proptest! {
