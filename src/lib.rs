@@ -12,6 +12,7 @@
 //! ```
 //!
 //! - [`twin`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
+//! - [`preflight`]: what is found out before a scan: whether rig and plan will do.
 //! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
 //! - [`profile`]: a rig and a scan, described by a person.
 //! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
@@ -42,6 +43,7 @@ pub mod frame;
 pub mod link;
 pub mod measure;
 pub mod plane;
+pub mod preflight;
 pub mod profile;
 pub mod progress;
 pub mod report;

@@ -22,6 +22,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("camera", &["frame", "plane", "sequence", "stage", "twin"]),
     ("profile", &["camera"]),
     ("virtual_rig", &["camera", "frame", "link", "stage", "twin"]),
+    ("preflight", &["camera", "frame", "plane", "progress", "shift", "stage"]),
     ("capture", &["camera", "frame", "progress", "sequence", "shift", "stage"]),
     ("epi", &["plane", "progress", "tau", "volume"]),
     ("surface", &["plane"]),

@@ -84,7 +84,6 @@ fn noise_spreads_the_answer_as_sigma_says_and_does_not_bias_it() {
         let sigma = (found.iter().map(|shift| shift.sigma_px.powi(2)).sum::<f64>() / f64::from(PAIRS)).sqrt();
         let bias = found.iter().map(|shift| shift.x_px - shift_px).sum::<f64>() / f64::from(PAIRS);
         let spread = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
-        println!("{shift_px}: bias {bias}, spread {spread}, sigma {sigma}");
         assert!(bias.abs() < 0.28 * sigma, "{shift_px}: bias {bias}, sigma {sigma}");
         // The worse of two directions is told, and the spread is of both.
         assert!((0.8..1.1).contains(&(spread / sigma)), "{shift_px}: spread {spread}, sigma {sigma}");

@@ -142,6 +142,11 @@ pub trait Stage: Send {
     fn expected_duration(&self, _distance_mm: f64) -> Option<Duration> {
         None
     }
+
+    /// Whether the motor is energised at rest, so that the carriage stays where it is. `None` if the stage cannot tell.
+    fn holds_at_rest(&self) -> Option<bool> {
+        None
+    }
 }
 
 impl<S: Stage + ?Sized> Stage for Box<S> {
@@ -179,6 +184,10 @@ impl<S: Stage + ?Sized> Stage for Box<S> {
 
     fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
         (**self).expected_duration(distance_mm)
+    }
+
+    fn holds_at_rest(&self) -> Option<bool> {
+        (**self).holds_at_rest()
     }
 }
 

@@ -83,4 +83,8 @@ impl<S: Stage> Stage for OneSided<S> {
     fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
         self.stage.expected_duration(distance_mm)
     }
+
+    fn holds_at_rest(&self) -> Option<bool> {
+        self.stage.holds_at_rest()
+    }
 }

@@ -248,6 +248,10 @@ impl Stage for SimStage {
     fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
         Some(self.kinematics().duration(distance_mm))
     }
+
+    fn holds_at_rest(&self) -> Option<bool> {
+        Some(true)
+    }
 }
 
 #[cfg(test)]

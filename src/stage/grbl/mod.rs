@@ -335,4 +335,9 @@ impl Stage for GrblStage {
     fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
         Some(self.axis.kinematics.duration(distance_mm))
     }
+
+    // Connecting sets and checks it ($1=255).
+    fn holds_at_rest(&self) -> Option<bool> {
+        Some(true)
+    }
 }

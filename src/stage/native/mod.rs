@@ -358,6 +358,11 @@ impl Stage for NativeStage {
     fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
         Some(self.kinematics().duration(distance_mm))
     }
+
+    // The protocol demands it.
+    fn holds_at_rest(&self) -> Option<bool> {
+        Some(true)
+    }
 }
 
 fn refusal_text(refusal: Refusal) -> &'static str {

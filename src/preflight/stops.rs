@@ -1,0 +1,164 @@
+//! Checks of stops and moves: settling, repeatability, the way the picture moves, sampling, and what all of it will give.
+
+use std::time::Duration;
+
+use super::motion::ImageMotion;
+use super::prediction::{Prediction, Resolution};
+use super::repeatability::Repeatability;
+use super::sampling::{better_step_mm, repeated_phases};
+use super::settling::Settling;
+use super::{Check, Verdict};
+
+/// The picture moves as geometry says if it agrees to this share.
+const SAME_SCALE: f64 = 0.05;
+/// Angle between motion and rows from which on epipolar lines are no rows, in deg: over 8 px of shift a point then leaves its row by 0.07 px.
+const TILT_DEG: f64 = 0.5;
+/// Of the relief's disparity, that scatter may be.
+const SHARE_OF_RELIEF: f64 = 1.0 / 3.0;
+/// Scatter of so many times what noise makes is the stage's.
+const OVER_NOISE: f64 = 3.0;
+const UM_PER_MM: f64 = 1e3;
+
+/// Whether the stage is given time enough to come to rest.
+pub(super) fn settling(found: &Settling, given: Duration) -> Check {
+    const NAME: &str = "settling";
+    let ms = |time: Duration| time.as_secs_f64() * 1e3;
+    let finding = format!(
+        "the picture rests within {:.3} px {:.0} ms after a move (known to {:.0} ms); {:.0} ms are planned",
+        found.tolerance_px,
+        ms(found.settle),
+        ms(found.resolution),
+        ms(given)
+    );
+    // The first frame after the move is the earliest there is: it need not have waited.
+    if found.settle > given + found.resolution {
+        let wait = format!("plan {:.0} ms to settle", (ms(found.settle) / 10.0).ceil() * 10.0);
+        Check::with_advice(NAME, Verdict::Warning, finding, wait)
+    } else {
+        Check::good(NAME, finding)
+    }
+}
+
+/// Whether the stage comes back well enough for a relief of `relief_px` of disparity.
+pub(super) fn repeatability(found: &Repeatability, relief_px: Option<f64>) -> Check {
+    const NAME: &str = "repeatability";
+    let finding = format!(
+        "over {} returns the place scatters by {:.1} um ({:.4} px, of which pictures explain {:.4} px), creeps by {:.1} um, and is {:.1} um \
+         off from the other side",
+        found.returns_px.len(),
+        found.sigma_um,
+        found.sigma_px,
+        found.noise_px,
+        found.drift_um,
+        found.reversal_um
+    );
+    let is_noise = found.sigma_px <= OVER_NOISE * found.noise_px;
+    match relief_px {
+        Some(relief_px) if found.sigma_px > SHARE_OF_RELIEF * relief_px => Check::with_advice(
+            NAME,
+            Verdict::Warning,
+            format!("{finding}; the relief makes {relief_px:.4} px"),
+            "look for play and loose screws, approach from one side, or take more frames",
+        ),
+        None if !is_noise => Check::with_advice(
+            NAME,
+            Verdict::Unknown,
+            finding,
+            "give relief and distance to learn whether that is good enough",
+        ),
+        _ => Check::good(NAME, finding),
+    }
+}
+
+/// Whether the picture moves along the rows as far as geometry says.
+pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Check {
+    const NAME: &str = "motion";
+    if !found.is_significant() {
+        return Check::with_advice(
+            NAME,
+            Verdict::Bad,
+            format!("the picture does not move when the stage moves by {:.3} mm", found.move_mm),
+            "check that the camera looks at what the stage carries, and that the motor has power",
+        );
+    }
+    let angle_deg = found.angle_rad().to_degrees();
+    let mut finding = format!(
+        "the picture moves along {}x by {:.3} px/mm, {angle_deg:.2} deg off the rows",
+        if found.x_px_per_mm > 0.0 { "+" } else { "-" },
+        found.px_per_mm()
+    );
+    let mut advice = Vec::new();
+    if angle_deg.abs() > TILT_DEG {
+        advice.push("turn the camera about its optical axis until the motion is along the rows".to_owned());
+    }
+    if let Some(expected) = expected_px_per_mm {
+        finding += &format!("; lens and distance say {expected:.3} px/mm");
+        if (found.px_per_mm() / expected - 1.0).abs() > SAME_SCALE {
+            advice.push("check focal length, distance and the stage's steps per mm".to_owned());
+        }
+    }
+    if advice.is_empty() {
+        Check::good(NAME, finding)
+    } else {
+        Check::with_advice(NAME, Verdict::Warning, finding, advice.join("; "))
+    }
+}
+
+/// Whether frames sample the pixel at many places.
+pub(super) fn sampling(step_mm: f64, px_per_mm: f64, frames: usize) -> Check {
+    const NAME: &str = "sampling";
+    let shift_px = step_mm * px_per_mm;
+    let Some(near) = repeated_phases(shift_px, frames) else {
+        return Check::good(
+            NAME,
+            format!("{shift_px:.4} px from frame to frame repeat no sub-pixel positions"),
+        );
+    };
+    let finding = format!(
+        "{shift_px:.4} px from frame to frame are near {}/{}: over {frames} frames the sub-pixel positions drift by {:.2} px, not by {:.2} px, so that \
+         errors of interpolation do not average out",
+        near.numerator,
+        near.denominator,
+        near.drift_px,
+        1.0 / f64::from(near.denominator)
+    );
+    let advice = match better_step_mm(step_mm, px_per_mm, frames) {
+        Some(better_mm) => format!("step by {better_mm:.3} mm"),
+        None => "take more frames".to_owned(),
+    };
+    Check::with_advice(NAME, Verdict::Warning, finding, advice)
+}
+
+/// Whether the relief will be seen.
+pub(super) fn prospect(found: &Prediction, relief_mm: Option<f64>) -> Check {
+    const NAME: &str = "height";
+    let mut finding = format!(
+        "heights will be known to {:.1} um by noise (one sigma of a pixel; {:.4} px of {:.1} px of disparity)",
+        found.sigma_height_mm * UM_PER_MM,
+        found.sigma_disparity_px,
+        found.disparity_px
+    );
+    if let Some(common_mm) = found.common_height_mm {
+        finding += &format!(", and all together to {:.1} um by the stage", common_mm * UM_PER_MM);
+    }
+    let (Some(relief_mm), Some(sigmas), Some(resolution)) =
+        (relief_mm, found.relief_sigmas, found.resolution)
+    else {
+        return Check::good(NAME, finding);
+    };
+    let finding = format!("{finding}; a relief of {:.0} um is {sigmas:.1} sigma", relief_mm * UM_PER_MM);
+    let advice =
+        "average more frames, take more of them, lengthen the baseline, come closer, or bring more light";
+    match resolution {
+        Resolution::Resolved => Check::good(NAME, finding),
+        Resolution::Marginal => Check::with_advice(
+            NAME,
+            Verdict::Warning,
+            format!("{finding}: it shows in means over neighbours only"),
+            advice,
+        ),
+        Resolution::Hidden => {
+            Check::with_advice(NAME, Verdict::Bad, format!("{finding}: noise hides it"), advice)
+        }
+    }
+}
