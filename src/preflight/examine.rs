@@ -6,7 +6,7 @@ use super::repeatability::{RETURNS, measure_repeatability};
 use super::settling::measure_settling;
 use super::view::View;
 use super::{Check, MeasureError, PreflightError, PreflightPlan, Report, Verdict, picture, rules, stops};
-use crate::camera::{Assessment, Camera, Configuration};
+use crate::camera::{Assessment, Camera, CameraError, Configuration};
 use crate::progress::Progress;
 use crate::stage::{Stage, StageError};
 
@@ -63,7 +63,9 @@ fn examine_parts(
         predicted: None,
     };
     let movable = go_to_start(stage, plan, &mut report.checks)?;
-    camera.start()?;
+    if !is_steady(camera.start(), &mut report.checks)? {
+        return Ok(report);
+    }
     progress.advance(1);
     let view = look_at_picture(camera, plan, &mut report.checks)?;
     progress.advance(1);
@@ -99,6 +101,20 @@ fn go_to_start(
                 error.to_string(),
                 "choose another start; what needs moves has not been looked at",
             ));
+            Ok(false)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Whether the camera has started; that it sees no steady picture is a finding, and nothing more can be had then.
+fn is_steady(started: Result<(), CameraError>, checks: &mut Vec<Check>) -> Result<bool, PreflightError> {
+    match started {
+        Ok(()) => Ok(true),
+        Err(error @ CameraError::Unsteady { .. }) => {
+            let finding = error.to_string();
+            let advice = "make the picture steady first; nothing else of it has been looked at";
+            checks.push(Check::with_advice("steadiness", Verdict::Bad, finding, advice));
             Ok(false)
         }
         Err(error) => Err(error.into()),

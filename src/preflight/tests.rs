@@ -124,17 +124,23 @@ fn too_much_light_too_little_and_none_are_told() {
     let report = examined(&twin(|_| ()), ideal(), &bright);
     assert_eq!(check(&report, "saturation").verdict, Verdict::Bad, "{report:?}");
     assert!(report.settling.is_none() && report.repeatability.is_none(), "the short form moves little");
-    let dim = PreflightPlan {
+    let dimmed = |exposure_us| PreflightPlan {
         short: true,
         camera: crate::camera::CameraSettings {
-            exposure_us: Some(1000.0),
+            exposure_us: Some(exposure_us),
             ..crate::camera::CameraSettings::default()
         },
         ..plan()
     };
-    let report = examined(&twin(|_| ()), ideal(), &dim);
+    let silent = twin(|config| config.sensor.read_noise_dn = 0.0);
+    let report = examined(&silent, ideal(), &dimmed(2000.0));
     assert_eq!(check(&report, "brightness").verdict, Verdict::Warning, "{report:?}");
     assert_eq!(check(&report, "exposure").verdict, Verdict::Warning, "{report:?}");
+    let report = examined(&silent, ideal(), &dimmed(500.0));
+    assert_eq!(check(&report, "brightness").verdict, Verdict::Bad, "{report:?}");
+    // Where noise is all there is, no two frames agree.
+    let report = examined(&twin(|config| config.sensor.read_noise_dn = 5.0), ideal(), &dimmed(1000.0));
+    assert_eq!(check(&report, "steadiness").verdict, Verdict::Bad, "{report:?}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ const STEPS_FROM_ZERO: usize = 8;
 /// No step is longer than this, in px: gradients tell nothing of what is farther away.
 const LONGEST_STEP_PX: f64 = 1.0;
 /// A step that is shorter than this is the last, in px, at the size of the frames ...
-const FINE_PX: f64 = 1e-5;
+const FINE_PX: f64 = 1e-4;
 /// ... and where the shift is a start only.
 const COARSE_PX: f64 = 0.02;
 /// Two frames show the same thing if half of the variance that they show is common, i.e. from this correlation on.
@@ -49,7 +49,7 @@ pub struct Shift {
     /// How far the contents have moved to higher rows, in px.
     pub y_px: f64,
     /// Standard deviation of either, whichever is known worse, in px: from the residual (at least that of rounding to whole DN) and the
-    /// gradients.
+    /// gradients. Interpolation errs besides, by up to some 0.001 px for texture that lens and pixel have blurred as the twin's.
     pub sigma_px: f64,
     /// Ratio of the contrasts, second over first: that of the light, whatever black level is added to it.
     pub light: f64,
@@ -134,7 +134,11 @@ pub fn shift_between(first: &Frame, second: &Frame) -> Result<Shift, ShiftError>
     }
     let pair = Pair::new(&levels[0][0], &levels[0][1], usable(first, second));
     let found = nearest_of_equals(&pair, converge(&pair, start, FINE_PX, STEPS));
-    judge(&pair, found.and_then(|found| converge(&pair, found.shift, FINE_PX, STEPS)))
+    let found = match found {
+        Some(found) if found.step_px >= FINE_PX => converge(&pair, found.shift, FINE_PX, STEPS),
+        done => done,
+    };
+    judge(&pair, found)
 }
 
 fn check_shapes(first: &Frame, second: &Frame) -> Result<(), ShiftError> {

@@ -76,8 +76,7 @@ impl Pair {
     /// A pair of images (not coefficients) of one shape.
     pub(super) fn new(first: &Plane<f32>, second: &Plane<f32>, weights: Option<[Plane<f32>; 2]>) -> Self {
         let [mut first, mut second] = [first.clone(), second.clone()];
-        to_coefficients(&mut first);
-        to_coefficients(&mut second);
+        rayon::join(|| to_coefficients(&mut first), || to_coefficients(&mut second));
         Self { first, second, weights }
     }
 
@@ -103,13 +102,15 @@ impl Pair {
     /// What the pair says at `shift`; `None` if too little is seen by both.
     pub(super) fn sums(&self, shift: [f64; 2]) -> Option<Sums> {
         let overlap = self.overlap(shift)?;
-        let of_row = |y: usize| {
-            let mut lines = Lines::new(overlap.width);
-            self.look_up(&overlap, y, &mut lines);
+        let of_row = |lines: &mut Lines, y: usize| {
+            self.look_up(&overlap, y, lines);
             lines.sums()
         };
         // Added in the order of the rows, so that the result does not depend on how threads share the work.
-        let rows: Vec<Sums> = (overlap.top..overlap.bottom).into_par_iter().map(of_row).collect();
+        let rows: Vec<Sums> = (overlap.top..overlap.bottom)
+            .into_par_iter()
+            .map_init(|| Lines::new(overlap.width), of_row)
+            .collect();
         let mut sums = Sums::default();
         rows.iter().for_each(|row| sums.add(row));
         (sums.count >= LEAST_COUNT).then_some(sums)
