@@ -66,7 +66,7 @@ pub fn measure_motion(
     let mut found: Result<ImageMotion, MeasureError> = Err(MeasureError::NoRoom { from_mm, last_mm });
     let mut shrunk = false;
     for _ in 0..ATTEMPTS {
-        if !(move_mm > 0.0) {
+        if move_mm <= 0.0 || move_mm.is_nan() {
             break;
         }
         // Each length is approached as the one before, upwards.

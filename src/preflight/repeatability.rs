@@ -113,7 +113,8 @@ mod tests {
     #[test]
     fn drift_and_reversal_are_no_scatter() {
         // 2 px per mm; drift of 5 um a time, 30 um more from above, nothing else. The first arrival is from above.
-        let place = |index: u32| 2e-3 * (5.0 * f64::from(index) + if index % 2 == 0 { 30.0 } else { 0.0 });
+        let place =
+            |index: u32| 2e-3 * (5.0 * f64::from(index) + if index.is_multiple_of(2) { 30.0 } else { 0.0 });
         let returns = (1..=5).map(|index| place(index) - place(0)).collect();
         let found = Repeatability::of(returns, 2.0, 0.001);
         assert!((found.drift_um - 25.0).abs() < 1e-9 && (found.reversal_um - 30.0).abs() < 1e-9, "{found:?}");

@@ -159,4 +159,44 @@ mod tests {
         let holding = [Some(true), Some(false), None].map(|holds| holding(holds).verdict);
         assert_eq!(holding, [Verdict::Good, Verdict::Bad, Verdict::Unknown]);
     }
+
+    #[test]
+    fn frames_of_16_bit_take_twice_the_room() {
+        let configuration = Configuration {
+            format: crate::camera::ActiveFormat {
+                four_cc: crate::camera::pixels::FourCc(*b"GREY"),
+                size: crate::camera::Size { columns: 1000, rows: 500 },
+                stride: 1000,
+                image_bytes: 500_000,
+                interlaced: false,
+            },
+            rows: 500,
+            columns: 1000,
+            bit_depth: 8,
+            interval: None,
+            exposure_us: None,
+            pinned: Vec::new(),
+            notes: vec!["the images come compressed".to_owned()],
+        };
+        let plan = |averaged, free_bytes| PreflightPlan {
+            positions_mm: vec![0.0; 10],
+            settle: std::time::Duration::ZERO,
+            averaged,
+            camera: crate::camera::CameraSettings::default(),
+            lens: None,
+            distance_mm: None,
+            relief_mm: None,
+            mains_hz: None,
+            saturated_limit: 0.0,
+            free_bytes,
+            short: true,
+        };
+        let verdict = |averaged, free_bytes| disk(&plan(averaged, free_bytes), &configuration).verdict;
+        // 10 x 500 kB; twice that averaged; and 82 kB besides.
+        assert_eq!(verdict(1, Some(10_200_000)), Verdict::Good);
+        assert_eq!(verdict(4, Some(10_200_000)), Verdict::Warning);
+        assert_eq!(verdict(4, Some(10_000_000)), Verdict::Bad);
+        assert_eq!(verdict(1, None), Verdict::Unknown);
+        assert_eq!(automatic_controls(&configuration).verdict, Verdict::Warning);
+    }
 }

@@ -83,9 +83,10 @@ pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Ch
     }
     let angle_deg = found.angle_rad().to_degrees();
     let mut finding = format!(
-        "the picture moves along {}x by {:.3} px/mm, {angle_deg:.2} deg off the rows",
+        "the picture moves along {}x by {:.3} px/mm, {:.2} deg off the rows",
         if found.x_px_per_mm > 0.0 { "+" } else { "-" },
-        found.px_per_mm()
+        found.px_per_mm(),
+        angle_deg.abs()
     );
     let mut advice = Vec::new();
     if angle_deg.abs() > TILT_DEG {
@@ -160,5 +161,60 @@ pub(super) fn prospect(found: &Prediction, relief_mm: Option<f64>) -> Check {
         Resolution::Hidden => {
             Check::with_advice(NAME, Verdict::Bad, format!("{finding}: noise hides it"), advice)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motion_is_judged_by_its_direction_and_length() {
+        let moving = |x_px_per_mm, y_px_per_mm| ImageMotion {
+            x_px_per_mm,
+            y_px_per_mm,
+            sigma_px_per_mm: 0.001,
+            move_mm: 2.0,
+        };
+        let verdict = |found, expected| motion(&found, expected).verdict;
+        assert_eq!(verdict(moving(-2.0, 0.01), Some(2.09)), Verdict::Good);
+        assert_eq!(verdict(moving(2.0, 0.01), Some(2.2)), Verdict::Warning);
+        // 0.5 deg are 0.00873.
+        assert_eq!(verdict(moving(2.0, 0.017), None), Verdict::Good);
+        assert_eq!(verdict(moving(-2.0, 0.018), None), Verdict::Warning);
+        assert_eq!(verdict(moving(0.003, 0.003), Some(2.0)), Verdict::Bad);
+        let finding = motion(&moving(-2.0, 0.0), None).finding;
+        assert_eq!(finding, "the picture moves along -x by 2.000 px/mm, 0.00 deg off the rows");
+    }
+
+    #[test]
+    fn a_stage_that_settles_later_than_planned_is_told() {
+        let found = Settling {
+            settle: Duration::from_millis(312),
+            resolution: Duration::from_millis(40),
+            tolerance_px: 0.02,
+            farthest_px: 3.0,
+            frames: 30,
+        };
+        assert_eq!(settling(&found, Duration::from_millis(300)).verdict, Verdict::Good);
+        let late = settling(&found, Duration::from_millis(200));
+        assert_eq!(late.advice.as_deref(), Some("plan 320 ms to settle"));
+    }
+
+    #[test]
+    fn scatter_is_judged_by_the_relief_that_is_to_be_seen() {
+        let found = Repeatability {
+            returns_px: vec![0.0; 5],
+            sigma_px: 0.04,
+            sigma_um: 20.0,
+            drift_um: 0.0,
+            reversal_um: 0.0,
+            noise_px: 0.005,
+        };
+        let verdict = |found: &Repeatability, relief_px| repeatability(found, relief_px).verdict;
+        assert_eq!(verdict(&found, Some(0.13)), Verdict::Good);
+        assert_eq!(verdict(&found, Some(0.11)), Verdict::Warning);
+        assert_eq!(verdict(&found, None), Verdict::Unknown);
+        assert_eq!(verdict(&Repeatability { noise_px: 0.02, ..found }, None), Verdict::Good);
     }
 }

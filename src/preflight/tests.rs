@@ -186,3 +186,33 @@ fn a_plan_beyond_the_travel_or_the_disk_is_bad_and_the_rest_is_told_all_the_same
     camera.device().inject(SimFault::Disconnect { failing: 1 });
     assert!(matches!(examine(&mut stage, &mut camera, &plan(), &Silent), Err(PreflightError::Camera(_))));
 }
+
+#[test]
+fn steps_too_long_or_too_short_to_see_are_changed_until_they_can_be_seen() {
+    let twin = twin(|_| ());
+    for (step_mm, expected_mm) in [(100.0, 25.0), (0.2, 12.8), (10.0, 10.0)] {
+        let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
+        let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
+        camera.configure(&plan().camera).unwrap();
+        stage.home().unwrap();
+        stage.move_to(10.0).unwrap();
+        camera.start().unwrap();
+        let found = measure_motion(&mut stage, &mut camera, Duration::ZERO, [10.0, 150.0], step_mm).unwrap();
+        assert_eq!(found.move_mm, expected_mm);
+        // Five sigma, and 0.005 px of interpolation.
+        let bound = 5.0 * found.sigma_px_per_mm + 0.005 / found.move_mm;
+        assert!((found.x_px_per_mm - PX_PER_MM).abs() < bound, "{found:?}");
+    }
+}
+
+#[test]
+fn frames_that_a_camera_spoils_change_no_number() {
+    let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
+    let mut camera = SimCamera::before_twin(twin(|_| ()), stage.watch());
+    // Damaged, late and torn frames are the camera's own business; what is left is right.
+    for fault in [SimFault::BufferError, SimFault::TornFrame, SimFault::LateContents] {
+        camera.device().inject(fault);
+    }
+    let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
+    assert!((report.motion.unwrap().x_px_per_mm / PX_PER_MM - 1.0).abs() < 0.01, "{report:?}");
+}

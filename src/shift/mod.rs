@@ -229,11 +229,11 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
     let light = sums.light();
     // Rounding alone limits what weak gradients can tell, however well the frames agree.
     let rounding_px = sigma(agreement.squares, &agreement.squares_as_products(), ROUNDING_DN2);
-    if !(rounding_px <= WORST_SIGMA_PX) {
+    if rounding_px > WORST_SIGMA_PX {
         return Err(ShiftError::TooLittleTexture { sigma_px: rounding_px });
     }
     let residual_dn = agreement.residual2.sqrt();
-    if !(agreement.correlation >= LEAST_CORRELATION && step_px < COARSE_PX) {
+    if agreement.correlation < LEAST_CORRELATION || step_px >= COARSE_PX {
         return Err(ShiftError::Unlike {
             correlation: agreement.correlation,
             least: LEAST_CORRELATION,
@@ -245,7 +245,7 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
     let smoothing = (1.0 + light * light) / (share + light * light);
     let variance = (agreement.residual2 * smoothing).max(ROUNDING_DN2);
     let sigma_px = sigma(agreement.squares, &agreement.products, variance);
-    if !(sigma_px <= WORST_SIGMA_PX) {
+    if sigma_px > WORST_SIGMA_PX {
         return Err(ShiftError::TooLittleTexture { sigma_px });
     }
     Ok(Shift { x_px: shift[0], y_px: shift[1], sigma_px, light, residual_dn })

@@ -300,7 +300,7 @@ impl Sums {
         let force = [gb[0] - ga[0] * regression, gb[1] - ga[1] * regression];
         let [xx, xy, yy] = [gg(0, 0), gg(0, 1), gg(1, 1)];
         let determinant = xx * yy - xy * xy;
-        if !(determinant > f64::EPSILON * (xx + yy).powi(2)) {
+        if determinant <= f64::EPSILON * (xx + yy).powi(2) || determinant.is_nan() {
             return None;
         }
         let scale = -1.0 / (determinant * self.light());
