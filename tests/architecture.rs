@@ -60,7 +60,8 @@ fn modules() -> BTreeMap<String, Vec<(PathBuf, String)>> {
     for path in files {
         let inside = path.strip_prefix(&source).unwrap();
         let module = inside.components().next().unwrap().as_os_str().to_string_lossy().replace(".rs", "");
-        if inside.ends_with("reference_tests.rs") || ["lib", "main"].contains(&module.as_str()) {
+        let is_test = ["reference_tests.rs", "tests.rs"].iter().any(|name| inside.ends_with(name));
+        if is_test || ["lib", "main"].contains(&module.as_str()) {
             continue;
         }
         let text = fs::read_to_string(&path).unwrap();
