@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::CaptureError;
-use crate::camera::CameraSettings;
+use crate::camera::{CameraSettings, Configuration};
 use crate::sequence::Intrinsics;
 
 /// A lens as far as its data sheet tells.
@@ -129,6 +129,12 @@ impl CapturePlan {
     pub(super) fn first_mm(&self) -> Result<f64, CaptureError> {
         let first = self.positions_mm.first().filter(|_| self.positions_mm.len() > 1);
         first.copied().ok_or(CaptureError::EmptyPlan(self.positions_mm.len()))
+    }
+
+    /// Bytes of a frame's samples, of a camera that is set like this.
+    pub fn frame_bytes(&self, configuration: &Configuration) -> u64 {
+        let sample_bytes = if self.averaged > 1 || configuration.bit_depth > 8 { 2 } else { 1 };
+        configuration.rows as u64 * configuration.columns as u64 * sample_bytes
     }
 
     /// Refuses a plan that leaves the travel: a scan that cannot end need not begin.

@@ -80,10 +80,8 @@ fn dry_run(mut devices: Devices<'_>, talk: &Talk) -> Result<PlanOutput, CliError
     let configuration = devices.camera.configure(&devices.plan.camera)?;
     tell_configuration(&configuration, talk);
     devices.plan.check_travel(stage.travel_mm())?;
-    let bit_depth = if devices.plan.averaged > 1 { 16 } else { configuration.bit_depth };
-    let frame_bytes = configuration.rows * configuration.columns * usize::from(bit_depth).div_ceil(8);
+    let frame_bytes = devices.plan.frame_bytes(&configuration);
     let interval: Option<Duration> = configuration.interval.and_then(|interval| interval.duration());
-    let estimate =
-        devices.plan.estimate(Some(frame_bytes as u64), interval, |mm| stage.expected_duration(mm));
+    let estimate = devices.plan.estimate(Some(frame_bytes), interval, |mm| stage.expected_duration(mm));
     Ok(PlanOutput::new(&devices.plan, &estimate))
 }

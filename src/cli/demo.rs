@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::evaluate::table;
 use super::matching::describe;
 use super::rig::{simulated_twin, twin_config};
-use super::run::{Measured, measure_object};
+use super::run::{Measured, examine_shortly, measure_object};
 use super::scan::Devices;
 use super::{CliError, Talk};
 use crate::epi::MatchOptions;
@@ -86,9 +86,17 @@ impl Demo {
         let folder = out.join("sequence");
         // The truth is for the comparison below; the measurement does what it does with any rig.
         let truth = twin.truth(0)?;
-        let devices = Devices::of(&profile, None, talk)?;
-        let measured =
-            measure_object(devices, &MatchOptions::default(), &folder, Some(&truth.disparity), talk)?;
+        let mut devices = Devices::of(&profile, None, talk)?;
+        // Whoever asks for a small or noisy picture wants to see what comes of it.
+        examine_shortly(&mut devices, &profile, &folder, talk)?;
+        let measured = measure_object(
+            devices,
+            &profile,
+            &MatchOptions::default(),
+            &folder,
+            Some(&truth.disparity),
+            talk,
+        )?;
         let Measured { measurement, results, .. } = measured;
         write_truth(&folder.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, twin.config().scene.distance_mm())?;

@@ -11,6 +11,7 @@ use crate::epi::MatchError;
 use crate::evaluate::{LeaveOutError, SizeMismatch};
 use crate::link::LinkError;
 use crate::measure::MeasureError;
+use crate::preflight::PreflightError;
 use crate::profile::ProfileError;
 use crate::report::ReportError;
 use crate::results::ResultsError;
@@ -39,6 +40,12 @@ pub(super) enum CliError {
     Twin(#[from] TwinError),
     #[error(transparent)]
     Profile(#[from] ProfileError),
+    #[error(transparent)]
+    Preflight(#[from] PreflightError),
+    #[error(
+        "the rig is not ready for this scan ({0}); do what the examination advises, or let `run --anyway` go on"
+    )]
+    NotReady(String),
     #[error(transparent)]
     Capture(#[from] CaptureError),
     #[error(transparent)]
@@ -87,6 +94,12 @@ impl CliError {
         match self {
             Self::Sequence(error) => sequence_code(error),
             Self::Capture(error) => capture_code(error),
+            Self::Preflight(error) => match error {
+                PreflightError::Stage(error) => stage_code(error),
+                PreflightError::Camera(error) => camera_code(error),
+                _ => USAGE,
+            },
+            Self::NotReady(_) => DEVICE,
             Self::Match(error) | Self::LeaveOut(LeaveOutError::Match(error)) => match error {
                 MatchError::TooSmall { .. } | MatchError::NoRange => INTEGRITY,
                 _ => USAGE,

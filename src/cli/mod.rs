@@ -5,6 +5,7 @@ mod capture;
 mod decode;
 mod demo;
 mod devices;
+mod doctor;
 mod error;
 mod evaluate;
 mod export;
@@ -65,6 +66,7 @@ enum Verb {
     Camera(camera::CameraVerb),
     Grab(grab::Grab),
     Init(init::Init),
+    Doctor(doctor::Doctor),
     Plan(plan::Plan),
     Capture(capture::Capture),
     Resume(resume::Resume),
@@ -103,6 +105,7 @@ pub fn main() -> ExitCode {
         Verb::Camera(verb) => verb.run(&talk),
         Verb::Grab(verb) => verb.run(&talk),
         Verb::Init(verb) => verb.run(&talk),
+        Verb::Doctor(verb) => verb.run(&talk),
         Verb::Plan(verb) => verb.run(&talk),
         Verb::Capture(verb) => verb.run(&talk),
         Verb::Resume(verb) => verb.run(&talk),

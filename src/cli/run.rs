@@ -6,6 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::capture::RigArguments;
+use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
 use super::matching::{advise, describe};
 use super::scan::{Captured, Course, Devices, scan};
@@ -13,8 +14,10 @@ use super::{CliError, Talk};
 use crate::epi::MatchOptions;
 use crate::measure::{Measurement, measure};
 use crate::plane::Plane;
+use crate::preflight::{Report, Verdict};
+use crate::profile::Profile;
 use crate::results::{MatchSummary, ResultsFolder};
-use crate::sequence::Sequence;
+use crate::sequence::{Sequence, refuse_existing};
 
 /// Measure: examine the rig, capture, match, and write the results
 #[derive(Debug, Args)]
@@ -30,6 +33,9 @@ pub(super) struct Run {
     /// Folder of the new sequence and its results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Go on even if the examination forbids it
+    #[arg(long)]
+    anyway: bool,
     #[command(flatten)]
     rig: RigArguments,
     #[command(flatten)]
@@ -52,7 +58,13 @@ pub(super) struct Measured {
 impl Run {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let profile = self.rig.profile()?;
-        let devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
+        let mut devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
+        // Nothing moves for a folder that cannot be used.
+        refuse_existing(&self.out)?;
+        let report = examine_shortly(&mut devices, &profile, &self.out, talk)?;
+        if !self.anyway {
+            refuse_if_bad(&report)?;
+        }
         let measured = measure_object(devices, &self.matching.options(), &self.out, None, talk)?;
         let Measured { captured, measurement, results } = measured;
         results.commit()?;
@@ -63,6 +75,21 @@ impl Run {
             format!("{}{}look at {}\n", captured.describe(), describe(&measurement), picture.display())
         })
     }
+}
+
+/// The examination that needs few moves: says what is not as it should be.
+pub(super) fn examine_shortly(
+    devices: &mut Devices<'_>,
+    profile: &Profile,
+    out: &Path,
+    talk: &Talk,
+) -> Result<Report, CliError> {
+    let report = examine_rig(devices, profile, out, true, talk)?;
+    for check in of(&report, Verdict::Warning).chain(of(&report, Verdict::Bad)) {
+        let advice = check.advice.as_ref().map_or(String::new(), |advice| format!(" ({advice})"));
+        talk.say(&format!("{}: {}{advice}", check.name, check.finding));
+    }
+    Ok(report)
 }
 
 /// From the rig to results: each step on what the one before has left in `folder`. `truth` is drawn beside the disparity

@@ -30,8 +30,8 @@ pub fn examine(
     plan: &PreflightPlan,
     progress: &dyn Progress,
 ) -> Result<Report, PreflightError> {
-    if plan.positions_mm.len() < 2 {
-        return Err(PreflightError::EmptyPlan(plan.positions_mm.len()));
+    if plan.scan.positions_mm.len() < 2 {
+        return Err(PreflightError::EmptyPlan(plan.scan.positions_mm.len()));
     }
     progress.begin("examining", PARTS);
     let found = examine_parts(stage, camera, plan, progress);
@@ -47,11 +47,11 @@ fn examine_parts(
     plan: &PreflightPlan,
     progress: &dyn Progress,
 ) -> Result<Report, PreflightError> {
-    let configuration = camera.configure(&plan.camera)?;
+    let configuration = camera.configure(&plan.scan.camera)?;
     let mut report = Report {
         configuration: configuration.to_string(),
         checks: vec![
-            rules::travel(&plan.positions_mm, stage.travel_mm()),
+            rules::travel(&plan.scan.positions_mm, stage.travel_mm()),
             rules::holding(stage.holds_at_rest()),
             rules::disk(plan, &configuration),
             rules::automatic_controls(&configuration),
@@ -84,8 +84,8 @@ fn go_to_start(
 ) -> Result<bool, PreflightError> {
     const NAME: &str = "approach";
     stage.home()?;
-    let lowest_mm = plan.positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
-    let reached = stage.move_to(lowest_mm).and_then(|()| stage.move_to(plan.positions_mm[0]));
+    let lowest_mm = plan.scan.positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
+    let reached = stage.move_to(lowest_mm).and_then(|()| stage.move_to(plan.scan.positions_mm[0]));
     match reached {
         Ok(()) => {
             checks.push(Check::good(
@@ -126,15 +126,15 @@ fn look_at_picture(
     plan: &PreflightPlan,
     checks: &mut Vec<Check>,
 ) -> Result<View, PreflightError> {
-    let at_rest = camera.now().after(plan.settle);
+    let at_rest = camera.now().after(plan.scan.settle);
     let frame = camera.grab_after(at_rest)?.frame;
     let seen = Assessment::of(&frame);
     let view = View::take(camera, FRAMES)?;
     checks.extend([
-        picture::saturation(&frame, &seen, plan.saturated_limit),
+        picture::saturation(&frame, &seen, plan.scan.limits.saturated),
         picture::brightness(&frame, &seen),
         picture::texture(&view, &seen),
-        picture::noise(&view, plan.averaged),
+        picture::noise(&view, plan.scan.averaged),
         picture::flicker(&view),
     ]);
     Ok(view)
@@ -149,9 +149,9 @@ fn measure_moves(
     progress: &dyn Progress,
     report: &mut Report,
 ) -> Result<(), PreflightError> {
-    let (first_mm, step_mm) = (plan.positions_mm[0], step_mm(plan));
-    let last_mm = plan.positions_mm.iter().copied().fold(first_mm, f64::max).min(stage.travel_mm());
-    let moved = measure_motion(stage, camera, plan.settle, [first_mm, last_mm], step_mm);
+    let (first_mm, step_mm) = (plan.scan.positions_mm[0], step_mm(plan));
+    let last_mm = plan.scan.positions_mm.iter().copied().fold(first_mm, f64::max).min(stage.travel_mm());
+    let moved = measure_motion(stage, camera, plan.scan.settle, [first_mm, last_mm], step_mm);
     let expected = expected_px_per_mm(plan, configuration);
     if let Some(motion) = or_check("motion", moved, camera, &mut report.checks)? {
         report.checks.push(stops::motion(&motion, expected));
@@ -164,12 +164,12 @@ fn measure_moves(
     let next_mm = (first_mm + step_mm).min(stage.travel_mm());
     let settled = measure_settling(stage, camera, next_mm);
     if let Some(settling) = or_check("settling", settled, camera, &mut report.checks)? {
-        report.checks.push(stops::settling(&settling, plan.settle));
+        report.checks.push(stops::settling(&settling, plan.scan.settle));
         report.settling = Some(settling);
     }
     progress.advance(1);
     let axis = [motion.x_px_per_mm, motion.y_px_per_mm];
-    let returned = measure_repeatability(stage, camera, plan.settle, [next_mm, step_mm], axis, RETURNS);
+    let returned = measure_repeatability(stage, camera, plan.scan.settle, [next_mm, step_mm], axis, RETURNS);
     if let Some(found) = or_check("repeatability", returned, camera, &mut report.checks)? {
         let distance_mm = distance_mm(plan, configuration, motion.px_per_mm());
         let relief = plan.relief_mm.zip(distance_mm);
@@ -205,7 +205,7 @@ fn or_check<T>(
 /// Sampling, and how well heights will be known.
 fn foresee(plan: &PreflightPlan, configuration: &Configuration, view: &View, report: &mut Report) {
     const NAME: &str = "height";
-    let frames = plan.positions_mm.len();
+    let frames = plan.scan.positions_mm.len();
     let measured = report.motion.map(|motion| motion.px_per_mm());
     let px_per_mm = measured.or_else(|| expected_px_per_mm(plan, configuration));
     if let Some(px_per_mm) = px_per_mm {
@@ -226,7 +226,7 @@ fn foresee(plan: &PreflightPlan, configuration: &Configuration, view: &View, rep
         distance_mm,
         baseline_mm: baseline_mm(plan),
         frames,
-        noise_dn: view.noise_dn() / (plan.averaged.max(1) as f64).sqrt(),
+        noise_dn: view.noise_dn() / (plan.scan.averaged.max(1) as f64).sqrt(),
         gradient_dn_per_px: view.gradient_dn_per_px(),
         window_px: WINDOW_PX,
         step_error_mm: report.repeatability.as_ref().map(|found| found.sigma_um * 1e-3),
@@ -238,21 +238,21 @@ fn foresee(plan: &PreflightPlan, configuration: &Configuration, view: &View, rep
 
 /// From the first to the last position.
 fn baseline_mm(plan: &PreflightPlan) -> f64 {
-    (plan.positions_mm[plan.positions_mm.len() - 1] - plan.positions_mm[0]).abs()
+    (plan.scan.positions_mm[plan.scan.positions_mm.len() - 1] - plan.scan.positions_mm[0]).abs()
 }
 
 /// From frame to frame, on average.
 fn step_mm(plan: &PreflightPlan) -> f64 {
-    baseline_mm(plan) / (plan.positions_mm.len() - 1) as f64
+    baseline_mm(plan) / (plan.scan.positions_mm.len() - 1) as f64
 }
 
 /// By lens and distance.
 fn expected_px_per_mm(plan: &PreflightPlan, configuration: &Configuration) -> Option<f64> {
-    Some(plan.lens?.focal_length_px(configuration.columns) / plan.distance_mm?)
+    Some(plan.scan.lens?.focal_length.px(configuration.columns) / plan.distance_mm?)
 }
 
 /// As given, or by lens and motion.
 fn distance_mm(plan: &PreflightPlan, configuration: &Configuration, px_per_mm: f64) -> Option<f64> {
-    let by_motion = || Some(plan.lens?.focal_length_px(configuration.columns) / px_per_mm);
+    let by_motion = || Some(plan.scan.lens?.focal_length.px(configuration.columns) / px_per_mm);
     plan.distance_mm.or_else(by_motion)
 }

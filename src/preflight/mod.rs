@@ -16,12 +16,11 @@ mod settling;
 mod stops;
 mod view;
 
-use std::time::Duration;
-
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::camera::{CameraError, CameraSettings};
+use crate::camera::CameraError;
+use crate::capture::CapturePlan;
 use crate::shift::ShiftError;
 use crate::stage::StageError;
 
@@ -34,46 +33,17 @@ pub use sampling::{RepeatedPhases, better_step_mm, repeated_phases};
 pub use settling::{Settling, measure_settling};
 pub use view::View;
 
-/// A lens, as far as it is known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Lens {
-    /// Focal length, in px.
-    Px(f64),
-    /// Focal length in units of the image's width: that in mm over the sensor's width in mm.
-    PerColumn(f64),
-}
-
-impl Lens {
-    /// Focal length in px, for images of `columns`.
-    pub fn focal_length_px(self, columns: usize) -> f64 {
-        match self {
-            Self::Px(focal_length_px) => focal_length_px,
-            Self::PerColumn(widths) => widths * columns as f64,
-        }
-    }
-}
-
 /// The scan that is planned, and what is known of the rig.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreflightPlan {
-    /// Where frames are to be taken, in mm from home.
-    pub positions_mm: Vec<f64>,
-    /// How long the stage is given to come to rest.
-    pub settle: Duration,
-    /// Frames averaged at each position.
-    pub averaged: usize,
-    /// What the camera is to be.
-    pub camera: CameraSettings,
-    /// The lens, if known.
-    pub lens: Option<Lens>,
+    /// The scan itself.
+    pub scan: CapturePlan,
     /// Distance of the object, in mm, if known.
     pub distance_mm: Option<f64>,
     /// Height differences that are to be seen, in mm, if known.
     pub relief_mm: Option<f64>,
     /// Frequency of the mains that feed the lamps, in Hz, if known.
     pub mains_hz: Option<f64>,
-    /// Share of samples that may be at full scale, 0 to 1.
-    pub saturated_limit: f64,
     /// Room on the disk where the sequence will be, in bytes, if known.
     pub free_bytes: Option<u64>,
     /// Leaves out what takes many moves: settling and repeatability.

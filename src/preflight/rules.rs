@@ -51,9 +51,8 @@ pub(super) fn holding(holds: Option<bool>) -> Check {
 /// Whether the frames fit on the disk. Compressed they take less than their samples do, which are reckoned with.
 pub(super) fn disk(plan: &PreflightPlan, configuration: &Configuration) -> Check {
     const NAME: &str = "disk";
-    let sample_bytes = if plan.averaged > 1 || configuration.bit_depth > 8 { 2 } else { 1 };
-    let frame_bytes = configuration.rows as u64 * configuration.columns as u64 * sample_bytes + BESIDES_BYTES;
-    let needed = frame_bytes * plan.positions_mm.len() as u64;
+    let frames = plan.scan.positions_mm.len() + plan.scan.dark + plan.scan.flat;
+    let needed = (plan.scan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
     let needs = format!("the sequence takes {:.1} MB at most", needed as f64 / MB);
     let Some(free) = plan.free_bytes else {
         return Check::with_advice(NAME, Verdict::Unknown, needs, "make sure that there is room for it");
@@ -134,6 +133,7 @@ pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::capture::CapturePlan;
 
     #[test]
     fn exposures_are_judged_by_the_mains_there_are() {
@@ -179,15 +179,10 @@ mod tests {
             notes: vec!["the images come compressed".to_owned()],
         };
         let plan = |averaged, free_bytes| PreflightPlan {
-            positions_mm: vec![0.0; 10],
-            settle: std::time::Duration::ZERO,
-            averaged,
-            camera: crate::camera::CameraSettings::default(),
-            lens: None,
+            scan: CapturePlan { averaged, ..CapturePlan::at(vec![0.0; 10]) },
             distance_mm: None,
             relief_mm: None,
             mains_hz: None,
-            saturated_limit: 0.0,
             free_bytes,
             short: true,
         };

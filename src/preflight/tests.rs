@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::*;
-use crate::camera::{Camera, SimCamera, SimFault};
+use crate::camera::{Camera, CameraSettings, SimCamera, SimFault};
+use crate::capture::{CaptureLimits, CapturePlan, FocalLength, Lens};
 use crate::progress::Silent;
 use crate::stage::{OneSided, SimStage, SimStageConfig, Stage};
 use crate::twin::{Twin, TwinConfig};
@@ -20,17 +21,24 @@ fn twin(change: impl FnOnce(&mut TwinConfig)) -> Arc<Twin> {
 const PX_PER_MM: f64 = 320.0 / 500.0;
 
 /// 41 frames, 1.47 mm apart: 0.9408 px.
+fn scan() -> CapturePlan {
+    let positions_mm = (0..41).map(|index| 10.0 + 1.47 * f64::from(index)).collect();
+    let lens = Lens { focal_length: FocalLength::ImageWidths(2.0), principal_point_px: None };
+    let limits = CaptureLimits { saturated: 0.001, ..CaptureLimits::default() };
+    CapturePlan {
+        settle: Duration::from_millis(50),
+        lens: Some(lens),
+        limits,
+        ..CapturePlan::at(positions_mm)
+    }
+}
+
 fn plan() -> PreflightPlan {
     PreflightPlan {
-        positions_mm: (0..41).map(|index| 10.0 + 1.47 * f64::from(index)).collect(),
-        settle: Duration::from_millis(50),
-        averaged: 1,
-        camera: crate::camera::CameraSettings::default(),
-        lens: Some(Lens::PerColumn(2.0)),
+        scan: scan(),
         distance_mm: Some(500.0),
         relief_mm: Some(5.0),
         mains_hz: Some(50.0),
-        saturated_limit: 0.001,
         free_bytes: Some(1 << 30),
         short: false,
     }
@@ -74,7 +82,7 @@ fn the_scatter_of_a_stage_is_found() {
     for seed in 0..RUNS {
         let mut stage = SimStage::new(noisy(seed.into()));
         let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
-        camera.configure(&plan().camera).unwrap();
+        camera.configure(&plan().scan.camera).unwrap();
         stage.home().unwrap();
         camera.start().unwrap();
         let found =
@@ -104,7 +112,7 @@ fn backlash_is_found_and_gone_with_an_approach_from_one_side() {
     let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
     assert!(report.repeatability.unwrap().reversal_um.abs() < 30.0);
     // 10 mm leave room for an approach, 0.5 mm do not.
-    let low = PreflightPlan { positions_mm: vec![0.5, 3.0, 6.0], ..plan() };
+    let low = PreflightPlan { scan: CapturePlan { positions_mm: vec![0.5, 3.0, 6.0], ..scan() }, ..plan() };
     let report = examine(&mut stage, &mut camera, &low, &Silent).unwrap();
     assert_eq!(check(&report, "approach").verdict, Verdict::Bad);
     assert!(report.motion.is_none());
@@ -115,9 +123,12 @@ fn too_much_light_too_little_and_none_are_told() {
     let ideal = || SimStageConfig::ideal(200.0);
     let bright = PreflightPlan {
         short: true,
-        camera: crate::camera::CameraSettings {
-            controls: vec![("gain".to_owned(), "100".to_owned())],
-            ..crate::camera::CameraSettings::default()
+        scan: CapturePlan {
+            camera: CameraSettings {
+                controls: vec![("gain".to_owned(), "100".to_owned())],
+                ..CameraSettings::default()
+            },
+            ..scan()
         },
         ..plan()
     };
@@ -126,9 +137,9 @@ fn too_much_light_too_little_and_none_are_told() {
     assert!(report.settling.is_none() && report.repeatability.is_none(), "the short form moves little");
     let dimmed = |exposure_us| PreflightPlan {
         short: true,
-        camera: crate::camera::CameraSettings {
-            exposure_us: Some(exposure_us),
-            ..crate::camera::CameraSettings::default()
+        scan: CapturePlan {
+            camera: CameraSettings { exposure_us: Some(exposure_us), ..CameraSettings::default() },
+            ..scan()
         },
         ..plan()
     };
@@ -163,7 +174,7 @@ fn wrong_geometry_and_repeated_phases_are_told() {
     assert_eq!(check(&report, "motion").verdict, Verdict::Warning, "{report:?}");
     // 1.5625 mm are 1 px.
     let positions_mm = (0..41).map(|index| 10.0 + 1.5625 * f64::from(index)).collect();
-    let repeating = PreflightPlan { positions_mm, ..short };
+    let repeating = PreflightPlan { scan: CapturePlan { positions_mm, ..scan() }, ..short };
     let report = examined(&twin(|_| ()), SimStageConfig::ideal(200.0), &repeating);
     let sampling = check(&report, "sampling");
     assert_eq!(sampling.verdict, Verdict::Warning, "{sampling:?}");
@@ -172,13 +183,18 @@ fn wrong_geometry_and_repeated_phases_are_told() {
 
 #[test]
 fn a_plan_beyond_the_travel_or_the_disk_is_bad_and_the_rest_is_told_all_the_same() {
-    let far = PreflightPlan { free_bytes: Some(1000), lens: None, distance_mm: None, ..plan() };
+    let far = PreflightPlan {
+        free_bytes: Some(1000),
+        scan: CapturePlan { lens: None, ..scan() },
+        distance_mm: None,
+        ..plan()
+    };
     let report = examined(&twin(|_| ()), SimStageConfig::ideal(50.0), &far);
     assert_eq!(check(&report, "travel").verdict, Verdict::Bad);
     assert_eq!(check(&report, "disk").verdict, Verdict::Bad);
     assert_eq!(check(&report, "height").verdict, Verdict::Unknown);
     assert!(check(&report, "disk").finding.starts_with("the sequence takes 1.1 MB at most"), "{report:?}");
-    let single = PreflightPlan { positions_mm: vec![3.0], ..plan() };
+    let single = PreflightPlan { scan: CapturePlan { positions_mm: vec![3.0], ..scan() }, ..plan() };
     let mut stage = SimStage::new(SimStageConfig::ideal(50.0));
     let mut camera = SimCamera::before_twin(twin(|_| ()), stage.watch());
     let error = examine(&mut stage, &mut camera, &single, &Silent).unwrap_err();
@@ -193,7 +209,7 @@ fn steps_too_long_or_too_short_to_see_are_changed_until_they_can_be_seen() {
     for (step_mm, expected_mm) in [(100.0, 25.0), (0.2, 12.8), (10.0, 10.0)] {
         let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
         let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
-        camera.configure(&plan().camera).unwrap();
+        camera.configure(&plan().scan.camera).unwrap();
         stage.home().unwrap();
         stage.move_to(10.0).unwrap();
         camera.start().unwrap();

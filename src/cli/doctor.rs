@@ -1,0 +1,98 @@
+//! `epirig doctor`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::capture::RigArguments;
+use super::scan::Devices;
+use super::{CliError, Talk};
+use crate::preflight::{Check, PreflightPlan, Report, Verdict, examine};
+use crate::profile::Profile;
+use crate::stage::StageSource;
+
+/// Examine the rig before a scan: what is wrong, and how well heights will be known
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig doctor                          the rig and the plan of rig.toml
+  epirig doctor --rig sim                no hardware needed
+  epirig doctor --short                  without the measurements that take many moves
+
+The stage is homed and moves on the plan's travel; the object has to be in its place and lit as in the scan. Exit code 4
+if something forbids the scan.")]
+pub(super) struct Doctor {
+    /// Leave out what takes many moves: settling and repeatability
+    #[arg(long)]
+    short: bool,
+    /// Where the sequence is to be written, for the room on that disk
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    out: PathBuf,
+    #[command(flatten)]
+    rig: RigArguments,
+}
+
+impl Doctor {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let profile = self.rig.profile()?;
+        let mut devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
+        let report = examine_rig(&mut devices, &profile, &self.out, self.short, talk)?;
+        talk.result(&report, || describe(&report))?;
+        refuse_if_bad(&report)
+    }
+}
+
+/// Examines the rig of a profile for a scan into `out`.
+pub(super) fn examine_rig(
+    devices: &mut Devices<'_>,
+    profile: &Profile,
+    out: &Path,
+    short: bool,
+    talk: &Talk,
+) -> Result<Report, CliError> {
+    let plan = PreflightPlan {
+        scan: devices.plan.clone(),
+        distance_mm: profile.optics.distance_mm,
+        relief_mm: profile.target.relief_mm,
+        mains_hz: profile.camera.mains_hz,
+        free_bytes: free_bytes(out),
+        short,
+    };
+    let mut stage = devices.stages.connect()?;
+    Ok(examine(&mut *stage, &mut *devices.camera, &plan, talk)?)
+}
+
+/// Room on the disk where `folder` is or will be.
+fn free_bytes(folder: &Path) -> Option<u64> {
+    let folder = std::path::absolute(folder).ok()?;
+    let existing = folder.ancestors().find(|folder| folder.exists())?;
+    fs4::available_space(existing).ok()
+}
+
+/// An error if something forbids the scan.
+pub(super) fn refuse_if_bad(report: &Report) -> Result<(), CliError> {
+    let bad: Vec<&str> = of(report, Verdict::Bad).map(|check| check.name).collect();
+    match bad.as_slice() {
+        [] => Ok(()),
+        names => Err(CliError::NotReady(names.join(", "))),
+    }
+}
+
+/// The checks that came to this.
+pub(super) fn of(report: &Report, verdict: Verdict) -> impl Iterator<Item = &Check> {
+    report.checks.iter().filter(move |check| check.verdict == verdict)
+}
+
+/// A line for each check, and one for its advice.
+fn describe(report: &Report) -> String {
+    let line = |check: &Check| {
+        let verdict = match check.verdict {
+            Verdict::Good => "ok",
+            Verdict::Unknown => "?",
+            Verdict::Warning => "WARNING",
+            Verdict::Bad => "BAD",
+        };
+        let advice = check.advice.as_ref().map_or(String::new(), |advice| format!("{:24}-> {advice}\n", ""));
+        format!("{verdict:<8} {:<14} {}\n{advice}", check.name, check.finding)
+    };
+    report.checks.iter().map(line).collect()
+}
