@@ -94,7 +94,7 @@ fn controls_are_read_and_set_by_name() {
     refused(&["--control", "gain"], &["NAME=VALUE"]);
     refused(&["--format", "YUYV"], &["format YUYV", "GREY"]);
     refused(&["--size", "32"], &["COLUMNSxROWS"]);
-    refused(&["--exposure-us", "0"], &["positive"]);
+    refused(&["--exposure-us", "0"], &["--exposure-us", "1 ns to 24 h"]);
     assert!(!folder.path().join("x.png").exists());
 }
 
@@ -175,7 +175,7 @@ fn a_scan_that_cannot_be_is_refused_before_anything_moves() {
     refused(&["--driver", "sim", "--camera", "sim", "--start-mm", "199"], 2, &["202.000 mm", "0 to 200 mm"]);
     refused(&["--driver", "sim", "--camera", "replay:nothing"], 2, &["nothing"]);
     refused(&["--driver", "sim", "--camera", "/dev/no-such-camera"], 3, &["/dev/no-such-camera"]);
-    refused(&["--port", "/dev/no-such-port", "--camera", "sim"], 3, &["no port"]);
+    refused(&["--port", "/dev/no-such-port", "--camera", "sim"], 2, &["add --driver sim"]);
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn fail_at_every_step(fault: DiskFault) -> usize {
 fn killed_in_every_write_and_rename_it_ends_as_if_undisturbed() {
     let steps = fail_at_every_step(DiskFault::Killed);
     // Four steps for each file, two for each line, and what makes and ends the folder.
-    assert!(steps >= 6 * (FRAMES + 1) + 4, "{steps}");
+    assert!(steps >= 6 * (FRAMES + 2) + 4, "{steps}");
 }
 
 #[test]
@@ -124,9 +124,36 @@ fn a_pause_ends_after_the_frame_in_hand() {
     let pause = PauseSwitch::default();
     pause.press();
     let error =
-        scan(&twin, &CapturePlan { dark: 0, ..plan.clone() }, &out, Box::new(RealDisk), &pause).unwrap_err();
+        scan(&twin, &CapturePlan { dark: 0, flat: 0, ..plan.clone() }, &out, Box::new(RealDisk), &pause)
+            .unwrap_err();
     assert!(error.is_wanted(), "{error}");
     assert_eq!(Sequence::open(&out).unwrap().frames().len(), 1);
     scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     assert_whole(&twin, &out);
+}
+
+#[test]
+fn dark_and_flat_frames_come_before_the_scan_once() {
+    let twin = twin();
+    let plan = plan(&twin);
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("seq");
+    // Killed while the flat frame is written: the dark one is there, and not taken again.
+    let killed = FaultyDisk::new(DiskFault::Killed, 17);
+    assert!(scan(&twin, &plan, &out, Box::new(killed), &PauseSwitch::default()).is_err());
+    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    let sequence = Sequence::open(&out).unwrap();
+    let (mut dark, mut flat) = (Vec::new(), Vec::new());
+    for event in sequence.events() {
+        match event {
+            Event::Dark(frame) => dark.push(sequence.read(frame).unwrap()),
+            Event::Flat(frame) => flat.push(sequence.read(frame).unwrap()),
+            _ => {}
+        }
+    }
+    assert_eq!((dark.len(), flat.len()), (1, 1));
+    assert_eq!(dark[0].samples().maximum(), 0, "this twin has no noise");
+    // White is 0.9 of full scale: 229.5.
+    assert!((flat[0].samples().mean() - 229.5).abs() <= 0.5, "{}", flat[0].samples().mean());
+    assert_eq!(epirig::sequence::verify(&sequence, &epirig::progress::Silent).unwrap().findings, []);
 }

@@ -101,7 +101,12 @@ fn the_wrong_driver_is_noticed_on_either_side() {
 #[test]
 fn a_zaber_stage_needs_its_microstep() {
     let stage = simulated("zaber", &[]);
-    fails(stage.path(), &["home", "--driver", "zaber", "--port", "port"], 2, &["--microstep-um"]);
+    fails(
+        stage.path(),
+        &["home", "--driver", "zaber", "--port", "port"],
+        2,
+        &["stage.microstep", "data sheet"],
+    );
     let position =
         stage.json(&["move", "1.5", "--home", "--driver", "zaber", "--microstep-um", "0.49609375"]);
     assert!((position["position_mm"].as_f64().unwrap() - 1.5).abs() < 0.0003, "{position}");

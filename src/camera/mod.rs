@@ -41,7 +41,7 @@ pub use moment::Moment;
 pub use no_v4l2::{V4l2Device, VideoOutput, cameras};
 pub use replay::ReplayCamera;
 pub use settings::{CameraSettings, Configuration, Pinned};
-pub use sim::{SimCamera, SimDevice, SimFault, SimStamps};
+pub use sim::{SimCamera, SimDevice, SimFault, SimStamps, SimView, ViewSwitch};
 pub use stillness::Difference;
 pub use timing::TimingRule;
 #[cfg(feature = "v4l2")]

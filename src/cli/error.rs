@@ -136,7 +136,7 @@ fn capture_code(error: &CaptureError) -> u8 {
 
 fn sequence_code(error: &SequenceError) -> u8 {
     match error {
-        SequenceError::Io { .. } => TROUBLE,
+        SequenceError::Io { .. } | SequenceError::Busy { .. } | SequenceError::Closed => TROUBLE,
         SequenceError::Exists { .. }
         | SequenceError::NoImages { .. }
         | SequenceError::InsideSource { .. }

@@ -90,7 +90,7 @@ impl Grab {
         let mut options = Options::default();
         self.camera.options(&mut options);
         let profile = self.rig.profile(options)?;
-        let mut camera = open_camera(&profile, &StagePosition::default())?;
+        let mut camera = open_camera(&profile, &StagePosition::default())?.camera;
         let configuration = camera.configure(&camera_settings(&profile)?)?;
         tell_configuration(&configuration, talk);
         camera.start()?;

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::rig::{Hands, Stages, capture_plan, open_camera};
+use super::rig::{Hands, Opened, Stages, capture_plan, open_camera};
 use super::{CliError, Talk, interrupt};
-use crate::camera::Camera;
+use crate::camera::{Camera, ViewSwitch};
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
 use crate::profile::{Driver, Profile};
 use crate::sequence::{ClosureRecord, Event, RealDisk, Sequence, TimesRecord};
@@ -15,6 +15,8 @@ use crate::sequence::{ClosureRecord, Event, RealDisk, Sequence, TimesRecord};
 pub(super) struct Devices<'a> {
     pub(super) stages: Stages<'a>,
     pub(super) camera: Box<dyn Camera>,
+    /// What a simulated camera looks at.
+    view: Option<ViewSwitch>,
     pub(super) plan: CapturePlan,
 }
 
@@ -32,8 +34,8 @@ impl<'a> Devices<'a> {
             ));
         }
         let stages = Stages::new(profile, transcript, talk)?;
-        let camera = open_camera(profile, &stages.watch())?;
-        Ok(Self { stages, camera, plan })
+        let Opened { camera, view } = open_camera(profile, &stages.watch())?;
+        Ok(Self { stages, camera, view, plan })
     }
 }
 
@@ -67,7 +69,7 @@ pub(super) fn scan(
     let mut rig = Rig {
         stages: &mut devices.stages,
         camera: &mut *devices.camera,
-        assistant: &mut Hands(talk),
+        assistant: &mut Hands::new(talk, devices.view.clone()),
         pause,
         progress: talk,
     };
@@ -115,6 +117,13 @@ impl Captured {
             none if none.is_empty() => String::new(),
             words => format!("closing: {words}\n"),
         };
-        format!("{frames} frames in {folder}{retakes}\n{closing}`epirig verify {folder}` checks them\n")
+        let time = self.times.as_ref().map_or(String::new(), |times| {
+            let overhead = self.overhead.map_or(String::new(), |overhead| format!(" (x {overhead:.3})"));
+            format!(
+                "{:.1} s{overhead}: moving {:.1} s, settling {:.1} s, exposing {:.1} s\n",
+                times.total_s, times.moving_s, times.settling_s, times.exposing_s
+            )
+        });
+        format!("{frames} frames in {folder}{retakes}\n{time}{closing}`epirig verify {folder}` checks them\n")
     }
 }

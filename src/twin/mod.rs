@@ -168,6 +168,19 @@ impl Twin {
         render::irradiance(self, self.scene_offset_mm(position_mm))
     }
 
+    /// The light on the sensor from a surface of this reflectance that fills the view, in the units of
+    /// [`irradiance`](Self::irradiance); rows x columns.
+    pub fn uniform_irradiance(&self, reflectance: f32) -> Plane<f32> {
+        let optics = &self.config.optics;
+        let mut light = Plane::filled(optics.rows, optics.columns, reflectance);
+        for y in 0..optics.rows {
+            for (x, value) in light.row_mut(y).iter_mut().enumerate() {
+                *value *= optics.transmission(x as f64, y as f64) as f32;
+            }
+        }
+        light
+    }
+
     /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise, as in [`expose`](Self::expose).
     pub fn digitise(&self, irradiance: &Plane<f32>, exposure: u32) -> Frame {
         self.config.sensor.digitise(irradiance, exposure)

@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use epirig::camera::SimCamera;
+use epirig::camera::{SimCamera, SimView, ViewSwitch};
 use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, capture, resume};
 use epirig::progress::Silent;
 use epirig::sequence::{ClosureRecord, Disk, Sequence, verify};
@@ -21,14 +21,19 @@ pub fn twin() -> Arc<Twin> {
 }
 
 pub fn plan(twin: &Twin) -> CapturePlan {
-    CapturePlan { dark: 1, ..CapturePlan::at(twin.config().scan.positions_mm()) }
+    CapturePlan { dark: 1, flat: 1, ..CapturePlan::at(twin.config().scan.positions_mm()) }
 }
 
-/// Puts nothing anywhere: dark frames of the simulated camera show the object.
-pub struct Willing;
+/// Puts in front of the simulated camera whatever is asked for.
+struct Willing(ViewSwitch);
 
 impl Assistant for Willing {
-    fn arrange(&mut self, _arrangement: Arrangement) -> bool {
+    fn arrange(&mut self, arrangement: Arrangement) -> bool {
+        self.0.put(match arrangement {
+            Arrangement::Object => SimView::Scene,
+            Arrangement::Dark => SimView::Dark,
+            Arrangement::Flat => SimView::Flat,
+        });
         true
     }
 }
@@ -47,10 +52,11 @@ pub fn scan(
         Ok(Box::new(SimStage::seen_through(SimStageConfig::ideal(200.0), seen.clone())) as Box<dyn Stage>)
     };
     let mut camera = SimCamera::before_twin(Arc::clone(twin), watch);
+    let view = camera.device().view();
     let mut rig = Rig {
         stages: &mut stages,
         camera: &mut camera,
-        assistant: &mut Willing,
+        assistant: &mut Willing(view),
         pause: pause.clone(),
         progress: &Silent,
     };

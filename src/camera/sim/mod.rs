@@ -3,6 +3,7 @@
 mod device;
 mod fault;
 mod pictures;
+mod view;
 
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use crate::twin::Twin;
 
 pub use device::SimDevice;
 pub use fault::{SimFault, SimStamps};
+pub use view::{SimView, ViewSwitch};
 
 /// The simulated camera: sees the twin's scene where the simulated stage has carried it.
 ///

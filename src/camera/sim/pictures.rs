@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::view::SimView;
 use crate::frame::{Frame, Samples};
 use crate::plane::Plane;
 use crate::twin::Twin;
@@ -25,8 +26,17 @@ impl Pictures {
         &self.twin
     }
 
-    /// The frame with the stage at `position_mm`; `light` is 1 for the twin's own exposure.
-    pub(super) fn frame(&mut self, position_mm: f64, light: f32, exposure: u32) -> Frame {
+    /// The frame of `view` with the stage at `position_mm`; `light` is 1 for the twin's own exposure.
+    pub(super) fn frame(&mut self, view: SimView, position_mm: f64, light: f32, exposure: u32) -> Frame {
+        let brightness = match view {
+            SimView::Scene => return self.scene(position_mm, light, exposure),
+            SimView::Dark => 0.0,
+            SimView::Flat => light,
+        };
+        self.twin.digitise(&self.twin.uniform_irradiance(brightness), exposure)
+    }
+
+    fn scene(&mut self, position_mm: f64, light: f32, exposure: u32) -> Frame {
         if !self.views.iter().any(|(position, _)| *position == position_mm) {
             if self.views.len() == VIEWS {
                 self.views.remove(0);

@@ -1,20 +1,39 @@
-//! Asking a person to put something in front of the camera.
+//! Putting something in front of the camera.
 
 use std::io::{BufRead, IsTerminal};
 
+use crate::camera::{SimView, ViewSwitch};
 use crate::capture::{Arrangement, Assistant};
 use crate::cli::Talk;
 
-/// The person at the terminal.
-pub(in crate::cli) struct Hands<'a>(pub(in crate::cli) &'a Talk);
+/// The person at the terminal, or the simulation.
+pub(in crate::cli) struct Hands<'a> {
+    talk: &'a Talk,
+    /// What the simulated camera looks at, if it is one.
+    view: Option<ViewSwitch>,
+}
+
+impl<'a> Hands<'a> {
+    pub(in crate::cli) fn new(talk: &'a Talk, view: Option<ViewSwitch>) -> Self {
+        Self { talk, view }
+    }
+}
 
 impl Assistant for Hands<'_> {
     fn arrange(&mut self, arrangement: Arrangement) -> bool {
+        if let Some(view) = &self.view {
+            view.put(match arrangement {
+                Arrangement::Object => SimView::Scene,
+                Arrangement::Dark => SimView::Dark,
+                Arrangement::Flat => SimView::Flat,
+            });
+            return true;
+        }
         if !std::io::stdin().is_terminal() {
-            self.0.say("note: nobody is at the terminal to be asked for dark and flat frames");
+            self.talk.say("note: nobody is at the terminal to be asked for dark and flat frames");
             return false;
         }
-        self.0.aside(|| {
+        self.talk.aside(|| {
             eprintln!("put {}, then press Enter", arrangement.words());
             std::io::stdin().lock().read_line(&mut String::new()).is_ok_and(|bytes| bytes > 0)
         })

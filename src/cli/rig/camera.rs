@@ -9,7 +9,7 @@ use super::{RigArgument, simulated_twin, twin_config};
 use crate::camera::pixels::FourCc;
 use crate::camera::{
     Camera, CameraChoice, CameraError, CameraSettings, Configuration, ReplayCamera, SimCamera, Size,
-    V4l2Camera, V4l2Device, cameras, choose,
+    V4l2Camera, V4l2Device, ViewSwitch, cameras, choose,
 };
 use crate::cli::{CliError, Talk};
 use crate::profile::Profile;
@@ -77,7 +77,7 @@ impl CameraArgument {
     pub(in crate::cli) fn open(&self, rig: &RigArgument) -> Result<Box<dyn Camera>, CliError> {
         let mut options = Options::default();
         self.options(&mut options);
-        open_camera(&rig.profile(options)?, &StagePosition::default())
+        Ok(open_camera(&rig.profile(options)?, &StagePosition::default())?.camera)
     }
 }
 
@@ -98,20 +98,24 @@ impl CameraArguments {
     }
 }
 
+/// A camera, and what a simulated one looks at.
+pub(in crate::cli) struct Opened {
+    pub(in crate::cli) camera: Box<dyn Camera>,
+    pub(in crate::cli) view: Option<ViewSwitch>,
+}
+
 /// Opens the camera of a profile; a simulated one sees the stage where `stage` says that it is.
-pub(in crate::cli) fn open_camera(
-    profile: &Profile,
-    stage: &StagePosition,
-) -> Result<Box<dyn Camera>, CliError> {
+pub(in crate::cli) fn open_camera(profile: &Profile, stage: &StagePosition) -> Result<Opened, CliError> {
     let choice = profile.camera.device.as_deref().map_or(Ok(CameraChoice::Any), str::parse);
     let choice = choice.map_err(|reason| CliError::Usage(format!("camera.device: {reason}")))?;
-    Ok(match choice {
+    let camera: Box<dyn Camera> = match choice {
         CameraChoice::Simulated => {
             let mut camera = SimCamera::before_twin(simulated_twin(twin_config(profile))?, stage.clone());
             if profile.sim.real_time {
                 camera.device().in_real_time();
             }
-            Box::new(camera)
+            let view = Some(camera.device().view());
+            return Ok(Opened { camera: Box::new(camera), view });
         }
         CameraChoice::Replay(folder) => Box::new(ReplayCamera::open(Path::new(&folder))?),
         choice => {
@@ -122,7 +126,8 @@ pub(in crate::cli) fn open_camera(
             })?;
             Box::new(V4l2Camera::new(V4l2Device::open(&choose(&choice, &known)?)?))
         }
-    })
+    };
+    Ok(Opened { camera, view: None })
 }
 
 /// What the camera of a profile is to be.

@@ -8,7 +8,9 @@ mod stage;
 mod twin;
 
 pub(super) use assistant::Hands;
-pub(super) use camera::{CameraArgument, CameraArguments, camera_settings, open_camera, tell_configuration};
+pub(super) use camera::{
+    CameraArgument, CameraArguments, Opened, camera_settings, open_camera, tell_configuration,
+};
 pub(super) use plan::{PlanArguments, capture_plan};
 pub(super) use profile::{Options, RigArgument};
 pub(super) use stage::{StageArguments, Stages, home, sim_config};

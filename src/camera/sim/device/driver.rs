@@ -167,9 +167,14 @@ impl VideoDevice for SimDevice {
         let found = self.taken.iter().find(|taken| taken.buffer.index == buffer.index).copied();
         let Some(exposed) = found else { return Err(self.stream_error("read a buffer")) };
         let shown_mm = if exposed.late { exposed.before_mm } else { exposed.position_mm };
-        self.bytes = to_bytes(&self.pictures.frame(shown_mm, exposed.light, exposed.number));
+        self.bytes = to_bytes(&self.pictures.frame(exposed.view, shown_mm, exposed.light, exposed.number));
         if exposed.torn {
-            let before = to_bytes(&self.pictures.frame(exposed.before_mm, exposed.light, exposed.number));
+            let before = to_bytes(&self.pictures.frame(
+                exposed.view,
+                exposed.before_mm,
+                exposed.light,
+                exposed.number,
+            ));
             let half = self.format().stride * (self.format().size.rows / 2);
             self.bytes[half..].copy_from_slice(&before[half..]);
         }

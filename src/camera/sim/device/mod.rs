@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::fault::{SimFault, SimStamps};
 use super::pictures::Pictures;
+use super::view::{SimView, ViewSwitch};
 use crate::camera::pixels::FourCc;
 use crate::camera::{ActiveFormat, CameraError, CameraIdentity, FilledBuffer, Moment, Size, StampSource};
 use crate::stage::StagePosition;
@@ -38,6 +39,7 @@ struct Exposed {
     /// Where the stage was before; what a late or torn frame shows.
     before_mm: f64,
     light: f32,
+    view: SimView,
     number: u32,
     torn: bool,
     late: bool,
@@ -48,6 +50,7 @@ struct Exposed {
 pub struct SimDevice {
     pictures: Pictures,
     stage: StagePosition,
+    view: ViewSwitch,
     identity: CameraIdentity,
     now: Moment,
     streaming: bool,
@@ -107,6 +110,7 @@ impl SimDevice {
             identity: CameraIdentity { driver: "sim".to_owned(), model, ..CameraIdentity::default() },
             pictures: Pictures::new(twin),
             stage: position,
+            view: ViewSwitch::default(),
             now: start,
             streaming: false,
             buffers: 0,
@@ -196,6 +200,11 @@ impl SimDevice {
         light * (1.0 + hunting)
     }
 
+    /// What puts other things in front of the camera.
+    pub fn view(&self) -> ViewSwitch {
+        self.view.clone()
+    }
+
     /// From now on simulated time passes as ours does, moves of the stage included: for rehearsals.
     pub fn in_real_time(&mut self) {
         self.real_time = Some((Instant::now(), self.now));
@@ -280,6 +289,7 @@ impl SimDevice {
             position_mm: if earlier { self.before_mm } else { self.position_mm },
             before_mm: self.before_mm,
             light: self.light_of(number),
+            view: self.view.get(),
             number,
             torn,
             late,
