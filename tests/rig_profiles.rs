@@ -92,7 +92,7 @@ fn mistakes_are_told_with_place_and_remedy() {
     refused("[plans]\nframes = 3\n", &["plans", "plan"]);
     refused("[plan]\nframes = 1\n", &["plan.frames", "2"]);
     refused("[plan\n", &["rig.toml, line 1"]);
-    fails(folder.path(), &["plan", "--rig", "sim", "--set", "plan.fames=3"], 2, &["--set", "plan.frames"]);
+    fails(folder.path(), &["plan", "--rig", "sim", "--set", "plan.fames=3"], 2, &["--set", "mean frames?"]);
     fails(folder.path(), &["plan", "--rig", "sim", "--set", "plan"], 2, &["--set"]);
     let wrong = [("EPIRIG_PLAN_STEPS", "3 mm")];
     let output = epirig_with(folder.path(), &wrong, &["plan", "--rig", "sim"]);
@@ -124,7 +124,7 @@ fn doctor_says_what_the_rig_will_give_and_refuses_what_it_cannot() {
         assert_eq!(verdict(name), "good", "{name}: {checks:?}");
     }
     // f / Z = 25 / 9 x 320 px / 900 mm, of an object whose surface lies in hollows, too.
-    let px_per_mm = report["motion"]["px_per_mm"][0].as_f64().unwrap();
+    let px_per_mm = report["motion"]["x_px_per_mm"].as_f64().unwrap();
     assert!((px_per_mm / (25.0 / 9.0 * 320.0 / 900.0) - 1.0).abs() < 0.01, "{px_per_mm}");
     let beyond = [&["doctor", "--short"][..], &small, &["--set", "plan.start=60 mm"]].concat();
     fails(folder.path(), &beyond, 4, &["travel"]);
