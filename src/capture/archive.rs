@@ -105,3 +105,101 @@ fn work(mut writer: SequenceWriter, jobs: &Receiver<Job>) -> (SequenceWriter, Re
     }
     (writer, Ok(()))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::path::Path;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+    use std::time::Duration;
+
+    use super::*;
+    use crate::frame::Samples;
+    use crate::sequence::{Disk, FORMAT_VERSION, Origin, RealDisk, SequenceRecord};
+
+    /// A disk that writes no frame until it is told to.
+    struct Stuck(Arc<AtomicBool>);
+
+    impl Stuck {
+        fn wait(&self) {
+            while !self.0.load(Ordering::SeqCst) {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+    }
+
+    impl Disk for Stuck {
+        fn make_folder(&mut self, path: &Path) -> io::Result<()> {
+            RealDisk.make_folder(path)
+        }
+
+        fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
+            if path.extension().is_some_and(|extension| extension == "part")
+                && path.to_string_lossy().contains("png")
+            {
+                self.wait();
+            }
+            RealDisk.write(path, bytes)
+        }
+
+        fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
+            RealDisk.append(path, bytes)
+        }
+
+        fn sync(&mut self, path: &Path) -> io::Result<()> {
+            RealDisk.sync(path)
+        }
+
+        fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()> {
+            RealDisk.rename(from, to)
+        }
+
+        fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
+            RealDisk.cut(path, bytes)
+        }
+
+        fn remove(&mut self, path: &Path) -> io::Result<()> {
+            RealDisk.remove(path)
+        }
+    }
+
+    #[test]
+    fn a_disk_that_hangs_holds_the_scan_and_no_more_than_the_frames_that_may_wait() {
+        const FRAMES: usize = 12;
+        let folder = tempfile::tempdir().unwrap();
+        let record = SequenceRecord {
+            format: FORMAT_VERSION,
+            uid: "test".to_owned(),
+            program: "test".to_owned(),
+            created: "now".to_owned(),
+            origin: Origin::Imported { folder: String::new(), conversions: Vec::new() },
+            rows: 1,
+            columns: 2,
+            bit_depth: 8,
+            frames: FRAMES,
+            positions_mm: None,
+            intrinsics: None,
+        };
+        let open = Arc::new(AtomicBool::new(false));
+        let disk = Box::new(Stuck(Arc::clone(&open)));
+        let writer = SequenceWriter::create_on(disk, &folder.path().join("seq"), &record).unwrap();
+        let sent = Arc::new(AtomicUsize::new(0));
+        let counter = Arc::clone(&sent);
+        let scan = std::thread::spawn(move || {
+            let mut archive = Archive::new(writer);
+            for index in 0..FRAMES {
+                let frame = Frame::new(1, 2, 8, Samples::U8(vec![1, 2])).unwrap();
+                archive.frame(FrameKind::Scan, index, frame, FrameFacts::default()).unwrap();
+                counter.fetch_add(1, Ordering::SeqCst);
+            }
+            archive.finish(ExitStatus::Complete, StopFacts::default()).unwrap();
+        });
+        std::thread::sleep(Duration::from_millis(200));
+        // One in the writer's hands, and those that may wait.
+        assert!(sent.load(Ordering::SeqCst) <= WAITING + 1);
+        open.store(true, Ordering::SeqCst);
+        scan.join().unwrap();
+        assert_eq!(sent.load(Ordering::SeqCst), FRAMES);
+    }
+}

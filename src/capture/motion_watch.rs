@@ -2,6 +2,7 @@
 
 use crate::camera::Difference;
 use crate::frame::{Frame, full_scale};
+use crate::shift::shift_between;
 
 /// A picture has moved if it differs by so many times its noise, ...
 const MOVED: f64 = 2.0;
@@ -11,8 +12,14 @@ const STILL: f64 = 1.2;
 /// Differences below this are rounding, in DN of the camera.
 const ROUNDING_DN: f64 = 0.1;
 
+/// A picture that has moved by less than this between two stops stands still, in px: over a hundred stops it would move by two, and
+/// measure nothing.
+const LEAST_STEP_PX: f64 = 0.02;
+/// A shift that is known worse than this tells nothing, in px.
+const WORST_SIGMA_PX: f64 = 0.05;
+
 /// Compares each frame with the one of the stop before. An object without texture looks the same everywhere; so a picture that
-/// stands still tells something only where others have moved.
+/// stands still tells something only where others have moved, or where texture shows that it stands.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MotionWatch {
     has_moved: bool,
@@ -37,8 +44,19 @@ impl MotionWatch {
         if differs_dn > MOVED * noise_dn + ROUNDING_DN {
             self.has_moved = true;
         }
-        !self.has_moved || differs_dn > STILL * noise_dn + ROUNDING_DN
+        if differs_dn > STILL * noise_dn + ROUNDING_DN {
+            return true;
+        }
+        !self.has_moved && !stands_still(before, frame)
     }
+}
+
+/// Whether texture shows that nothing has moved.
+fn stands_still(before: &Frame, frame: &Frame) -> bool {
+    shift_between(before, frame).is_ok_and(|shift| {
+        shift.sigma_px <= WORST_SIGMA_PX
+            && shift.x_px.hypot(shift.y_px) <= LEAST_STEP_PX + 3.0 * shift.sigma_px
+    })
 }
 
 #[cfg(test)]
@@ -55,8 +73,10 @@ mod tests {
             let shot = |position_mm, exposure| twin.expose(position_mm, exposure);
             let typical = Difference::between(&shot(10.0, 0), &shot(10.0, 1)).unwrap().typical_dn;
             let mut watch = MotionWatch::default();
-            // Nothing has moved yet: nobody knows whether it can be seen.
-            assert!(watch.moved(&shot(10.0, 2), &shot(10.0, 3), Some(typical), 8));
+            // Nothing has moved yet, but there is texture by which it would be seen.
+            assert!(!watch.moved(&shot(10.0, 2), &shot(10.0, 3), Some(typical), 8));
+            let grey = |exposure| twin.digitise(&twin.uniform_irradiance(0.5), exposure);
+            assert!(watch.moved(&grey(2), &grey(3), Some(typical), 8), "nothing can be seen to move here");
             assert!(watch.moved(&shot(10.0, 4), &shot(11.5, 5), Some(typical), 8));
             assert!(!watch.moved(&shot(11.5, 6), &shot(11.5, 7), Some(typical), 8), "noise {noise_dn}");
             assert!(watch.moved(&shot(11.5, 8), &shot(13.0, 9), Some(typical), 8));
