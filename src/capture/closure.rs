@@ -4,6 +4,7 @@ use super::CaptureError;
 use super::scan::{GoodFrame, Scan};
 use crate::sequence::{ClosureRecord, ComparisonRecord};
 use crate::shift::{ShiftError, shift_between};
+use crate::stage::StageError;
 
 impl Scan<'_, '_> {
     /// Takes a good frame again and compares it with what it was. `None` if it shows too little to tell.
@@ -43,35 +44,43 @@ impl Scan<'_, '_> {
     /// Takes the first frame again, by the count of steps that the scan has kept, and homes the stage once more: whether the rig
     /// stayed what it was. Some stages cannot tell where homing finds home, so the picture has to.
     ///
-    /// All frames are there by then, so a device that fails now costs the closure only.
+    /// All frames are there by then, so a camera that fails now, or a line, costs the closure only. A stage that does not come home is
+    /// another matter: perhaps it has not moved for long.
     pub(super) fn close(&mut self) -> Result<Option<ClosureRecord>, CaptureError> {
         let progress = self.rig.progress;
         let measured = self.measure_closure();
         let closure = match measured {
             Ok(closure) => closure,
-            Err(error @ CaptureError::Moved { .. }) => {
-                return Err(CaptureError::NotClosed { how: error.to_string() });
+            Err(CaptureError::Moved { frame, how }) => {
+                let how = format!("frame {frame} taken again differs from what it was: {how}");
+                return Err(CaptureError::NotClosed { how });
             }
             Err(error) if error.is_wanted() => {
                 progress.note("note: stopped after the last frame; what re-homing would show is not known");
                 return Ok(None);
             }
-            Err(error) => {
+            Err(error) if is_silence(&error) => {
                 progress.note(&format!(
                     "note: all frames are there, but what re-homing would show is not known: {error}"
                 ));
                 return Ok(None);
             }
+            Err(error) => return Err(error),
         };
-        let limits = &self.plan.limits;
-        if let Some(shift_mm) = closure.home_shift_mm.filter(|shift_mm| shift_mm.abs() > limits.position_mm) {
-            let how = format!(
-                "home was found {shift_mm:+.4} mm from where it had been (limits.position allows {} mm): steps were lost or gained",
-                limits.position_mm
-            );
-            return Err(CaptureError::NotClosed { how });
-        }
+        self.check_home_shift(closure.home_shift_mm)?;
         Ok(Some(closure))
+    }
+
+    /// Refuses steps that were lost or gained while nothing was wrong with the stage as far as it could tell.
+    pub(super) fn check_home_shift(&self, home_shift_mm: Option<f64>) -> Result<(), CaptureError> {
+        let limit_mm = self.plan.limits.position_mm;
+        let Some(shift_mm) = home_shift_mm.filter(|shift_mm| shift_mm.abs() > limit_mm) else {
+            return Ok(());
+        };
+        let how = format!(
+            "home was found {shift_mm:+.4} mm from where it had been (limits.position allows {limit_mm} mm): steps were lost or gained"
+        );
+        Err(CaptureError::NotClosed { how })
     }
 
     fn measure_closure(&mut self) -> Result<ClosureRecord, CaptureError> {
@@ -86,4 +95,15 @@ impl Scan<'_, '_> {
         let home_shift_mm = self.stage_now()?.home_shift_mm();
         Ok(ClosureRecord { home_shift_mm, comparison })
     }
+}
+
+/// Errors that tell nothing of where the carriage is: the camera's, and those of a stage that is not heard.
+fn is_silence(error: &CaptureError) -> bool {
+    matches!(
+        error,
+        CaptureError::Camera(_)
+            | CaptureError::Stage(
+                StageError::Link(_) | StageError::NoAnswer { .. } | StageError::Restarted { .. }
+            )
+    )
 }

@@ -98,13 +98,13 @@ pub enum CaptureError {
         /// What does not fit.
         reason: String,
     },
-    /// The position was lost in the scan, and nobody noticed until the end.
+    /// The position was lost in the scan, and nobody noticed until the stage was homed again.
     #[error(
-        "the scan is complete, but the rig did not stay as it was: {how}; the frames do not show what their positions say: \
-         look for what moves or blocks, and take the scan again"
+        "the rig did not stay as it was in the scan: {how}; the frames do not show what their positions say: look for what moves \
+         or blocks, and take the scan again"
     )]
     NotClosed {
-        /// What differs at the end.
+        /// What differs from the beginning.
         how: String,
     },
     /// A person did not arrange what was asked for.

@@ -15,7 +15,8 @@ use crate::sequence::{
 /// Takes the frames that the sequence in `folder` lacks, as [`capture`](super::capture) would have done.
 ///
 /// Frames that the journal names are checked first, and damaged ones are taken again. The stage is homed, the last good
-/// frame before the first missing one is taken again and compared. A sequence that is complete is left as it is.
+/// frame before the first missing one is taken again and compared. A sequence that is complete is left as it is, and one that has lost
+/// its position unnoticed is refused: a rig that has been mended would find nothing wrong with it.
 ///
 /// # Errors
 /// [`CaptureError`] as of [`capture`](super::capture); [`CaptureError::NotThisScan`] if the folder's scan has another plan or was taken with
@@ -36,10 +37,15 @@ pub fn resume(
     if record.positions_mm.as_ref() != Some(&plan.positions_mm) {
         return Err(unlike("its positions are not those of the plan"));
     }
+    let ended = sequence.stop().map(|stop| stop.exit_status);
+    if ended == Some(ExitStatus::NotClosed) {
+        return Err(unlike(
+            "its frames do not show what their positions say (see stop.json); take the scan again",
+        ));
+    }
     let good = good_frames(&sequence, rig.progress);
     let missing: Vec<usize> =
         (0..record.frames).filter(|index| !good.iter().any(|frame| frame.index == *index)).collect();
-    let ended = sequence.stop().map(|stop| stop.exit_status);
     if missing.is_empty() && ended == Some(ExitStatus::Complete) {
         return Ok(sequence.stop().and_then(|stop| stop.closure.clone()));
     }

@@ -28,10 +28,10 @@ pub(super) enum Trust {
     Whole,
     /// The camera has to be started.
     CameraStopped,
-    /// The camera was lost; whoever pulled its cable may have pushed it.
-    CameraGone,
     /// The position is lost.
     PositionLost,
+    /// The camera was lost, and the position with it: whoever pulled its cable may have pushed it.
+    CameraGone,
 }
 
 /// A scan in progress.
@@ -45,6 +45,8 @@ pub(super) struct Scan<'a, 'r> {
     pub(super) trust: Trust,
     /// What has happened to the trust, in words.
     pub(super) lost_by: String,
+    /// Whether that accounts for steps that homing finds lost.
+    pub(super) steps_in_doubt: bool,
     /// The frame before the one in hand.
     pub(super) latest: Option<GoodFrame>,
     /// The first frame of the scan.
@@ -79,6 +81,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             configuration,
             trust: Trust::Whole,
             lost_by: String::new(),
+            steps_in_doubt: false,
             latest: None,
             first: None,
             motion: MotionWatch::default(),
@@ -107,6 +110,9 @@ impl<'a, 'r> Scan<'a, 'r> {
         let _ = self.rig.camera.stop();
         let (status, reason, closure) = match &closed {
             Ok(closure) => (ExitStatus::Complete, None, closure.clone()),
+            Err(error @ CaptureError::NotClosed { .. }) => {
+                (ExitStatus::NotClosed, Some(error.to_string()), None)
+            }
             Err(error) if error.is_wanted() => (ExitStatus::Aborted, Some(error.to_string()), None),
             Err(error) => (ExitStatus::Failed, Some(error.to_string()), None),
         };
@@ -149,6 +155,7 @@ impl<'a, 'r> Scan<'a, 'r> {
                 self.trust = lost;
             }
             self.lost_by = error.to_string();
+            self.steps_in_doubt |= may_lose_steps(&error);
             self.rig.progress.note(&format!("frame {index}, attempt {attempt}: {error}"));
             let reason = error.to_string();
             archive.note(Event::Retake(RetakeRecord { index, attempt, reason, at: now() }))?;
@@ -175,6 +182,11 @@ impl<'a, 'r> Scan<'a, 'r> {
             Trust::PositionLost => {}
         }
         self.wait_for_stage()?;
+        if !self.steps_in_doubt {
+            // Then they were lost before, and frames have been taken since.
+            let home_shift_mm = self.stage_now()?.home_shift_mm();
+            self.check_home_shift(home_shift_mm)?;
+        }
         // An error of its own may have stopped it meanwhile.
         self.rig.camera.start()?;
         let after = std::mem::take(&mut self.lost_by);
@@ -190,7 +202,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         let comparison = latest.as_ref().map(|good| self.compare(good)).transpose();
         self.latest = latest;
         let comparison = comparison?.flatten();
-        self.trust = Trust::Whole;
+        (self.trust, self.steps_in_doubt) = (Trust::Whole, false);
         let words = comparison.as_ref().map_or_else(
             || "there is no frame to compare".to_owned(),
             |found| {
@@ -273,6 +285,16 @@ impl<'a, 'r> Scan<'a, 'r> {
 
     pub(super) fn camera(&mut self) -> &mut dyn Camera {
         self.rig.camera
+    }
+}
+
+/// Whether a stage may have lost steps by what led to an error. A line that is lost, or a camera, costs none: a stage whose host is
+/// silent slows down before it stops.
+fn may_lose_steps(error: &CaptureError) -> bool {
+    match error {
+        CaptureError::Stage(error) => !matches!(error, StageError::Link(_)),
+        CaptureError::NoMotion { .. } => true,
+        _ => false,
     }
 }
 

@@ -261,6 +261,8 @@ pub enum ExitStatus {
     Aborted,
     /// Something went wrong.
     Failed,
+    /// The position was lost in it and nobody noticed at the time: its frames do not show what their positions say.
+    NotClosed,
 }
 
 /// Whether the rig was at the end what it was at the beginning.

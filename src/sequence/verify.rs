@@ -89,6 +89,10 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     }
     match sequence.stop() {
         None => find("stop.json".to_owned(), "missing: the scan has not ended".to_owned()),
+        Some(stop) if stop.exit_status == ExitStatus::NotClosed => {
+            let problem = "the rig did not stay as it was, so positions are wrong; take the scan again";
+            find("stop.json".to_owned(), problem.to_owned());
+        }
         Some(stop) if stop.exit_status != ExitStatus::Complete => {
             find("stop.json".to_owned(), "the scan ended before it was complete".to_owned());
         }
