@@ -25,7 +25,7 @@ impl Scan<'_, '_> {
 
     fn measure_shift(&mut self, good: &GoodFrame) -> Result<Option<ComparisonRecord>, CaptureError> {
         let position_mm = self.plan.positions_mm[good.index];
-        self.stage_now()?.move_to(position_mm)?;
+        self.go_to(position_mm)?;
         let at_rest = self.camera().now().after(self.plan.settle);
         let (again, _) = self.look(at_rest)?;
         match shift_between(&good.frame, &again) {
@@ -99,11 +99,14 @@ impl Scan<'_, '_> {
 
 /// Errors that tell nothing of where the carriage is: the camera's, and those of a stage that is not heard.
 fn is_silence(error: &CaptureError) -> bool {
-    matches!(
-        error,
-        CaptureError::Camera(_)
-            | CaptureError::Stage(
-                StageError::Link(_) | StageError::NoAnswer { .. } | StageError::Restarted { .. }
-            )
-    )
+    match error {
+        CaptureError::Camera(_) => true,
+        CaptureError::Stage(error) => is_unheard(error),
+        _ => false,
+    }
+}
+
+/// Errors of a stage that is not heard, or has not been until now.
+pub(super) fn is_unheard(error: &StageError) -> bool {
+    matches!(error, StageError::Link(_) | StageError::NoAnswer { .. } | StageError::Restarted { .. })
 }

@@ -87,6 +87,27 @@ pub enum CaptureError {
         /// Why the last attempt failed.
         source: StageError,
     },
+    /// The stage answers, and does not find home.
+    #[error("the stage did not find home in {attempts} attempts; the last: {source}")]
+    CannotHome {
+        /// Times that it was tried.
+        attempts: usize,
+        /// Why the last attempt failed.
+        source: StageError,
+    },
+    /// The light is not what it was.
+    #[error(
+        "frame {index} has a mean of {mean_dn:.1} DN, the frame before {before_dn:.1} DN: frames of neighbouring stops are alike; has \
+         a lamp gone out, or does something stand in the light?"
+    )]
+    LightChanged {
+        /// Index of the frame.
+        index: usize,
+        /// Mean of its samples, in DN.
+        mean_dn: f64,
+        /// Mean of the frame before, in DN.
+        before_dn: f64,
+    },
     /// A person wants it to end.
     #[error("paused")]
     Paused,

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::archive::Archive;
+use super::closure::is_unheard;
 use super::motion_watch::MotionWatch;
 use super::rig::Rig;
 use super::{CaptureError, CapturePlan};
@@ -45,6 +46,8 @@ pub(super) struct Scan<'a, 'r> {
     pub(super) trust: Trust,
     /// What has happened to the trust, in words.
     pub(super) lost_by: String,
+    /// Where the stage was sent last, in mm from home.
+    pub(super) at_mm: f64,
     /// Whether that accounts for steps that homing finds lost.
     pub(super) steps_in_doubt: bool,
     /// The frame before the one in hand.
@@ -81,6 +84,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             configuration,
             trust: Trust::Whole,
             lost_by: String::new(),
+            at_mm: first_mm,
             steps_in_doubt: false,
             latest: None,
             first: None,
@@ -239,7 +243,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         const PAUSE: Duration = Duration::from_millis(500);
         let wait = self.plan.limits.wait;
         let until = std::time::Instant::now() + wait;
-        let mut told = false;
+        let (mut told, mut in_vain) = (false, 0);
         let before = self.rig.camera.now();
         loop {
             let attempt = match &mut self.stage {
@@ -256,6 +260,13 @@ impl<'a, 'r> Scan<'a, 'r> {
                 Err(error @ StageError::Stopped { .. }) => return Err(error.into()),
                 Err(error) => error,
             };
+            if !is_unheard(&source) {
+                // A motor that runs against its end again and again does not get better.
+                in_vain += 1;
+                if in_vain > self.plan.limits.retakes {
+                    return Err(CaptureError::CannotHome { attempts: in_vain, source });
+                }
+            }
             if !std::mem::replace(&mut told, true) {
                 let wait_s = wait.as_secs_f64();
                 self.rig.progress.note(&format!("waiting up to {wait_s:.0} s for the stage: {source}"));
@@ -270,12 +281,30 @@ impl<'a, 'r> Scan<'a, 'r> {
             self.stage = None;
             std::thread::sleep(PAUSE);
         }
+        self.at_mm = 0.0;
         self.times.moving_s += self.rig.camera.now().since(before).as_secs_f64();
         Ok(())
     }
 
     fn is_to_end(&self) -> bool {
         self.rig.pause.pressed() || self.stop.pressed().is_some()
+    }
+
+    /// Moves to a position, from below: whoever comes from above has the play of screw and nut on the other side.
+    pub(super) fn go_to(&mut self, position_mm: f64) -> Result<(), CaptureError> {
+        /// More than any stage has of play that is worth a measurement.
+        const CLEARANCE_MM: f64 = 1.0;
+        let from_above = self.at_mm > position_mm;
+        self.at_mm = position_mm;
+        let stage = self.stage_now()?;
+        if from_above {
+            match stage.move_to((position_mm - CLEARANCE_MM).max(0.0)) {
+                // It comes to all positions from below by itself.
+                Ok(()) | Err(StageError::NoApproach { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(stage.move_to(position_mm)?)
     }
 
     pub(super) fn stage_now(&mut self) -> Result<&mut Box<dyn Stage>, CaptureError> {
@@ -305,17 +334,18 @@ fn lost_trust(error: &CaptureError) -> Option<Trust> {
             StageError::Stopped { .. } | StageError::OutsideTravel { .. } | StageError::NoApproach { .. },
         ) => None,
         CaptureError::Stage(_) | CaptureError::NoMotion { .. } => Some(Trust::PositionLost),
-        CaptureError::Camera(CameraError::Gone { .. }) => Some(Trust::CameraGone),
+        CaptureError::Camera(CameraError::Gone { .. } | CameraError::NoSignal { .. }) => {
+            Some(Trust::CameraGone)
+        }
         CaptureError::Camera(
             CameraError::Timeout { .. }
             | CameraError::Unsteady { .. }
-            | CameraError::NoSignal { .. }
             | CameraError::Stream { .. }
             | CameraError::ControlChanged { .. }
             | CameraError::Substituted { .. }
             | CameraError::System { .. },
         ) => Some(Trust::CameraStopped),
-        CaptureError::Saturated { .. } => Some(Trust::Whole),
+        CaptureError::Saturated { .. } | CaptureError::LightChanged { .. } => Some(Trust::Whole),
         _ => None,
     }
 }

@@ -7,12 +7,16 @@ use crate::frame::Frame;
 use crate::sequence::{CertificateRecord, FrameFacts};
 use crate::stage::StageError;
 
+/// Means of the frames of neighbouring stops differ by less than this factor: they show nearly the same part of the object, or there
+/// would be nothing to match.
+const LIGHT_RATIO: f64 = 2.0;
+
 impl Scan<'_, '_> {
     /// Goes to the position `index`, takes a frame there, and makes sure that it is good.
     pub(super) fn step(&mut self, index: usize, attempt: usize) -> Result<(Frame, FrameFacts), CaptureError> {
         let commanded_mm = self.plan.positions_mm[index];
         let begun = self.camera().now();
-        self.stage_now()?.move_to(commanded_mm)?;
+        self.go_to(commanded_mm)?;
         let before_mm = self.check_position(commanded_mm)?;
         let arrived = self.camera().now();
         self.times.moving_s += arrived.since(begun).as_secs_f64();
@@ -29,6 +33,11 @@ impl Scan<'_, '_> {
         }
         let last = exposures.last();
         if let Some(good) = self.latest.as_ref().filter(|good| good.index + 1 == index) {
+            let (before_dn, mean_dn) = (good.frame.samples().mean(), frame.samples().mean());
+            let most_dn = LIGHT_RATIO * before_dn.min(mean_dn).max(1.0);
+            if before_dn.max(mean_dn) > most_dn {
+                return Err(CaptureError::LightChanged { index, mean_dn, before_dn });
+            }
             let noise_dn = last.and_then(|facts| facts.difference_dn);
             let step_mm = commanded_mm - self.plan.positions_mm[good.index];
             if !self.motion.moved(&good.frame, &frame, noise_dn, self.configuration.bit_depth) {

@@ -124,7 +124,9 @@ impl CliError {
 fn capture_code(error: &CaptureError) -> u8 {
     match error {
         CaptureError::Interrupted { .. } => RESUMABLE,
-        CaptureError::Stage(error) | CaptureError::StageStaysAway { source: error, .. } => stage_code(error),
+        CaptureError::Stage(error)
+        | CaptureError::StageStaysAway { source: error, .. }
+        | CaptureError::CannotHome { source: error, .. } => stage_code(error),
         CaptureError::Camera(error) => camera_code(error),
         CaptureError::Sequence(error) => sequence_code(error),
         CaptureError::EmptyPlan(_) | CaptureError::BeyondTravel { .. } | CaptureError::NotThisScan { .. } => {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use epirig::camera::{
     Camera, CameraError, CameraIdentity, CameraSettings, Configuration, Control, Moment, OfferedFormat,
-    SimCamera, SimFault, TakenFrame,
+    SimCamera, SimFault, SimView, TakenFrame,
 };
 use epirig::link::{LineNoise, SimulatedDevice, SimulatedLink};
 use epirig::progress::Progress;
@@ -139,6 +139,8 @@ pub enum Mischief {
     Fault(SimFault),
     /// Its gain is set, and everybody told.
     Gain(u32),
+    /// Something else is in front of it.
+    View(SimView),
 }
 
 /// When it is done: before the given call, counted from 0.
@@ -165,6 +167,7 @@ impl Tampered {
         for (_, mischief) in self.plan.iter().filter(|(planned, _)| *planned == when) {
             match mischief {
                 Mischief::Fault(fault) => self.camera.device().inject(*fault),
+                Mischief::View(view) => self.camera.device().view().put(*view),
                 Mischief::Gain(gain) => {
                     self.camera.set_control("gain", &gain.to_string()).unwrap();
                 }

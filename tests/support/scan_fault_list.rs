@@ -3,7 +3,7 @@
 #![allow(unreachable_pub, reason = "a module of test programs has no outside")]
 
 use epirig::camera::SimFault::*;
-use epirig::camera::{SimFault, SimStamps};
+use epirig::camera::{SimFault, SimStamps, SimView};
 use epirig::stage::SimStageConfig;
 
 use super::faulty_rig::{Mischief, When};
@@ -56,14 +56,9 @@ pub const STAGE_FAULTS: &[StageFault] = &[
     fault("its answers are lost for 2 s after the move", "mute@N/2s"),
     fault("its answers are lost for 10 s after the move", "mute@N/10s"),
     fault("a limit switch closes in the move, for 1 s", "limit@N+0.2s"),
-    StageFault { wait_s: IMPATIENT_S, ..fault("the carriage is stuck from the move on", "no-motion@N") },
+    fault("the carriage is stuck from the move on", "no-motion@N"),
+    StageFault { is_hidden: true, ..fault("the carriage is stuck from the first move on", "no-motion@1") },
     StageFault {
-        wait_s: IMPATIENT_S,
-        is_hidden: true,
-        ..fault("the carriage is stuck from the first move on", "no-motion@1")
-    },
-    StageFault {
-        wait_s: IMPATIENT_S,
         at_frame: AtFrame::SwitchesBreak,
         ..fault("the stage restarts, and its home switch is broken", "reset@N+0.2s")
     },
@@ -133,6 +128,7 @@ pub fn camera_faults() -> Vec<Mechanics> {
         camera("the same, and settings take six frames to show", at(&[LateControls(6), GainDrifts])),
         camera("another program changes a control at each frame from then on", always(GainDrifts)),
         camera("it gets too bright", gain(100)),
+        camera("the lamp goes out", vec![(When::Grab(FRAME), Mischief::View(SimView::Dark))]),
         camera("after a restart: time stamps of the end of the frame", stamps(SimStamps::EndOfFrame)),
         camera("after a restart: the same, said to be of the start", stamps(SimStamps::Mislabelled)),
         camera("after a restart: time stamps of zero", stamps(SimStamps::Zero)),
