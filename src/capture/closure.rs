@@ -13,8 +13,7 @@ impl Scan<'_, '_> {
         if let Some(found) = &found {
             let moved_px = found.x_px.hypot(found.y_px);
             let limit_px = self.plan.limits.shift_px;
-            // What cannot be told apart from no shift is none.
-            if moved_px > limit_px + 3.0 * found.sigma_px {
+            if moved_px > limit_px {
                 let how =
                     format!("the picture has moved by {moved_px:.2} px (limits.shift allows {limit_px} px)");
                 return Err(CaptureError::Moved { frame: good.index, how });
@@ -29,6 +28,8 @@ impl Scan<'_, '_> {
         let at_rest = self.camera().now().after(self.plan.settle);
         let (again, _) = self.look(at_rest)?;
         match shift_between(&good.frame, &again) {
+            // A shift that is known worse than the limit cannot be held to it.
+            Ok(shift) if 3.0 * shift.sigma_px > self.plan.limits.shift_px => Ok(None),
             Ok(shift) => Ok(Some(ComparisonRecord {
                 frame: good.index,
                 x_px: shift.x_px,

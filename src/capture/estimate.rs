@@ -6,7 +6,7 @@ use super::CapturePlan;
 
 /// Frame times from a stop until a frame counts: the one that is being exposed when the stage comes to rest, a neighbour to be
 /// compared with, and then those that are averaged.
-const BEFORE_THE_FIRST: u32 = 2;
+const BEFORE_THE_FIRST: f64 = 2.0;
 
 /// What a scan takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Estimate {
 impl Estimate {
     /// All of it, if all is known.
     pub fn total(&self) -> Option<Duration> {
-        Some(self.moving? + self.settling + self.exposing?)
+        Some(self.moving?.saturating_add(self.settling).saturating_add(self.exposing?))
     }
 }
 
@@ -37,7 +37,7 @@ impl CapturePlan {
         interval: Option<Duration>,
         duration: impl Fn(f64) -> Option<Duration>,
     ) -> Estimate {
-        let stops = self.positions_mm.len() as u32;
+        let stops = self.positions_mm.len();
         let (first_mm, last_mm) = (
             self.positions_mm.first().copied().unwrap_or(0.0),
             self.positions_mm.last().copied().unwrap_or(0.0),
@@ -45,16 +45,20 @@ impl CapturePlan {
         // From home and through all stops; at the end to the first stop, and home.
         let ways = [first_mm, last_mm - first_mm, first_mm];
         let steps = self.positions_mm.windows(2).map(|pair| pair[1] - pair[0]);
-        let moving = ways.into_iter().chain(steps).map(|distance_mm| duration(distance_mm.abs())).sum();
-        let averaged = self.averaged as u32;
-        let others = (self.dark + self.flat) as u32;
+        let all = ways.into_iter().chain(steps).map(|distance_mm| duration(distance_mm.abs()));
+        let moving = all.reduce(|sum, next| Some(sum?.saturating_add(next?))).flatten();
         // The first frame is taken again at the end.
-        let frame_times = (stops + 1) * (BEFORE_THE_FIRST + averaged) + others * averaged;
+        let (stops_and_closing, others) = ((stops + 1) as f64, self.dark + self.flat);
+        let averaged = self.averaged as f64;
+        let frame_times = stops_and_closing * (BEFORE_THE_FIRST + averaged) + others as f64 * averaged;
+        let times = |time: Duration, count: f64| {
+            Duration::try_from_secs_f64(time.as_secs_f64() * count).unwrap_or(Duration::MAX)
+        };
         Estimate {
             moving,
-            settling: self.settle * (stops + 1),
-            exposing: interval.map(|interval| interval * frame_times),
-            bytes: frame_bytes.map(|bytes| bytes * u64::from(stops + others)),
+            settling: times(self.settle, stops_and_closing),
+            exposing: interval.map(|interval| times(interval, frame_times)),
+            bytes: frame_bytes.map(|bytes| bytes.saturating_mul((stops + others) as u64)),
         }
     }
 }
@@ -82,5 +86,7 @@ mod tests {
         assert_eq!(estimate.bytes, Some(5000));
         assert_eq!(estimate.total(), Some(Duration::from_millis(29_120)));
         assert_eq!(plan.estimate(None, None, |_| None).total(), None);
+        let endless = plan.estimate(Some(u64::MAX), Some(Duration::MAX), |_| Some(Duration::MAX));
+        assert_eq!((endless.total(), endless.bytes), (Some(Duration::MAX), Some(u64::MAX)));
     }
 }

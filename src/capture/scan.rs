@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use super::archive::Archive;
 use super::closure::is_unheard;
-use super::motion_watch::MotionWatch;
 use super::rig::Rig;
 use super::{CaptureError, CapturePlan};
 use crate::camera::{Camera, CameraError, Configuration, Moment};
@@ -54,7 +53,6 @@ pub(super) struct Scan<'a, 'r> {
     pub(super) latest: Option<GoodFrame>,
     /// The first frame of the scan.
     pub(super) first: Option<Frame>,
-    pub(super) motion: MotionWatch,
     pub(super) times: TimesRecord,
     pub(super) began: Moment,
 }
@@ -88,7 +86,6 @@ impl<'a, 'r> Scan<'a, 'r> {
             steps_in_doubt: false,
             latest: None,
             first: None,
-            motion: MotionWatch::default(),
             times,
             began,
         })

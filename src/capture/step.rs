@@ -1,5 +1,6 @@
 //! One stop of the scan: move, settle, look, and certify.
 
+use super::motion_watch::stands_still;
 use super::scan::Scan;
 use super::{CaptureError, records};
 use crate::camera::{self, CameraError, TakenFrame, average};
@@ -39,8 +40,10 @@ impl Scan<'_, '_> {
                 return Err(CaptureError::LightChanged { index, mean_dn, before_dn });
             }
             let noise_dn = last.and_then(|facts| facts.difference_dn);
-            let step_mm = commanded_mm - self.plan.positions_mm[good.index];
-            if !self.motion.moved(&good.frame, &frame, noise_dn, self.configuration.bit_depth) {
+            let bit_depth = self.configuration.bit_depth;
+            let still = |noise_dn| stands_still(&good.frame, &frame, noise_dn, bit_depth, self.plan.averaged);
+            if noise_dn.is_some_and(still) {
+                let step_mm = commanded_mm - self.plan.positions_mm[good.index];
                 return Err(CaptureError::NoMotion { index, step_mm });
             }
         }
