@@ -7,21 +7,19 @@
 mod scans;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use epirig::capture::{CaptureError, CapturePlan, PauseSwitch};
-use epirig::sequence::{DiskFault, Event, FaultyDisk, RealDisk, Sequence};
+use epirig::sequence::{DiskFault, Event, FaultyDisk, FrameKind, FrameRecord, RealDisk, Sequence};
+use epirig::twin::Twin;
 use scans::{FRAMES, assert_whole, plan, scan, twin};
 
 /// What the journal names now, with the bytes behind it.
 fn named(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let Ok(sequence) = Sequence::open(folder) else { return Vec::new() };
-    let named = |event: &Event| match event {
-        Event::Frame(frame) | Event::Dark(frame) | Event::Flat(frame) => {
-            Some((frame.blake3.clone(), std::fs::read(sequence.path(frame)).unwrap()))
-        }
-        _ => None,
-    };
-    sequence.events().iter().filter_map(named).collect()
+    let bytes = |frame: &FrameRecord| std::fs::read(sequence.path(frame)).unwrap();
+    let frames = sequence.events().iter().filter_map(Event::frame);
+    frames.map(|(_, frame)| (frame.blake3.clone(), bytes(frame))).collect()
 }
 
 /// Lets a scan fail in every step of everything that it does to the disk, resumes it, and returns the number of steps.
@@ -63,23 +61,47 @@ fn killed_in_every_write_and_rename_it_ends_as_if_undisturbed() {
 }
 
 #[test]
+fn the_program_makes_stage_and_camera_wait_for_nothing() {
+    let twin = twin();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("seq");
+    scan(&twin, &plan(&twin), &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    let times = Sequence::open(&out).unwrap().stop().unwrap().times.unwrap();
+    // In simulated time, which the disk does not take part in.
+    assert!(times.overhead().unwrap() <= 1.05, "{times:?}");
+}
+
+#[test]
 fn a_disk_that_is_full_from_any_step_on_stops_it_and_loses_nothing() {
     assert!(fail_at_every_step(DiskFault::Full) > FRAMES);
+}
+
+/// The step in which a scan has to be killed to leave half a journal line behind a few whole ones.
+fn step_that_tears_a_line(twin: &Arc<Twin>, plan: &CapturePlan) -> usize {
+    let tears = |steps: &usize| {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("seq");
+        let disk = Box::new(FaultyDisk::new(DiskFault::Killed, *steps));
+        assert!(scan(twin, plan, &out, disk, &PauseSwitch::default()).is_err());
+        let journal = std::fs::read_to_string(out.join("journal.jsonl")).unwrap_or_default();
+        journal.lines().count() > 3 && !journal.ends_with('\n')
+    };
+    (0..).find(tears).unwrap()
 }
 
 #[test]
 fn a_scan_that_is_being_resumed_can_be_killed_in_every_step_too() {
     let twin = twin();
     let plan = plan(&twin);
+    let torn = step_that_tears_a_line(&twin, &plan);
     for steps in 0.. {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("seq");
-        // In the middle of a journal line: the folder has all kinds of leftovers.
         let first = scan(
             &twin,
             &plan,
             &out,
-            Box::new(FaultyDisk::new(DiskFault::Killed, 33)),
+            Box::new(FaultyDisk::new(DiskFault::Killed, torn)),
             &PauseSwitch::default(),
         );
         assert!(first.is_err());
@@ -138,22 +160,34 @@ fn dark_and_flat_frames_come_before_the_scan_once() {
     let plan = plan(&twin);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
-    // Killed while the flat frame is written: the dark one is there, and not taken again.
-    let killed = FaultyDisk::new(DiskFault::Killed, 17);
-    assert!(scan(&twin, &plan, &out, Box::new(killed), &PauseSwitch::default()).is_err());
-    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
-    let sequence = Sequence::open(&out).unwrap();
-    let (mut dark, mut flat) = (Vec::new(), Vec::new());
-    for event in sequence.events() {
-        match event {
-            Event::Dark(frame) => dark.push(sequence.read(frame).unwrap()),
-            Event::Flat(frame) => flat.push(sequence.read(frame).unwrap()),
-            _ => {}
+    let calibration = |kind| {
+        let sequence = Sequence::open(&out).unwrap();
+        let records = sequence.calibration_frames(kind);
+        records.iter().map(|frame| sequence.read(frame).unwrap()).collect::<Vec<_>>()
+    };
+    // Killed when the dark frame is there and the flat one is not.
+    for steps in 0.. {
+        let killed = Box::new(FaultyDisk::new(DiskFault::Killed, steps));
+        assert!(scan(&twin, &plan, &out, killed, &PauseSwitch::default()).is_err());
+        let begun = out.join("sequence.json").exists();
+        if begun && calibration(FrameKind::Dark).len() == 1 {
+            assert!(calibration(FrameKind::Flat).is_empty());
+            break;
+        }
+        if begun {
+            std::fs::remove_dir_all(&out).unwrap();
         }
     }
+    let taken = std::fs::metadata(out.join("dark/0000.png")).unwrap().modified().unwrap();
+    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    assert_eq!(std::fs::metadata(out.join("dark/0000.png")).unwrap().modified().unwrap(), taken);
+    let (dark, flat) = (calibration(FrameKind::Dark), calibration(FrameKind::Flat));
     assert_eq!((dark.len(), flat.len()), (1, 1));
     assert_eq!(dark[0].samples().maximum(), 0, "this twin has no noise");
     // White is 0.9 of full scale: 229.5.
     assert!((flat[0].samples().mean() - 229.5).abs() <= 0.5, "{}", flat[0].samples().mean());
-    assert_eq!(epirig::sequence::verify(&sequence, &epirig::progress::Silent).unwrap().findings, []);
+    // One that is damaged later is taken again.
+    std::fs::write(out.join("dark/0000.png"), b"no image").unwrap();
+    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    assert_whole(&twin, &out);
 }

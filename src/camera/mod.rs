@@ -141,6 +141,11 @@ pub trait Camera: Send {
     /// [`CameraError`] if there was none within the patience of the settings; the camera is stopped then.
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError>;
 
+    /// Whether it shows what is there now, as often as it is asked; `false` for one that gives frames taken long ago.
+    fn is_live(&self) -> bool {
+        true
+    }
+
     /// Stops taking frames.
     ///
     /// # Errors
@@ -185,6 +190,10 @@ impl<C: Camera + ?Sized> Camera for Box<C> {
 
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
         (**self).grab_after(moment)
+    }
+
+    fn is_live(&self) -> bool {
+        (**self).is_live()
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {

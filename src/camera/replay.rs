@@ -159,6 +159,10 @@ impl Camera for ReplayCamera {
         Ok(TakenFrame { frame, facts })
     }
 
+    fn is_live(&self) -> bool {
+        false
+    }
+
     fn stop(&mut self) -> Result<(), CameraError> {
         self.started = false;
         Ok(())

@@ -3,23 +3,21 @@
 use super::archive::Archive;
 use super::rig::Arrangement;
 use super::scan::Scan;
-use super::{CaptureError, records};
-use crate::sequence::{Event, FrameFacts, FrameKind};
+use super::{CaptureError, CapturePlan, records};
+use crate::sequence::{FrameFacts, FrameKind};
 
-/// Calibration frames that a sequence has.
-#[derive(Debug, Clone, Copy, Default)]
+/// Calibration frames that a sequence has, by index.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Present {
-    dark: usize,
-    flat: usize,
+    pub(super) dark: Vec<usize>,
+    pub(super) flat: Vec<usize>,
 }
 
 impl Present {
-    pub(super) fn of(events: &[Event]) -> Self {
-        let count = |wanted: fn(&Event) -> bool| events.iter().filter(|event| wanted(event)).count();
-        Self {
-            dark: count(|event| matches!(event, Event::Dark(_))),
-            flat: count(|event| matches!(event, Event::Flat(_))),
-        }
+    /// Whether these are all that a plan wants.
+    pub(super) fn is_all_of(&self, plan: &CapturePlan) -> bool {
+        (0..plan.dark).all(|index| self.dark.contains(&index))
+            && (0..plan.flat).all(|index| self.flat.contains(&index))
     }
 }
 
@@ -28,11 +26,14 @@ impl Scan<'_, '_> {
     pub(super) fn calibration_frames(
         &mut self,
         archive: &mut Archive,
-        present: Present,
+        present: &Present,
     ) -> Result<(), CaptureError> {
+        let lacking = |planned: usize, present: &[usize]| -> Vec<usize> {
+            (0..planned).filter(|index| !present.contains(index)).collect()
+        };
         let wanted = [
-            (FrameKind::Dark, Arrangement::Dark, present.dark..self.plan.dark),
-            (FrameKind::Flat, Arrangement::Flat, present.flat..self.plan.flat),
+            (FrameKind::Dark, Arrangement::Dark, lacking(self.plan.dark, &present.dark)),
+            (FrameKind::Flat, Arrangement::Flat, lacking(self.plan.flat, &present.flat)),
         ];
         let mut arranged = false;
         for (kind, arrangement, indices) in wanted {

@@ -25,6 +25,9 @@ impl Scan<'_, '_> {
     fn measure_shift(&mut self, good: &GoodFrame) -> Result<Option<ComparisonRecord>, CaptureError> {
         let position_mm = self.plan.positions_mm[good.index];
         self.go_to(position_mm)?;
+        if !self.camera().is_live() {
+            return Ok(None);
+        }
         let at_rest = self.camera().now().after(self.plan.settle);
         let (again, _) = self.look(at_rest)?;
         match shift_between(&good.frame, &again) {

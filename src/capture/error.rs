@@ -129,7 +129,7 @@ pub enum CaptureError {
         how: String,
     },
     /// A person did not arrange what was asked for.
-    #[error("{what} was not arranged; set plan.dark and plan.flat to 0 to go without")]
+    #[error("nobody has put {what}; `--set plan.dark=0 --set plan.flat=0` goes without")]
     NotArranged {
         /// What was to be in front of the camera.
         what: &'static str,

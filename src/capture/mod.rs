@@ -51,12 +51,15 @@ pub fn capture(
 ) -> Result<Option<ClosureRecord>, CaptureError> {
     // Nothing moves for a folder that cannot be used.
     refuse_existing(out)?;
-    let mut scan = Scan::begin(rig, plan)?;
+    if plan.dark + plan.flat > 0 && !rig.assistant.is_there() {
+        return Err(CaptureError::NotArranged { what: Arrangement::Dark.words() });
+    }
+    let mut scan = Scan::begin(rig, plan, None)?;
     let record = start_record(&mut scan);
     let writer = SequenceWriter::create_on(disk, out, &record)?;
     let indices: Vec<usize> = (0..record.frames).collect();
     let finished =
-        scan.finish(writer, &indices, |scan, archive| scan.calibration_frames(archive, Present::default()));
+        scan.finish(writer, &indices, |scan, archive| scan.calibration_frames(archive, &Present::default()));
     finished.map_err(|error| interrupted(error, out, record.frames))
 }
 

@@ -9,7 +9,8 @@ use super::scan::{GoodFrame, Scan};
 use super::{CaptureError, CapturePlan, interrupted};
 use crate::progress::Progress;
 use crate::sequence::{
-    ClosureRecord, Disk, Event, ExitStatus, FrameRecord, Origin, Sequence, SequenceWriter,
+    ClosureRecord, Disk, Event, ExitStatus, FrameKind, FrameRecord, Origin, Sequence, SequenceError,
+    SequenceWriter,
 };
 
 /// Takes the frames that the sequence in `folder` lacks, as [`capture`](super::capture) would have done.
@@ -31,8 +32,8 @@ pub fn resume(
     let record = sequence.record();
     let unlike =
         |reason: &str| CaptureError::NotThisScan { path: folder.to_owned(), reason: reason.to_owned() };
-    let Origin::Captured { configuration: camera_before, .. } = &record.origin else {
-        return Err(unlike("its frames were imported; there is nothing to go on with"));
+    let Origin::Captured { stage, camera, configuration: Some(set), .. } = &record.origin else {
+        return Err(unlike("its frames were not taken by this program; there is nothing to go on with"));
     };
     if record.positions_mm.as_ref() != Some(&plan.positions_mm) {
         return Err(unlike("its positions are not those of the plan"));
@@ -43,44 +44,79 @@ pub fn resume(
             "its frames do not show what their positions say (see stop.json); take the scan again",
         ));
     }
-    let good = good_frames(&sequence, rig.progress);
-    let missing: Vec<usize> =
-        (0..record.frames).filter(|index| !good.iter().any(|frame| frame.index == *index)).collect();
-    if missing.is_empty() && ended == Some(ExitStatus::Complete) {
+    let good = good_frames(&sequence, FrameKind::Scan, rig.progress)?;
+    let present = Present {
+        dark: indices(&good_frames(&sequence, FrameKind::Dark, rig.progress)?),
+        flat: indices(&good_frames(&sequence, FrameKind::Flat, rig.progress)?),
+    };
+    let found = indices(&good);
+    let missing: Vec<usize> = (0..record.frames).filter(|index| !found.contains(index)).collect();
+    if missing.is_empty() && present.is_all_of(plan) && ended == Some(ExitStatus::Complete) {
+        rig.progress.note("the scan is complete already: nothing is to be done");
         return Ok(sequence.stop().and_then(|stop| stop.closure.clone()));
     }
-    let mut scan = Scan::begin(rig, plan)?;
-    if camera_before.as_ref() != Some(&camera_record(&scan.configuration, plan.averaged)) {
-        return Err(unlike(&format!(
-            "the camera is now set to {}, which is not what sequence.json says; set it as it was, or begin a new scan",
-            scan.configuration
-        )));
-    }
-    let read = |record: Option<&FrameRecord>| record.map(|record| sequence.read(record)).transpose();
-    scan.first = read(good.iter().copied().find(|frame| frame.index == 0))?;
-    let next = missing.first().copied().unwrap_or(record.frames);
-    let before = good.iter().copied().rfind(|frame| frame.index < next).or(good.first().copied());
-    scan.latest = read(before)?.zip(before).map(|(frame, record)| GoodFrame { index: record.index, frame });
-    let resumed = scan.go_on("an interruption".to_owned())?;
-    let present = Present::of(sequence.events());
-    let writer = SequenceWriter::resume_on(disk, folder)?;
-    let finished = scan.finish(writer, &missing, |scan, archive| {
-        archive.note(Event::Resumed(resumed))?;
-        scan.calibration_frames(archive, present)
-    });
-    finished.map_err(|error| interrupted(error, folder, record.frames))
+    let goes_on = || -> Result<_, CaptureError> {
+        let mut scan = Scan::begin(rig, plan, Some(set))?;
+        // What differs is for the person to judge, and for the picture.
+        let now = [scan.stage_now()?.identity().to_string(), scan.camera().identity().to_string()];
+        for (was, is) in [stage, camera].into_iter().zip(now).filter(|(was, is)| *was != is) {
+            scan.rig.progress.note(&format!("note: the scan was begun with {was}; now it is {is}"));
+        }
+        if *set != camera_record(&scan.configuration, plan.averaged) {
+            return Err(unlike(&format!(
+                "the camera is now set to {}, which is not what sequence.json says; set it as it was, or begin a new scan",
+                scan.configuration
+            )));
+        }
+        let read = |record: Option<&FrameRecord>| record.map(|record| sequence.read(record)).transpose();
+        scan.first = read(good.iter().find(|frame| frame.index == 0))?;
+        let next = missing.first().copied().unwrap_or(record.frames);
+        let before = good.iter().rfind(|frame| frame.index < next).or(good.first());
+        let frame = read(before)?;
+        scan.latest = frame.zip(before).map(|(frame, record)| GoodFrame { index: record.index, frame });
+        let resumed = scan.go_on("an interruption".to_owned())?;
+        let writer = SequenceWriter::resume_on(disk, folder)?;
+        scan.finish(writer, &missing, |scan, archive| {
+            archive.note(Event::Resumed(resumed))?;
+            scan.calibration_frames(archive, &present)
+        })
+    };
+    goes_on().map_err(|error| match error {
+        CaptureError::NotThisScan { .. } => error,
+        other => interrupted(other, folder, record.frames),
+    })
+}
+
+fn indices(frames: &[FrameRecord]) -> Vec<usize> {
+    frames.iter().map(|frame| frame.index).collect()
 }
 
 /// The frames that the journal names and that are on disk as they were written.
-fn good_frames<'s>(sequence: &'s Sequence, progress: &dyn Progress) -> Vec<&'s FrameRecord> {
-    progress.begin("checking frames", sequence.frames().len() as u64);
-    let check = |frame: &&FrameRecord| {
-        let read = sequence.read(frame);
-        progress.advance(1);
-        read.inspect_err(|error| progress.note(&format!("frame {} is taken again: {error}", frame.index)))
-            .is_ok()
+fn good_frames(
+    sequence: &Sequence,
+    kind: FrameKind,
+    progress: &dyn Progress,
+) -> Result<Vec<FrameRecord>, CaptureError> {
+    let named = match kind {
+        FrameKind::Scan => sequence.frames().to_vec(),
+        other => sequence.calibration_frames(other),
     };
-    let good = sequence.frames().iter().filter(check).collect();
+    progress.begin("checking frames", named.len() as u64);
+    let mut good = Vec::new();
+    let mut checked = Ok(());
+    for frame in named {
+        match sequence.read(&frame) {
+            Ok(_) => good.push(frame),
+            // A file that cannot be read now may be as good as ever.
+            Err(error @ SequenceError::Io { .. }) => {
+                checked = Err(error);
+                break;
+            }
+            Err(error) => progress.note(&format!("{} is taken again: {error}", frame.file)),
+        }
+        progress.advance(1);
+    }
     progress.end();
-    good
+    checked?;
+    Ok(good)
 }

@@ -29,6 +29,9 @@ impl Arrangement {
 
 /// Whoever puts things in front of the camera.
 pub trait Assistant {
+    /// Whether anybody is there to be asked.
+    fn is_there(&self) -> bool;
+
     /// Puts it there, and tells whether it is there now.
     fn arrange(&mut self, arrangement: Arrangement) -> bool;
 }
@@ -38,6 +41,10 @@ pub trait Assistant {
 pub struct Unattended;
 
 impl Assistant for Unattended {
+    fn is_there(&self) -> bool {
+        false
+    }
+
     fn arrange(&mut self, arrangement: Arrangement) -> bool {
         arrangement == Arrangement::Object
     }

@@ -9,8 +9,8 @@ use super::{CaptureError, CapturePlan};
 use crate::camera::{Camera, CameraError, Configuration, Moment};
 use crate::frame::Frame;
 use crate::sequence::{
-    ClosureRecord, Event, ExitStatus, FrameKind, ResumedRecord, RetakeRecord, SequenceWriter, StopFacts,
-    TimesRecord, now,
+    CameraRecord, ClosureRecord, Event, ExitStatus, FrameKind, ResumedRecord, RetakeRecord, SequenceWriter,
+    StopFacts, TimesRecord, now,
 };
 use crate::stage::{Stage, StageError, StopSwitch};
 
@@ -59,12 +59,20 @@ pub(super) struct Scan<'a, 'r> {
 
 impl<'a, 'r> Scan<'a, 'r> {
     /// Connects to the rig, sets the camera up, homes the stage and goes to the first position: whatever is wrong with a
-    /// rig shows before anything is written.
-    pub(super) fn begin(rig: &'a mut Rig<'r>, plan: &'a CapturePlan) -> Result<Self, CaptureError> {
+    /// rig shows before anything is written. Of a scan that goes on, `before` is what the camera was set to.
+    pub(super) fn begin(
+        rig: &'a mut Rig<'r>,
+        plan: &'a CapturePlan,
+        before: Option<&CameraRecord>,
+    ) -> Result<Self, CaptureError> {
         let first_mm = plan.first_mm()?;
         let mut stage = rig.stages.connect()?;
         plan.check_travel(stage.travel_mm())?;
         let configuration = rig.camera.configure(&plan.camera)?;
+        let configuration = match before {
+            Some(before) => set_as_before(rig.camera, configuration, before)?,
+            None => configuration,
+        };
         rig.progress.note(&format!("camera set to {configuration}"));
         configuration.notes.iter().for_each(|note| rig.progress.note(&format!("note: {note}")));
         let began = rig.camera.now();
@@ -72,6 +80,9 @@ impl<'a, 'r> Scan<'a, 'r> {
         // The first move tells whether the positions can be approached at all; and the camera gets used to what it will see.
         stage.move_to(first_mm)?;
         rig.camera.start()?;
+        if rig.pause.pressed() {
+            return Err(CaptureError::Paused);
+        }
         let ready = rig.camera.now();
         let times = TimesRecord { moving_s: ready.since(began).as_secs_f64(), ..TimesRecord::default() };
         Ok(Self {
@@ -312,6 +323,24 @@ impl<'a, 'r> Scan<'a, 'r> {
     pub(super) fn camera(&mut self) -> &mut dyn Camera {
         self.rig.camera
     }
+}
+
+/// Sets what nobody asked for as it was, too: a camera that has been without power is as it was made.
+fn set_as_before(
+    camera: &mut dyn Camera,
+    mut configuration: Configuration,
+    before: &CameraRecord,
+) -> Result<Configuration, CaptureError> {
+    for pinned in &mut configuration.pinned {
+        let wanted = before.controls.get(&pinned.name).filter(|wanted| **wanted != pinned.value);
+        if let Some(wanted) = wanted {
+            camera.set_control(&pinned.name, &wanted.to_string())?;
+            pinned.value = *wanted;
+            // It follows from a control.
+            configuration.exposure_us = before.exposure_us;
+        }
+    }
+    Ok(configuration)
 }
 
 /// Whether a stage may have lost steps by what led to an error. A line that is lost, or a camera, costs none: a stage whose host is

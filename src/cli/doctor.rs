@@ -94,5 +94,9 @@ fn describe(report: &Report) -> String {
         let advice = check.advice.as_ref().map_or(String::new(), |advice| format!("{:24}-> {advice}\n", ""));
         format!("{verdict:<8} {:<14} {}\n{advice}", check.name, check.finding)
     };
-    report.checks.iter().map(line).collect()
+    let count = |verdict| of(report, verdict).count();
+    let (bad, warnings, unknown) = (count(Verdict::Bad), count(Verdict::Warning), count(Verdict::Unknown));
+    let ready = if bad == 0 { "ready" } else { "not ready" };
+    let lines: String = report.checks.iter().map(line).collect();
+    format!("{lines}{ready}: {bad} bad, {warnings} to be warned of, {unknown} not known\n")
 }

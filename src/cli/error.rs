@@ -129,9 +129,11 @@ fn capture_code(error: &CaptureError) -> u8 {
         | CaptureError::CannotHome { source: error, .. } => stage_code(error),
         CaptureError::Camera(error) => camera_code(error),
         CaptureError::Sequence(error) => sequence_code(error),
-        CaptureError::EmptyPlan(_) | CaptureError::BeyondTravel { .. } | CaptureError::NotThisScan { .. } => {
-            USAGE
-        }
+        CaptureError::Paused => INTERRUPTED,
+        CaptureError::NotArranged { .. }
+        | CaptureError::EmptyPlan(_)
+        | CaptureError::BeyondTravel { .. }
+        | CaptureError::NotThisScan { .. } => USAGE,
         _ => DEVICE,
     }
 }
@@ -140,6 +142,7 @@ fn sequence_code(error: &SequenceError) -> u8 {
     match error {
         SequenceError::Io { .. } | SequenceError::Busy { .. } | SequenceError::Closed => TROUBLE,
         SequenceError::Exists { .. }
+        | SequenceError::Unfinished { .. }
         | SequenceError::NoImages { .. }
         | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }

@@ -59,18 +59,17 @@ impl Init {
 }
 
 fn findings() -> Result<Findings, CliError> {
-    let mut ports = match ports() {
+    let ports = match ports() {
         Err(LinkError::NotBuilt { .. }) => Vec::new(),
         found => found?,
     };
-    // Stages are on USB, as a rule.
-    ports.sort_by_key(|port| port.usb.is_none());
     let cameras = match cameras() {
         Err(CameraError::NotBuilt { .. }) => Vec::new(),
         found => found?,
     };
     Ok(Findings {
-        ports: ports.iter().map(port_choice).collect(),
+        // Ports of the main board are there whether or not anything is connected to them.
+        ports: ports.iter().filter(|port| port.usb.is_some()).map(port_choice).collect(),
         cameras: cameras.iter().map(found_camera).collect(),
     })
 }
@@ -99,6 +98,9 @@ fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
     }
     let write = || {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
         let mut file = atomic_write_file::AtomicWriteFile::open(path)?;
         file.write_all(bytes)?;
         file.commit()

@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::progress::tell;
 use crate::capture::PauseSwitch;
 use crate::scratch::Scratch;
 use crate::stage::{StopSwitch, Urgency};
@@ -36,34 +37,62 @@ pub(super) fn stops_nothing() {
     *to_stop() = None;
 }
 
-/// Installs the handler.
-pub(super) fn install() -> Result<(), ctrlc::Error> {
-    ctrlc::set_handler(interrupted)
+/// Installs the handlers.
+pub(super) fn install() -> Result<(), std::io::Error> {
+    ctrlc::set_handler(interrupted).map_err(std::io::Error::other)?;
+    obey_other_epirigs()
+}
+
+/// `epirig stop` in another terminal means the stage, not the scan.
+#[cfg(unix)]
+fn obey_other_epirigs() -> Result<(), std::io::Error> {
+    use signal_hook::consts::SIGUSR1;
+    use signal_hook::iterator::Signals;
+
+    let mut signals = Signals::new([SIGUSR1])?;
+    std::thread::spawn(move || {
+        for _ in signals.forever() {
+            if let Some(switch) = to_stop().clone() {
+                stop(&switch);
+            }
+        }
+    });
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn obey_other_epirigs() -> Result<(), std::io::Error> {
+    Ok(())
 }
 
 fn interrupted() {
     let pause = TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner).clone();
     if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
-        eprintln!("\nstopping after this frame; press Ctrl-C again to stop the stage now");
+        // Whatever becomes of the words, the scan must hear of it first.
         pause.press();
+        tell("stopping after this frame; press Ctrl-C again to stop the stage now");
         return;
     }
     let switch = to_stop().clone();
-    match switch.as_ref().map(StopSwitch::pressed) {
-        Some(None) => {
-            eprintln!("\nstopping; press Ctrl-C again to stop at once");
-            switch.iter().for_each(|switch| switch.press(Urgency::Soon));
-        }
-        Some(Some(Urgency::Soon)) => {
-            eprintln!("\nstopping at once; press Ctrl-C again to leave without waiting for the stage");
-            switch.iter().for_each(|switch| switch.press(Urgency::AtOnce));
-        }
-        _ => {
+    match switch.filter(|switch| switch.pressed() != Some(Urgency::AtOnce)) {
+        Some(switch) => stop(&switch),
+        None => {
             Scratch::remove_all();
-            eprintln!(
-                "\nerror: interrupted; a scan keeps the frames it has, and nothing else was left half-written"
+            tell(
+                "error: interrupted; a scan keeps the frames it has, and nothing else was left half-written",
             );
             std::process::exit(i32::from(INTERRUPTED));
         }
+    }
+}
+
+/// Slows the stage down, or stops it at once if it has been told so before.
+fn stop(switch: &StopSwitch) {
+    if switch.pressed().is_none() {
+        switch.press(Urgency::Soon);
+        tell("stopping; press Ctrl-C again to stop at once");
+    } else {
+        switch.press(Urgency::AtOnce);
+        tell("stopping at once; press Ctrl-C again to leave without waiting for the stage");
     }
 }

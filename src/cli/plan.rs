@@ -98,7 +98,7 @@ impl Plan {
 fn estimate(profile: &Profile, plan: &CapturePlan) -> Estimate {
     /// A frame's samples if the profile says nothing of them: the deepest have 16 bit.
     const SAMPLE_BYTES: usize = 2;
-    let simulated = profile.camera.device.as_deref() == Some("sim");
+    let simulated = profile.camera.is_simulated();
     let sample_bytes = if simulated && plan.averaged == 1 { 1 } else { SAMPLE_BYTES };
     let frame_bytes = profile.camera.size.map(|size| (size.columns * size.rows * sample_bytes) as u64);
     let rate_hz = profile.camera.rate_hz.or(simulated.then_some(f64::from(SimDevice::RATE_HZ)));

@@ -10,6 +10,11 @@ use serde::Serialize;
 use super::CliError;
 use crate::progress::Progress;
 
+/// A line to stderr. Who has closed it, or let it fill up, does not want to hear; the work goes on.
+pub(super) fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
 /// The program's voice.
 pub(super) struct Talk {
     json: bool,
@@ -33,7 +38,7 @@ impl Talk {
             // A hidden bar would swallow the line.
             match self.bar().as_ref().filter(|bar| !bar.is_hidden()) {
                 Some(bar) => bar.println(line),
-                None => eprintln!("{line}"),
+                None => tell(line),
             }
         }
     }
@@ -105,7 +110,7 @@ impl Progress for Talk {
         if bar.is_hidden() && !self.quiet && told.elapsed() >= LINE_EVERY {
             *told = Instant::now();
             let (done, all, left) = (bar.position(), bar.length().unwrap_or_default(), bar.eta());
-            eprintln!("{}: {done} of {all}, {} left", bar.message(), HumanDuration(left));
+            tell(&format!("{}: {done} of {all}, {} left", bar.message(), HumanDuration(left)));
         }
     }
 

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::scan::{Course, Devices, scan};
 use super::{CliError, Talk};
-use crate::profile::{Driver, Profile};
+use crate::profile::{Driver, Override, Profile};
 use crate::sequence::{Origin, Sequence};
 
 /// Go on with a scan that was interrupted
@@ -27,6 +27,9 @@ pub(super) struct Resume {
     /// The camera's name, if it is another one now: a path, a name in /dev/v4l/by-id, usb:SERIAL
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
+    /// Change a limit of the scan, or the number of dark or flat frames: --set limits.shift="0.2 px"
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
 }
 
 impl Resume {
@@ -37,6 +40,9 @@ impl Resume {
         }
         profile.stage.port = self.port.clone().or(profile.stage.port);
         profile.camera.device = self.camera.clone().or(profile.camera.device);
+        for text in &self.set {
+            change(&mut profile, &Override::parse(text, "--set")?)?;
+        }
         let devices = Devices::of(&profile, None, talk)?;
         let captured = scan(devices, &self.sequence, Course::Resumed, talk)?;
         talk.result(&captured, || captured.describe())
@@ -55,4 +61,27 @@ impl Resume {
             CliError::Integrity(format!("{folder}/sequence.json: its rig cannot be understood: {error}"))
         })
     }
+}
+
+/// Changes what may change in the course of a scan.
+fn change(profile: &mut Profile, change: &Override) -> Result<(), CliError> {
+    let given = Profile::of(std::slice::from_ref(change))?;
+    let (limits, new) = (&mut profile.limits, given.limits);
+    let unit_or_not = |key: &str| change.key == key || change.key.starts_with(&format!("{key}_"));
+    match () {
+        () if unit_or_not("limits.retakes") => limits.retakes = new.retakes,
+        () if unit_or_not("limits.saturated") => limits.saturated = new.saturated,
+        () if unit_or_not("limits.position") => limits.position_mm = new.position_mm,
+        () if unit_or_not("limits.wait") => limits.wait = new.wait,
+        () if unit_or_not("limits.shift") => limits.shift_px = new.shift_px,
+        () if unit_or_not("plan.dark") => profile.plan.dark = given.plan.dark,
+        () if unit_or_not("plan.flat") => profile.plan.flat = given.plan.flat,
+        () => {
+            return Err(CliError::Usage(format!(
+                "{} cannot change in the middle of a scan; limits, plan.dark and plan.flat can",
+                change.key
+            )));
+        }
+    }
+    Ok(())
 }

@@ -65,6 +65,10 @@ impl Run {
         if !self.anyway {
             refuse_if_bad(&report)?;
         }
+        // An hour's scan is not to end with an option that makes no sense.
+        let configuration = devices.camera.configure(&devices.plan.camera)?;
+        let frames = devices.plan.positions_mm.len();
+        self.matching.options().check(configuration.rows, configuration.columns, frames)?;
         let measured = measure_object(devices, &self.matching.options(), &self.out, None, talk)?;
         let Measured { captured, measurement, results } = measured;
         results.commit()?;
@@ -85,9 +89,11 @@ pub(super) fn examine_shortly(
     talk: &Talk,
 ) -> Result<Report, CliError> {
     let report = examine_rig(devices, profile, out, true, talk)?;
-    for check in of(&report, Verdict::Warning).chain(of(&report, Verdict::Bad)) {
-        let advice = check.advice.as_ref().map_or(String::new(), |advice| format!(" ({advice})"));
-        talk.say(&format!("{}: {}{advice}", check.name, check.finding));
+    for (verdict, word) in [(Verdict::Warning, "warning"), (Verdict::Bad, "BAD")] {
+        for check in of(&report, verdict) {
+            let advice = check.advice.as_ref().map_or(String::new(), |advice| format!(" ({advice})"));
+            talk.say(&format!("{word}: {}: {}{advice}", check.name, check.finding));
+        }
     }
     Ok(report)
 }
@@ -103,8 +109,6 @@ pub(super) fn measure_object(
 ) -> Result<Measured, CliError> {
     let captured = scan(devices, folder, Course::New, talk)?;
     let sequence = Sequence::open(folder)?;
-    let record = sequence.record();
-    options.check(record.rows, record.columns, sequence.frames().len())?;
     let results = ResultsFolder::create(&folder.join("results"), false)?;
     let measurement = measure(&sequence, options, None, truth, &results, talk)?;
     Ok(Measured { captured, measurement, results })

@@ -27,8 +27,7 @@ impl<'a> Devices<'a> {
         talk: &'a Talk,
     ) -> Result<Self, CliError> {
         let plan = capture_plan(profile)?;
-        let simulated = profile.camera.device.as_deref() == Some("sim");
-        if simulated && profile.stage.driver != Driver::Sim {
+        if profile.camera.is_simulated() && profile.stage.driver != Driver::Sim {
             return Err(CliError::Usage(
                 "--camera sim looks at the stage in memory; add --driver sim".to_owned(),
             ));
@@ -54,7 +53,6 @@ pub(super) struct Captured {
     pub(super) retakes: usize,
     pub(super) closure: Option<ClosureRecord>,
     pub(super) times: Option<TimesRecord>,
-    pub(super) overhead: Option<f64>,
 }
 
 /// Takes the frames that the sequence in `folder` lacks.
@@ -77,18 +75,22 @@ pub(super) fn scan(
         Course::New => capture::capture(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
         Course::Resumed => capture::resume(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
     };
+    if course == Course::Resumed && folder.join("results").exists() {
+        let folder = folder.display();
+        talk.say(&format!(
+            "note: {folder}/results may be of fewer frames; `epirig match {folder} --overwrite` makes them anew"
+        ));
+    }
     // What comes after the scan ends at the first Ctrl-C.
     interrupt::stops_nothing();
     let closure = taken?;
     let sequence = Sequence::open(folder)?;
-    let times = sequence.stop().and_then(|stop| stop.times);
     Ok(Captured {
         folder: folder.display().to_string(),
         frames: sequence.frames().len(),
         retakes: sequence.events().iter().filter(|event| matches!(event, Event::Retake(_))).count(),
         closure,
-        times,
-        overhead: times.as_ref().and_then(TimesRecord::overhead),
+        times: sequence.stop().and_then(|stop| stop.times),
     })
 }
 
@@ -118,9 +120,11 @@ impl Captured {
             words => format!("closing: {words}\n"),
         };
         let time = self.times.as_ref().map_or(String::new(), |times| {
-            let overhead = self.overhead.map_or(String::new(), |overhead| format!(" (x {overhead:.3})"));
+            let overhead = times
+                .overhead()
+                .map_or(String::new(), |overhead| format!(", {overhead:.3} of what stage and camera need"));
             format!(
-                "{:.1} s{overhead}: moving {:.1} s, settling {:.1} s, exposing {:.1} s\n",
+                "took {:.1} s (moving {:.1} s, settling {:.1} s, exposing {:.1} s){overhead}\n",
                 times.total_s, times.moving_s, times.settling_s, times.exposing_s
             )
         });

@@ -5,8 +5,8 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::record;
-use crate::camera::Size;
 use crate::camera::pixels::BayerUse;
+use crate::camera::{CameraChoice, Size};
 
 /// The language that a stage speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -128,6 +128,14 @@ pub struct CameraProfile {
     pub mains_hz: Option<f64>,
     /// Controls in the order in which they are to be set: name as in commands, and value in words or digits.
     pub controls: Vec<(String, String)>,
+}
+
+impl CameraProfile {
+    /// Whether it exists in memory only.
+    pub fn is_simulated(&self) -> bool {
+        let choice = self.device.as_deref().map(str::parse::<CameraChoice>);
+        matches!(choice, Some(Ok(CameraChoice::Simulated)))
+    }
 }
 
 /// The scan: where the stage stops, and what is taken there.

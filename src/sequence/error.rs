@@ -28,6 +28,12 @@ pub enum SequenceError {
         /// The folder.
         path: PathBuf,
     },
+    /// The folder to be made holds a scan that has not ended.
+    #[error("{} holds a scan that was interrupted; `epirig resume {}` goes on with it", path.display(), path.display())]
+    Unfinished {
+        /// The folder.
+        path: PathBuf,
+    },
     /// Another program writes the sequence.
     #[error("{} is being written by another epirig; wait until it has ended", path.display())]
     Busy {

@@ -24,9 +24,9 @@ pub use positions::read_positions;
 pub use reader::Sequence;
 pub use record::{
     CameraRecord, CertificateRecord, ClosureRecord, ComparisonRecord, Event, ExitStatus, ExposureRecord,
-    FORMAT_VERSION, FrameRecord, Intrinsics, Origin, ResumedRecord, RetakeRecord, SequenceRecord, StopRecord,
-    TimesRecord,
+    FORMAT_VERSION, FrameKind, FrameRecord, Intrinsics, Origin, ResumedRecord, RetakeRecord, SequenceRecord,
+    StopRecord, TimesRecord,
 };
 pub use verify::{Finding, VerifyReport, verify};
-pub use writer::{FrameFacts, FrameKind, SequenceWriter, StopFacts};
+pub use writer::{FrameFacts, SequenceWriter, StopFacts};
 pub(crate) use writer::{new_uid, now, refuse_existing};

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::error::SequenceError;
 use super::pixels::{decode_grey, with_bit_depth};
-use super::record::{Event, FORMAT_VERSION, FrameRecord, SequenceRecord, StopRecord};
+use super::record::{Event, FORMAT_VERSION, FrameKind, FrameRecord, SequenceRecord, StopRecord};
 use crate::frame::Frame;
 use crate::tau::Tau;
 
@@ -61,7 +61,7 @@ impl Sequence {
                 Err(error) => return Err(bad(index + 1, error.to_string())),
             }
         }
-        let frames = named_frames(&events);
+        let frames = named_frames(&events, FrameKind::Scan);
         Ok(Self { folder: folder.to_owned(), record, frames, events, stop })
     }
 
@@ -78,6 +78,11 @@ impl Sequence {
     /// The frames that the journal names, by index.
     pub fn frames(&self) -> &[FrameRecord] {
         &self.frames
+    }
+
+    /// Calibration frames that the journal names, by index.
+    pub fn calibration_frames(&self, kind: FrameKind) -> Vec<FrameRecord> {
+        named_frames(&self.events, kind)
     }
 
     /// What happened, line by line, frames included.
@@ -150,11 +155,11 @@ impl Sequence {
     }
 }
 
-/// The frames of the scan, by index: of those of one index that supersede each other the last.
-fn named_frames(events: &[Event]) -> Vec<FrameRecord> {
+/// The frames of a kind, by index: of those of one index that supersede each other the last.
+fn named_frames(events: &[Event], wanted: FrameKind) -> Vec<FrameRecord> {
     let mut frames: Vec<FrameRecord> = Vec::new();
-    for event in events {
-        let Event::Frame(frame) = event else { continue };
+    let named = events.iter().filter_map(Event::frame).filter(|(kind, _)| *kind == wanted);
+    for (_, frame) in named {
         match frames.iter_mut().find(|earlier| earlier.index == frame.index) {
             Some(earlier) if frame.supersedes => *earlier = frame.clone(),
             _ => frames.push(frame.clone()),

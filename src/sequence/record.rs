@@ -192,6 +192,32 @@ pub struct FrameRecord {
     pub source: Option<String>,
 }
 
+/// What a frame is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FrameKind {
+    /// The object, at a position of the plan.
+    Scan,
+    /// No light.
+    Dark,
+    /// A uniform target.
+    Flat,
+}
+
+impl FrameKind {
+    /// The folder of such frames.
+    pub(super) const fn folder(self) -> &'static str {
+        match self {
+            Self::Scan => "frames",
+            Self::Dark => "dark",
+            Self::Flat => "flat",
+        }
+    }
+
+    pub(super) fn file(self, index: usize) -> String {
+        format!("{}/{index:04}.png", self.folder())
+    }
+}
+
 /// An attempt at a frame that failed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RetakeRecord {
@@ -249,6 +275,18 @@ pub enum Event {
     Retake(RetakeRecord),
     /// The scan goes on.
     Resumed(ResumedRecord),
+}
+
+impl Event {
+    /// The frame that was written, if one was, and what it is of.
+    pub fn frame(&self) -> Option<(FrameKind, &FrameRecord)> {
+        match self {
+            Self::Frame(frame) => Some((FrameKind::Scan, frame)),
+            Self::Dark(frame) => Some((FrameKind::Dark, frame)),
+            Self::Flat(frame) => Some((FrameKind::Flat, frame)),
+            _ => None,
+        }
+    }
 }
 
 /// How a sequence ended.

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::SequenceError;
 use super::disk::{Disk, IN_THE_MAKING};
 use super::reader::{JOURNAL, STOP, Sequence};
-use super::record::Event;
-use super::writer::{FrameKind, SequenceWriter};
+use super::record::{Event, FrameKind};
+use super::writer::SequenceWriter;
 
 impl SequenceWriter {
     /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files in the making and the
@@ -16,8 +16,8 @@ impl SequenceWriter {
     /// # Errors
     /// [`SequenceError`] if it is no sequence, another program writes it, or it cannot be read or written.
     pub fn resume_on(mut disk: Box<dyn Disk>, folder: &Path) -> Result<Self, SequenceError> {
-        let sequence = Sequence::open(folder)?;
         let lock = lock(folder)?;
+        let sequence = Sequence::open(folder)?;
         let journal = folder.join(JOURNAL);
         let journal_bytes =
             mend_journal(&mut *disk, &journal).map_err(SequenceError::io("mend", &journal))?;
@@ -30,7 +30,8 @@ impl SequenceWriter {
             let removed = disk.remove(&stop).and_then(|()| disk.sync(folder));
             removed.map_err(SequenceError::io("remove", &stop))?;
         }
-        let named = sequence.frames().iter().map(|frame| frame.index).collect();
+        let frames = sequence.events().iter().filter_map(Event::frame);
+        let named = frames.map(|(kind, frame)| (kind, frame.index)).collect();
         Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named })
     }
 }

@@ -5,8 +5,7 @@ use std::io::ErrorKind;
 
 use serde::Serialize;
 
-use super::record::{Event, ExitStatus, FrameRecord};
-use super::writer::FrameKind;
+use super::record::{ExitStatus, FrameKind, FrameRecord};
 use super::{Sequence, SequenceError};
 use crate::progress::Progress;
 
@@ -39,7 +38,10 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     let mut findings = Vec::new();
     let mut find = |file: String, problem: String| findings.push(Finding { file, problem });
     let mut good_frames = 0;
-    let others: Vec<&FrameRecord> = sequence.events().iter().filter_map(calibration_frame).collect();
+    let others: Vec<FrameRecord> = [FrameKind::Dark, FrameKind::Flat]
+        .iter()
+        .flat_map(|kind| sequence.calibration_frames(*kind))
+        .collect();
     progress.begin("checking frames", (sequence.frames().len() + others.len()) as u64);
     for frame in sequence.frames() {
         match sequence.read(frame) {
@@ -94,7 +96,8 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
             find("stop.json".to_owned(), problem.to_owned());
         }
         Some(stop) if stop.exit_status != ExitStatus::Complete => {
-            find("stop.json".to_owned(), "the scan ended before it was complete".to_owned());
+            let reason = stop.reason.as_ref().map_or(String::new(), |reason| format!(": {reason}"));
+            find("stop.json".to_owned(), format!("the scan ended before it was complete{reason}"));
         }
         Some(stop) if stop.frames != sequence.frames().len() => {
             let problem = format!("counts {} frames, the journal {}", stop.frames, sequence.frames().len());
@@ -103,7 +106,7 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
         Some(_) => {}
     }
     let named: BTreeSet<_> =
-        sequence.frames().iter().chain(others).map(|frame| sequence.path(frame)).collect();
+        sequence.frames().iter().chain(&others).map(|frame| sequence.path(frame)).collect();
     let folders = [FrameKind::Scan, FrameKind::Dark, FrameKind::Flat].map(FrameKind::folder);
     for name in folders {
         let folder = sequence.folder().join(name);
@@ -125,12 +128,4 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
         }
     }
     Ok(VerifyReport { good_frames, planned_frames: record.frames, findings })
-}
-
-/// A dark frame or one of a uniform target.
-fn calibration_frame(event: &Event) -> Option<&FrameRecord> {
-    match event {
-        Event::Dark(frame) | Event::Flat(frame) => Some(frame),
-        _ => None,
-    }
 }

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use super::disk::{Disk, RealDisk, write_whole};
 use super::error::SequenceError;
 use super::pixels::encode_png;
-use super::reader::{JOURNAL, START, STOP};
+use super::reader::{JOURNAL, START, STOP, Sequence};
 use super::record::{
-    CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameRecord,
-    SequenceRecord, StopRecord, TimesRecord,
+    CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
+    FrameRecord, SequenceRecord, StopRecord, TimesRecord,
 };
 use super::resume::lock;
 use crate::frame::Frame;
@@ -33,32 +33,6 @@ pub struct FrameFacts {
     pub source: Option<String>,
 }
 
-/// What a frame is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FrameKind {
-    /// The object, at a position of the plan.
-    Scan,
-    /// No light.
-    Dark,
-    /// A uniform target.
-    Flat,
-}
-
-impl FrameKind {
-    /// The folder of such frames.
-    pub(super) const fn folder(self) -> &'static str {
-        match self {
-            Self::Scan => "frames",
-            Self::Dark => "dark",
-            Self::Flat => "flat",
-        }
-    }
-
-    fn file(self, index: usize) -> String {
-        format!("{}/{index:04}.png", self.folder())
-    }
-}
-
 /// What is known of the end of a sequence besides how it ended.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StopFacts {
@@ -78,8 +52,8 @@ pub struct SequenceWriter {
     pub(super) _lock: Option<File>,
     /// Length of the journal up to its latest whole line.
     pub(super) journal_bytes: u64,
-    /// Indices of the frames that the journal names.
-    pub(super) named: BTreeSet<usize>,
+    /// The frames that the journal names.
+    pub(super) named: BTreeSet<(FrameKind, usize)>,
 }
 
 impl SequenceWriter {
@@ -146,7 +120,8 @@ impl SequenceWriter {
     }
 
     fn next_index(&self) -> usize {
-        self.named.last().map_or(0, |last| last + 1)
+        let scan = self.named.iter().filter(|(kind, _)| *kind == FrameKind::Scan);
+        scan.map(|(_, index)| index + 1).max().unwrap_or(0)
     }
 
     /// Adds the next frame as the bytes of a grey PNG that decodes to `frame`.
@@ -215,7 +190,7 @@ impl SequenceWriter {
             camera_sequence: facts.camera_sequence,
             exposure: facts.exposure,
             certificate: facts.certificate,
-            supersedes: kind == FrameKind::Scan && self.named.contains(&index),
+            supersedes: self.named.contains(&(kind, index)),
             written: now(),
             mean_dn: frame.samples().mean(),
             saturated: frame.samples().count_at_least(frame.full_scale()),
@@ -226,9 +201,7 @@ impl SequenceWriter {
             FrameKind::Dark => Event::Dark(record),
             FrameKind::Flat => Event::Flat(record),
         })?;
-        if kind == FrameKind::Scan {
-            self.named.insert(index);
-        }
+        self.named.insert((kind, index));
         Ok(())
     }
 
@@ -259,7 +232,7 @@ impl SequenceWriter {
         let record = StopRecord {
             format: FORMAT_VERSION,
             exit_status,
-            frames: self.named.len(),
+            frames: self.named.iter().filter(|(kind, _)| *kind == FrameKind::Scan).count(),
             reason: facts.reason,
             closure: facts.closure,
             times: facts.times,
@@ -282,12 +255,23 @@ pub(crate) fn now() -> String {
 pub(crate) fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     match fs::read_dir(folder) {
         Ok(mut entries) => match entries.next() {
+            Some(_) if is_unfinished(folder) => Err(SequenceError::Unfinished { path: folder.to_owned() }),
             Some(_) => Err(SequenceError::Exists { path: folder.to_owned() }),
             None => Ok(()),
         },
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
         Err(error) => Err(SequenceError::io("look into", folder)(error)),
     }
+}
+
+/// Whether a scan can be gone on with there.
+fn is_unfinished(folder: &Path) -> bool {
+    Sequence::open(folder).is_ok_and(|sequence| {
+        let can_end = sequence
+            .stop()
+            .is_none_or(|stop| matches!(stop.exit_status, ExitStatus::Aborted | ExitStatus::Failed));
+        can_end && matches!(sequence.record().origin, Origin::Captured { .. })
+    })
 }
 
 pub(super) fn write_record(

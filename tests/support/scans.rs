@@ -28,6 +28,10 @@ pub fn plan(twin: &Twin) -> CapturePlan {
 struct Willing(ViewSwitch);
 
 impl Assistant for Willing {
+    fn is_there(&self) -> bool {
+        true
+    }
+
     fn arrange(&mut self, arrangement: Arrangement) -> bool {
         self.0.put(match arrangement {
             Arrangement::Object => SimView::Scene,

@@ -5,6 +5,7 @@ use std::io::{BufRead, IsTerminal};
 use crate::camera::{SimView, ViewSwitch};
 use crate::capture::{Arrangement, Assistant};
 use crate::cli::Talk;
+use crate::cli::progress::tell;
 
 /// The person at the terminal, or the simulation.
 pub(in crate::cli) struct Hands<'a> {
@@ -20,6 +21,10 @@ impl<'a> Hands<'a> {
 }
 
 impl Assistant for Hands<'_> {
+    fn is_there(&self) -> bool {
+        self.view.is_some() || std::io::stdin().is_terminal()
+    }
+
     fn arrange(&mut self, arrangement: Arrangement) -> bool {
         if let Some(view) = &self.view {
             view.put(match arrangement {
@@ -29,12 +34,8 @@ impl Assistant for Hands<'_> {
             });
             return true;
         }
-        if !std::io::stdin().is_terminal() {
-            self.talk.say("note: nobody is at the terminal to be asked for dark and flat frames");
-            return false;
-        }
         self.talk.aside(|| {
-            eprintln!("put {}, then press Enter", arrangement.words());
+            tell(&format!("put {}, then press Enter", arrangement.words()));
             std::io::stdin().lock().read_line(&mut String::new()).is_ok_and(|bytes| bytes > 0)
         })
     }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::profile::{Options, rig_missing};
+use super::profile::Options;
 use super::{camera_settings, twin_config};
 use crate::capture::{CaptureLimits, CapturePlan, FocalLength, Lens};
 use crate::cli::CliError;
@@ -50,12 +50,10 @@ impl PlanArguments {
 
 /// What a profile plans.
 pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, CliError> {
-    let positions_mm = profile.plan.positions_mm().ok_or_else(|| {
-        rig_missing("how far the stage is to go and how often (plan.step, plan.frames; --step-mm, --frames) is not known")
-    })?;
+    let positions_mm = profile.plan.positions_mm().ok_or_else(|| rig_missing(&profile.plan))?;
     let limits = &profile.limits;
-    let is_simulated = profile.camera.device.as_deref() == Some("sim");
-    let twin = if is_simulated { serde_json::to_value(twin_config(profile)).ok() } else { None };
+    let twin =
+        if profile.camera.is_simulated() { serde_json::to_value(twin_config(profile)).ok() } else { None };
     Ok(CapturePlan {
         settle: profile.plan.settle,
         camera: camera_settings(profile)?,
@@ -65,7 +63,8 @@ pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, Cli
         limits: CaptureLimits {
             retakes: limits.retakes,
             saturated: limits.saturated,
-            position_mm: limits.position_mm,
+            // What the driver is told to put up with, a scan does, too.
+            position_mm: limits.position_mm.max(profile.stage.tolerance_mm),
             shift_px: limits.shift_px,
             wait: limits.wait,
         },
@@ -74,6 +73,19 @@ pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, Cli
         twin,
         ..CapturePlan::at(positions_mm)
     })
+}
+
+/// Of a plan that does not say how far the stage is to go, and how often.
+fn rig_missing(plan: &profile::PlanProfile) -> CliError {
+    let lacks = match (plan.step_mm, plan.frames) {
+        (None, None) => "plan.step and plan.frames are",
+        (None, _) => "plan.step is",
+        _ => "plan.frames is",
+    };
+    CliError::Usage(format!(
+        "{lacks} not known: set them in [plan] of the rig profile (take the # away), or give --step-mm and --frames. No profile yet? \
+         `epirig init` writes one; `--rig sim` needs none, and no hardware"
+    ))
 }
 
 fn lens(optics: &profile::OpticsProfile) -> Option<Lens> {

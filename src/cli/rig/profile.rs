@@ -59,7 +59,8 @@ impl RigArgument {
 
     fn file(&self) -> Option<PathBuf> {
         self.rig.clone().or_else(|| {
-            let configured = std::env::var_os("XDG_CONFIG_HOME").map(PathBuf::from);
+            let configured = std::env::var_os("XDG_CONFIG_HOME").filter(|folder| !folder.is_empty());
+            let configured = configured.map(PathBuf::from);
             let home = std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".config"));
             let global = configured.or(home).map(|folder| folder.join(GLOBAL));
             std::iter::once(PathBuf::from(LOCAL)).chain(global).find(|path| path.is_file())
@@ -87,17 +88,12 @@ impl RigArgument {
 fn read(path: &Path) -> Result<String, CliError> {
     std::fs::read_to_string(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => CliError::Usage(format!(
-            "there is no rig profile {}; `epirig init` writes one, `--rig sim` needs no hardware",
+            "there is no rig profile {0}; `epirig init --out {0}` writes one, `--rig sim` needs no hardware",
             path.display()
         )),
-        _ => CliError::File { path: path.to_owned(), action: "read", source: error },
+        _ => CliError::Usage(format!(
+            "{}: cannot be read as a rig profile: {error}; give a file in UTF-8",
+            path.display()
+        )),
     })
-}
-
-/// Of a command that needs a plan and knows none.
-pub(in crate::cli) fn rig_missing(lacks: &str) -> CliError {
-    CliError::Usage(format!(
-        "{lacks}, and there is no rig profile that says it (rig.toml here, or --rig FILE); `epirig init` writes one, `--rig sim` \
-         needs no hardware"
-    ))
 }

@@ -107,7 +107,7 @@ pub fn serve(
     PtyServer::start(device, noise, link)
 }
 
-/// Asks the process that has a port to stop its stage, as Ctrl-C would, if it runs this program. Its number comes back.
+/// Asks the process that has a port to stop its stage now (SIGUSR1), if it runs this program. Its number comes back.
 pub fn ask_holder_to_stop(port: &str) -> Option<i32> {
     let pid = holder(port)?;
     // A lock file may be older than the process that has the number now.
@@ -115,7 +115,7 @@ pub fn ask_holder_to_stop(port: &str) -> Option<i32> {
     if program(&pid.to_string())?.file_name() != program("self")?.file_name() {
         return None;
     }
-    rustix::process::kill_process(Pid::from_raw(pid)?, Signal::INT).ok()?;
+    rustix::process::kill_process(Pid::from_raw(pid)?, Signal::USR1).ok()?;
     Some(pid)
 }
 
