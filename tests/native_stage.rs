@@ -191,6 +191,30 @@ fn a_pulled_cable_is_an_error_and_the_stage_stops_by_itself() {
 }
 
 #[test]
+fn a_move_that_has_lost_its_host_is_ended_by_the_next_one() {
+    for settings in [None, Some(Settings::default())] {
+        // The cable is back before the watchdog has noticed: as if a program had been killed and another one started.
+        let device = Arc::new(Mutex::new(NativeDevice::new("hang-up@1+0.5s/0.1s".parse().unwrap())));
+        let plant = device.lock().unwrap().plant();
+        let options = NativeOptions { settings, ..NativeOptions::default() };
+        let connect = || NativeStage::connect(Box::new(SimulatedLink::new(Arc::clone(&device))), options);
+        let mut stage = connect().unwrap();
+        stage.home().unwrap();
+        let error = stage.move_to(190.0).unwrap_err();
+        assert!(matches!(error, StageError::Link(LinkError::Lost { .. })), "{error}");
+        let mut device_alone = Arc::clone(&device);
+        let made = plant.steps_made();
+        epirig::link::SimulatedDevice::advance(&mut device_alone, std::time::Duration::from_millis(110));
+        assert!(plant.steps_made() > made, "it moves without a host");
+        let mut stage = connect().unwrap();
+        assert_eq!(stage.move_to(10.0), Err(StageError::NotHomed));
+        stage.home().unwrap();
+        assert_eq!(stage.home_shift_mm(), Some(0.0));
+        stage.move_to(10.0).unwrap();
+    }
+}
+
+#[test]
 fn an_emergency_stop_that_is_lost_is_sent_again() {
     for seed in 0..20 {
         let device = Arc::new(Mutex::new(NativeDevice::default()));

@@ -73,11 +73,11 @@ impl NativeStage {
         stage.meet(identity)?;
         // What failed before we came (a pulled cable, another program's fault), or still runs without its host, is not to be
         // built upon.
-        stage.trusted = !matches!(stage.status()?.outcome, Outcome::Failed | Outcome::Running);
+        stage.trusted &= !matches!(stage.status()?.outcome, Outcome::Failed | Outcome::Running);
         Ok(stage)
     }
 
-    /// Checks the version and agrees on settings.
+    /// Checks the version and agrees on settings, for which the stage has to stand still.
     fn meet(&mut self, identity: Identity) -> Result<(), StageError> {
         self.identity = identity;
         if identity.version != PROTOCOL_VERSION {
@@ -89,12 +89,27 @@ impl NativeStage {
             });
         }
         let request = self.options.settings.map_or(Request::ReadSettings, Request::WriteSettings);
-        match self.conversation.ask(request)? {
+        let mut reply = self.conversation.ask(request)?;
+        if matches!(reply, Reply::Refused(Refusal::Busy)) {
+            self.take_over()?;
+            reply = self.conversation.ask(request)?;
+        }
+        match reply {
             Reply::Settings(settings) => {
                 self.settings = settings;
                 Ok(())
             }
             other => Err(self.unexpected(request, other)),
+        }
+    }
+
+    /// Ends what still runs. Nobody else has the port, so it has lost its host: a program that was killed, a cable that was pulled.
+    fn take_over(&mut self) -> Result<(), StageError> {
+        self.trusted = false;
+        match self.stop() {
+            // Then it has been stopped at once.
+            Err(StageError::TooSlow { .. }) => Ok(()),
+            stopped => stopped,
         }
     }
 
@@ -207,10 +222,14 @@ impl NativeStage {
         }
     }
 
+    fn heartbeat(&self) -> Duration {
+        Duration::from_millis(self.settings.watchdog_ms.into()) / HEARTBEATS
+    }
+
     /// Waits until the stage is at rest, with a heartbeat; minds the stop switch.
     fn wait(&mut self, during: &str, id: u32, patience: Duration) -> Result<(), StageError> {
         let since = self.conversation.now();
-        let heartbeat = Duration::from_millis(self.settings.watchdog_ms.into()) / HEARTBEATS;
+        let heartbeat = self.heartbeat();
         while self.conversation.now() - since < patience {
             // Asked for until the stage stands: the first time may be lost.
             match self.stop.pressed() {
@@ -298,7 +317,11 @@ impl Stage for NativeStage {
         self.meet(identity)?;
         (self.trusted, self.home_shift_mm) = (false, None);
         let patience = self.homing_patience();
-        let known_before = self.status()?.homed;
+        let before = self.status()?;
+        if before.moving {
+            self.take_over()?;
+        }
+        let known_before = before.homed;
         let status = self.operate("while homing", 0, patience, |id| Request::Home { id })?;
         self.home_shift_mm = known_before.then_some(status.home_shift_nm as f64 / NM_PER_MM);
         self.trusted = true;
@@ -341,6 +364,8 @@ impl Stage for NativeStage {
             if !self.status()?.moving {
                 return Ok(());
             }
+            // Its end is told, if that is not lost.
+            self.conversation.finished(self.identity.last_operation, self.heartbeat())?;
         }
         self.conversation.emergency_stop()?;
         self.trusted = false;
