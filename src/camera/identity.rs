@@ -20,7 +20,8 @@ pub struct CameraIdentity {
     pub part: String,
     /// Serial number of the USB device, if it has one.
     pub serial_number: Option<String>,
-    /// Names of links to its device file that stay the same: those in `/dev/v4l/by-id` and `/dev/v4l/by-path`.
+    /// Names of links to its device file that stay the same: those in `/dev/v4l/by-id`, then those in
+    /// `/dev/v4l/by-path`.
     pub links: Vec<String>,
 }
 

@@ -83,11 +83,16 @@ fn usb_serial_number(node: &Path) -> Option<String> {
     Some(serial_number.trim().to_owned()).filter(|serial_number| !serial_number.is_empty())
 }
 
+/// Those of by-id first: they stay the camera's in whatever socket it is.
 fn links_to(real: &Path) -> Vec<String> {
-    let entries = LINKS.iter().flat_map(fs::read_dir).flatten().flatten();
-    let leading = entries.filter(|entry| fs::canonicalize(entry.path()).is_ok_and(|target| target == real));
-    let mut names: Vec<String> =
-        leading.filter_map(|entry| entry.file_name().to_str().map(str::to_owned)).collect();
-    names.sort();
-    names
+    let leads_there =
+        |entry: &fs::DirEntry| fs::canonicalize(entry.path()).is_ok_and(|target| target == real);
+    let names = LINKS.iter().flat_map(|folder| {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten().filter(leads_there);
+        let mut names: Vec<String> =
+            entries.filter_map(|entry| entry.file_name().to_str().map(str::to_owned)).collect();
+        names.sort();
+        names
+    });
+    names.collect()
 }
