@@ -46,7 +46,9 @@ impl World {
                     None => {
                         view.between.shown.set(None);
                         std::thread::sleep(PAUSE);
-                        VideoOutput::open(&path, size).ok()
+                        let output = VideoOutput::open(&path, size).ok();
+                        view.between.unseen.store(output.is_none(), Ordering::SeqCst);
+                        output
                     }
                 };
             }
@@ -94,14 +96,17 @@ struct Between {
     shown: Place,
     /// Where the carriage wants to come to rest.
     wanted: Place,
+    /// Whether the output has gone, and the camera with it: a driver may give both back only when whoever moves the stage has let
+    /// go of the camera, so that a stage that waited for its picture would wait for ever.
+    unseen: Arc<AtomicBool>,
 }
 
 impl Between {
     /// Asked by the stage before its last step.
     fn may_rest_at(&self, steps: i64) -> bool {
-        let shown = self.shown.get() == Some(steps);
-        self.wanted.set(if shown { None } else { Some(steps) });
-        shown
+        let may_rest = self.shown.get() == Some(steps) || self.unseen.load(Ordering::SeqCst);
+        self.wanted.set(if may_rest { None } else { Some(steps) });
+        may_rest
     }
 }
 
@@ -165,6 +170,16 @@ mod tests {
         stage.move_to(12.5).unwrap();
         assert_eq!(NativeDevice::mm_from_home(plant.carriage_steps()), 12.5);
         assert_eq!(between.shown.get(), Some(plant.carriage_steps()));
+        assert_eq!(between.wanted.get(), None);
+    }
+
+    #[test]
+    fn without_an_output_the_stage_waits_for_no_picture() {
+        let between = Between::default();
+        assert!(!between.may_rest_at(7));
+        assert_eq!(between.wanted.get(), Some(7));
+        between.unseen.store(true, Ordering::SeqCst);
+        assert!(between.may_rest_at(7));
         assert_eq!(between.wanted.get(), None);
     }
 }
