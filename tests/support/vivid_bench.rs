@@ -11,7 +11,7 @@ use epirig::camera::{Camera, CameraSettings, FrameFacts, Size, V4l2Camera, V4l2D
 use epirig::frame::Frame;
 use epirig::link::{PortChoice, choose, open, ports};
 use epirig::stage::native::{BAUD, NativeOptions};
-use epirig::stage::{NativeStage, Stage, StageError};
+use epirig::stage::{NativeStage, Stage};
 use epirig::twin::{Twin, TwinConfig};
 use firmware_protocol::message::Settings;
 
@@ -153,17 +153,8 @@ impl VividBench {
             ..Settings::default()
         };
         let options = NativeOptions { settings: Some(settings), ..NativeOptions::default() };
-        // One whose host has gone in mid-move is busy until its watchdog has stopped it.
-        wait_for("the stage", || {
-            let link = open(&choose(&choice, &ports().unwrap()).unwrap(), BAUD).unwrap();
-            match NativeStage::connect(link, options) {
-                Err(StageError::Refused { .. }) => false,
-                connected => {
-                    self.stage = Some(Box::new(connected.unwrap()));
-                    true
-                }
-            }
-        });
+        let link = open(&choose(&choice, &ports().unwrap()).unwrap(), BAUD).unwrap();
+        self.stage = Some(Box::new(NativeStage::connect(link, options).unwrap()));
     }
 
     /// By another program, as faults come.

@@ -1,0 +1,172 @@
+//! Scans that are interrupted in their middle: whatever happens, they end with the frames of an undisturbed one.
+
+use std::path::Path;
+use std::time::Duration;
+
+use epirig::sequence::{Event, ExitStatus, FrameRecord, ResumedRecord, Sequence, encode_png};
+
+use super::guest::{
+    FRAMES, START_MM, Workplace, assert_exact, here, passed, program, retakes, succeeds, system,
+};
+use super::vivid_bench::{Playing, plug_serial_port, v4l2_ctl};
+
+/// So many frames are on disk when a scan is disturbed.
+const BEFORE: usize = 4;
+
+/// The frames that the journal of a disturbed scan names, each of which must be there as it says.
+fn named(sequence: &str) -> (String, Vec<FrameRecord>) {
+    let sequence = Sequence::open(Path::new(sequence)).unwrap();
+    for record in sequence.frames() {
+        sequence.read(record).unwrap();
+    }
+    (sequence.record().uid.clone(), sequence.frames().to_vec())
+}
+
+/// Resumes what was disturbed: the sequence is the same, whole, and still has the very frames that it had.
+fn resumed(sequence: &str, playing: &mut Playing) -> Sequence {
+    let (uid, before) = named(sequence);
+    assert!((1..FRAMES).contains(&before.len()), "{} frames before", before.len());
+    succeeds(&["resume", sequence]);
+    let whole = assert_exact(sequence, playing);
+    assert_eq!(whole.record().uid, uid);
+    assert_eq!(whole.frames()[..before.len()], before);
+    assert_compared(&whole, before.len() - 1);
+    whole
+}
+
+/// The scan went on, the last time after the frame `good` had been seen again where it was.
+fn assert_compared(sequence: &Sequence, good: usize) {
+    let resumed = |event: &Event| match event {
+        Event::Resumed(resumed) => Some(resumed.clone()),
+        _ => None,
+    };
+    let resumed: Vec<ResumedRecord> = sequence.events().iter().filter_map(resumed).collect();
+    let comparison = resumed.last().unwrap().comparison.as_ref().unwrap();
+    println!("frame {good} was seen again {:.6} px, {:.6} px off", comparison.x_px, comparison.y_px);
+    assert_eq!(comparison.frame, good);
+    // As its plan allows. The twin is free of noise and the stage where it was, so it is far less.
+    assert!(comparison.x_px.hypot(comparison.y_px) < 0.1, "{comparison:?}");
+}
+
+#[test]
+fn a_scan_killed_in_its_middle_is_resumed_and_whole() {
+    const NAME: &str = "interruptions::a_scan_killed_in_its_middle_is_resumed_and_whole";
+    if !here(NAME) {
+        return;
+    }
+    let mut playing = Playing::start();
+    let workplace = Workplace::new();
+    let sequence = workplace.path("seq");
+    let mut scanning = workplace.capture(&sequence);
+    scanning.until(BEFORE);
+    scanning.kill();
+    assert!(!Path::new(&sequence).join("stop.json").exists());
+    resumed(&sequence, &mut playing);
+    passed(NAME);
+}
+
+#[test]
+fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
+    const NAME: &str = "interruptions::ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed";
+    if !here(NAME) {
+        return;
+    }
+    let mut playing = Playing::start();
+    let workplace = Workplace::new();
+    let sequence = workplace.path("seq");
+    let mut scanning = workplace.capture(&sequence);
+    scanning.until(BEFORE);
+    scanning.interrupt();
+    let (code, talk) = scanning.end();
+    assert_eq!(code, 7, "{talk}");
+    assert!(talk.contains("stopping after this frame"), "{talk}");
+    assert!(talk.contains(&format!("`epirig resume {sequence}` goes on")), "{talk}");
+    let stopped = Sequence::open(Path::new(&sequence)).unwrap();
+    assert_eq!(stopped.stop().unwrap().exit_status, ExitStatus::Aborted);
+    assert!(retakes(&stopped).is_empty());
+    resumed(&sequence, &mut playing);
+    passed(NAME);
+}
+
+#[test]
+fn a_disk_that_fills_stops_a_scan_and_loses_nothing() {
+    const NAME: &str = "interruptions::a_disk_that_fills_stops_a_scan_and_loses_nothing";
+    const PAGE: usize = 4096;
+    if !here(NAME) {
+        return;
+    }
+    let mut playing = Playing::start();
+    let workplace = Workplace::new();
+    let disk = workplace.path("disk");
+    std::fs::create_dir(&disk).unwrap();
+    // Room for some frames and their records.
+    let frame_bytes = encode_png(&playing.truth(START_MM)).unwrap().len();
+    let room = (BEFORE + 2) * frame_bytes.next_multiple_of(PAGE);
+    system(&["mount", "-t", "tmpfs", "-o", &format!("size={room}"), "tmpfs", &disk]);
+    let sequence = format!("{disk}/seq");
+    let (code, talk) = workplace.capture(&sequence).end();
+    assert_eq!(code, 7, "{talk}");
+    assert!(talk.contains("No space left on device"), "{talk}");
+    println!("{}", talk.lines().last().unwrap_or_default());
+    // Full still: to be resumed it needs room, and it loses nothing by being tried.
+    let (_, before) = named(&sequence);
+    let again = program(&["resume", &sequence]);
+    assert_eq!(again.status.code(), Some(7), "{}", String::from_utf8_lossy(&again.stderr));
+    assert_eq!(named(&sequence).1[..before.len()], before);
+    system(&["mount", "-o", "remount,size=16m", &disk]);
+    resumed(&sequence, &mut playing);
+    system(&["umount", &disk]);
+    passed(NAME);
+}
+
+#[test]
+fn a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself() {
+    const NAME: &str = "interruptions::a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself";
+    if !here(NAME) {
+        return;
+    }
+    let mut playing = Playing::start();
+    let workplace = Workplace::new();
+    let sequence = workplace.path("seq");
+    let mut scanning = workplace.capture(&sequence);
+    scanning.until(BEFORE);
+    plug_serial_port(false);
+    // Nobody is quicker.
+    std::thread::sleep(Duration::from_secs(2));
+    plug_serial_port(true);
+    let (code, talk) = scanning.end();
+    println!("{talk}");
+    assert_eq!(code, 0, "{talk}");
+    let whole = assert_exact(&sequence, &mut playing);
+    assert_went_on(&whole);
+    passed(NAME);
+}
+
+#[test]
+fn a_scan_whose_camera_is_disconnected_goes_on_by_itself() {
+    const NAME: &str = "interruptions::a_scan_whose_camera_is_disconnected_goes_on_by_itself";
+    if !here(NAME) {
+        return;
+    }
+    let mut playing = Playing::start();
+    let workplace = Workplace::new();
+    let sequence = workplace.path("seq");
+    let mut scanning = workplace.capture(&sequence);
+    scanning.until(BEFORE);
+    // It comes back when everybody has let it go.
+    v4l2_ctl(&["-d0", "-c", "disconnect=1"]);
+    let (code, talk) = scanning.end();
+    println!("{talk}");
+    assert_eq!(code, 0, "{talk}");
+    let whole = assert_exact(&sequence, &mut playing);
+    assert_went_on(&whole);
+    passed(NAME);
+}
+
+/// One frame was tried again, after the one before it had been seen again where it was.
+fn assert_went_on(sequence: &Sequence) {
+    let retakes = retakes(sequence);
+    assert_eq!(retakes.len(), 1, "{retakes:?}");
+    assert!((BEFORE..FRAMES).contains(&retakes[0].index), "{retakes:?}");
+    assert_compared(sequence, retakes[0].index - 1);
+}
