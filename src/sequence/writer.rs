@@ -10,7 +10,7 @@ use super::pixels::encode_png;
 use super::reader::{JOURNAL, START, STOP, Sequence};
 use super::record::{
     CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
-    FrameRecord, SequenceRecord, StopRecord, TimesRecord,
+    FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
 };
 use super::resume::lock;
 use crate::frame::Frame;
