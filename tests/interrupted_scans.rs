@@ -65,7 +65,8 @@ fn the_program_makes_stage_and_camera_wait_for_nothing() {
     let twin = twin();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
-    scan(&twin, &plan(&twin), &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    let plan = CapturePlan { dark: 0, flat: 0, ..plan(&twin) };
+    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     let times = Sequence::open(&out).unwrap().stop().unwrap().times.unwrap();
     // In simulated time, which the disk does not take part in.
     assert!(times.overhead().unwrap() <= 1.05, "{times:?}");
@@ -138,20 +139,15 @@ fn a_damaged_frame_is_taken_again() {
 }
 
 #[test]
-fn a_pause_ends_after_the_frame_in_hand() {
+fn a_pause_before_anything_is_taken_leaves_nothing() {
     let twin = twin();
-    let plan = plan(&twin);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
     let pause = PauseSwitch::default();
     pause.press();
-    let error =
-        scan(&twin, &CapturePlan { dark: 0, flat: 0, ..plan.clone() }, &out, Box::new(RealDisk), &pause)
-            .unwrap_err();
-    assert!(error.is_wanted(), "{error}");
-    assert_eq!(Sequence::open(&out).unwrap().frames().len(), 1);
-    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
-    assert_whole(&twin, &out);
+    let error = scan(&twin, &plan(&twin), &out, Box::new(RealDisk), &pause).unwrap_err();
+    assert!(matches!(error, CaptureError::Paused), "{error}");
+    assert!(!out.exists());
 }
 
 #[test]

@@ -10,7 +10,7 @@ use super::{CaptureError, CapturePlan, interrupted};
 use crate::progress::Progress;
 use crate::sequence::{
     ClosureRecord, Disk, Event, ExitStatus, FrameKind, FrameRecord, Origin, Sequence, SequenceError,
-    SequenceWriter,
+    SequenceWriter, refuse_busy,
 };
 
 /// Takes the frames that the sequence in `folder` lacks, as [`capture`](super::capture) would have done.
@@ -44,6 +44,7 @@ pub fn resume(
             "its frames do not show what their positions say (see stop.json); take the scan again",
         ));
     }
+    refuse_busy(folder)?;
     let good = good_frames(&sequence, FrameKind::Scan, rig.progress)?;
     let present = Present {
         dark: indices(&good_frames(&sequence, FrameKind::Dark, rig.progress)?),

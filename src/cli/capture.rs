@@ -21,10 +21,10 @@ use crate::stage::StageSource;
   epirig capture --out seq --step-mm 1.5 --frames 101          without a profile
   epirig capture --out seq --dry-run                           connects, moves nothing
 
-The stage is homed first and at the end. A frame counts only if it was begun after the stage came to rest
-and stands what else its certificate says (journal.jsonl); others are taken again. The first Ctrl-C ends the scan
-after the frame in hand, the second stops the stage; `epirig resume SEQ` goes on, also after a power cut.
-Height in mm needs the focal length.")]
+The stage is homed first and at the end. A frame counts only with its certificate (journal.jsonl); others are taken again. The \
+first Ctrl-C ends the scan after the frame in hand, the second stops the stage; `epirig resume SEQ` goes on, also after a power \
+cut. Dark frames and frames of a uniform target come first, if the plan has any (plan.dark, plan.flat). Height in mm needs the \
+focal length.")]
 pub(super) struct Capture {
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]

@@ -18,8 +18,8 @@ use crate::stage::StageSource;
   epirig doctor --rig sim                no hardware needed
   epirig doctor --short                  without the measurements that take many moves
 
-The stage is homed and moves on the plan's travel; the object has to be in its place and lit as in the scan. Exit code 4
-if something forbids the scan.")]
+The stage is homed and moves on the plan's travel; the object has to be in its place and lit as in the scan. Exit code 4 if \
+something forbids the scan.")]
 pub(super) struct Doctor {
     /// Leave out what takes many moves: settling and repeatability
     #[arg(long)]

@@ -18,8 +18,8 @@ use crate::profile::{Findings, FoundCamera, commented};
   epirig init                     writes rig.toml here, which other commands then take
   epirig init --out lab/rig.toml
 
-Serial ports and cameras that are connected are filled in; everything else stands there as a comment, with what it
-means. A file that exists is refused.")]
+A USB serial port and a camera that are connected are filled in, if there is one of each; everything else stands there as a \
+comment, with what it means. A file that exists is refused.")]
 pub(super) struct Init {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "rig.toml")]

@@ -20,8 +20,8 @@ use crate::stage::{SimStage, Stage};
   epirig plan --rig sim --json
   epirig plan --step-mm 1.5 --frames 101
 
-Nothing is connected, so time and bytes are known only as far as the profile tells size, rate and velocity;
-`epirig capture --dry-run` asks the rig.")]
+Nothing is connected, so time and bytes are known only as far as the profile tells size, rate and velocity; `epirig capture \
+--dry-run` asks the rig.")]
 pub(super) struct Plan {
     #[command(flatten)]
     rig: RigArguments,

@@ -15,8 +15,8 @@ use crate::sequence::{Origin, Sequence};
   epirig resume seq
   epirig resume seq --port /dev/ttyUSB1        the stage has another port now
 
-The rig is that of the scan (sequence.json). The frames that are there are checked, the stage is homed, the last good
-frame is taken again and compared: if the picture has moved, nothing goes on. Then the missing frames are taken.")]
+The rig is that of the scan (sequence.json). The frames that are there are checked, the stage is homed, the last good frame is \
+taken again and compared: if the picture has moved, nothing goes on. Then the missing frames are taken.")]
 pub(super) struct Resume {
     /// Folder of the sequence
     #[arg(value_name = "SEQ")]

@@ -26,9 +26,9 @@ use crate::sequence::{Sequence, refuse_existing};
   epirig run --out tile-0042 --rig sim --set plan.frames=51     no hardware needed
   epirig run --out tile-0042 --reference middle
 
-It does what `epirig doctor --short`, `capture` and `match` do, one after another; DIR is the sequence, DIR/results are the
-results. Frames are matched as the camera gives them: epirig does not calibrate or rectify yet. If the scan is
-interrupted, `epirig resume DIR` and `epirig match DIR` do the rest.")]
+It does what `epirig doctor --short`, `capture` and `match` do, one after another; DIR is the sequence, DIR/results are the \
+results. Frames are matched as the camera gives them: epirig does not calibrate or rectify yet. If the scan is interrupted, \
+`epirig resume DIR` and `epirig match DIR` do the rest.")]
 pub(super) struct Run {
     /// Folder of the new sequence and its results
     #[arg(long, value_name = "DIR")]

@@ -36,6 +36,14 @@ impl SequenceWriter {
     }
 }
 
+/// Refuses a sequence that another program writes now.
+///
+/// # Errors
+/// [`SequenceError::Busy`], or that its journal cannot be opened.
+pub(crate) fn refuse_busy(folder: &Path) -> Result<(), SequenceError> {
+    lock(folder).map(drop)
+}
+
 /// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's length.
 fn mend_journal(disk: &mut dyn Disk, path: &Path) -> std::io::Result<u64> {
     let bytes = fs::read(path)?;
