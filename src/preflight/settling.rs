@@ -5,6 +5,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::MeasureError;
+use super::view::middle;
 use crate::camera::{Camera, Moment};
 use crate::frame::Frame;
 use crate::shift::{Shift, shift_between};
@@ -19,6 +20,11 @@ const MOST_FRAMES: usize = 90;
 const REST_PX: f64 = 0.02;
 /// ... or as near as so many sigma of the shift.
 const SIGMAS: f64 = 3.0;
+/// A picture that is off in the last part of the time watched, of this share, does not come to rest: it happened to be near its last place then,
+/// as a steady swing is in every period.
+const LAST_PART: f64 = 0.25;
+/// Columns and rows that are kept of a frame, at most: 90 frames then take 47 MB, whatever the camera, and tell a shift to a few 0.001 px.
+const KEPT_PX: usize = 512;
 
 /// How a stage came to rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -34,9 +40,13 @@ pub struct Settling {
     pub farthest_px: f64,
     /// Frames that were looked at.
     pub frames: usize,
+    /// From the end of the move to the start of the last exposure.
+    pub watched: Duration,
+    /// Whether the picture came to rest: it did not if it was off in the last quarter of the time watched, and `settle` means nothing then.
+    pub at_rest: bool,
 }
 
-/// Moves to `position_mm` and watches the picture come to rest for 1.5 s.
+/// Moves to `position_mm` and watches the middle of the picture (512 x 512 px at most) come to rest for 1.5 s.
 ///
 /// # Errors
 /// [`MeasureError`] if stage or camera fail, or the last two frames cannot be compared.
@@ -51,7 +61,7 @@ pub fn measure_settling(
     // Two at least, for a camera of long exposures.
     while seen.len() < 2 || (seen.len() < MOST_FRAMES && seen[seen.len() - 1].0.since(moved) < WATCHED) {
         let taken = camera.grab_after(moved)?;
-        seen.push((taken.facts.exposure_start, taken.frame));
+        seen.push((taken.facts.exposure_start, middle(taken.frame, KEPT_PX)));
     }
     let (starts, frames): (Vec<Moment>, Vec<Frame>) = seen.into_iter().unzip();
     let last = frames.len() - 1;
@@ -71,12 +81,16 @@ fn judge(shifts: &[Option<Shift>], starts: &[Moment], moved: Moment, resolution:
     let off = |shift: &Shift| shift.x_px.hypot(shift.y_px);
     let restless = shifts.iter().rposition(|shift| !shift.is_some_and(|shift| off(&shift) <= tolerance_px));
     let first = restless.map_or(0, |index| index + 1);
+    let watched = starts.last().map_or(Duration::ZERO, |start| start.since(moved));
+    let is_late = |start: &Moment| start.since(moved) > watched.mul_f64(1.0 - LAST_PART);
     Settling {
         settle: starts.get(first).map_or(Duration::ZERO, |start| start.since(moved)),
         resolution,
         tolerance_px,
         farthest_px: known().map(off).fold(0.0, f64::max),
         frames: starts.len(),
+        watched,
+        at_rest: !restless.and_then(|index| starts.get(index)).is_some_and(is_late),
     }
 }
 
@@ -96,9 +110,29 @@ mod tests {
         let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));
         assert_eq!(found.settle, Duration::from_millis(760));
         assert_eq!((found.farthest_px, found.tolerance_px), (1.0, 0.02));
+        assert!(found.at_rest && found.watched == Duration::from_millis(37 * 40), "{found:?}");
         shifts[30] = None;
         let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));
         assert_eq!(found.settle, Duration::from_millis(31 * 40), "what cannot be compared is not at rest");
+    }
+
+    #[test]
+    fn a_steady_swing_does_not_come_to_rest() {
+        // 25 Hz; 0.2 px and 3 Hz, which is 0.12 of a turn from frame to frame: it is within 0.02 px of its last place for two frames at most.
+        let starts: Vec<Moment> = (0..38).map(|index| Moment::from_ns(40_000_000 * index)).collect();
+        let place = |index: u32| 0.2 * (std::f64::consts::TAU * 3.0 * 0.04 * f64::from(index)).sin();
+        let shift =
+            |x_px: f64| Some(Shift { x_px, y_px: 0.0, sigma_px: 0.001, light: 1.0, residual_dn: 0.3 });
+        let shifts: Vec<Option<Shift>> = (0..37).map(|index| shift(place(index) - place(37))).collect();
+        let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));
+        assert!(!found.at_rest, "{found:?}");
+        // Off until 1080 ms of 1480 ms, which is before the last quarter (1110 ms); then off once more within it.
+        let mut shifts: Vec<Option<Shift>> =
+            (0..37).map(|index| shift(if index <= 27 { 0.1 } else { 0.0 })).collect();
+        let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));
+        assert!(found.at_rest && found.settle == Duration::from_millis(1120), "{found:?}");
+        shifts[28] = shift(0.1);
+        assert!(!judge(&shifts, &starts, Moment::default(), Duration::from_millis(40)).at_rest);
     }
 
     #[test]

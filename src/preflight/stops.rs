@@ -11,6 +11,9 @@ use super::{Check, Verdict};
 
 /// The picture moves as geometry says if it agrees to this share.
 const SAME_SCALE: f64 = 0.05;
+/// Below this share of what geometry says, the stage has stalled, something else moves it, or a length is wrong by a factor of two: no height
+/// would be right.
+const LEAST_SCALE: f64 = 0.5;
 /// Angle between motion and rows from which on epipolar lines are no rows, in deg: over 8 px of shift a point then leaves its row by 0.07 px.
 const TILT_DEG: f64 = 0.5;
 /// Of the relief's disparity, that scatter may be.
@@ -23,6 +26,15 @@ const UM_PER_MM: f64 = 1e3;
 pub(super) fn settling(found: &Settling, given: Duration) -> Check {
     const NAME: &str = "settling";
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
+    if !found.at_rest {
+        let finding = format!(
+            "the picture does not come to rest within {:.3} px in the {:.0} ms after a move that it was watched for",
+            found.tolerance_px,
+            ms(found.watched)
+        );
+        let advice = "look for vibration, fans and loose mounts, and watch the picture for longer";
+        return Check::with_advice(NAME, Verdict::Warning, finding, advice);
+    }
     let finding = format!(
         "the picture rests within {:.3} px {:.0} ms after a move (known to {:.0} ms); {:.0} ms are planned",
         found.tolerance_px,
@@ -89,11 +101,18 @@ pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Ch
         angle_deg.abs()
     );
     let mut advice = Vec::new();
+    let mut verdict = Verdict::Warning;
     if angle_deg.abs() > TILT_DEG {
         advice.push("turn the camera about its optical axis until the motion is along the rows".to_owned());
     }
     if let Some(expected) = expected_px_per_mm {
         finding += &format!("; lens and distance say {expected:.3} px/mm");
+        if found.px_per_mm() < LEAST_SCALE * expected {
+            verdict = Verdict::Bad;
+            advice.push(
+                "check that the motor does not stall and that the stage's axis is the one that carries the object".to_owned(),
+            );
+        }
         if (found.px_per_mm() / expected - 1.0).abs() > SAME_SCALE {
             advice.push("check focal length, distance and the stage's steps per mm".to_owned());
         }
@@ -101,7 +120,7 @@ pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Ch
     if advice.is_empty() {
         Check::good(NAME, finding)
     } else {
-        Check::with_advice(NAME, Verdict::Warning, finding, advice.join("; "))
+        Check::with_advice(NAME, verdict, finding, advice.join("; "))
     }
 }
 
@@ -183,6 +202,11 @@ mod tests {
         assert_eq!(verdict(moving(2.0, 0.017), None), Verdict::Good);
         assert_eq!(verdict(moving(-2.0, 0.018), None), Verdict::Warning);
         assert_eq!(verdict(moving(0.003, 0.003), Some(2.0)), Verdict::Bad);
+        // 0.096 px in all, and 48 sigma: drift or vibration. 0.104 px are motion.
+        assert_eq!(verdict(moving(0.048, 0.0), None), Verdict::Bad);
+        assert_eq!(verdict(moving(0.052, 0.0), None), Verdict::Good);
+        assert_eq!(verdict(moving(0.99, 0.0), Some(2.0)), Verdict::Bad);
+        assert_eq!(verdict(moving(1.01, 0.0), Some(2.0)), Verdict::Warning);
         let finding = motion(&moving(-2.0, 0.0), None).finding;
         assert_eq!(finding, "the picture moves along -x by 2.000 px/mm, 0.00 deg off the rows");
     }
@@ -195,10 +219,15 @@ mod tests {
             tolerance_px: 0.02,
             farthest_px: 3.0,
             frames: 30,
+            watched: Duration::from_millis(1500),
+            at_rest: true,
         };
         assert_eq!(settling(&found, Duration::from_millis(300)).verdict, Verdict::Good);
         let late = settling(&found, Duration::from_millis(200));
         assert_eq!(late.advice.as_deref(), Some("plan 320 ms to settle"));
+        let never = settling(&Settling { at_rest: false, ..found }, Duration::from_millis(2000));
+        assert_eq!(never.verdict, Verdict::Warning);
+        assert!(!never.advice.unwrap().contains("plan"), "no time to settle helps");
     }
 
     #[test]

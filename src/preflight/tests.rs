@@ -7,7 +7,9 @@ use super::*;
 use crate::camera::{Camera, CameraSettings, SimCamera, SimFault};
 use crate::capture::{CaptureLimits, CapturePlan, FocalLength, Lens};
 use crate::progress::Silent;
-use crate::stage::{OneSided, SimStage, SimStageConfig, Stage};
+use crate::stage::{
+    OneSided, SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
+};
 use crate::twin::{Twin, TwinConfig};
 
 /// 320 px of focal length, 500 mm away: 0.64 px for each mm. Noise of 1.5 DN.
@@ -164,6 +166,55 @@ fn a_picture_that_does_not_move_is_bad() {
     let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
     assert_eq!(check(&report, "motion").verdict, Verdict::Bad, "{report:?}");
     assert_eq!(report.verdict(), Verdict::Bad);
+}
+
+/// A stage that makes a part of each move only, and says otherwise.
+struct Slipping {
+    inner: SimStage,
+    share: f64,
+}
+
+impl Stage for Slipping {
+    fn identity(&self) -> StageIdentity {
+        self.inner.identity()
+    }
+
+    fn travel_mm(&self) -> f64 {
+        self.inner.travel_mm()
+    }
+
+    fn home(&mut self) -> Result<(), StageError> {
+        self.inner.home()
+    }
+
+    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
+        self.inner.move_to(self.share * position_mm)
+    }
+
+    fn state(&mut self) -> Result<StageState, StageError> {
+        self.inner.state()
+    }
+
+    fn stop(&mut self) -> Result<(), StageError> {
+        self.inner.stop()
+    }
+
+    fn stop_switch(&self) -> StopSwitch {
+        self.inner.stop_switch()
+    }
+}
+
+#[test]
+fn a_stage_that_drifts_or_stalls_is_bad_however_clearly_the_picture_shows_it() {
+    // The longest move is 58.8 mm = 37.6 px: of it 0.03 px are drift, and 15 px are less than half.
+    for (share, words) in [(0.0008, "does not move"), (0.4, "lens and distance say 0.640 px/mm")] {
+        let mut stage = Slipping { inner: SimStage::new(SimStageConfig::ideal(200.0)), share };
+        let mut camera =
+            SimCamera::before_twin(twin(|config| config.sensor.read_noise_dn = 0.0), stage.inner.watch());
+        let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
+        let motion = check(&report, "motion");
+        assert!(motion.verdict == Verdict::Bad && motion.finding.contains(words), "{motion:?}");
+    }
 }
 
 #[test]

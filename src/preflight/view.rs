@@ -1,7 +1,7 @@
 //! Several frames of one view: their mean, noise, texture and light.
 
 use crate::camera::{Camera, CameraError};
-use crate::frame::Frame;
+use crate::frame::{Frame, Samples};
 use crate::plane::Plane;
 
 /// Variance by rounding to whole DN, in squared DN: no frame of whole numbers has less noise to reckon with.
@@ -102,6 +102,26 @@ impl View {
     }
 }
 
+/// The middle of a frame, of `most_px` columns and rows at most; a smaller frame as it is.
+pub(super) fn middle(frame: Frame, most_px: usize) -> Frame {
+    let (rows, columns) = (frame.rows().min(most_px), frame.columns().min(most_px));
+    if (rows, columns) == (frame.rows(), frame.columns()) {
+        return frame;
+    }
+    let (top, left) = ((frame.rows() - rows) / 2, (frame.columns() - columns) / 2);
+    let starts = (top..top + rows).map(|y| y * frame.columns() + left);
+    let samples = match frame.samples() {
+        Samples::U8(all) => {
+            Samples::U8(starts.flat_map(|start| &all[start..start + columns]).copied().collect())
+        }
+        Samples::U16(all) => {
+            Samples::U16(starts.flat_map(|start| &all[start..start + columns]).copied().collect())
+        }
+    };
+    // Samples of a frame suit its bit depth, in every part of it.
+    Frame::new(rows, columns, frame.bit_depth(), samples).unwrap_or(frame)
+}
+
 fn plane(frame: &Frame) -> Plane<f32> {
     let mut plane = Plane::filled(frame.rows(), frame.columns(), 0.0);
     frame.samples().copy_to_f32(0, plane.values_mut());
@@ -151,6 +171,22 @@ mod tests {
         assert!((view.noise_dn() - 12_f64.sqrt().recip()).abs() < 1e-9);
         // Rounding of three frames is taken off: 49 - 1/72.
         assert!((view.gradient_dn_per_px() - (49.0 - 1.0 / 72.0_f64).sqrt()).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_big_frame_is_cropped_to_its_middle() {
+        let wide = Frame::new(3, 9, 12, Samples::U16((0..27).collect())).unwrap();
+        // Columns 2 to 6 of 0 to 8, all rows.
+        let expected = [2, 3, 4, 5, 6, 11, 12, 13, 14, 15, 20, 21, 22, 23, 24];
+        let part = middle(wide.clone(), 5);
+        assert_eq!((part.rows(), part.columns(), part.bit_depth()), (3, 5, 12));
+        assert_eq!(part.samples(), &Samples::U16(expected.to_vec()));
+        assert_eq!(middle(wide.clone(), 9), wide);
+        let tall = Frame::new(4, 2, 8, Samples::U8((0..8).collect())).unwrap();
+        assert_eq!(middle(tall, 2).samples(), &Samples::U8(vec![2, 3, 4, 5]));
+        let huge = Frame::new(1100, 1300, 8, Samples::U8(vec![7; 1100 * 1300])).unwrap();
+        let part = middle(huge, 512);
+        assert_eq!((part.rows(), part.columns(), part.samples().len()), (512, 512, 512 * 512));
     }
 
     fn noisy_frame(columns: usize) -> Frame {
