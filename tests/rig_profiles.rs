@@ -73,6 +73,15 @@ fn the_command_line_counts_before_the_environment_and_that_before_the_file() {
 }
 
 #[test]
+fn the_simulated_stage_can_be_tried_beside_the_profile_of_a_real_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[stage]\ndriver = \"grbl\"\nport = \"/dev/no-such-port\"\naxis = \"y\"\n";
+    fs::write(folder.path().join("rig.toml"), text).unwrap();
+    succeeds(folder.path(), &["home", "--driver", "sim"]);
+    fails(folder.path(), &["home", "--driver", "sim", "--port", "port"], 2, &["--port", "stage.port"]);
+}
+
+#[test]
 fn mistakes_are_told_with_place_and_remedy() {
     let folder = tempfile::tempdir().unwrap();
     fails(folder.path(), &["plan"], 2, &["plan.step", "epirig init", "--rig sim"]);

@@ -10,9 +10,9 @@ const WIDTH: usize = 100;
 /// What is connected.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// Serial ports, as [`PortChoice`](crate::link::PortChoice) reads them, best first.
+    /// Serial ports, as [`PortChoice`](crate::link::PortChoice) reads them, the likeliest first.
     pub ports: Vec<String>,
-    /// Cameras, best first.
+    /// Cameras, the likeliest first.
     pub cameras: Vec<FoundCamera>,
 }
 
@@ -27,8 +27,9 @@ pub struct FoundCamera {
     pub formats: Vec<String>,
 }
 
-/// The text of a profile in which the best of what was found is filled in. Every other key stands there once, commented out, with
-/// what it means, the values that it takes, its default if it has one, and a value. [`Profile::read`](super::Profile::read) takes it as it is.
+/// The text of a profile in which port and camera are filled in if only one of them was found; of several, all are listed, and a
+/// person chooses. Every other key stands there once, commented out, with what it means, the values that it takes, its default if it has one,
+/// and a value. [`Profile::read`](super::Profile::read) takes it as it is.
 pub fn commented(findings: &Findings) -> String {
     let mut text = Lines::default();
     text.comment("A rig and a scan, for epirig. Lines that begin with # are comments: take the # away from a key to set it.");
@@ -126,24 +127,21 @@ impl Lines {
         }
     }
 
-    /// Says which ports were found; the best.
+    /// Says which ports were found; the only one.
     fn ports<'f>(&mut self, ports: &'f [String]) -> Option<&'f str> {
-        let Some((best, others)) = ports.split_first() else {
-            self.comment("No serial port was found.");
-            return None;
-        };
-        for other in others {
-            self.comment(&format!("Also found: {other}"));
+        match ports {
+            [] => self.comment("No serial port was found."),
+            [only] => return Some(only),
+            several => {
+                self.comment("Several serial ports were found; name the one of the stage:");
+                several.iter().for_each(|port| self.comment(&format!("  {port}")));
+            }
         }
-        Some(best)
+        None
     }
 
-    /// Says which cameras were found; the best.
+    /// Says which cameras were found; the only one.
     fn cameras<'f>(&mut self, cameras: &'f [FoundCamera]) -> Option<&'f str> {
-        let Some((best, others)) = cameras.split_first() else {
-            self.comment("No camera was found.");
-            return None;
-        };
         let facts = |camera: &FoundCamera| {
             let formats = if camera.formats.is_empty() {
                 "no known format".to_owned()
@@ -152,11 +150,20 @@ impl Lines {
             };
             format!("{}, formats: {formats}", camera.model)
         };
-        self.comment(&format!("Found: {}", facts(best)));
-        for other in others {
-            self.comment(&format!("Also found: {} ({})", other.choice, facts(other)));
+        match cameras {
+            [] => self.comment("No camera was found."),
+            [only] => {
+                self.comment(&format!("Found: {}", facts(only)));
+                return Some(&only.choice);
+            }
+            several => {
+                self.comment("Several cameras were found; name one of them:");
+                for camera in several {
+                    self.comment(&format!("  {} ({})", camera.choice, facts(camera)));
+                }
+            }
         }
-        Some(&best.choice)
+        None
     }
 }
 
@@ -205,27 +212,40 @@ mod tests {
         }
     }
 
-    #[test]
-    fn what_was_found_is_filled_in() {
-        let camera = |choice: &str, formats: &[&str]| FoundCamera {
+    fn camera(choice: &str, formats: &[&str]) -> FoundCamera {
+        FoundCamera {
             choice: choice.to_owned(),
             model: "HD Pro\nWebcam \"C920\"".to_owned(),
             formats: formats.iter().map(|&format| format.to_owned()).collect(),
-        };
+        }
+    }
+
+    #[test]
+    fn the_only_one_found_is_filled_in() {
         let findings = Findings {
-            ports: vec!["usb:A\"1\\\n".to_owned(), "/dev/ttyS0".to_owned()],
-            cameras: vec![camera("usb:B2", &["GREY", "Y12"]), camera("/dev/video4", &[])],
+            ports: vec!["usb:A\"1\\\n".to_owned()],
+            cameras: vec![camera("usb:B2", &["GREY", "Y12"])],
         };
         let text = commented(&findings);
         let profile = Profile::read(&text, "rig.toml", &[]).unwrap();
         assert_eq!(profile.stage.port.as_deref(), Some("usb:A\"1\\\n"));
         assert_eq!(profile.camera.device.as_deref(), Some("usb:B2"));
-        assert!(text.contains("# Also found: /dev/ttyS0\n"), "{text}");
         assert!(text.contains("# Found: HD Pro Webcam \"C920\", formats: GREY, Y12\n"), "{text}");
-        assert!(
-            text.contains("# Also found: /dev/video4 (HD Pro Webcam \"C920\", formats: no known format)\n"),
-            "{text}"
-        );
         assert!(!text.contains("No serial port") && !text.contains("No camera"), "{text}");
+    }
+
+    #[test]
+    fn of_several_none_is_filled_in_and_all_are_listed() {
+        let findings = Findings {
+            ports: vec!["usb:A1".to_owned(), "/dev/ttyS0".to_owned()],
+            cameras: vec![camera("usb:B2", &["GREY"]), camera("/dev/video4", &[])],
+        };
+        let text = commented(&findings);
+        assert_eq!(Profile::read(&text, "rig.toml", &[]), Profile::of(&[]));
+        assert!(text.contains("stage:\n#   usb:A1\n#   /dev/ttyS0\n# port = "), "{text}");
+        let cameras = "#   usb:B2 (HD Pro Webcam \"C920\", formats: GREY)\n\
+                       #   /dev/video4 (HD Pro Webcam \"C920\", formats: no known format)\n\
+                       # device = ";
+        assert!(text.contains(cameras), "{text}");
     }
 }

@@ -35,6 +35,18 @@ pub enum Place {
     },
 }
 
+impl Place {
+    /// What is given at a place of a higher rank counts instead of what is given at one of a lower: the command line before the
+    /// environment, and that before the file.
+    pub(super) fn rank(&self) -> u8 {
+        match self {
+            Self::Line { .. } => 0,
+            Self::Override { from } if from.starts_with("EPIRIG_") => 1,
+            Self::Override { .. } => 2,
+        }
+    }
+}
+
 impl fmt::Display for Place {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -72,6 +72,9 @@ pub struct Profile {
 impl Profile {
     /// From the text of a file; `source` is its name for messages. Of several overrides of a key the last counts.
     ///
+    /// A key that means nothing with the driver of the stage or with the camera is refused; but if the command line or the environment has
+    /// chosen another driver or camera, what places that count less say of the one in the file is left out.
+    ///
     /// # Errors
     /// [`ProfileError`] with all that is wrong in file and overrides.
     pub fn read(text: &str, source: &str, overrides: &[Override]) -> Result<Self, ProfileError> {

@@ -131,10 +131,9 @@ pub struct CameraProfile {
 }
 
 impl CameraProfile {
-    /// Whether it exists in memory only.
+    /// Whether it is the simulated camera, which looks at the twin.
     pub fn is_simulated(&self) -> bool {
-        let choice = self.device.as_deref().map(str::parse::<CameraChoice>);
-        matches!(choice, Some(Ok(CameraChoice::Simulated)))
+        self.device.as_ref().is_some_and(|text| text.parse() == Ok(CameraChoice::Simulated))
     }
 }
 

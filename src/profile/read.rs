@@ -12,12 +12,13 @@ use super::quantity::{DN, HZ, MM, MM_S, MM_S2, Measure, NS, PERCENT, PX, Quantit
 use super::schema::{Key, camera, limits, optics, plan, sim, stage, target};
 use super::settings::{Given, Settings, control_path};
 use super::value::{self, Value, interpret};
-use crate::camera::{CameraChoice, Size};
+use crate::camera::Size;
 
 /// The profile that the settings make, and all that is wrong with them; what is wrong has its default in it, or nothing.
 pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
     let mistakes = std::mem::take(&mut settings.mistakes);
     let mut reader = Reader { settings, mistakes };
+    reader.leave_out_what_was_overridden();
     let profile = Profile {
         stage: reader.stage(),
         camera: reader.camera(),
@@ -33,6 +34,16 @@ pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
         reader.ask_for_what_is_needed(&profile);
     }
     (profile, reader.mistakes)
+}
+
+/// Whether the key means nothing with this driver of the stage.
+fn is_of_other_driver(key: &Key, driver: Driver) -> bool {
+    !key.drivers.is_empty() && !key.drivers.contains(&driver.name())
+}
+
+/// Whether the key describes the twin, and neither stage nor camera is simulated.
+fn is_of_no_twin(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
+    key.section == "sim" && stage.driver != Driver::Sim && !camera.is_simulated()
 }
 
 struct Reader {
@@ -195,16 +206,25 @@ impl Reader {
         }
     }
 
+    /// Whoever overrides the driver or the camera does not mean what the file says of another one.
+    fn leave_out_what_was_overridden(&mut self) {
+        let known = self.mistakes.len();
+        let (stage, camera) = (self.stage(), self.camera());
+        // All values are read again, and what is wrong with those that count is told then.
+        self.mistakes.truncate(known);
+        self.settings.leave_out_below(&[&stage::DRIVER], |key| is_of_other_driver(key, stage.driver));
+        self.settings
+            .leave_out_below(&[&stage::DRIVER, &camera::DEVICE], |key| is_of_no_twin(key, &stage, &camera));
+    }
+
     /// A key that does nothing would be believed to do something.
     fn refuse_what_is_ignored(&mut self, profile: &Profile) {
-        let driver = profile.stage.driver.name();
-        let looks_at_twin = profile.camera.device.as_ref().and_then(|text| text.parse().ok());
-        let simulates = profile.stage.driver == Driver::Sim || looks_at_twin == Some(CameraChoice::Simulated);
+        let driver = profile.stage.driver;
         for setting in &self.settings.settings {
             let key = setting.key;
-            let with = if !key.drivers.is_empty() && !key.drivers.contains(&driver) {
-                format!("with driver = \"{driver}\"")
-            } else if key.section == "sim" && !simulates {
+            let with = if is_of_other_driver(key, driver) {
+                format!("with driver = \"{}\"", driver.name())
+            } else if is_of_no_twin(key, &profile.stage, &profile.camera) {
                 "without driver = \"sim\" of the stage or device = \"sim\" of the camera".to_owned()
             } else {
                 continue;

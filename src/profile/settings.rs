@@ -185,6 +185,12 @@ impl Settings {
         }
     }
 
+    /// Leaves out what `is_ignored` names and was given at a place of a lower rank than one of `by`: it belongs to the choice that was overridden.
+    pub(super) fn leave_out_below(&mut self, by: &[&'static Key], is_ignored: impl Fn(&Key) -> bool) {
+        let rank = by.iter().filter_map(|key| self.setting(key)).map(|setting| setting.place.rank()).max();
+        self.settings.retain(|setting| !is_ignored(setting.key) || Some(setting.place.rank()) >= rank);
+    }
+
     /// What was given for a key.
     pub(super) fn setting(&self, key: &'static Key) -> Option<&Setting> {
         self.settings.iter().find(|setting| std::ptr::eq(setting.key, key))

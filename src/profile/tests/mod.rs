@@ -243,6 +243,54 @@ fn overrides_win_over_the_file_in_any_spelling_and_later_ones_over_earlier_ones(
     assert!(profile.sim.real_time && profile.sim.seed == 9);
 }
 
+fn from(settings: &[(&str, &str)]) -> Vec<Override> {
+    settings.iter().map(|(text, from)| Override::parse(text, from).unwrap()).collect()
+}
+
+#[test]
+fn what_belongs_to_a_driver_that_was_overridden_is_left_out() {
+    let grbl = "[stage]\ndriver = \"grbl\"\nport = \"usb:A1\"\naxis = \"y\"\napproach = \"1 mm\"\n";
+    let stage = |overrides: &[(&str, &str)]| Profile::read(grbl, "rig.toml", &from(overrides)).unwrap().stage;
+    let simulated = stage(&[("stage.driver=sim", "--driver")]);
+    assert_eq!((simulated.driver, simulated.port, simulated.axis), (Driver::Sim, None, None));
+    assert_eq!(simulated.approach_mm, 1.0, "what every driver has stays");
+    let native = stage(&[("stage.driver=native", "EPIRIG_DRIVER")]);
+    assert_eq!((native.port.as_deref(), native.axis), (Some("usb:A1"), None));
+    // The command line counts more than the environment.
+    let port = ("stage.port=/dev/ttyS0", "EPIRIG_PORT");
+    assert_eq!(stage(&[port, ("stage.driver=sim", "--driver")]).port, None);
+    // What counts as much as the driver, or more, was meant.
+    let refused = |text: &str, overrides: &[(&str, &str)]| {
+        Profile::read(text, "rig.toml", &from(overrides)).unwrap_err().to_string()
+    };
+    for (driver, port) in
+        [("--driver", "--port"), ("EPIRIG_DRIVER", "EPIRIG_PORT"), ("EPIRIG_DRIVER", "--port")]
+    {
+        let error = refused(grbl, &[("stage.port=/dev/ttyS0", port), ("stage.driver=sim", driver)]);
+        assert_eq!(error, format!("{port}: stage.port means nothing with driver = \"sim\"; leave it out"));
+    }
+    // A driver that the file leaves out is not overridden.
+    let error = refused("[stage]\naxis = \"y\"\n", &[("stage.port=/dev/ttyS0", "--port")]);
+    assert_eq!(error, "rig.toml, line 2: stage.axis means nothing with driver = \"native\"; leave it out");
+}
+
+#[test]
+fn the_simulated_rig_can_be_given_a_real_stage_and_a_real_camera() {
+    let read = |overrides: &[(&str, &str)]| Profile::read(SIM, "sim.toml", &from(overrides));
+    let stage = ("stage.driver=native", "--set");
+    let profile = read(&[stage]).unwrap();
+    assert_eq!((profile.stage.driver, profile.stage.travel_mm), (Driver::Native, None));
+    assert!(profile.camera.is_simulated());
+    assert_eq!(profile.sim.scene, SceneName::Tile, "the camera looks at it still");
+    let camera = ("camera.device=/dev/video0", "EPIRIG_CAMERA");
+    let profile = read(&[camera, stage]).unwrap();
+    assert!(!profile.camera.is_simulated());
+    assert_eq!(profile.sim.scene, SceneName::Plane, "the default: there is no twin");
+    let error = read(&[camera, stage, ("sim.seed=3", "--set")]).unwrap_err().to_string();
+    assert!(error.starts_with("--set: sim.seed means nothing without"), "{error}");
+    assert_eq!(error.lines().count(), 1, "{error}");
+}
+
 proptest! {
     #[test]
     fn any_text_is_a_profile_or_an_error(text in "(\\[(plan|camera|stage)\\]\n)?([a-z_.\"]{1,12} ?= ?[-a-z0-9\".\\[{ ]{0,8}\n){0,4}") {
