@@ -218,6 +218,8 @@ impl Camera for Tampered {
     }
 
     fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError> {
+        self.tamper(When::Start(self.starts));
+        self.starts += 1;
         self.camera.reconnect(patience)
     }
 }
