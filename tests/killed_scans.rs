@@ -141,3 +141,20 @@ fn only_one_program_writes_a_sequence() {
     interrupt(&child);
     child.wait().unwrap();
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_scan_that_nobody_listens_to_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let capture = [&["capture", "--out", "seq", "--rig", "sim"][..], &PLAN].concat();
+    let status = Command::new(env!("CARGO_BIN_EXE_epirig"))
+        .args(capture)
+        .current_dir(folder.path())
+        .env("XDG_CONFIG_HOME", folder.path())
+        .stdout(Stdio::null())
+        .stderr(full)
+        .status();
+    assert!(status.unwrap().success());
+    scans::assert_whole(&twin(), &folder.path().join("seq"));
+}

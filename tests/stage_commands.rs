@@ -228,3 +228,36 @@ fn without_hardware_a_stage_can_be_tried() {
     let devices = epirig(folder.path(), &["devices", "--json"]);
     assert!(matches!(devices.status.code(), Some(0 | 3)), "{devices:?}");
 }
+
+/// A scan ends after the frame in hand at the first Ctrl-C; who types `epirig stop` means the stage.
+#[test]
+fn stop_stops_the_stage_of_a_scan_in_mid_move_and_the_scan_can_be_resumed() {
+    let stage = simulated("native", &[]);
+    // Frames for a camera that needs no view of this stage: two places, 80 mm apart.
+    let frames =
+        ["--driver", "sim", "--camera", "sim", "--size", "64x48", "--step-mm", "80", "--frames", "2"];
+    succeeds(stage.path(), &[&["capture", "--out", "frames"][..], &frames].concat());
+    let scan = ["capture", "--out", "seq", "--port", "port", "--camera", "replay:frames", "--step-mm", "80"];
+    let mut scanning = program()
+        .current_dir(stage.path())
+        .args(scan)
+        .args(["--frames", "2"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let journal = stage.path().join("seq/journal.jsonl");
+    let frames = || std::fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
+    wait_for("there is no first frame", || frames() == 1);
+    // The way to the second place takes it 16 s.
+    std::thread::sleep(Duration::from_millis(300));
+    succeeds(stage.path(), &["stop", "--port", "port"]);
+    assert_eq!(scanning.wait().unwrap().code(), Some(7));
+    assert_eq!(frames(), 1);
+    let found = stage.json(&["where"]);
+    assert_eq!(found["moving"], false);
+    assert!(found["position_mm"].as_f64().unwrap() < 79.0, "{found}");
+    let sequence = epirig::sequence::Sequence::open(&stage.path().join("seq")).unwrap();
+    let ended = sequence.stop().map(|stop| stop.exit_status);
+    assert_eq!(ended, Some(epirig::sequence::ExitStatus::Aborted));
+}

@@ -36,8 +36,8 @@ pub enum CaptureError {
     },
     /// Too much of a frame is at full scale.
     #[error(
-        "frame {index}: {:.2} % of the samples are at full scale, {:.2} % are allowed (limits.saturated); shorten the exposure \
-         or dim the lamp", 100.0 * share, 100.0 * limit
+        "frame {index}: {:.2} % of the samples are at full scale, {:.2} % are allowed (limits.saturated); dim the lamp, or \
+         begin a new scan with a shorter exposure", 100.0 * share, 100.0 * limit
     )]
     Saturated {
         /// Index of the frame.

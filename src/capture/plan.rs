@@ -9,7 +9,7 @@ use crate::sequence::Intrinsics;
 /// A lens as far as its data sheet tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lens {
-    /// Focal length in units of the image's width, which is the sensor's: 25 mm over 9 mm is 2.78.
+    /// Its focal length.
     pub focal_length: FocalLength,
     /// Principal point, column and row in px; the image's middle if not known.
     pub principal_point_px: Option<(f64, f64)>,
@@ -20,7 +20,7 @@ pub struct Lens {
 pub enum FocalLength {
     /// In px.
     Px(f64),
-    /// In units of the width of the image, whatever its number of columns.
+    /// In widths of the image, whatever its number of columns: 25 mm before a sensor 9 mm wide are 2.78.
     ImageWidths(f64),
 }
 

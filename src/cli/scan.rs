@@ -71,20 +71,21 @@ pub(super) fn scan(
         pause,
         progress: talk,
     };
+    let before = Sequence::open(folder).map_or(0, |sequence| sequence.frames().len());
     let taken = match course {
         Course::New => capture::capture(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
         Course::Resumed => capture::resume(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
     };
-    if course == Course::Resumed && folder.join("results").exists() {
-        let folder = folder.display();
-        talk.say(&format!(
-            "note: {folder}/results may be of fewer frames; `epirig match {folder} --overwrite` makes them anew"
-        ));
-    }
     // What comes after the scan ends at the first Ctrl-C.
     interrupt::stops_nothing();
     let closure = taken?;
     let sequence = Sequence::open(folder)?;
+    if sequence.frames().len() > before && folder.join("results").exists() {
+        let folder = folder.display();
+        talk.say(&format!(
+            "note: {folder}/results are of fewer frames; `epirig match {folder} --overwrite` makes them anew"
+        ));
+    }
     Ok(Captured {
         folder: folder.display().to_string(),
         frames: sequence.frames().len(),
@@ -116,8 +117,8 @@ impl Captured {
             )
         });
         let closing = match home + &picture {
-            none if none.is_empty() => String::new(),
-            words => format!("closing: {words}\n"),
+            none if none.is_empty() => "nothing could tell whether steps were lost".to_owned(),
+            words => words,
         };
         let time = self.times.as_ref().map_or(String::new(), |times| {
             let overhead = times
@@ -128,6 +129,9 @@ impl Captured {
                 times.total_s, times.moving_s, times.settling_s, times.exposing_s
             )
         });
-        format!("{frames} frames in {folder}{retakes}\n{time}{closing}`epirig verify {folder}` checks them\n")
+        format!(
+            "{frames} frames in {folder}{retakes}\n{time}closing: {closing}\n`epirig verify {folder}` checks them, `epirig match \
+             {folder}` measures with them\n"
+        )
     }
 }
