@@ -62,7 +62,8 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     let missing: Vec<usize> = (0..record.frames).filter(|index| !indices.contains(index)).collect();
     for gap in missing.chunk_by(|a, b| a + 1 == *b) {
         let problem =
-            "not in the journal; `epirig resume` takes what is missing, or use the sequence without".to_owned();
+            "not in the journal; `epirig resume` takes what is missing, or use the sequence without"
+                .to_owned();
         match gap {
             [one] => find(format!("frame {one}"), problem),
             _ => find(format!("frames {} to {}", gap[0], gap[gap.len() - 1]), problem),
