@@ -10,9 +10,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use epirig::capture::{CaptureError, CapturePlan, PauseSwitch};
-use epirig::sequence::{DiskFault, Event, FaultyDisk, FrameKind, FrameRecord, RealDisk, Sequence};
+use epirig::sequence::{
+    DiskFault, Event, ExitStatus, FaultyDisk, FrameKind, FrameRecord, RealDisk, Sequence,
+};
+use epirig::stage::SimStageConfig;
 use epirig::twin::Twin;
-use scans::{FRAMES, assert_whole, plan, scan, twin};
+use scans::{FRAMES, assert_whole, plan, scan, scan_on, twin};
 
 /// What the journal names now, with the bytes behind it.
 fn named(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -186,4 +189,22 @@ fn dark_and_flat_frames_come_before_the_scan_once() {
     std::fs::write(out.join("dark/0000.png"), b"no image").unwrap();
     scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     assert_whole(&twin, &out);
+}
+
+#[test]
+fn a_scan_that_does_not_close_says_by_how_much() {
+    let twin = twin();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("seq");
+    // Each of the moves upwards to the six stops loses 50 um, each way down gains as much.
+    let slips = SimStageConfig { slip_probability: 1.0, slip_um: 50.0, ..SimStageConfig::ideal(200.0) };
+    let plan = CapturePlan { dark: 0, flat: 0, ..plan(&twin) };
+    let ended = scan_on(slips, &twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default());
+    assert!(matches!(ended, Err(CaptureError::NotClosed { .. })), "{ended:?}");
+    let sequence = Sequence::open(&out).unwrap();
+    let stop = sequence.stop().unwrap();
+    assert_eq!(stop.exit_status, ExitStatus::NotClosed);
+    // Six up; down to below the first, up to it, and home.
+    let shift_mm = stop.closure.as_ref().unwrap().home_shift_mm.unwrap();
+    assert!((shift_mm.abs() - 0.05 * f64::from(6 - 1 + 1 - 1)).abs() < 1e-9, "{shift_mm}");
 }

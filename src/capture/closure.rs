@@ -10,16 +10,20 @@ impl Scan<'_, '_> {
     /// Takes a good frame again and compares it with what it was. `None` if it shows too little to tell.
     pub(super) fn compare(&mut self, good: &GoodFrame) -> Result<Option<ComparisonRecord>, CaptureError> {
         let found = self.measure_shift(good)?;
-        if let Some(found) = &found {
-            let moved_px = found.x_px.hypot(found.y_px);
-            let limit_px = self.plan.limits.shift_px;
-            if moved_px > limit_px {
-                let how =
-                    format!("the picture has moved by {moved_px:.2} px (limits.shift allows {limit_px} px)");
-                return Err(CaptureError::Moved { frame: good.index, how });
-            }
-        }
+        found.as_ref().map_or(Ok(()), |found| self.check_shift(found))?;
         Ok(found)
+    }
+
+    /// Refuses a picture that has moved.
+    fn check_shift(&self, found: &ComparisonRecord) -> Result<(), CaptureError> {
+        let moved_px = found.x_px.hypot(found.y_px);
+        let limit_px = self.plan.limits.shift_px;
+        if moved_px > limit_px {
+            let how =
+                format!("the picture has moved by {moved_px:.2} px (limits.shift allows {limit_px} px)");
+            return Err(CaptureError::Moved { frame: found.frame, how });
+        }
+        Ok(())
     }
 
     fn measure_shift(&mut self, good: &GoodFrame) -> Result<Option<ComparisonRecord>, CaptureError> {
@@ -50,29 +54,26 @@ impl Scan<'_, '_> {
     ///
     /// All frames are there by then, so a camera that fails now, or a line, costs the closure only. A stage that does not come home is
     /// another matter: perhaps it has not moved for long.
-    pub(super) fn close(&mut self) -> Result<Option<ClosureRecord>, CaptureError> {
+    pub(super) fn close(&mut self) -> Result<(), CaptureError> {
         let progress = self.rig.progress;
-        let measured = self.measure_closure();
-        let closure = match measured {
-            Ok(closure) => closure,
+        match self.measure_closure() {
+            Ok(()) => Ok(()),
             Err(CaptureError::Moved { frame, how }) => {
                 let how = format!("frame {frame} taken again differs from what it was: {how}");
-                return Err(CaptureError::NotClosed { how });
+                Err(CaptureError::NotClosed { how })
             }
             Err(error) if error.is_wanted() => {
                 progress.note("note: stopped after the last frame; what re-homing would show is not known");
-                return Ok(None);
+                Ok(())
             }
             Err(error) if is_silence(&error) => {
                 progress.note(&format!(
                     "note: all frames are there, but what re-homing would show is not known: {error}"
                 ));
-                return Ok(None);
+                Ok(())
             }
-            Err(error) => return Err(error),
-        };
-        self.check_home_shift(closure.home_shift_mm)?;
-        Ok(Some(closure))
+            Err(error) => Err(error),
+        }
     }
 
     /// Refuses steps that were lost or gained while nothing was wrong with the stage as far as it could tell.
@@ -87,17 +88,18 @@ impl Scan<'_, '_> {
         Err(CaptureError::NotClosed { how })
     }
 
-    fn measure_closure(&mut self) -> Result<ClosureRecord, CaptureError> {
+    /// What was found is kept, also if it is more than is allowed.
+    fn measure_closure(&mut self) -> Result<(), CaptureError> {
         if self.rig.pause.pressed() {
             return Err(CaptureError::Paused);
         }
-        let comparison = match self.first.take() {
-            Some(frame) => self.compare(&GoodFrame { index: 0, frame })?,
-            None => None,
-        };
+        let first = self.first.take().map(|frame| GoodFrame { index: 0, frame });
+        let comparison = first.map_or(Ok(None), |first| self.measure_shift(&first))?;
         self.stage_now()?.home()?;
         let home_shift_mm = self.stage_now()?.home_shift_mm();
-        Ok(ClosureRecord { home_shift_mm, comparison })
+        self.closure = Some(ClosureRecord { home_shift_mm, comparison: comparison.clone() });
+        comparison.map_or(Ok(()), |found| self.check_shift(&found))?;
+        self.check_home_shift(home_shift_mm)
     }
 }
 

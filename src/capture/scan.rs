@@ -53,6 +53,8 @@ pub(super) struct Scan<'a, 'r> {
     pub(super) latest: Option<GoodFrame>,
     /// The first frame of the scan.
     pub(super) first: Option<Frame>,
+    /// What the end of the scan has shown, as far as it came.
+    pub(super) closure: Option<ClosureRecord>,
     pub(super) times: TimesRecord,
     pub(super) began: Moment,
 }
@@ -97,6 +99,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             steps_in_doubt: false,
             latest: None,
             first: None,
+            closure: None,
             times,
             began,
         })
@@ -120,19 +123,18 @@ impl<'a, 'r> Scan<'a, 'r> {
         let closed = taken.and_then(|()| self.close());
         // A camera that no longer answers has nothing to be stopped.
         let _ = self.rig.camera.stop();
-        let (status, reason, closure) = match &closed {
-            Ok(closure) => (ExitStatus::Complete, None, closure.clone()),
-            Err(error @ CaptureError::NotClosed { .. }) => {
-                (ExitStatus::NotClosed, Some(error.to_string()), None)
-            }
-            Err(error) if error.is_wanted() => (ExitStatus::Aborted, Some(error.to_string()), None),
-            Err(error) => (ExitStatus::Failed, Some(error.to_string()), None),
+        let status = match &closed {
+            Ok(()) => ExitStatus::Complete,
+            Err(CaptureError::NotClosed { .. }) => ExitStatus::NotClosed,
+            Err(error) if error.is_wanted() => ExitStatus::Aborted,
+            Err(_) => ExitStatus::Failed,
         };
-        let facts = StopFacts { reason, closure, times: Some(self.times) };
+        let reason = closed.as_ref().err().map(ToString::to_string);
+        let facts = StopFacts { reason, closure: self.closure.clone(), times: Some(self.times) };
         let finished = archive.finish(status, facts);
-        let closure = closed?;
+        closed?;
         finished?;
-        Ok(closure)
+        Ok(self.closure)
     }
 
     fn frames(&mut self, indices: &[usize], archive: &mut Archive) -> Result<(), CaptureError> {

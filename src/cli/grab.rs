@@ -170,7 +170,8 @@ fn png(frame: &Frame) -> Result<Vec<u8>, CliError> {
     encode_png(frame).map_err(|error| CliError::Output(std::io::Error::other(error)))
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
+/// A file under its name only when it is whole.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     let write = || {
         let mut file = atomic_write_file::AtomicWriteFile::open(path)?;
         file.write_all(bytes)?;

@@ -1,11 +1,11 @@
 //! `epirig init`.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
 
+use super::grab::write;
 use super::{CliError, Talk};
 use crate::camera::pixels::PixelFormat;
 use crate::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
@@ -97,13 +97,7 @@ fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     if path.exists() {
         return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
     }
-    let write = || {
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder)?;
-        }
-        let mut file = atomic_write_file::AtomicWriteFile::open(path)?;
-        file.write_all(bytes)?;
-        file.commit()
-    };
-    write().map_err(|source| CliError::File { path: path.to_owned(), action: "write", source })
+    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    made.map_err(|source| CliError::File { path: path.to_owned(), action: "make the folder of", source })?;
+    write(path, bytes)
 }

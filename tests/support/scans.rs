@@ -50,11 +50,22 @@ pub fn scan(
     disk: Box<dyn Disk>,
     pause: &PauseSwitch,
 ) -> Result<Option<ClosureRecord>, CaptureError> {
+    scan_on(SimStageConfig::ideal(200.0), twin, plan, folder, disk, pause)
+}
+
+/// The same on a stage of this make.
+pub fn scan_on(
+    stage: SimStageConfig,
+    twin: &Arc<Twin>,
+    plan: &CapturePlan,
+    folder: &Path,
+    disk: Box<dyn Disk>,
+    pause: &PauseSwitch,
+) -> Result<Option<ClosureRecord>, CaptureError> {
     let watch = StagePosition::default();
     let seen = watch.clone();
-    let mut stages = move || {
-        Ok(Box::new(SimStage::seen_through(SimStageConfig::ideal(200.0), seen.clone())) as Box<dyn Stage>)
-    };
+    let mut stages =
+        move || Ok(Box::new(SimStage::seen_through(stage.clone(), seen.clone())) as Box<dyn Stage>);
     let mut camera = SimCamera::before_twin(Arc::clone(twin), watch);
     let view = camera.device().view();
     let mut rig = Rig {
