@@ -33,6 +33,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod adjust;
 pub mod camera;
 pub mod capture;
 pub mod cli;
@@ -40,6 +41,7 @@ pub mod epi;
 pub mod evaluate;
 pub mod formats;
 pub mod frame;
+pub mod lens;
 pub mod link;
 pub mod measure;
 pub mod plane;

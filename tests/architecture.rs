@@ -13,6 +13,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("scratch", &[]),
     ("tau", &[]),
     ("frame", &[]),
+    ("adjust", &[]),
+    ("lens", &["adjust"]),
     ("shift", &["frame", "plane"]),
     ("volume", &["frame", "tau"]),
     ("twin", &["frame", "plane", "progress", "tau", "volume"]),
