@@ -3,21 +3,41 @@
 //! A [`Scene`] with a [`Texture`] fixed to its surface is seen through [`Optics`] by a [`Sensor`], while a stage moves
 //! the scene or the camera along x. [`Twin::expose`] is what the simulated camera calls for each frame; [`Twin::truth`]
 //! gives disparity, depth and visibility in closed form.
+//!
+//! It has the faults of real rigs, each a field that is zero unless asked for: a camera that is turned against the travel, a lens that
+//! distorts and darkens, a bowed tile, a stage that stands beside its position, a lamp that flickers, and pixels that are not alike.
+//! Chess-boards on the tile or in a hand tell what they do; the twin knows where their corners are.
 
+mod bands;
+mod chess;
+mod corners;
+mod distortion;
+mod hand_board;
+mod lamp;
 mod optics;
+mod pinhole;
 mod presets;
 mod render;
 mod scene;
 mod sensor;
+mod sight;
+mod step_error;
 mod texture;
 mod truth;
+mod turn;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use bands::Bands;
+pub use corners::{BoardCorner, TargetCorner};
+pub use distortion::Distortion;
+pub use hand_board::{BoardPose, HandBoard};
 pub use optics::Optics;
+pub use pinhole::Pinhole;
 pub use scene::{Hit, Scene};
 pub use sensor::Sensor;
+pub use step_error::StepError;
 pub use texture::Texture;
 pub use truth::Truth;
 
@@ -75,6 +95,15 @@ pub struct TwinConfig {
     pub carried: Carried,
     /// Where the stage stops.
     pub scan: TwinScan,
+    /// What a person may hold before the camera.
+    #[serde(default)]
+    pub board: Option<HandBoard>,
+    /// Standard deviation of the lamp's light from exposure to exposure, as a share of it; 0 to 0.1.
+    #[serde(default)]
+    pub flicker: f64,
+    /// How far the carriage stands from where the stage says that it is.
+    #[serde(default)]
+    pub step_error: StepError,
 }
 
 /// Why a twin cannot be made or asked.
@@ -100,6 +129,11 @@ pub enum TwinError {
     /// Frames that do not make a volume.
     #[error(transparent)]
     Volume(#[from] VolumeError),
+    /// The camera is turned or distorts, so that its own frames show no disparities along rows.
+    #[error(
+        "the twin's camera is turned or distorts; ask what is true of a rectified view of it (`truth_seen_by`)"
+    )]
+    NotRectified,
     /// A frame that does not exist.
     #[error("the twin's scan has no frame {index}; the last is {last}")]
     NoSuchFrame {
@@ -115,6 +149,8 @@ pub enum TwinError {
 pub struct Twin {
     config: TwinConfig,
     paint: texture::Paint,
+    print: Option<bands::Print>,
+    true_tau: Tau,
 }
 
 impl Twin {
@@ -137,10 +173,31 @@ impl Twin {
             return Err(TwinError::BadNumber { what: "number of frames", value, expected: "at least 2" });
         }
         config.optics.check()?;
-        config.sensor.check()?;
+        config.sensor.check(config.optics.rows * config.optics.columns)?;
         config.scene.check(config.optics.steepest_ray())?;
+        config.board.as_ref().map_or(Ok(()), HandBoard::check)?;
+        if !(0.0..=0.1).contains(&config.flicker) {
+            let value = config.flicker;
+            return Err(TwinError::BadNumber { what: "flicker", value, expected: "from 0 to 0.1" });
+        }
+        let sigma_um = config.step_error.sigma_um;
+        if !(sigma_um.is_finite() && sigma_um >= 0.0) {
+            let what = "step error in um";
+            return Err(TwinError::BadNumber { what, value: sigma_um, expected: "zero or positive" });
+        }
+        let positions = config.scan.positions_mm();
+        let true_positions: Vec<f64> =
+            positions.iter().map(|&position| config.step_error.true_position_mm(position)).collect();
+        let true_tau = Tau::from_positions(&true_positions)?;
         let paint = texture::Paint::new(&config.texture);
-        Ok(Self { config, paint })
+        let print = match config.scene {
+            Scene::Tile { distance_mm, side_mm, bands: Some(bands), .. } => {
+                let softness_mm = chess::SOFTNESS_PX * distance_mm / config.optics.focal_length_px;
+                Some(bands::Print::new(&bands, side_mm, softness_mm))
+            }
+            _ => None,
+        };
+        Ok(Self { config, paint, print, true_tau })
     }
 
     /// What the twin is made of.
@@ -148,9 +205,19 @@ impl Twin {
         &self.config
     }
 
-    /// Where the scene's origin lies along x in the camera's frame when the stage is at `position_mm`, in mm.
+    /// Where the carriage truly stands when the stage says that it is at `position_mm`, in mm from home.
+    pub fn true_position_mm(&self, position_mm: f64) -> f64 {
+        self.config.step_error.true_position_mm(position_mm)
+    }
+
+    /// Where the frames of the scan truly lie on the baseline.
+    pub fn true_tau(&self) -> Tau {
+        self.true_tau.clone()
+    }
+
+    /// Where the scene's origin truly lies along x in the rectified frame when the stage says that it is at `position_mm`, in mm.
     pub fn scene_offset_mm(&self, position_mm: f64) -> f64 {
-        let travelled = position_mm - self.config.scan.middle_mm();
+        let travelled = self.true_position_mm(position_mm) - self.config.scan.middle_mm();
         match self.config.carried {
             Carried::Scene => travelled,
             Carried::Camera => -travelled,
@@ -165,7 +232,45 @@ impl Twin {
 
     /// The light on the sensor with the stage at `position_mm`, as a share of what is full scale at reflectance 1; rows x columns.
     pub fn irradiance(&self, position_mm: f64) -> Plane<f32> {
-        render::irradiance(self, self.scene_offset_mm(position_mm))
+        self.irradiance_at_offset(self.scene_offset_mm(position_mm))
+    }
+
+    fn irradiance_at_offset(&self, offset_mm: f64) -> Plane<f32> {
+        let sight = sight::Sight::new(&self.config.optics);
+        let scene = self.config.scene;
+        render::irradiance(&self.config.optics, |x, y| {
+            scene.hit(sight.ray(x, y), offset_mm).map_or(render::GROUND, |hit| self.reflectance(&hit))
+        })
+    }
+
+    /// Reflectance of a point of the scene's surface.
+    #[inline]
+    fn reflectance(&self, hit: &Hit) -> f32 {
+        let paint = || self.paint.reflectance(hit.across_mm, hit.along_mm);
+        match self.print.and_then(|print| print.at(hit.across_mm, hit.along_mm)) {
+            None => paint(),
+            Some((covered, printed)) if covered == 1.0 => printed as f32,
+            Some((covered, printed)) => {
+                let paint = f64::from(paint());
+                (paint + covered * (printed - paint)) as f32
+            }
+        }
+    }
+
+    /// The light on the sensor with the board held before the camera, in pose number `pose` of an endless list that shows it tilted by 20 to
+    /// 35 degrees, rolled, nearer and farther, at all parts of the image, and always wholly in view. In the units of
+    /// [`irradiance`](Self::irradiance); only the dark ground if the twin has no board.
+    pub fn board_irradiance(&self, pose: usize) -> Plane<f32> {
+        let optics = &self.config.optics;
+        match self.config.board {
+            Some(board) => render::irradiance(optics, board.shade(optics, board.pose(optics, pose))),
+            None => self.uniform_irradiance(render::GROUND),
+        }
+    }
+
+    /// Where the board is held in pose number `pose`; `None` if the twin has no board.
+    pub fn board_pose(&self, pose: usize) -> Option<BoardPose> {
+        self.config.board.map(|board| board.pose(&self.config.optics, pose))
     }
 
     /// The light on the sensor from a surface of this reflectance that fills the view, in the units of
@@ -181,12 +286,13 @@ impl Twin {
         light
     }
 
-    /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise, as in [`expose`](Self::expose).
+    /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise and the lamp, as in [`expose`](Self::expose).
     pub fn digitise(&self, irradiance: &Plane<f32>, exposure: u32) -> Frame {
-        self.config.sensor.digitise(irradiance, exposure)
+        let lamp = lamp::gain(self.config.flicker, self.config.sensor.seed, exposure);
+        self.config.sensor.digitise(irradiance, lamp, exposure)
     }
 
-    /// All frames of the scan as a volume.
+    /// All frames of the scan as a volume, as the camera sees them and where the stage says that they are.
     ///
     /// # Errors
     /// None in practice: a twin's positions increase and its frames are alike by construction.
@@ -207,12 +313,32 @@ impl Twin {
     /// What is true of the scan for the pixels of frame `reference`.
     ///
     /// # Errors
-    /// [`TwinError::NoSuchFrame`].
+    /// [`TwinError::NoSuchFrame`]; [`TwinError::NotRectified`] if the camera is turned or distorts.
     pub fn truth(&self, reference: usize) -> Result<Truth, TwinError> {
+        if !self.config.optics.is_rectified() {
+            return Err(TwinError::NotRectified);
+        }
+        self.truth_seen_by(&self.config.optics.pinhole(), reference)
+    }
+
+    /// What is true of the scan for the pixels of frame `reference`, as an ideal pinhole camera in the rectified frame sees it. It may
+    /// see more than the twin's own camera does.
+    ///
+    /// # Errors
+    /// [`TwinError::NoSuchFrame`]; [`TwinError::BadNumber`] for a focal length that is not positive.
+    pub fn truth_seen_by(&self, camera: &Pinhole, reference: usize) -> Result<Truth, TwinError> {
         let last = self.config.scan.frames - 1;
         if reference > last {
             return Err(TwinError::NoSuchFrame { index: reference, last });
         }
-        Ok(truth::truth(self, reference))
+        let value = camera.focal_length_px;
+        if !(value.is_finite() && value > 0.0) {
+            return Err(TwinError::BadNumber {
+                what: "rectified focal length in px",
+                value,
+                expected: "positive",
+            });
+        }
+        Ok(truth::truth(self, camera, reference))
     }
 }

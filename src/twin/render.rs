@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Twin;
+use super::Optics;
 use crate::plane::Plane;
 
 /// Samples along each side of a pixel. Texture is band-limited (see [`Texture`](super::Texture)), so three suffice.
@@ -10,16 +10,16 @@ const SAMPLES: usize = 3;
 /// Rows rendered together by one thread.
 const STRIP_ROWS: usize = 32;
 /// Reflectance of the featureless ground.
-const GROUND: f32 = 0.03;
+pub(super) const GROUND: f32 = 0.03;
 
-/// Irradiance of every pixel as a share of the sensor's full scale at reflectance 1; rows x columns, in [0, 1].
-pub(super) fn irradiance(twin: &Twin, offset_mm: f64) -> Plane<f32> {
-    let optics = &twin.config().optics;
+/// Irradiance of every pixel as a share of the sensor's full scale at reflectance 1; rows x columns, in [0, 1]. `shade` is the
+/// reflectance of what the ray of an image point meets.
+pub(super) fn irradiance(optics: &Optics, shade: impl Fn(f64, f64) -> f32 + Sync) -> Plane<f32> {
     let (rows, columns) = (optics.rows, optics.columns);
     let kernel = aperture(optics.point_spread_sigma_px);
     let mut image = Plane::filled(rows, columns, 0.0);
     image.values_mut().par_chunks_mut(STRIP_ROWS * columns).enumerate().for_each(|(strip, out)| {
-        render_strip(twin, offset_mm, strip * STRIP_ROWS, &kernel, out);
+        render_strip(optics, &shade, strip * STRIP_ROWS, &kernel, out);
     });
     image
 }
@@ -42,9 +42,14 @@ fn aperture(sigma_px: f64) -> Vec<f32> {
     weights.iter().map(|weight| (weight / sum) as f32).collect()
 }
 
-fn render_strip(twin: &Twin, offset_mm: f64, first_row: usize, kernel: &[f32], out: &mut [f32]) {
-    let config = twin.config();
-    let columns = config.optics.columns;
+fn render_strip(
+    optics: &Optics,
+    shade: &impl Fn(f64, f64) -> f32,
+    first_row: usize,
+    kernel: &[f32],
+    out: &mut [f32],
+) {
+    let columns = optics.columns;
     let rows = out.len() / columns;
     let reach = kernel.len() / 2;
     // Sample `reach` lies in the middle of the strip's first pixel.
@@ -56,8 +61,7 @@ fn render_strip(twin: &Twin, offset_mm: f64, first_row: usize, kernel: &[f32], o
     for (index, target) in narrowed.chunks_exact_mut(columns).enumerate() {
         let y = first_row as f64 + coordinate(index);
         for (index, sample) in samples.iter_mut().enumerate() {
-            let hit = config.scene.hit(config.optics.ray(coordinate(index), y), offset_mm);
-            *sample = hit.map_or(GROUND, |hit| twin.paint.reflectance(hit.across_mm, hit.along_mm));
+            *sample = shade(coordinate(index), y);
         }
         for (x, value) in target.iter_mut().enumerate() {
             let window = &samples[x * SAMPLES..x * SAMPLES + kernel.len()];
@@ -70,10 +74,10 @@ fn render_strip(twin: &Twin, offset_mm: f64, first_row: usize, kernel: &[f32], o
             let source = &narrowed[(row * SAMPLES + index) * columns..][..columns];
             target.iter_mut().zip(source).for_each(|(sum, value)| *sum += weight * value);
         }
-        if config.optics.corner_darkening > 0.0 {
+        if optics.corner_darkening > 0.0 {
             let y = (first_row + row) as f64;
             for (x, value) in target.iter_mut().enumerate() {
-                *value *= config.optics.transmission(x as f64, y) as f32;
+                *value *= optics.transmission(x as f64, y) as f32;
             }
         }
     }
@@ -82,14 +86,14 @@ fn render_strip(twin: &Twin, offset_mm: f64, first_row: usize, kernel: &[f32], o
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::twin::TwinConfig;
+    use crate::twin::{Twin, TwinConfig};
 
     #[test]
     fn pixels_average_the_surface_as_direct_integration_does() {
         let mut config = TwinConfig::textured_plane(24, 16, 5);
         config.optics.point_spread_sigma_px = 0.6;
         let twin = Twin::new(config).unwrap();
-        let image = irradiance(&twin, 1.3);
+        let image = twin.irradiance_at_offset(1.3);
         let config = twin.config();
         // 31 x 31 samples per pixel over +-4 px, weighted by the exact integral of the Gaussian over the pixel's width:
         // another kernel, another density, no separation.

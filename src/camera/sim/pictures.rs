@@ -10,11 +10,20 @@ use crate::twin::Twin;
 /// Views that are remembered: before and after the latest move.
 const VIEWS: usize = 2;
 
+/// What takes time to render.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shown {
+    /// The scene with the stage here, in mm.
+    Scene(f64),
+    /// The board in this pose.
+    Board(usize),
+}
+
 /// Renders views and remembers the latest, because a camera takes many frames of one view.
 #[derive(Debug)]
 pub(super) struct Pictures {
     twin: Arc<Twin>,
-    views: Vec<(f64, Plane<f32>)>,
+    views: Vec<(Shown, Plane<f32>)>,
 }
 
 impl Pictures {
@@ -29,24 +38,31 @@ impl Pictures {
     /// The frame of `view` with the stage at `position_mm`; `light` is 1 for the twin's own exposure.
     pub(super) fn frame(&mut self, view: SimView, position_mm: f64, light: f32, exposure: u32) -> Frame {
         let brightness = match view {
-            SimView::Scene => return self.scene(position_mm, light, exposure),
+            SimView::Scene => return self.rendered(Shown::Scene(position_mm), light, exposure),
+            SimView::Board(pose) => return self.rendered(Shown::Board(pose), light, exposure),
             SimView::Dark => 0.0,
             SimView::Flat => light,
         };
         self.twin.digitise(&self.twin.uniform_irradiance(brightness), exposure)
     }
 
-    fn scene(&mut self, position_mm: f64, light: f32, exposure: u32) -> Frame {
-        if !self.views.iter().any(|(position, _)| *position == position_mm) {
+    fn rendered(&mut self, shown: Shown, light: f32, exposure: u32) -> Frame {
+        let place = self.views.iter().position(|(view, _)| *view == shown).unwrap_or_else(|| {
             if self.views.len() == VIEWS {
                 self.views.remove(0);
             }
-            self.views.push((position_mm, self.twin.irradiance(position_mm)));
-        }
-        match self.views.iter().find(|(position, _)| *position == position_mm) {
-            Some((_, view)) if light == 1.0 => self.twin.digitise(view, exposure),
-            Some((_, view)) => self.twin.digitise(&view.map(|value| value * light), exposure),
-            None => self.twin.expose(position_mm, exposure),
+            let picture = match shown {
+                Shown::Scene(position_mm) => self.twin.irradiance(position_mm),
+                Shown::Board(pose) => self.twin.board_irradiance(pose),
+            };
+            self.views.push((shown, picture));
+            self.views.len() - 1
+        });
+        let view = &self.views[place].1;
+        if light == 1.0 {
+            self.twin.digitise(view, exposure)
+        } else {
+            self.twin.digitise(&view.map(|value| value * light), exposure)
         }
     }
 }

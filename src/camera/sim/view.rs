@@ -1,7 +1,7 @@
 //! What is in front of a simulated camera.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// What is in front of a simulated camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,7 +12,12 @@ pub enum SimView {
     Dark,
     /// A white surface that fills the view, as bright as the scene's brightest paint.
     Flat,
+    /// The twin's board in a hand, in this pose of an endless list.
+    Board(usize),
 }
+
+/// Number of the board's first pose; those below are the other views.
+const FIRST_POSE: usize = 3;
 
 /// Puts something in front of a simulated camera. Clones act on the same one.
 ///
@@ -22,9 +27,11 @@ pub enum SimView {
 /// let view = ViewSwitch::default();
 /// view.clone().put(SimView::Dark);
 /// assert_eq!(view.get(), SimView::Dark);
+/// view.put(SimView::Board(4));
+/// assert_eq!(view.get(), SimView::Board(4));
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct ViewSwitch(Arc<AtomicU8>);
+pub struct ViewSwitch(Arc<AtomicUsize>);
 
 impl ViewSwitch {
     /// Puts it there.
@@ -33,6 +40,7 @@ impl ViewSwitch {
             SimView::Scene => 0,
             SimView::Dark => 1,
             SimView::Flat => 2,
+            SimView::Board(pose) => pose.saturating_add(FIRST_POSE),
         };
         self.0.store(number, Ordering::SeqCst);
     }
@@ -40,9 +48,10 @@ impl ViewSwitch {
     /// What is there.
     pub fn get(&self) -> SimView {
         match self.0.load(Ordering::SeqCst) {
+            0 => SimView::Scene,
             1 => SimView::Dark,
             2 => SimView::Flat,
-            _ => SimView::Scene,
+            pose => SimView::Board(pose - FIRST_POSE),
         }
     }
 }

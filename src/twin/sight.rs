@@ -1,0 +1,56 @@
+//! From pixel to ray and back: what [`Optics`] state, made ready for many pixels.
+
+use super::Optics;
+use super::distortion::Distortion;
+use super::turn::Turn;
+
+/// The geometry of a lens and its mounting. What is not there costs nothing.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sight {
+    focal_length_px: f64,
+    principal_point_px: (f64, f64),
+    distortion: Option<Distortion>,
+    turn: Option<Turn>,
+}
+
+impl Sight {
+    pub(super) fn new(optics: &Optics) -> Self {
+        let turned = optics.roll_rad != 0.0 || optics.pan_rad != 0.0;
+        Self {
+            focal_length_px: optics.focal_length_px,
+            principal_point_px: (optics.principal_point_x_px, optics.principal_point_y_px),
+            distortion: (!optics.distortion.is_none()).then_some(optics.distortion),
+            turn: turned.then(|| Turn::new(optics.roll_rad, optics.pan_rad)),
+        }
+    }
+
+    /// The undistorted ray of an image point in the camera's own frame; NaN where the lens shows nothing.
+    #[inline]
+    pub(super) fn raw_ray(&self, x: f64, y: f64) -> (f64, f64) {
+        let f = self.focal_length_px;
+        let seen = ((x - self.principal_point_px.0) / f, (y - self.principal_point_px.1) / f);
+        match &self.distortion {
+            None => seen,
+            Some(distortion) => distortion.straighten(seen).unwrap_or((f64::NAN, f64::NAN)),
+        }
+    }
+
+    /// The same in the rectified frame.
+    #[inline]
+    pub(super) fn ray(&self, x: f64, y: f64) -> (f64, f64) {
+        let raw = self.raw_ray(x, y);
+        self.turn.map_or(raw, |turn| turn.rectified(raw))
+    }
+
+    /// The image point of an undistorted ray of the camera's own frame.
+    pub(super) fn raw_pixel(&self, raw: (f64, f64)) -> (f64, f64) {
+        let seen = self.distortion.map_or(raw, |distortion| distortion.bend(raw));
+        let f = self.focal_length_px;
+        (f * seen.0 + self.principal_point_px.0, f * seen.1 + self.principal_point_px.1)
+    }
+
+    /// The image point of a ray of the rectified frame.
+    pub(super) fn pixel(&self, ray: (f64, f64)) -> (f64, f64) {
+        self.raw_pixel(self.turn.map_or(ray, |turn| turn.raw(ray)))
+    }
+}
