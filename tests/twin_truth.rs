@@ -2,16 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
-use epirig::twin::{Carried, Scene, Twin, TwinConfig};
+use epirig::twin::{Carried, Pinhole, Scene, Truth, Twin, TwinConfig, TwinError};
 use nalgebra::{Matrix3x4, Matrix4, Vector3};
 
-/// Projection of scene points into the frame taken at `position_mm`.
-fn projection(config: &TwinConfig, position_mm: f64) -> Matrix3x4<f64> {
-    let optics = &config.optics;
-    let f = optics.focal_length_px;
-    let (cx, cy) = (optics.principal_point_x_px, optics.principal_point_y_px);
+/// Projection of scene points into the frame that an ideal pinhole takes when the stage says that it is at `position_mm`.
+fn projection(twin: &Twin, camera: &Pinhole, position_mm: f64) -> Matrix3x4<f64> {
+    let f = camera.focal_length_px;
+    let (cx, cy) = (camera.principal_point_x_px, camera.principal_point_y_px);
+    let config = twin.config();
     let sign = if config.carried == Carried::Scene { 1.0 } else { -1.0 };
-    let shift = sign * (position_mm - config.scan.middle_mm());
+    let shift = sign * (twin.true_position_mm(position_mm) - config.scan.middle_mm());
     Matrix3x4::new(f, 0.0, cx, f * shift, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
 }
 
@@ -31,25 +31,43 @@ fn behind(scene: &Scene, point: &Vector3<f64>) -> f64 {
     let depth = match *scene {
         Scene::Plane { distance_mm, slope_x, slope_y } => distance_mm + slope_x * point.x + slope_y * point.y,
         Scene::CubeEdge { distance_mm, slope } => distance_mm + slope * point.x.abs(),
-        Scene::Tile { distance_mm, hollow_depth_mm, hollow_width_mm, pitch_mm, wall_mm, .. } => {
+        Scene::Tile {
+            distance_mm,
+            side_mm,
+            hollow_depth_mm,
+            hollow_width_mm,
+            pitch_mm,
+            wall_mm,
+            bow_mm,
+            bands,
+        } => {
             let from_middle = (point.x - (point.x / pitch_mm).round() * pitch_mm).abs();
             let share = (0.5 * (hollow_width_mm + wall_mm) - from_middle) / wall_mm;
-            distance_mm + hollow_depth_mm * share.clamp(0.0, 1.0)
+            let free = bands.map_or(1.0, |bands| {
+                (0.5 * side_mm - bands.rows as f64 * bands.square_mm - point.y.abs()) / wall_mm
+            });
+            let bow = bow_mm * (point.x.powi(2) + point.y.powi(2)) / (0.5 * side_mm).powi(2);
+            distance_mm + bow + hollow_depth_mm * share.min(free).clamp(0.0, 1.0)
         }
     };
     point.z - depth
 }
 
 fn check(config: TwinConfig, reference: usize) {
-    let twin = Twin::new(config.clone()).unwrap();
-    let truth = twin.truth(reference).unwrap();
+    let camera = config.optics.pinhole();
+    let twin = Twin::new(config).unwrap();
+    check_truth(&twin, &camera, reference, &twin.truth(reference).unwrap());
+}
+
+fn check_truth(twin: &Twin, camera: &Pinhole, reference: usize, truth: &Truth) {
+    let config = twin.config();
     let positions = config.scan.positions_mm();
     let last = positions.len() - 1;
-    let (start, end) = (projection(&config, positions[0]), projection(&config, positions[last]));
-    let share = reference as f64 / last as f64;
+    let (start, end) = (projection(twin, camera, positions[0]), projection(twin, camera, positions[last]));
+    let share = twin.true_tau().values()[reference];
     let (mut seen, mut unseen) = (0, 0);
-    for y in (0..config.optics.rows).step_by(7) {
-        for x in (0..config.optics.columns).step_by(3) {
+    for y in (0..camera.rows).step_by(7) {
+        for x in (0..camera.columns).step_by(3) {
             let disparity = f64::from(truth.disparity.at(x, y));
             if disparity.is_nan() {
                 unseen += 1;
@@ -65,9 +83,9 @@ fn check(config: TwinConfig, reference: usize) {
             let height = config.scene.distance_mm() - point.z;
             assert!((f64::from(truth.height_mm.at(x, y)) - height).abs() < resolution);
             let inside = |position: &&f64| {
-                let image = projection(&config, **position) * point.push(1.0);
+                let image = projection(twin, camera, **position) * point.push(1.0);
                 let column = image[0] / image[2];
-                (-1e-4..=config.optics.columns as f64 - 1.0 + 1e-4).contains(&column)
+                (-1e-4..=camera.columns as f64 - 1.0 + 1e-4).contains(&column)
             };
             let disagree = |(t, position): (usize, &f64)| inside(&position) != truth.sees(x, y, t);
             let differing = positions.iter().enumerate().filter(|&pair| disagree(pair)).count();
@@ -87,4 +105,18 @@ fn triangulated_points_lie_on_the_surface() {
     slanted.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.5, slope_y: -0.2 };
     slanted.carried = Carried::Camera;
     check(slanted, 6);
+}
+
+#[test]
+fn a_rectified_view_of_a_faulty_rig_has_a_truth_that_triangulates() {
+    let twin = Twin::new(TwinConfig::real_tile(256, 11)).unwrap();
+    assert_eq!(twin.truth(3), Err(TwinError::NotRectified));
+    let camera = Pinhole {
+        rows: 200,
+        columns: 280,
+        focal_length_px: 650.0,
+        principal_point_x_px: 131.0,
+        principal_point_y_px: 97.5,
+    };
+    check_truth(&twin, &camera, 3, &twin.truth_seen_by(&camera, 3).unwrap());
 }
