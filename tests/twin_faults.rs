@@ -161,7 +161,7 @@ fn the_carriage_stands_beside_its_position_and_truth_knows() {
     let positions = config.scan.positions_mm();
     let errors: Vec<f64> =
         positions.iter().map(|&position| twin.true_position_mm(position) - position).collect();
-    // 5 um each, and six of them in none of eleven.
+    // None of eleven is six standard deviations large, and together they are more than one.
     assert!(errors.iter().all(|error| error.abs() < 0.03));
     assert!(errors.iter().map(|error| error * error).sum::<f64>().sqrt() > 0.005, "{errors:?}");
     let baseline_mm = 150.0 + errors[10] - errors[0];
