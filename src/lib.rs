@@ -17,6 +17,7 @@
 //! - [`profile`]: a rig and a scan, described by a person.
 //! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
 //! - [`shift`]: how far the picture has moved between two frames.
+//! - [`target`]: chess-boards, found in frames, followed through a sequence, and printed.
 //! - [`epi`]: the matcher. It knows no files, stages or cameras: a volume and options in, maps out.
 //! - [`surface`]: disparity to height; [`evaluate`]: measured against truth, or against frames left out.
 //! - [`formats`], [`results`], [`report`]: files and pictures for other programs and for people.
@@ -55,6 +56,7 @@ pub mod sequence;
 pub mod shift;
 pub mod stage;
 pub mod surface;
+pub mod target;
 pub mod tau;
 pub mod twin;
 pub mod virtual_rig;

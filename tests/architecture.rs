@@ -16,6 +16,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("adjust", &[]),
     ("lens", &["adjust"]),
     ("shift", &["frame", "plane"]),
+    ("target", &["frame", "plane"]),
     ("volume", &["frame", "tau"]),
     ("twin", &["frame", "plane", "progress", "tau", "volume"]),
     ("link", &[]),
