@@ -3,6 +3,7 @@
 mod distortion;
 mod estimate;
 mod model;
+pub mod views;
 
 pub use distortion::Distortion;
 pub use estimate::LensEstimate;

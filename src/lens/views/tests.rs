@@ -1,0 +1,1 @@
+//! Against lenses that are known.
