@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::homography::{Pair, homography};
 use super::problem::ViewsProblem;
 use super::{Lens, LensError, PlanarPoint};
-use crate::adjust::{Loss, adjust};
+use crate::adjust::{AdjustError, Loss, adjust};
 
 /// Place of a board in the frame of the camera: a point p of the board (z = 0) lies at R p + t.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -72,7 +72,10 @@ pub fn fit_pose(lens: &Lens, points: &[PlanarPoint]) -> Result<BoardPose, LensEr
         .and_then(|rays| homography(&rays))
         .and_then(|homography| BoardPose::from_homography(&homography))
         .ok_or(LensError::OnALine { view: 0 })?;
-    refine_pose(lens, points.iter().copied(), start)
+    refine_pose(lens, points.iter().copied(), start).map_err(|error| match error {
+        AdjustError::Undetermined { .. } => LensError::OnALine { view: 0 },
+        other => LensError::Search(other),
+    })
 }
 
 /// The pose nearby that fits best.
@@ -80,7 +83,7 @@ pub(super) fn refine_pose(
     lens: &Lens,
     points: impl Iterator<Item = PlanarPoint>,
     start: BoardPose,
-) -> Result<BoardPose, LensError> {
+) -> Result<BoardPose, AdjustError> {
     let problem = ViewsProblem::new(*lens, 0..0, vec![points.collect()]);
     let found = adjust(&problem, problem.parameters_of(lens, &[start]), Loss::Squares)?;
     Ok(problem.poses(&found.parameters)[0])

@@ -5,7 +5,8 @@ use super::homography::{MEDIAN_NORM, median};
 use super::problem::ViewsProblem;
 use super::start::start;
 use super::{
-    BoardPose, Lens, LensCalibration, LensError, LensEstimate, PointName, PointResidual, Terms, View, ViewFit,
+    BoardPose, Lens, LensCalibration, LensError, LensEstimate, PlanarPoint, PointName, PointResidual, Terms,
+    View, ViewFit,
 };
 use crate::adjust::{Adjusted, Loss, adjust};
 
@@ -131,7 +132,7 @@ fn spread(views: &[View], solution: &Solution, terms: Terms) -> f64 {
 }
 
 /// Seen less predicted, in px. NaN for what would lie behind the camera.
-fn residual(lens: &Lens, pose: &BoardPose, point: &super::PlanarPoint) -> (f64, f64) {
+fn residual(lens: &Lens, pose: &BoardPose, point: &PlanarPoint) -> (f64, f64) {
     let [x, y, z] = pose.point_mm(point.x_mm, point.y_mm);
     if z <= 0.0 {
         return (f64::NAN, f64::NAN);
@@ -141,16 +142,15 @@ fn residual(lens: &Lens, pose: &BoardPose, point: &super::PlanarPoint) -> (f64, 
 }
 
 /// Squared distance between point and prediction, in px2.
-pub(super) fn squared_distance(lens: &Lens, pose: &BoardPose, point: &super::PlanarPoint) -> f64 {
+pub(super) fn squared_distance(lens: &Lens, pose: &BoardPose, point: &PlanarPoint) -> f64 {
     let (dx, dy) = residual(lens, pose, point);
     dx * dx + dy * dy
 }
 
 /// Norms of the residuals over their stated standard deviations.
 fn norms(views: &[View], solution: &Solution) -> Vec<Vec<f64>> {
-    let norm = |pose, point: &super::PlanarPoint| {
-        squared_distance(&solution.lens, pose, point).sqrt() / point.sigma_px
-    };
+    let norm =
+        |pose, point: &PlanarPoint| squared_distance(&solution.lens, pose, point).sqrt() / point.sigma_px;
     views
         .iter()
         .zip(&solution.poses)
@@ -165,11 +165,11 @@ fn within(views: &[View], solution: &Solution, limit: f64) -> Used {
         .collect()
 }
 
-/// Refuses a view of which more than half is wrong, or too little is left.
+/// Refuses a view of which more than half is wrong.
 fn enough(views: &[View], used: &Used) -> Result<(), LensError> {
     for (view, (points, used)) in views.iter().zip(used).enumerate() {
         let left = used.iter().filter(|used| **used).count();
-        if 2 * left < points.len() || left < POINTS.min(points.len() - 1) {
+        if 2 * left < points.len() {
             return Err(LensError::ViewWrong { view, rejected: points.len() - left, points: points.len() });
         }
     }
@@ -203,7 +203,7 @@ fn summary(
         .zip(used)
         .zip(&poses)
         .map(|((view, used), pose)| {
-            let of = |(point, used): (&super::PlanarPoint, &bool)| {
+            let of = |(point, used): (&PlanarPoint, &bool)| {
                 let (dx_px, dy_px) = residual(&lens, pose, point);
                 PointResidual { x_px: point.x_px, y_px: point.y_px, dx_px, dy_px, rejected: !used }
             };

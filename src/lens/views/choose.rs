@@ -30,6 +30,14 @@ pub fn choose_terms(views: &[View], rows: usize, columns: usize) -> Result<LensC
         let (solution, _) = solve(views, &used, terms, full.clone(), Loss::Squares)?;
         errors.push((terms, held_out(views, &used, terms, &solution)?));
     }
+    let told = |view: &usize| errors.iter().all(|(_, errors)| errors[*view].is_finite());
+    let judges: Vec<usize> = (0..views.len()).filter(told).collect();
+    if judges.len() < VIEWS {
+        return Err(LensError::TooFewViews { views: judges.len(), needed: VIEWS });
+    }
+    for (_, errors) in &mut errors {
+        *errors = judges.iter().map(|&view| errors[view]).collect();
+    }
     let table = compare(&errors);
     let simplest = table.iter().find(|row| row.excess_px2 <= row.excess_error_px2);
     // The best set is at its own error, so there is one.
@@ -37,7 +45,7 @@ pub fn choose_terms(views: &[View], rows: usize, columns: usize) -> Result<LensC
     Ok(LensCalibration { cross_validation: table, ..calibrate(views, rows, columns, terms)? })
 }
 
-/// Mean squared error of each view, in px2, with lenses to which it has not contributed.
+/// Mean squared error of each view, in px2, with lenses to which it has not contributed; NaN if it cannot be told.
 fn held_out(views: &[View], used: &Used, terms: Terms, all: &Solution) -> Result<Vec<f64>, LensError> {
     let folds = FOLDS.min(views.len());
     let mut errors = vec![f64::NAN; views.len()];
@@ -55,18 +63,19 @@ fn held_out(views: &[View], used: &Used, terms: Terms, all: &Solution) -> Result
                 .filter(|(_, used)| **used)
                 .map(|(point, _)| *point)
                 .collect();
-            errors[view] = crossed(&lens, &points, all.poses[view])?;
+            errors[view] = crossed(&lens, &points, all.poses[view]).unwrap_or(f64::NAN);
         }
     }
     Ok(errors)
 }
 
-/// Mean squared distance, in px2, between points and their prediction by a pose from the other half of the points.
-fn crossed(lens: &Lens, points: &[PlanarPoint], start: BoardPose) -> Result<f64, LensError> {
+/// Mean squared distance, in px2, between points and their prediction by a pose from the other half of the points; `None` if half of
+/// them leave the pose open.
+fn crossed(lens: &Lens, points: &[PlanarPoint], start: BoardPose) -> Option<f64> {
     let mut sum = 0.0;
     for half in 0..2 {
         let fitted = points.iter().skip(half).step_by(2).copied();
-        let pose = refine_pose(lens, fitted, start)?;
+        let pose = refine_pose(lens, fitted, start).ok()?;
         sum += points
             .iter()
             .skip(1 - half)
@@ -74,7 +83,7 @@ fn crossed(lens: &Lens, points: &[PlanarPoint], start: BoardPose) -> Result<f64,
             .map(|point| squared_distance(lens, &pose, point))
             .sum::<f64>();
     }
-    Ok(sum / points.len() as f64)
+    Some(sum / points.len() as f64)
 }
 
 fn compare(errors: &[(Terms, Vec<f64>)]) -> Vec<HeldOut> {
@@ -102,6 +111,14 @@ mod tests {
     #[test]
     fn the_table_is_what_hand_computation_gives() {
         let errors = [(Terms::None, vec![4.0, 6.0, 8.0, 10.0]), (Terms::K1, vec![1.0, 1.0, 1.0, 1.0])];
+        let told = |view: &usize| errors.iter().all(|(_, errors)| errors[*view].is_finite());
+        let judges: Vec<usize> = (0..views.len()).filter(told).collect();
+        if judges.len() < VIEWS {
+            return Err(LensError::TooFewViews { views: judges.len(), needed: VIEWS });
+        }
+        for (_, errors) in &mut errors {
+            *errors = judges.iter().map(|&view| errors[view]).collect();
+        }
         let table = compare(&errors);
         // Excess 3, 5, 7, 9: mean 6, variance 20/3, standard error sqrt(20/3/4).
         assert_eq!((table[0].excess_px2, table[0].rms_px), (6.0, 7.0_f64.sqrt()));

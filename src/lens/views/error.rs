@@ -77,7 +77,17 @@ pub enum LensError {
     #[error(
         "no lens was found that fits the views: {0}; check that the size of the squares and the order of the points are right"
     )]
-    Search(#[from] AdjustError),
+    Search(#[source] AdjustError),
+}
+
+impl From<AdjustError> for LensError {
+    fn from(error: AdjustError) -> Self {
+        match error {
+            // Every view by itself determines its pose, so it is the focal length that is open.
+            AdjustError::Undetermined { .. } => Self::PosesAlike { sigma_share: None, spread_rad: None },
+            other => Self::Search(other),
+        }
+    }
 }
 
 fn open(sigma_share: Option<f64>, spread_rad: Option<f64>) -> String {
