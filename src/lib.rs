@@ -49,6 +49,7 @@ pub mod plane;
 pub mod preflight;
 pub mod profile;
 pub mod progress;
+pub mod rectify;
 pub mod report;
 pub mod results;
 pub mod scratch;

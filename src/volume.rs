@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::frame::{Frame, Samples};
+use crate::frame::{Frame, Samples, full_scale};
 use crate::tau::Tau;
 
 /// Why a frame does not go into a volume.
@@ -38,11 +38,21 @@ pub enum VolumeError {
         /// Frames of the volume.
         frames: usize,
     },
+    /// A frame as the sensor gave it was to go into a volume of rectified ones.
+    #[error("frame {index} is not rectified, the volume holds rectified frames; put it in through the rectifier")]
+    NotRectified {
+        /// Index of the frame, from 0.
+        index: usize,
+    },
 }
+
+/// Counts of a fine volume from 0 to full scale: half of what 16 bit hold.
+const FINE_COUNTS: f32 = 32768.0;
 
 /// All frames of a sequence: rows x frames x columns samples, so that row y of all frames, the EPI, is one slice.
 ///
-/// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used.
+/// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used. Frames that were resampled go
+/// into a [fine](Self::fine) volume, which keeps what lies between the camera's levels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Volume {
     rows: usize,
@@ -50,13 +60,31 @@ pub struct Volume {
     bit_depth: u8,
     tau: Tau,
     samples: Samples,
+    /// Whether samples are fractions of a level.
+    fine: bool,
+    /// What the samples of each frame are multiplied by.
+    frame_gains: Vec<f32>,
 }
 
 impl Volume {
     /// A volume of zeros for `tau.frames()` frames of `rows` x `columns`.
     pub fn new(rows: usize, columns: usize, bit_depth: u8, tau: Tau) -> Self {
-        let samples = Samples::zeros(bit_depth, rows * columns * tau.frames());
-        Self { rows, columns, bit_depth, tau, samples }
+        Self::of_zeros(rows, columns, bit_depth, tau, false)
+    }
+
+    /// A volume of zeros for resampled frames of a camera of `bit_depth` bits.
+    ///
+    /// A sample is 16 bit wide and counts (full scale + 1) / 32768 DN, 1/128 DN for 8 bit; so the camera's levels up to 15 bit are
+    /// whole counts, and there is room up to twice full scale for what corrections brighten and splines overshoot.
+    pub fn fine(rows: usize, columns: usize, bit_depth: u8, tau: Tau) -> Self {
+        Self::of_zeros(rows, columns, bit_depth, tau, true)
+    }
+
+    fn of_zeros(rows: usize, columns: usize, bit_depth: u8, tau: Tau, fine: bool) -> Self {
+        let count = rows * columns * tau.frames();
+        let samples = if fine { Samples::U16(vec![0; count]) } else { Samples::zeros(bit_depth, count) };
+        let frame_gains = vec![1.0; tau.frames()];
+        Self { rows, columns, bit_depth, tau, samples, fine, frame_gains }
     }
 
     /// Puts `frame` at place `index`.
@@ -67,6 +95,9 @@ impl Volume {
         let frames = self.frames();
         if index >= frames {
             return Err(VolumeError::NoSuchFrame { index, frames });
+        }
+        if self.fine {
+            return Err(VolumeError::NotRectified { index });
         }
         let columns = self.columns;
         let alike =
@@ -108,7 +139,7 @@ impl Volume {
         self.tau.frames()
     }
 
-    /// Bits of a sample.
+    /// Bits of the camera's samples.
     pub fn bit_depth(&self) -> u8 {
         self.bit_depth
     }
@@ -118,28 +149,67 @@ impl Volume {
         &self.tau
     }
 
-    /// Row `y` of frame `t` as DN.
+    /// Whether the volume holds resampled frames, finer than the camera's levels.
+    pub fn is_fine(&self) -> bool {
+        self.fine
+    }
+
+    /// What a step of a sample is worth before the frame's gain, in DN: 1 but for a [fine](Self::fine) volume.
+    pub fn dn_per_count(&self) -> f32 {
+        if self.fine { (f32::from(full_scale(self.bit_depth)) + 1.0) / FINE_COUNTS } else { 1.0 }
+    }
+
+    /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other volume.
+    pub fn fine_counts_mut(&mut self) -> Option<&mut [u16]> {
+        match &mut self.samples {
+            Samples::U16(counts) if self.fine => Some(counts),
+            _ => None,
+        }
+    }
+
+    /// What the samples of frame `t` are multiplied by: 1 until it is set.
+    ///
+    /// # Panics
+    /// If `t` lies outside the volume.
+    pub fn frame_gain(&self, t: usize) -> f32 {
+        self.frame_gains[t]
+    }
+
+    /// Multiplies whatever is read of frame `t` by `gain`, for a lamp that flickers; it replaces the gain set before.
+    ///
+    /// # Panics
+    /// If `t` lies outside the volume.
+    pub fn set_frame_gain(&mut self, t: usize, gain: f32) {
+        self.frame_gains[t] = gain;
+    }
+
+    /// Row `y` of frame `t` as DN, with the frame's gain.
     ///
     /// # Panics
     /// If `y` or `t` lies outside the volume, or `target` is not as long as a row.
     pub fn copy_row(&self, y: usize, t: usize, target: &mut [f32]) {
         assert!(y < self.rows && t < self.frames() && target.len() == self.columns);
         self.samples.copy_to_f32((y * self.frames() + t) * self.columns, target);
+        let factor = self.dn_per_count() * self.frame_gains[t];
+        if factor != 1.0 {
+            target.iter_mut().for_each(|value| *value *= factor);
+        }
     }
 
-    /// A copy of the given rows of the given frames, which lie at `tau`.
+    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains.
     ///
     /// # Panics
     /// If a row or frame lies outside the volume, or `tau` has another number of frames.
     pub fn selected(&self, rows: &[usize], frames: &[usize], tau: Tau) -> Self {
         assert_eq!(tau.frames(), frames.len());
-        let mut selected = Self::new(rows.len(), self.columns, self.bit_depth, tau);
+        let mut selected = Self::of_zeros(rows.len(), self.columns, self.bit_depth, tau, self.fine);
+        selected.frame_gains = frames.iter().map(|&t| self.frame_gains[t]).collect();
         let slices =
             rows.iter().flat_map(|y| frames.iter().map(move |t| (y * self.frames() + t) * self.columns));
         match (&mut selected.samples, &self.samples) {
             (Samples::U8(target), Samples::U8(source)) => copy_rows(target, source, self.columns, slices),
             (Samples::U16(target), Samples::U16(source)) => copy_rows(target, source, self.columns, slices),
-            // Both volumes have the same bit depth, hence the same type.
+            // Both volumes are of one kind and bit depth, hence of one type.
             _ => {}
         }
         selected
@@ -184,5 +254,39 @@ mod tests {
         let wrong = Frame::new(3, 2, 8, Samples::U8(vec![0; 6])).unwrap();
         assert!(volume.insert(0, &wrong).is_err());
         assert!(matches!(volume.insert(2, &wrong), Err(VolumeError::NoSuchFrame { .. })));
+    }
+
+    #[test]
+    fn a_fine_volume_keeps_fractions_of_a_level() {
+        let mut volume = Volume::fine(1, 3, 12, Tau::equidistant(2).unwrap());
+        // Full scale is 4095 DN, so a count is an eighth.
+        assert_eq!((volume.dn_per_count(), volume.bit_depth()), (0.125, 12));
+        volume.fine_counts_mut().unwrap().copy_from_slice(&[0, 1, 65535, 8, 80, 800]);
+        let mut row = [0.0; 3];
+        volume.copy_row(0, 0, &mut row);
+        assert_eq!(row, [0.0, 0.125, 8191.875]);
+        let raw = Frame::new(1, 3, 12, Samples::U16(vec![0; 3])).unwrap();
+        assert_eq!(volume.insert(0, &raw), Err(VolumeError::NotRectified { index: 0 }));
+        assert_eq!(Volume::new(1, 3, 12, Tau::equidistant(2).unwrap()).fine_counts_mut(), None);
+        for (bit_depth, dn) in [(8, 1.0 / 128.0), (15, 1.0), (16, 2.0)] {
+            assert_eq!(Volume::fine(1, 3, bit_depth, Tau::equidistant(2).unwrap()).dn_per_count(), dn);
+        }
+    }
+
+    #[test]
+    fn gains_multiply_what_is_read_and_go_with_their_frames() {
+        let mut volume = Volume::fine(2, 2, 8, Tau::equidistant(3).unwrap());
+        let counts = volume.fine_counts_mut().unwrap();
+        counts.iter_mut().enumerate().for_each(|(index, count)| *count = 128 * index as u16);
+        volume.set_frame_gain(1, 1.5);
+        let mut row = [0.0; 2];
+        volume.copy_row(1, 1, &mut row);
+        assert_eq!((row, volume.frame_gain(1)), ([12.0, 13.5], 1.5));
+        let selected = volume.selected(&[1], &[1, 2], Tau::equidistant(2).unwrap());
+        let mut again = [0.0; 2];
+        selected.copy_row(0, 0, &mut again);
+        assert_eq!((again, selected.dn_per_count()), (row, 1.0 / 128.0));
+        selected.copy_row(0, 1, &mut again);
+        assert_eq!(again, [10.0, 11.0]);
     }
 }
