@@ -120,7 +120,7 @@ pub(super) fn weight_rows(level: Level, fractions: &[f32], factor: f32, out: &mu
 fn weigh<S: Simd>(_simd: S, fractions: &[f32], factor: f32, out: &mut [f32]) {
     let count = fractions.len();
     let mut rest = out;
-    let mut rows: [&mut [f32]; TAPS] = array::from_fn(|_| {
+    let rows: [&mut [f32]; TAPS] = array::from_fn(|_| {
         let (row, after) = std::mem::take(&mut rest).split_at_mut(count);
         rest = after;
         row
