@@ -16,6 +16,7 @@
 //! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
 //! - [`profile`]: a rig and a scan, described by a person.
 //! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
+//! - [`photometry`]: dark level, flat field and flicker: from what the sensor gave to what the light was.
 //! - [`shift`]: how far the picture has moved between two frames.
 //! - [`target`]: chess-boards, found in frames, followed through a sequence, and printed.
 //! - [`epi`]: the matcher. It knows no files, stages or cameras: a volume and options in, maps out.
@@ -45,6 +46,7 @@ pub mod frame;
 pub mod lens;
 pub mod link;
 pub mod measure;
+pub mod photometry;
 pub mod plane;
 pub mod preflight;
 pub mod profile;

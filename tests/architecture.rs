@@ -18,6 +18,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("shift", &["frame", "plane"]),
     ("target", &["frame", "plane"]),
     ("volume", &["frame", "tau"]),
+    ("photometry", &["frame", "plane", "shift", "volume"]),
     ("rectify", &["frame", "lens", "plane", "tau", "volume"]),
     ("twin", &["frame", "plane", "progress", "tau", "volume"]),
     ("link", &[]),
