@@ -86,7 +86,9 @@ pub fn measure(
 pub fn geometry(sequence: &Sequence) -> Option<Geometry> {
     let positions = sequence.positions_mm()?;
     let baseline_mm = positions.last()? - positions.first()?;
-    Some(Geometry { focal_length_px: sequence.record().intrinsics?.focal_length_px, baseline_mm })
+    let intrinsics = sequence.record().intrinsics?;
+    let principal_point_px = (intrinsics.principal_point_x_px, intrinsics.principal_point_y_px);
+    Some(Geometry::exact(intrinsics.focal_length_px, baseline_mm, principal_point_px))
 }
 
 fn write_maps(

@@ -1,0 +1,59 @@
+//! Why a question to a surface has no answer.
+
+use thiserror::Error;
+
+/// Why a question to a surface has no answer.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// Too few pixels for what is fitted.
+    #[error(
+        "only {pixels} pixels have a height, too few for {what}; look at mask.png for what the matcher could not answer"
+    )]
+    TooFewPixels {
+        /// Pixels with height and sigma.
+        pixels: usize,
+        /// What was to be fitted.
+        what: &'static str,
+    },
+    /// The pixels lie so that the trend is open, such as all in one row.
+    #[error("the pixels that have a height do not determine {what}; choose a simpler trend")]
+    Undetermined {
+        /// What was to be fitted.
+        what: &'static str,
+    },
+    /// The field shows one level, or two that noise does not tell apart.
+    #[error(
+        "the heights show no two levels: the best division finds a step of {depth_mm:.4} mm where heights scatter by {scatter_mm:.4} mm \
+         about their level; a scan with more frames or a longer baseline scatters less"
+    )]
+    OneLevel {
+        /// Step of the best division, in mm.
+        depth_mm: f64,
+        /// Standard deviation of the smoothed heights about their level, in mm.
+        scatter_mm: f64,
+    },
+    /// Two levels are there, but no part of one is wide enough to be measured beyond the reach of its walls.
+    #[error(
+        "the hollows are too narrow: none holds a square of {margin_px} px around a pixel that the other level does not reach; \
+         match with a smaller window, or bring the camera nearer"
+    )]
+    TooNarrow {
+        /// Distance from the walls that is left out, in px.
+        margin_px: usize,
+    },
+    /// A line that shows nothing.
+    #[error(
+        "no height is known along the line from ({from_x}, {from_y}) to ({to_x}, {to_y}) px; choose a line over the object"
+    )]
+    EmptyLine {
+        /// First column.
+        from_x: f64,
+        /// First row.
+        from_y: f64,
+        /// Last column.
+        to_x: f64,
+        /// Last row.
+        to_y: f64,
+    },
+}

@@ -1,0 +1,129 @@
+//! Where a field lies high and where low, before anything is known of it: a trend and two levels, found together.
+
+use super::super::normal::Normal;
+use super::super::smooth::{SIGMA_OF_MEDIAN, quantile};
+
+/// So many rounds settle whatever has two levels; what has one may wander for longer, and is refused later.
+const ROUNDS: usize = 60;
+/// A start needs this share of the field for each level.
+const LEAST_SHARE: f64 = 0.002;
+/// Between two levels lie fewer pixels than this share of what lies at either. One Gaussian level, cut in two, has more in between than at
+/// what then looks like its levels.
+const VALLEY: f64 = 0.75;
+
+/// A smoothed height with the terms of the trend.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point {
+    pub(super) row: [f64; 6],
+    pub(super) height_mm: f64,
+}
+
+/// A trend for the upper level, and how far the lower one lies below it.
+#[derive(Debug, Clone)]
+pub(super) struct Levels {
+    /// Of the upper level, in the units of the terms.
+    pub(super) coefficients: Vec<f64>,
+    pub(super) depth_mm: f64,
+}
+
+impl Levels {
+    pub(super) fn upper_mm(&self, row: &[f64; 6]) -> f64 {
+        self.coefficients.iter().zip(row).map(|(coefficient, term)| coefficient * term).sum()
+    }
+
+    /// Whether a height is nearer to the lower level.
+    pub(super) fn is_low(&self, row: &[f64; 6], height_mm: f64) -> bool {
+        self.upper_mm(row) - height_mm > 0.5 * self.depth_mm
+    }
+
+    /// Whether there is a valley between the levels in how often heights occur.
+    pub(super) fn are_two(&self, points: &[Point]) -> bool {
+        let mut near = [0_usize; 3];
+        for point in points {
+            let below = (self.upper_mm(&point.row) - point.height_mm) / self.depth_mm;
+            for (count, level) in near.iter_mut().zip([0.0, 0.5, 1.0]) {
+                *count += usize::from((below - level).abs() < 0.125);
+            }
+        }
+        (near[1] as f64) < VALLEY * near[0].min(near[2]) as f64
+    }
+}
+
+/// The most likely two levels: a mixture of two Gaussians of one width about a trend and what lies a depth below (expectation and
+/// maximisation, Dempster et al. 1977), from three starts: about as much high as low, little low, little high. `start` is a trend through
+/// the whole of the field.
+pub(super) fn two_levels(points: &[Point], start: &[f64]) -> Option<Levels> {
+    let start = Levels { coefficients: start.to_vec(), depth_mm: 0.0 };
+    let rest: Vec<f64> = points.iter().map(|point| point.height_mm - start.upper_mm(&point.row)).collect();
+    let median = quantile(&mut rest.clone(), 0.5)?;
+    let mut off: Vec<f64> = rest.iter().map(|value| (value - median).abs()).collect();
+    let scatter = SIGMA_OF_MEDIAN * quantile(&mut off, 0.5)?;
+    let starts = [median, median - 3.0 * scatter, median + 3.0 * scatter];
+    starts
+        .into_iter()
+        .filter_map(|limit| {
+            let low = rest.iter().map(|&value| f64::from(u8::from(value < limit))).collect();
+            mixture(points, start.coefficients.len(), low)
+        })
+        .max_by(|one, other| one.1.total_cmp(&other.1))
+        .map(|(levels, _)| levels)
+}
+
+/// Levels and the logarithm of their likelihood; `low` is how probably each point is low.
+fn mixture(points: &[Point], terms: usize, mut low: Vec<f64>) -> Option<(Levels, f64)> {
+    let count = points.len() as f64;
+    let mut found = None;
+    for _ in 0..ROUNDS {
+        let share = low.iter().sum::<f64>() / count;
+        if !(LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share) {
+            return found;
+        }
+        let levels = fit(points, terms, &low)?;
+        let below = |point: &Point| levels.upper_mm(&point.row) - point.height_mm;
+        let mut variance = 0.0;
+        for (point, low) in points.iter().zip(&low) {
+            let below = below(point);
+            variance += (1.0 - low) * below.powi(2) + low * (below - levels.depth_mm).powi(2);
+        }
+        variance = (variance / count).max(f64::MIN_POSITIVE);
+        let mut likelihood = -0.5 * count * variance.ln();
+        for (point, low) in points.iter().zip(&mut low) {
+            let below = below(point);
+            let high_part = (1.0 - share).ln() - 0.5 * below.powi(2) / variance;
+            let low_part = share.ln() - 0.5 * (below - levels.depth_mm).powi(2) / variance;
+            let larger = high_part.max(low_part);
+            let sum = (high_part - larger).exp() + (low_part - larger).exp();
+            *low = (low_part - larger).exp() / sum;
+            likelihood += larger + sum.ln();
+        }
+        let settled =
+            found.as_ref().is_some_and(|(_, before): &(Levels, f64)| likelihood - before < 1e-6 * count);
+        if levels.depth_mm > 0.0 {
+            found = Some((levels, likelihood));
+        }
+        if settled {
+            break;
+        }
+    }
+    found
+}
+
+fn fit(points: &[Point], terms: usize, low: &[f64]) -> Option<Levels> {
+    let mut sums = Normal::empty();
+    for (point, &low) in points.iter().zip(low) {
+        let mut row = [0.0; 7];
+        row[..terms].copy_from_slice(&point.row[..terms]);
+        if low < 1.0 {
+            sums.add(&row[..=terms], point.height_mm, 1.0 - low);
+        }
+        if low > 0.0 {
+            row[terms] = -1.0;
+            sums.add(&row[..=terms], point.height_mm, low);
+        }
+    }
+    let solution = sums.solve(terms + 1)?;
+    Some(Levels {
+        coefficients: solution.values.as_slice()[..terms].to_vec(),
+        depth_mm: solution.values[terms],
+    })
+}

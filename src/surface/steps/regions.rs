@@ -1,0 +1,113 @@
+//! Connected parts of a level, and what of them lies clear of the walls.
+
+use super::super::smooth::count_around;
+use crate::plane::Plane;
+
+/// On which level a pixel lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Level {
+    Unknown,
+    Upper,
+    Lower,
+}
+
+impl Level {
+    fn other(self) -> Self {
+        match self {
+            Self::Unknown => Self::Unknown,
+            Self::Upper => Self::Lower,
+            Self::Lower => Self::Upper,
+        }
+    }
+}
+
+/// Pixels of one level that hang together by their sides.
+#[derive(Debug, Clone)]
+pub(super) struct Region {
+    pub(super) level: Level,
+    /// Columns and rows.
+    pub(super) pixels: Vec<(usize, usize)>,
+}
+
+/// All connected parts, from top to bottom by their first pixel.
+pub(super) fn regions(levels: &Plane<Level>) -> Vec<Region> {
+    let (rows, columns) = (levels.rows(), levels.columns());
+    let mut seen = levels.map(|level| level == Level::Unknown);
+    let mut found = Vec::new();
+    for (first_x, first_y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
+        if seen.at(first_x, first_y) {
+            continue;
+        }
+        let level = levels.at(first_x, first_y);
+        seen.row_mut(first_y)[first_x] = true;
+        let mut pixels = vec![(first_x, first_y)];
+        let mut next = 0;
+        while let Some(&(x, y)) = pixels.get(next) {
+            next += 1;
+            let beside = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+            for (x, y) in beside.into_iter().filter(|&(x, y)| x < columns && y < rows) {
+                if !seen.at(x, y) && levels.at(x, y) == level {
+                    seen.row_mut(y)[x] = true;
+                    pixels.push((x, y));
+                }
+            }
+        }
+        found.push(Region { level, pixels });
+    }
+    found
+}
+
+/// Gives parts of fewer than `least_area_px` pixels to the other level: they are noise, not hollows.
+pub(super) fn without_small_parts(levels: &mut Plane<Level>, least_area_px: usize) {
+    for region in regions(levels).into_iter().filter(|region| region.pixels.len() < least_area_px) {
+        for (x, y) in region.pixels {
+            levels.row_mut(y)[x] = region.level.other();
+        }
+    }
+}
+
+/// The levels without the pixels that have one of the other level in the square that reaches `margin_px` to each side.
+pub(super) fn clear_of_walls(levels: &Plane<Level>, margin_px: usize) -> Plane<Level> {
+    let around = |level: Level| count_around(&levels.map(|here| here == level), margin_px);
+    let (upper, lower) = (around(Level::Upper), around(Level::Lower));
+    let mut clear = levels.clone();
+    for ((level, &upper), &lower) in clear.values_mut().iter_mut().zip(upper.values()).zip(lower.values()) {
+        let others = if *level == Level::Upper { lower } else { upper };
+        if others > 0 {
+            *level = Level::Unknown;
+        }
+    }
+    clear
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(lines: &[&str]) -> Plane<Level> {
+        let level = |letter| match letter {
+            '#' => Level::Lower,
+            '.' => Level::Upper,
+            _ => Level::Unknown,
+        };
+        let values = lines.iter().flat_map(|line| line.chars().map(level)).collect();
+        Plane::from_values(lines.len(), lines[0].len(), values).unwrap()
+    }
+
+    #[test]
+    fn parts_hang_together_by_their_sides() {
+        let levels = picture(&["##.#", "#..#", "? #."]);
+        let found: Vec<(Level, usize)> =
+            regions(&levels).iter().map(|region| (region.level, region.pixels.len())).collect();
+        let (lower, upper) = (Level::Lower, Level::Upper);
+        assert_eq!(found, [(lower, 3), (upper, 3), (lower, 2), (lower, 1), (upper, 1)]);
+    }
+
+    #[test]
+    fn small_parts_go_and_walls_are_left_out() {
+        let mut levels = picture(&["......", ".#....", "....##", "....##", "....##"]);
+        without_small_parts(&mut levels, 2);
+        assert_eq!(levels, picture(&["......", "......", "....##", "....##", "....##"]));
+        assert_eq!(clear_of_walls(&levels, 1), picture(&["......", "...   ", "...   ", "...  #", "...  #"]));
+    }
+}
