@@ -25,7 +25,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("stage", &["link"]),
     ("sequence", &["frame", "progress", "scratch", "tau", "volume"]),
     ("camera", &["frame", "plane", "sequence", "stage", "twin"]),
-    ("profile", &["camera"]),
+    ("profile", &["camera", "lens", "sequence"]),
     ("virtual_rig", &["camera", "frame", "link", "stage", "twin"]),
     ("capture", &["camera", "frame", "progress", "sequence", "shift", "stage"]),
     ("preflight", &["camera", "capture", "frame", "plane", "progress", "shift", "stage"]),

@@ -1,24 +1,45 @@
-//! Dark frames and frames of a uniform target, before the scan.
+//! Dark frames, frames of a uniform target and frames of a chess-board in a hand, before the scan.
+
+use std::collections::BTreeSet;
 
 use super::archive::Archive;
 use super::rig::Arrangement;
-use super::scan::Scan;
+use super::scan::{Scan, Trust, lost_trust};
 use super::{CaptureError, CapturePlan, records};
+use crate::camera;
+use crate::frame::Frame;
 use crate::sequence::{FrameFacts, FrameKind};
 
-/// Calibration frames that a sequence has, by index.
+/// Calibration frames that a sequence has: kind and index.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Present {
-    pub(super) dark: Vec<usize>,
-    pub(super) flat: Vec<usize>,
-}
+pub(super) struct Present(pub(super) BTreeSet<(FrameKind, usize)>);
 
 impl Present {
     /// Whether these are all that a plan wants.
     pub(super) fn is_all_of(&self, plan: &CapturePlan) -> bool {
-        (0..plan.dark).all(|index| self.dark.contains(&index))
-            && (0..plan.flat).all(|index| self.flat.contains(&index))
+        FrameKind::CALIBRATION.into_iter().all(|kind| self.lacking(plan, kind).is_empty())
     }
+
+    /// Those of a kind that a plan wants and that are not there.
+    fn lacking(&self, plan: &CapturePlan, kind: FrameKind) -> Vec<usize> {
+        (0..plan.count(kind)).filter(|index| !self.0.contains(&(kind, *index))).collect()
+    }
+}
+
+/// What has to be in front of the camera for a frame of the plan.
+fn arrangement(plan: &CapturePlan, kind: FrameKind, index: usize) -> Arrangement {
+    match kind {
+        FrameKind::Scan => Arrangement::Object,
+        FrameKind::Dark => Arrangement::Dark,
+        FrameKind::Flat => Arrangement::Flat,
+        FrameKind::Board => Arrangement::Board { pose: index, poses: plan.board },
+    }
+}
+
+/// Refuses a plan that needs somebody, before anything moves.
+pub(super) fn refuse_unattended(plan: &CapturePlan) -> Result<(), CaptureError> {
+    let first = FrameKind::CALIBRATION.into_iter().find(|kind| plan.count(*kind) > 0);
+    first.map_or(Ok(()), |kind| Err(CaptureError::NotArranged { what: arrangement(plan, kind, 0).words() }))
 }
 
 impl Scan<'_, '_> {
@@ -28,23 +49,16 @@ impl Scan<'_, '_> {
         archive: &mut Archive,
         present: &Present,
     ) -> Result<(), CaptureError> {
-        let lacking = |planned: usize, present: &[usize]| -> Vec<usize> {
-            (0..planned).filter(|index| !present.contains(index)).collect()
-        };
-        let wanted = [
-            (FrameKind::Dark, Arrangement::Dark, lacking(self.plan.dark, &present.dark)),
-            (FrameKind::Flat, Arrangement::Flat, lacking(self.plan.flat, &present.flat)),
-        ];
-        let mut arranged = false;
-        for (kind, arrangement, indices) in wanted {
-            if indices.is_empty() {
-                continue;
-            }
-            self.arrange(arrangement)?;
-            arranged = true;
-            for index in indices {
-                let now = self.camera().now();
-                let (frame, exposures) = self.look(now)?;
+        let mut arranged = Arrangement::Object;
+        for kind in FrameKind::CALIBRATION {
+            for index in present.lacking(self.plan, kind) {
+                let wanted = arrangement(self.plan, kind, index);
+                let (frame, exposures) = if wanted == arranged {
+                    self.look_now()?
+                } else {
+                    arranged = wanted;
+                    self.look_at(wanted)?
+                };
                 let facts = FrameFacts {
                     camera_sequence: exposures.last().map(|exposure| exposure.sequence),
                     exposure: records::exposure_record(&exposures),
@@ -56,7 +70,31 @@ impl Scan<'_, '_> {
                 }
             }
         }
-        if arranged { self.arrange(Arrangement::Object) } else { Ok(()) }
+        if arranged == Arrangement::Object { Ok(()) } else { self.arrange(Arrangement::Object) }
+    }
+
+    /// Has something put in front of the camera, and looks at it. A hand that does not hold the board still is asked again.
+    fn look_at(&mut self, wanted: Arrangement) -> Result<(Frame, Vec<camera::FrameFacts>), CaptureError> {
+        let mut attempt = 1;
+        loop {
+            let seen = self.arrange(wanted).and_then(|()| self.look_now());
+            match seen {
+                Err(error)
+                    if matches!(wanted, Arrangement::Board { .. })
+                        && lost_trust(&error) == Some(Trust::CameraStopped)
+                        && attempt <= self.plan.limits.retakes =>
+                {
+                    self.rig.progress.note(&format!("{}, attempt {attempt}: {error}", wanted.words()));
+                    attempt += 1;
+                }
+                other => return other,
+            }
+        }
+    }
+
+    fn look_now(&mut self) -> Result<(Frame, Vec<camera::FrameFacts>), CaptureError> {
+        let now = self.camera().now();
+        self.look(now)
     }
 
     /// Has something put in front of the camera, and waits until the picture is steady.

@@ -129,10 +129,12 @@ pub enum CaptureError {
         how: String,
     },
     /// A person did not arrange what was asked for.
-    #[error("nobody has put {what}; `--set plan.dark=0 --set plan.flat=0` goes without")]
+    #[error(
+        "nobody has put {what}; have somebody at the terminal, or go without: `--set plan.dark=0 --set plan.flat=0 --set plan.board=0`"
+    )]
     NotArranged {
         /// What was to be in front of the camera.
-        what: &'static str,
+        what: String,
     },
     /// It stopped before the end, and can be resumed.
     #[error("{source}; {done} of {planned} frames are in {}: `epirig resume {}` goes on", folder.display(), folder.display())]

@@ -48,7 +48,7 @@ impl CapturePlan {
         let all = ways.into_iter().chain(steps).map(|distance_mm| duration(distance_mm.abs()));
         let moving = all.reduce(|sum, next| Some(sum?.saturating_add(next?))).flatten();
         // The first frame is taken again at the end.
-        let (stops_and_closing, others) = ((stops + 1) as f64, self.dark + self.flat);
+        let (stops_and_closing, others) = ((stops + 1) as f64, self.calibration_frames());
         let averaged = self.averaged as f64;
         let frame_times = stops_and_closing * (BEFORE_THE_FIRST + averaged) + others as f64 * averaged;
         let times = |time: Duration, count: f64| {

@@ -29,7 +29,7 @@ use crate::sequence::{
 pub use error::CaptureError;
 pub use estimate::Estimate;
 pub use pause::PauseSwitch;
-pub use plan::{CaptureLimits, CapturePlan, FocalLength, Lens};
+pub use plan::{CaptureLimits, CapturePlan};
 pub use resume::resume;
 pub use rig::{Arrangement, Assistant, Rig, Unattended};
 
@@ -51,8 +51,8 @@ pub fn capture(
 ) -> Result<Option<ClosureRecord>, CaptureError> {
     // Nothing moves for a folder that cannot be used.
     refuse_existing(out)?;
-    if plan.dark + plan.flat > 0 && !rig.assistant.is_there() {
-        return Err(CaptureError::NotArranged { what: Arrangement::Dark.words() });
+    if !rig.assistant.is_there() {
+        calibration_frames::refuse_unattended(plan)?;
     }
     let mut scan = Scan::begin(rig, plan, None)?;
     let record = start_record(&mut scan);

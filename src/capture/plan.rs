@@ -4,53 +4,7 @@ use std::time::Duration;
 
 use super::CaptureError;
 use crate::camera::{CameraSettings, Configuration};
-use crate::sequence::Intrinsics;
-
-/// A lens as far as its data sheet tells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lens {
-    /// Its focal length.
-    pub focal_length: FocalLength,
-    /// Principal point, column and row in px; the image's middle if not known.
-    pub principal_point_px: Option<(f64, f64)>,
-}
-
-/// A focal length.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FocalLength {
-    /// In px.
-    Px(f64),
-    /// In widths of the image, whatever its number of columns: 25 mm before a sensor 9 mm wide are 2.78.
-    ImageWidths(f64),
-}
-
-impl FocalLength {
-    /// In px of an image of `columns`.
-    ///
-    /// ```
-    /// use epirig::capture::FocalLength;
-    ///
-    /// assert_eq!(FocalLength::ImageWidths(2.5).px(1000), 2500.0);
-    /// ```
-    pub fn px(self, columns: usize) -> f64 {
-        match self {
-            Self::Px(px) => px,
-            Self::ImageWidths(widths) => widths * columns as f64,
-        }
-    }
-}
-
-impl Lens {
-    /// What is known of lens and pixels of an image of `columns` x `rows`.
-    pub fn intrinsics(&self, columns: usize, rows: usize) -> Intrinsics {
-        let centred = Intrinsics::centred(self.focal_length.px(columns), columns, rows);
-        self.principal_point_px.map_or(centred, |(x_px, y_px)| Intrinsics {
-            principal_point_x_px: x_px,
-            principal_point_y_px: y_px,
-            ..centred
-        })
-    }
-}
+use crate::sequence::{FrameKind, NominalLens};
 
 /// What a scan puts up with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,10 +49,12 @@ pub struct CapturePlan {
     pub dark: usize,
     /// Frames of a uniform target to take before the scan.
     pub flat: usize,
+    /// Frames of a chess-board in a hand to take before the scan, each in another pose.
+    pub board: usize,
     /// What it puts up with.
     pub limits: CaptureLimits,
     /// The lens, if known.
-    pub lens: Option<Lens>,
+    pub lens: Option<NominalLens>,
     /// How to connect to the rig again, for whoever resumes.
     pub rig: Option<serde_json::Value>,
     /// How the simulated rig was made, if it is one.
@@ -115,11 +71,27 @@ impl CapturePlan {
             averaged: 1,
             dark: 0,
             flat: 0,
+            board: 0,
             limits: CaptureLimits::default(),
             lens: None,
             rig: None,
             twin: None,
         }
+    }
+
+    /// Number of frames of this kind.
+    pub fn count(&self, kind: FrameKind) -> usize {
+        match kind {
+            FrameKind::Scan => self.positions_mm.len(),
+            FrameKind::Dark => self.dark,
+            FrameKind::Flat => self.flat,
+            FrameKind::Board => self.board,
+        }
+    }
+
+    /// Number of frames that are taken before the scan.
+    pub fn calibration_frames(&self) -> usize {
+        FrameKind::CALIBRATION.into_iter().map(|kind| self.count(kind)).sum()
     }
 
     /// The first position, if there are at least two.

@@ -46,10 +46,11 @@ pub fn resume(
     }
     refuse_busy(folder)?;
     let good = good_frames(&sequence, FrameKind::Scan, rig.progress)?;
-    let present = Present {
-        dark: indices(&good_frames(&sequence, FrameKind::Dark, rig.progress)?),
-        flat: indices(&good_frames(&sequence, FrameKind::Flat, rig.progress)?),
-    };
+    let mut present = Present::default();
+    for kind in FrameKind::CALIBRATION {
+        let good = good_frames(&sequence, kind, rig.progress)?;
+        present.0.extend(good.iter().map(|frame| (kind, frame.index)));
+    }
     let found = indices(&good);
     let missing: Vec<usize> = (0..record.frames).filter(|index| !found.contains(index)).collect();
     if missing.is_empty() && present.is_all_of(plan) && ended == Some(ExitStatus::Complete) {

@@ -356,7 +356,7 @@ fn may_lose_steps(error: &CaptureError) -> bool {
 }
 
 /// What an error leaves of the trust in the rig; `None` if trying again is of no use.
-fn lost_trust(error: &CaptureError) -> Option<Trust> {
+pub(super) fn lost_trust(error: &CaptureError) -> Option<Trust> {
     match error {
         CaptureError::Stage(
             StageError::Stopped { .. } | StageError::OutsideTravel { .. } | StageError::NoApproach { .. },

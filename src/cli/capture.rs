@@ -18,13 +18,14 @@ use crate::stage::StageSource;
 #[command(after_help = "Examples:
   epirig capture --out seq                                     as rig.toml says
   epirig capture --out seq --rig sim --set plan.frames=21      no hardware needed
+  epirig capture --out seq --rig real                          as real rigs are, with calibration frames
   epirig capture --out seq --step-mm 1.5 --frames 101          without a profile
   epirig capture --out seq --dry-run                           connects, moves nothing
 
 The stage is homed first and at the end. A frame counts only with its certificate (journal.jsonl); others are taken again. The \
 first Ctrl-C ends the scan after the frame in hand, the second stops the stage; `epirig resume SEQ` goes on, also after a power \
-cut. Dark frames and frames of a uniform target come first, if the plan has any (plan.dark, plan.flat). Height in mm needs the \
-focal length.")]
+cut. Calibration frames come first, if the plan has any: without light (plan.dark), of a uniform target (plan.flat), of the chess-board \
+of [board] in a hand (plan.board). Height in mm needs the focal length.")]
 pub(super) struct Capture {
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]

@@ -72,7 +72,7 @@ impl Demo {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let out = self.out.clone().unwrap_or_else(free_folder);
         let profile = self.profile()?;
-        let twin = simulated_twin(twin_config(&profile))?;
+        let twin = simulated_twin(twin_config(&profile)?)?;
         talk.say(&format!(
             "A simulated {}, {1} x {1} px, {2} frames. Everything goes to {3}.",
             match self.scene {

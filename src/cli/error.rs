@@ -12,7 +12,7 @@ use crate::evaluate::{LeaveOutError, SizeMismatch};
 use crate::link::LinkError;
 use crate::measure::MeasureError;
 use crate::preflight::PreflightError;
-use crate::profile::ProfileError;
+use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
 use crate::results::ResultsError;
 use crate::sequence::SequenceError;
@@ -40,6 +40,8 @@ pub(super) enum CliError {
     Twin(#[from] TwinError),
     #[error(transparent)]
     Profile(#[from] ProfileError),
+    #[error(transparent)]
+    RecordedRig(#[from] RecordedRigError),
     #[error(transparent)]
     Preflight(#[from] PreflightError),
     #[error(
@@ -115,7 +117,7 @@ impl CliError {
             Self::Stage(error) => stage_code(error),
             Self::Camera(error) => camera_code(error),
             Self::Link(error) => link_code(error),
-            Self::Integrity(_) => INTEGRITY,
+            Self::RecordedRig(_) | Self::Integrity(_) => INTEGRITY,
             Self::Report(_) | Self::Output(_) | Self::File { .. } => TROUBLE,
         }
     }

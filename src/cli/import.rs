@@ -4,8 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::rig::{Options, named_profile, nominal_lens};
 use super::{CliError, Talk};
-use crate::sequence::import::{ImportOptions, import};
+use crate::profile::{Override, Profile};
+use crate::sequence::FrameKind;
+use crate::sequence::import::{ImportOptions, Imported, import};
 
 /// Make a sequence of images that other software took
 ///
@@ -18,7 +21,12 @@ use crate::sequence::import::{ImportOptions, import};
   epirig import photos/ --out seq
   epirig import photos/ --out seq --frames 40..80
   epirig import photos/ --out seq --step-mm 1.5 --focal-length-px 2844
-  epirig import photos/ --out seq --positions positions.csv"
+  epirig import photos/ --out seq --positions positions.csv
+  epirig import photos/ --out seq --step-mm 1.5 --rig rig.toml --flat white/ --dark cap/ --board boards/
+
+Calibration images are to be of the size and the bit depth of the frames, by the same camera with the same setting. Of a rig profile only \
+[optics], [target] and [board] count: the lens, what is printed on the object, and the chess-board in the hand. Positions are told by \
+--step-mm or --positions."
 )]
 pub(super) struct Import {
     /// Folder of PNG, TIFF or JPEG images, 8 or 16 bit
@@ -38,11 +46,26 @@ pub(super) struct Import {
     /// Bits that the camera gave, where fewer than the files hold
     #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(1..=16))]
     bit_depth: Option<u8>,
-    /// Focal length, in px; with it and positions, heights are given in mm
+    /// Folder of images without light
+    #[arg(long, value_name = "DIR")]
+    dark: Option<PathBuf>,
+    /// Folder of images of a uniform target, for the flat field
+    #[arg(long, value_name = "DIR")]
+    flat: Option<PathBuf>,
+    /// Folder of images of a chess-board in a hand, each in another pose, to measure the lens
+    #[arg(long, value_name = "DIR")]
+    board: Option<PathBuf>,
+    /// Profile of the rig that took them: its [optics], [target] and [board] are recorded; a file, sim or real
+    #[arg(long, value_name = "FILE|sim|real")]
+    rig: Option<PathBuf>,
+    /// Change a key of the profile, as often as needed: --set target.square="7.5 mm"
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Focal length, in px, instead of the profile's; with it and positions, heights are given in mm
     #[arg(long, value_name = "PX", value_parser = parse_positive)]
     focal_length_px: Option<f64>,
     /// Principal point, in px: column,row [default: the image's middle]
-    #[arg(long, value_name = "X,Y", value_parser = parse_point, requires = "focal_length_px")]
+    #[arg(long, value_name = "X,Y", value_parser = parse_point)]
     principal_point_px: Option<(f64, f64)>,
     /// Link grey PNG files instead of copying them
     #[arg(long)]
@@ -51,34 +74,85 @@ pub(super) struct Import {
 
 impl Import {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let profile = self.profile()?;
+        let lens = profile.as_ref().and_then(|profile| nominal_lens(&profile.optics));
+        if self.principal_point_px.is_some() && lens.is_none() {
+            return Err(CliError::Usage(
+                "--principal-point-px needs the focal length: give --focal-length-px, or a profile that has it with --rig".to_owned(),
+            ));
+        }
+        let recorded = profile.clone().map(Profile::of_lens_and_targets);
+        let rig = recorded.map(serde_json::to_value).transpose().map_err(std::io::Error::other)?;
         let options = ImportOptions {
             frames: self.frames,
-            positions: self.positions,
+            positions: self.positions.clone(),
             step_mm: self.step_mm,
             bit_depth: self.bit_depth,
-            focal_length_px: self.focal_length_px,
-            principal_point_px: self.principal_point_px,
+            lens,
+            dark: self.dark.clone(),
+            flat: self.flat.clone(),
+            board: self.board.clone(),
+            rig,
             link: self.link,
         };
         let imported = import(&self.dir, &self.out, &options, talk)?;
         for conversion in &imported.conversions {
             talk.say(&format!("note: {conversion}"));
         }
-        if options.focal_length_px.is_some() && options.positions.is_none() && options.step_mm.is_none() {
+        let planned_mm = profile.as_ref().and_then(|profile| profile.plan.step_mm);
+        if let Some(step_mm) = planned_mm.filter(|_| options.step_mm.is_none() && options.positions.is_none())
+        {
+            talk.say(&format!(
+                "note: plan.step of the profile is not taken to be the images'; if it was, give --step-mm {step_mm}"
+            ));
+        }
+        if self.board.is_some() && profile.is_none_or(|profile| profile.board.is_none()) {
+            talk.say(
+                "note: which chess-board --board shows is not known; say it in [board] of a profile (--rig), or import again with --set \
+                 board.square=..., board.columns and board.rows",
+            );
+        }
+        if lens.is_some() && options.positions.is_none() && options.step_mm.is_none() {
             talk.say("note: heights in mm need positions too; give --step-mm or --positions");
         }
         talk.result(&imported, || {
             format!(
-                "{}: {} frames of {} x {}, {} bit\nnext: epirig match {} --reference middle\n",
+                "{}: {} frames of {} x {}, {} bit{}\nnext: epirig match {} --reference middle\n",
                 self.out.display(),
                 imported.frames,
                 imported.columns,
                 imported.rows,
                 imported.bit_depth,
+                calibration_frames(&imported),
                 self.out.display()
             )
         })
     }
+
+    /// What is known of the rig, if anything was said. The default profile of this place is that of another rig.
+    fn profile(&self) -> Result<Option<Profile>, CliError> {
+        let mut options = Options::default();
+        for text in &self.set {
+            options.push(Override::parse(text, "--set")?);
+        }
+        options.add("optics.focal_length_px", "--focal-length-px", self.focal_length_px);
+        let (x_px, y_px) = self.principal_point_px.unzip();
+        options.add("optics.principal_point_x_px", "--principal-point-px", x_px);
+        options.add("optics.principal_point_y_px", "--principal-point-px", y_px);
+        let (text, source) = match &self.rig {
+            Some(path) => named_profile(path)?,
+            None if options.is_empty() => return Ok(None),
+            None => (String::new(), String::new()),
+        };
+        Ok(Some(options.profile(&text, &source)?))
+    }
+}
+
+/// How many of each kind, for a person.
+fn calibration_frames(imported: &Imported) -> String {
+    let kinds = FrameKind::CALIBRATION.iter().map(|kind| kind.folder());
+    let counts = kinds.filter_map(|kind| Some((kind, imported.calibration_frames.get(kind)?)));
+    counts.map(|(kind, count)| format!(", {count} {kind}")).collect()
 }
 
 fn parse_frames(text: &str) -> Result<(usize, usize), String> {

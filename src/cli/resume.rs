@@ -27,7 +27,7 @@ pub(super) struct Resume {
     /// The camera's name, if it is another one now: a path, a name in /dev/v4l/by-id, usb:SERIAL
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
-    /// Change a limit of the scan, or the number of dark or flat frames: --set limits.shift="0.2 px"
+    /// Change a limit of the scan, or the number of dark, flat or board frames: --set limits.shift="0.2 px"
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
@@ -52,13 +52,12 @@ impl Resume {
     fn recorded(&self) -> Result<Profile, CliError> {
         let sequence = Sequence::open(&self.sequence)?;
         let folder = self.sequence.display();
-        let Origin::Captured { rig: Some(rig), .. } = &sequence.record().origin else {
-            return Err(CliError::Usage(format!(
-                "{folder} was not made by `epirig capture`; it cannot be resumed"
-            )));
+        let profile = match sequence.record().origin {
+            Origin::Captured { .. } => Profile::of_sequence(&sequence)?,
+            Origin::Imported { .. } => None,
         };
-        serde_json::from_value(rig.clone()).map_err(|error| {
-            CliError::Integrity(format!("{folder}/sequence.json: its rig cannot be understood: {error}"))
+        profile.ok_or_else(|| {
+            CliError::Usage(format!("{folder} was not made by `epirig capture`; it cannot be resumed"))
         })
     }
 }
@@ -76,9 +75,10 @@ fn change(profile: &mut Profile, change: &Override) -> Result<(), CliError> {
         () if unit_or_not("limits.shift") => limits.shift_px = new.shift_px,
         () if unit_or_not("plan.dark") => profile.plan.dark = given.plan.dark,
         () if unit_or_not("plan.flat") => profile.plan.flat = given.plan.flat,
+        () if unit_or_not("plan.board") => profile.plan.board = given.plan.board,
         () => {
             return Err(CliError::Usage(format!(
-                "{} cannot change in the middle of a scan; limits, plan.dark and plan.flat can",
+                "{} cannot change in the middle of a scan; limits, plan.dark, plan.flat and plan.board can",
                 change.key
             )));
         }

@@ -51,7 +51,7 @@ pub(super) fn holding(holds: Option<bool>) -> Check {
 /// Whether the frames fit on the disk. Compressed they take less than their samples do, which are reckoned with.
 pub(super) fn disk(plan: &PreflightPlan, configuration: &Configuration) -> Check {
     const NAME: &str = "disk";
-    let frames = plan.scan.positions_mm.len() + plan.scan.dark + plan.scan.flat;
+    let frames = plan.scan.positions_mm.len() + plan.scan.calibration_frames();
     let needed = (plan.scan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
     let needs = format!("the sequence takes {:.1} MB at most", needed as f64 / MB);
     let Some(free) = plan.free_bytes else {

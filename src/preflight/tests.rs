@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use super::*;
 use crate::camera::{Camera, CameraSettings, SimCamera, SimFault};
-use crate::capture::{CaptureLimits, CapturePlan, FocalLength, Lens};
+use crate::capture::{CaptureLimits, CapturePlan};
 use crate::progress::Silent;
+use crate::sequence::{FocalLength, NominalLens};
 use crate::stage::{
     OneSided, SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
 };
@@ -25,7 +26,7 @@ const PX_PER_MM: f64 = 320.0 / 500.0;
 /// 41 frames, 1.47 mm apart: 0.9408 px.
 fn scan() -> CapturePlan {
     let positions_mm = (0..41).map(|index| 10.0 + 1.47 * f64::from(index)).collect();
-    let lens = Lens { focal_length: FocalLength::ImageWidths(2.0), principal_point_px: None };
+    let lens = NominalLens { focal_length: FocalLength::ImageWidths(2.0), principal_point_px: None };
     let limits = CaptureLimits { saturated: 0.001, ..CaptureLimits::default() };
     CapturePlan {
         settle: Duration::from_millis(50),

@@ -43,6 +43,7 @@ pub fn commented(findings: &Findings) -> String {
         Quantity::Velocity,
         Quantity::Acceleration,
         Quantity::Share,
+        Quantity::Angle,
         Quantity::Pixels,
         Quantity::Levels,
     ] {

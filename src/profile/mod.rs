@@ -11,6 +11,7 @@ mod parts;
 mod quantity;
 mod read;
 mod record;
+mod recorded;
 mod schema;
 mod settings;
 mod value;
@@ -21,14 +22,18 @@ pub use commented::{Findings, FoundCamera, commented};
 pub use error::{Mistake, Place, Problem, ProfileError};
 pub use overrides::{Override, overrides_from_environment};
 pub use parts::{
-    AxisName, CameraProfile, Driver, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, SceneName,
-    SimProfile, StageProfile, TargetProfile,
+    AxisName, BoardProfile, CameraProfile, Driver, FocalLength, LimitsProfile, OpticsProfile, PlanProfile,
+    PrintProfile, SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
 };
+pub use recorded::RecordedRigError;
 
 use settings::Settings;
 
 /// The profile of the simulated rig: the paper's, as [`Profile::read`] takes it.
 pub const SIM: &str = include_str!("../../calib/sim.toml");
+
+/// The profile of the same rig, simulated as real ones are: with everything that calibration has to find.
+pub const REAL: &str = include_str!("../../calib/real.toml");
 
 /// A rig and a scan.
 ///
@@ -63,6 +68,9 @@ pub struct Profile {
     pub optics: OpticsProfile,
     /// What is measured.
     pub target: TargetProfile,
+    /// The chess-board that is held before the camera; `None`: none that is known.
+    #[serde(default)]
+    pub board: Option<BoardProfile>,
     /// What a scan may not exceed.
     pub limits: LimitsProfile,
     /// The simulated rig.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::record;
 use crate::camera::pixels::BayerUse;
 use crate::camera::{CameraChoice, Size};
+use crate::lens::{Distortion, Lens};
 
 /// The language that a stage speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -156,6 +157,9 @@ pub struct PlanProfile {
     pub dark: usize,
     /// Number of frames of a uniform target, 0 to 1000.
     pub flat: usize,
+    /// Number of frames of the chess-board in a hand, each in another pose, 0 to 1000.
+    #[serde(default)]
+    pub board: usize,
 }
 
 impl PlanProfile {
@@ -182,15 +186,30 @@ pub enum FocalLength {
 pub struct OpticsProfile {
     /// Focal length of the lens, positive.
     pub focal_length: Option<FocalLength>,
+    /// Standard deviation of that as a share of it, 0 to 1.
+    #[serde(default = "record::data_sheet_sigma")]
+    pub focal_length_sigma: f64,
     /// Width of the part of the sensor that the image shows, in mm, positive.
     pub sensor_width_mm: Option<f64>,
     /// Column and row of the principal point, in px; `None`: the middle of the image.
     pub principal_point_px: Option<(f64, f64)>,
     /// From the lens to the object, in mm, positive.
     pub distance_mm: Option<f64>,
+    /// How the lens bends rays; none unless a data sheet tells.
+    #[serde(default)]
+    pub distortion: Distortion,
 }
 
 impl OpticsProfile {
+    /// The lens as it is stated, before images of `columns` x `rows`; with the principal point in their middle unless it is stated, too.
+    /// `None` if the focal length in px is not known.
+    pub fn lens(&self, columns: usize, rows: usize) -> Option<Lens> {
+        let middle = |size: usize| 0.5 * (size as f64 - 1.0);
+        let (x_px, y_px) = self.principal_point_px.unwrap_or((middle(columns), middle(rows)));
+        let lens = Lens::pinhole(self.focal_length_px(columns)?, x_px, y_px);
+        Some(Lens { distortion: self.distortion, ..lens })
+    }
+
     /// Focal length in px of images with so many columns; a length is divided by the width of a pixel, which is
     /// `sensor_width_mm` over `columns`. `None` if that is not known.
     pub fn focal_length_px(&self, columns: usize) -> Option<f64> {
@@ -207,6 +226,31 @@ impl OpticsProfile {
 pub struct TargetProfile {
     /// Difference of heights that the measurement is to resolve, in mm, positive.
     pub relief_mm: Option<f64>,
+    /// What is printed on it; `None`: nothing that is known.
+    #[serde(default)]
+    pub print: Option<PrintProfile>,
+}
+
+/// The chess-boards that are printed on the object: one, or two with the relief between them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PrintProfile {
+    /// One of them; its columns lie along the travel.
+    pub board: BoardProfile,
+    /// Of two: from the first row of inner corners of the upper to the first row of the lower, in mm, positive. `None`: there is one.
+    pub band_distance_mm: Option<f64>,
+}
+
+/// A chess-board.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoardProfile {
+    /// Side of a square, in mm, positive.
+    pub square_mm: f64,
+    /// Inner corners of a row, 2 to 1000: one less than squares.
+    pub columns: usize,
+    /// Rows of inner corners, 2 to 1000.
+    pub rows: usize,
 }
 
 /// What a scan may not exceed.
@@ -238,6 +282,35 @@ pub struct SimProfile {
     pub seed: u64,
     /// Whether moves and frames take the time that real ones take.
     pub real_time: bool,
+    /// What is not as it should be.
+    #[serde(default)]
+    pub faults: SimFaults,
+}
+
+/// What is not as it should be with the simulated rig; nothing by default.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SimFaults {
+    /// How far the camera is rolled about its axis, in rad.
+    pub roll_rad: f64,
+    /// How far the camera is turned towards the travel, in rad.
+    pub pan_rad: f64,
+    /// Radial distortion of the lens, of r^2.
+    pub k1: f64,
+    /// Share of the light that the lens loses in the farthest corner, 0 to 0.9.
+    pub darkening: f64,
+    /// Standard deviation of the lamp from frame to frame, as a share of its light, 0 to 0.1.
+    pub flicker: f64,
+    /// Standard deviation of the carriage's true place from the one that the stage reports, in um, 0 or more.
+    pub step_error_um: f64,
+    /// How much deeper the middle of an edge of the tile lies than its middle, in mm.
+    pub bow_mm: f64,
+    /// What a pixel reads without light, in grey levels of 255, 0 to 127.
+    pub black_level_dn: f64,
+    /// Standard deviation of the gains of the pixels, 0 to 0.1.
+    pub pixel_gains: f64,
+    /// Number of pixels that are nearly white whatever the light.
+    pub hot_pixels: usize,
 }
 
 #[cfg(test)]
@@ -254,6 +327,7 @@ mod tests {
             average: 1,
             dark: 0,
             flat: 0,
+            board: 0,
         };
         assert_eq!(plan.positions_mm(), Some(vec![10.0, 11.5, 13.0, 14.5]));
         assert_eq!(PlanProfile { frames: None, ..plan.clone() }.positions_mm(), None);
@@ -265,12 +339,18 @@ mod tests {
         let optics = OpticsProfile {
             focal_length: Some(FocalLength::Mm(25.0)),
             sensor_width_mm: Some(10.0),
+            focal_length_sigma: 0.02,
             principal_point_px: None,
             distance_mm: None,
+            distortion: Distortion { k1: -0.1, ..Distortion::default() },
         };
         // Pixels of 10 mm / 1000 = 10 um: 25 mm are 2500 of them.
         assert_eq!(optics.focal_length_px(1000), Some(2500.0));
         assert_eq!(optics.focal_length_px(500), Some(1250.0));
+        let lens = optics.lens(1000, 500).unwrap();
+        assert_eq!(lens.to_array(), [2500.0, 2500.0, 499.5, 249.5, -0.1, 0.0, 0.0, 0.0, 0.0]);
+        let stated = OpticsProfile { principal_point_px: Some((7.0, 9.0)), ..optics.clone() };
+        assert_eq!(stated.lens(1000, 500).unwrap().to_array()[2..4], [7.0, 9.0]);
         let without_width = OpticsProfile { sensor_width_mm: None, ..optics.clone() };
         assert_eq!(without_width.focal_length_px(1000), None);
         let in_px = OpticsProfile { focal_length: Some(FocalLength::Px(2844.0)), ..optics };

@@ -9,6 +9,7 @@ pub(super) enum Quantity {
     Velocity,
     Acceleration,
     Share,
+    Angle,
     Pixels,
     Levels,
 }
@@ -23,6 +24,7 @@ impl Quantity {
             Self::Velocity => "a velocity",
             Self::Acceleration => "an acceleration",
             Self::Share => "a share",
+            Self::Angle => "an angle",
             Self::Pixels => "a number of pixels",
             Self::Levels => "a number of grey levels",
         }
@@ -44,7 +46,8 @@ pub(super) struct Unit {
     pub(super) name: &'static str,
     /// Behind a key and `_`: `mm_s`.
     pub(super) suffix: &'static str,
-    /// How many of the quantity's smallest unit it is. Of two units of a quantity the larger is a multiple of the smaller.
+    /// How many of the quantity's smallest unit it is. Of two units of a quantity the larger is a multiple of the smaller; not so of
+    /// angles, whose size means nothing.
     size: u64,
 }
 
@@ -70,12 +73,14 @@ pub(super) const MM_S: Unit = unit(Quantity::Velocity, "mm/s", "mm_s", 1_000);
 const M_S: Unit = unit(Quantity::Velocity, "m/s", "m_s", 1_000_000);
 pub(super) const MM_S2: Unit = unit(Quantity::Acceleration, "mm/s2", "mm_s2", 1);
 pub(super) const PERCENT: Unit = unit(Quantity::Share, "%", "percent", 1);
+pub(super) const DEG: Unit = unit(Quantity::Angle, "deg", "deg", 1);
+pub(super) const RAD: Unit = unit(Quantity::Angle, "rad", "rad", 1);
 pub(super) const PX: Unit = unit(Quantity::Pixels, "px", "px", 1);
 pub(super) const DN: Unit = unit(Quantity::Levels, "DN", "dn", 1);
 
 /// All units.
 pub(super) const UNITS: &[Unit] =
-    &[NM, UM, MM, CM, M, NS, US, MS, S, MIN, H, HZ, KHZ, UM_S, MM_S, M_S, MM_S2, PERCENT, PX, DN];
+    &[NM, UM, MM, CM, M, NS, US, MS, S, MIN, H, HZ, KHZ, UM_S, MM_S, M_S, MM_S2, PERCENT, DEG, RAD, PX, DN];
 
 /// A number with a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,10 +92,11 @@ pub(super) struct Measure {
 impl Measure {
     /// The same in another unit of the quantity, rounded once.
     pub(super) fn in_unit(self, other: Unit) -> f64 {
-        let converted = if self.unit.size >= other.size {
-            self.value * (self.unit.size / other.size) as f64
-        } else {
-            self.value / (other.size / self.unit.size) as f64
+        let converted = match (self.unit, other) {
+            (DEG, RAD) => self.value.to_radians(),
+            (RAD, DEG) => self.value.to_degrees(),
+            (unit, _) if unit.size >= other.size => self.value * (unit.size / other.size) as f64,
+            (unit, _) => self.value / (other.size / unit.size) as f64,
         };
         // Minus zero is zero.
         converted + 0.0
@@ -166,6 +172,8 @@ mod tests {
         assert_eq!(converted("5000 um/s", MM_S), 5.0);
         assert_eq!(converted("20 mm/s²", MM_S2), 20.0);
         assert_eq!(converted("0.1 um", MM), 1e-4, "rounded once");
+        assert_eq!(converted("180 deg", RAD), std::f64::consts::PI);
+        assert_eq!(converted("-0.5rad", DEG), -90.0 / std::f64::consts::PI);
         assert!(converted("-0 mm", MM).is_sign_positive());
     }
 

@@ -5,14 +5,15 @@ use std::time::Duration;
 use super::Profile;
 use super::error::{Mistake, Place, Problem};
 use super::parts::{
-    AxisName, BAYER_USES, CameraProfile, Driver, FocalLength, LimitsProfile, OpticsProfile, PlanProfile,
-    SceneName, SimProfile, StageProfile, TargetProfile,
+    AxisName, BAYER_USES, BoardProfile, CameraProfile, Driver, FocalLength, LimitsProfile, OpticsProfile,
+    PlanProfile, PrintProfile, SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
 };
-use super::quantity::{DN, HZ, MM, MM_S, MM_S2, Measure, NS, PERCENT, PX, Quantity, UM, US, Unit};
-use super::schema::{Key, camera, limits, optics, plan, sim, stage, target};
+use super::quantity::{DN, HZ, MM, MM_S, MM_S2, Measure, NS, PERCENT, PX, Quantity, RAD, UM, US, Unit};
+use super::schema::{Key, board, camera, limits, optics, plan, sim, stage, target};
 use super::settings::{Given, Settings, control_path};
 use super::value::{self, Value, interpret};
 use crate::camera::Size;
+use crate::lens::Distortion;
 
 /// The profile that the settings make, and all that is wrong with them; what is wrong has its default in it, or nothing.
 pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
@@ -24,7 +25,8 @@ pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
         camera: reader.camera(),
         plan: reader.plan(),
         optics: reader.optics(),
-        target: TargetProfile { relief_mm: reader.number(&target::RELIEF, MM) },
+        target: reader.target(),
+        board: reader.board(&BOARD),
         limits: reader.limits(),
         sim: reader.sim(),
     };
@@ -45,6 +47,17 @@ fn is_of_other_driver(key: &Key, driver: Driver) -> bool {
 fn is_of_no_twin(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
     key.section == "sim" && stage.driver != Driver::Sim && !camera.is_simulated()
 }
+
+/// Whether the key describes the tile, and something else is simulated.
+fn is_of_other_scene(key: &Key, sim: &SimProfile) -> bool {
+    std::ptr::eq(key, &sim::BOW) && sim.scene != SceneName::Tile
+}
+
+/// The keys of a chess-board: side of a square, columns and rows.
+type BoardKeys = [&'static Key; 3];
+const PRINT: BoardKeys = [&target::SQUARE, &target::COLUMNS, &target::ROWS];
+const BOARD: BoardKeys = [&board::SQUARE, &board::COLUMNS, &board::ROWS];
+const DISTORTION: [&Key; 5] = [&optics::K1, &optics::K2, &optics::P1, &optics::P2, &optics::K3];
 
 struct Reader {
     settings: Settings,
@@ -105,6 +118,19 @@ impl Reader {
             Value::Whole(number) => T::try_from(number).ok(),
             _ => None,
         }
+    }
+
+    /// Of a key with a default.
+    fn plain_number(&mut self, key: &'static Key) -> f64 {
+        match self.value(key) {
+            Some(Value::Number(number)) => number,
+            _ => 0.0,
+        }
+    }
+
+    /// Of a key with a default: a share as a number from 0 to 1.
+    fn share(&mut self, key: &'static Key) -> f64 {
+        self.number_or_default(key, PERCENT) / 100.0
     }
 
     fn flag(&mut self, key: &'static Key) -> bool {
@@ -169,6 +195,7 @@ impl Reader {
             average: self.whole(&plan::AVERAGE).unwrap_or_default(),
             dark: self.whole(&plan::DARK).unwrap_or_default(),
             flat: self.whole(&plan::FLAT).unwrap_or_default(),
+            board: self.whole(&plan::BOARD).unwrap_or_default(),
         }
     }
 
@@ -181,16 +208,36 @@ impl Reader {
             self.number(&optics::PRINCIPAL_POINT_X, PX).zip(self.number(&optics::PRINCIPAL_POINT_Y, PX));
         OpticsProfile {
             focal_length,
+            focal_length_sigma: self.share(&optics::FOCAL_LENGTH_SIGMA),
             sensor_width_mm: self.number(&optics::SENSOR_WIDTH, MM),
             principal_point_px: principal_point,
             distance_mm: self.number(&optics::DISTANCE, MM),
+            distortion: {
+                let [k1, k2, p1, p2, k3] = DISTORTION.map(|key| self.plain_number(key));
+                Distortion { k1, k2, p1, p2, k3 }
+            },
         }
+    }
+
+    fn target(&mut self) -> TargetProfile {
+        let relief_mm = self.number(&target::RELIEF, MM);
+        let board = self.board(&PRINT);
+        // Read whatever the rest is, so that mistakes are told.
+        let bands: Option<usize> = self.whole(&target::BANDS);
+        let band_distance_mm = self.number(&target::BAND_DISTANCE, MM).filter(|_| bands == Some(2));
+        TargetProfile { relief_mm, print: board.map(|board| PrintProfile { board, band_distance_mm }) }
+    }
+
+    /// A chess-board, if all of it is given.
+    fn board(&mut self, [square, columns, rows]: &BoardKeys) -> Option<BoardProfile> {
+        let (square_mm, columns, rows) = (self.number(square, MM), self.whole(columns), self.whole(rows));
+        Some(BoardProfile { square_mm: square_mm?, columns: columns?, rows: rows? })
     }
 
     fn limits(&mut self) -> LimitsProfile {
         LimitsProfile {
             retakes: self.whole(&limits::RETAKES).unwrap_or_default(),
-            saturated: self.number_or_default(&limits::SATURATED, PERCENT) / 100.0,
+            saturated: self.share(&limits::SATURATED),
             position_mm: self.number_or_default(&limits::POSITION, MM),
             wait: self.duration(&limits::WAIT),
             shift_px: self.number_or_default(&limits::SHIFT, PX),
@@ -203,18 +250,31 @@ impl Reader {
             noise_dn: self.number_or_default(&sim::NOISE, DN),
             seed: self.whole(&sim::SEED).unwrap_or_default(),
             real_time: self.flag(&sim::REAL_TIME),
+            faults: SimFaults {
+                roll_rad: self.number_or_default(&sim::ROLL, RAD),
+                pan_rad: self.number_or_default(&sim::PAN, RAD),
+                k1: self.plain_number(&sim::K1),
+                darkening: self.share(&sim::DARKENING),
+                flicker: self.share(&sim::FLICKER),
+                step_error_um: self.number_or_default(&sim::STEP_ERROR, UM),
+                bow_mm: self.number_or_default(&sim::BOW, MM),
+                black_level_dn: self.number_or_default(&sim::BLACK_LEVEL, DN),
+                pixel_gains: self.share(&sim::PIXEL_GAINS),
+                hot_pixels: self.whole(&sim::HOT_PIXELS).unwrap_or_default(),
+            },
         }
     }
 
-    /// Whoever overrides the driver or the camera does not mean what the file says of another one.
+    /// Whoever overrides the driver, the camera or the scene does not mean what the file says of another one.
     fn leave_out_what_was_overridden(&mut self) {
         let known = self.mistakes.len();
-        let (stage, camera) = (self.stage(), self.camera());
+        let (stage, camera, sim) = (self.stage(), self.camera(), self.sim());
         // All values are read again, and what is wrong with those that count is told then.
         self.mistakes.truncate(known);
         self.settings.leave_out_below(&[&stage::DRIVER], |key| is_of_other_driver(key, stage.driver));
         self.settings
             .leave_out_below(&[&stage::DRIVER, &camera::DEVICE], |key| is_of_no_twin(key, &stage, &camera));
+        self.settings.leave_out_below(&[&sim::SCENE], |key| is_of_other_scene(key, &sim));
     }
 
     /// A key that does nothing would be believed to do something.
@@ -226,6 +286,10 @@ impl Reader {
                 format!("with driver = \"{}\"", driver.name())
             } else if is_of_no_twin(key, &profile.stage, &profile.camera) {
                 "without driver = \"sim\" of the stage or device = \"sim\" of the camera".to_owned()
+            } else if is_of_other_scene(key, &profile.sim) {
+                "without scene = \"tile\"".to_owned()
+            } else if std::ptr::eq(key, &target::BAND_DISTANCE) && self.whole_of(&target::BANDS) != Some(2) {
+                "without bands = 2".to_owned()
             } else {
                 continue;
             };
@@ -243,11 +307,45 @@ impl Reader {
             let advice = "add it, or give the focal length in px";
             self.need(&optics::FOCAL_LENGTH, "a length", &optics::SENSOR_WIDTH, advice);
         }
+        for key in DISTORTION.into_iter().chain([&optics::FOCAL_LENGTH_SIGMA]) {
+            let advice = "give the focal length, too";
+            if self.is_given(key) && !self.is_given(&optics::FOCAL_LENGTH) {
+                self.need(key, "given", &optics::FOCAL_LENGTH, advice);
+            }
+        }
+        let of_print = PRINT.into_iter().chain([&target::BANDS, &target::BAND_DISTANCE]).collect();
+        for (given, needed) in [(of_print, PRINT), (BOARD.to_vec(), BOARD)] {
+            self.need_all(&given, &needed);
+        }
+        let two = profile.target.print.is_some() && self.whole_of(&target::BANDS) == Some(2);
+        if two && !self.is_given(&target::BAND_DISTANCE) {
+            let advice = "measure it with a ruler, or give one band";
+            self.need(&target::BANDS, "2", &target::BAND_DISTANCE, advice);
+        }
         let halves = [&optics::PRINCIPAL_POINT_X, &optics::PRINCIPAL_POINT_Y];
         for (half, other) in [(halves[0], halves[1]), (halves[1], halves[0])] {
             if self.is_given(half) && !self.is_given(other) {
                 self.need(half, "given", other, "give both or none");
             }
+        }
+    }
+
+    /// If any of `given` is given, all of `needed` must be.
+    fn need_all(&mut self, given: &[&'static Key], needed: &BoardKeys) {
+        let Some(first) = given.iter().find(|key| self.is_given(key)) else { return };
+        for key in needed {
+            if !self.is_given(key) {
+                self.need(first, "given", key, "give square, columns and rows, or none");
+            }
+        }
+    }
+
+    /// A whole number that is known to be right.
+    fn whole_of(&self, key: &'static Key) -> Option<i64> {
+        let setting = self.settings.setting(key)?;
+        match interpret(key, setting.unit, &setting.given) {
+            Ok(Value::Whole(number)) => Some(number),
+            _ => None,
         }
     }
 

@@ -4,6 +4,11 @@ use std::fmt::Display;
 
 use serde::{Deserialize, Deserializer, Serializer};
 
+/// What a record from before there was a choice has.
+pub(super) fn data_sheet_sigma() -> f64 {
+    0.02
+}
+
 /// A time in s.
 ///
 /// A double holds the times of a profile, a day at most, to 0.02 ns, and reading rounds to whole ns: so the way there and
@@ -96,6 +101,7 @@ mod tests {
     use super::super::parts::BAYER_USES;
     use super::super::*;
     use crate::camera::Size;
+    use crate::lens::Distortion;
 
     /// Any number that JSON can hold.
     fn number() -> impl Strategy<Value = f64> {
@@ -160,9 +166,9 @@ mod tests {
     }
 
     fn plan() -> impl Strategy<Value = PlanProfile> {
-        let counts = proptest::array::uniform3(0_usize..70_000);
+        let counts = proptest::array::uniform4(0_usize..70_000);
         (number(), option::of(number()), option::of(2_usize..=100_000), time(), counts).prop_map(
-            |(start_mm, step_mm, frames, settle, [average, dark, flat])| PlanProfile {
+            |(start_mm, step_mm, frames, settle, [average, dark, flat, board])| PlanProfile {
                 start_mm,
                 step_mm,
                 frames,
@@ -170,6 +176,7 @@ mod tests {
                 average,
                 dark,
                 flat,
+                board,
             },
         )
     }
@@ -177,23 +184,81 @@ mod tests {
     fn optics() -> impl Strategy<Value = OpticsProfile> {
         let length = prop_oneof![number().prop_map(FocalLength::Px), number().prop_map(FocalLength::Mm)];
         let options = proptest::array::uniform2(option::of(number()));
-        (option::of(length), options, option::of((number(), number()))).prop_map(
-            |(focal_length, [sensor_width_mm, distance_mm], principal_point_px)| OpticsProfile {
-                focal_length,
-                sensor_width_mm,
-                principal_point_px,
-                distance_mm,
+        let numbers = proptest::array::uniform6(number());
+        (option::of(length), options, option::of((number(), number())), numbers).prop_map(
+            |(focal_length, [sensor_width_mm, distance_mm], principal_point_px, numbers)| {
+                let [focal_length_sigma, k1, k2, p1, p2, k3] = numbers;
+                let distortion = Distortion { k1, k2, p1, p2, k3 };
+                OpticsProfile {
+                    focal_length,
+                    focal_length_sigma,
+                    sensor_width_mm,
+                    principal_point_px,
+                    distance_mm,
+                    distortion,
+                }
             },
         )
+    }
+
+    fn board() -> impl Strategy<Value = BoardProfile> {
+        (number(), 2_usize..=1000, 2_usize..=1000).prop_map(|(square_mm, columns, rows)| BoardProfile {
+            square_mm,
+            columns,
+            rows,
+        })
+    }
+
+    fn target() -> impl Strategy<Value = TargetProfile> {
+        let print = (board(), option::of(number()))
+            .prop_map(|(board, band_distance_mm)| PrintProfile { board, band_distance_mm });
+        (option::of(number()), option::of(print))
+            .prop_map(|(relief_mm, print)| TargetProfile { relief_mm, print })
+    }
+
+    fn faults() -> impl Strategy<Value = SimFaults> {
+        (proptest::array::uniform9(number()), any::<usize>()).prop_map(|(numbers, hot_pixels)| {
+            let [
+                roll_rad,
+                pan_rad,
+                k1,
+                darkening,
+                flicker,
+                step_error_um,
+                bow_mm,
+                black_level_dn,
+                pixel_gains,
+            ] = numbers;
+            SimFaults {
+                roll_rad,
+                pan_rad,
+                k1,
+                darkening,
+                flicker,
+                step_error_um,
+                bow_mm,
+                black_level_dn,
+                pixel_gains,
+                hot_pixels,
+            }
+        })
     }
 
     fn limits_and_sim() -> impl Strategy<Value = (LimitsProfile, SimProfile)> {
         let scene = select(SceneName::ALL.map(|(_, scene)| scene).to_vec());
         let numbers = proptest::array::uniform4(number());
-        (0_usize..=100, numbers, time(), scene, any::<u64>(), any::<bool>()).prop_map(
-            |(retakes, [saturated, position_mm, shift_px, noise_dn], wait, scene, seed, real_time)| {
+        (0_usize..=100, numbers, time(), scene, any::<u64>(), any::<bool>(), faults()).prop_map(
+            |(
+                retakes,
+                [saturated, position_mm, shift_px, noise_dn],
+                wait,
+                scene,
+                seed,
+                real_time,
+                faults,
+            )| {
                 let limits = LimitsProfile { retakes, saturated, position_mm, wait, shift_px };
-                (limits, SimProfile { scene, noise_dn, seed, real_time })
+                (limits, SimProfile { scene, noise_dn, seed, real_time, faults })
             },
         )
     }
@@ -205,11 +270,11 @@ mod tests {
             camera in camera(),
             plan in plan(),
             optics in optics(),
-            relief_mm in option::of(number()),
+            target in target(),
+            board in option::of(board()),
             (limits, sim) in limits_and_sim(),
         ) {
-            let target = TargetProfile { relief_mm };
-            let profile = Profile { stage, camera, plan, optics, target, limits, sim };
+            let profile = Profile { stage, camera, plan, optics, target, board, limits, sim };
             let text = serde_json::to_string_pretty(&profile).unwrap();
             prop_assert_eq!(serde_json::from_str::<Profile>(&text).unwrap(), profile);
         }
@@ -241,5 +306,22 @@ mod tests {
         ] {
             assert!(serde_json::from_str::<Profile>(&text.replace(right, wrong)).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_record_of_before_boards_and_faults_reads_as_if_there_were_none() {
+        let profile = Profile::read(SIM, "sim.toml", &[]).unwrap();
+        let mut record = serde_json::to_value(&profile).unwrap();
+        let mut forget = |section: Option<&str>, field: &str| {
+            let fields = section.map_or(&mut record, |section| &mut record[section]);
+            assert!(fields.as_object_mut().unwrap().remove(field).is_some(), "{field}");
+        };
+        forget(None, "board");
+        forget(Some("plan"), "board");
+        forget(Some("optics"), "focal_length_sigma");
+        forget(Some("optics"), "distortion");
+        forget(Some("target"), "print");
+        forget(Some("sim"), "faults");
+        assert_eq!(serde_json::from_value::<Profile>(record).unwrap(), profile);
     }
 }

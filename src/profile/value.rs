@@ -16,6 +16,7 @@ pub(super) enum Value {
     /// Index of the name.
     Choice(usize),
     Whole(i64),
+    Number(f64),
     Flag(bool),
     Size(Size),
     Measure(Measure),
@@ -44,6 +45,7 @@ pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<
         Kind::Whole(least, most) => {
             whole(given).filter(|number| (least..=most).contains(number)).map(Value::Whole)
         }
+        Kind::Number => plain_number(given).map(Value::Number),
         Kind::Flag => match given {
             Given::Flag(flag) => Some(Value::Flag(*flag)),
             Given::Plain(text) => text.parse().ok().map(Value::Flag),
@@ -129,6 +131,7 @@ fn measured(key: &Key, unit_in_key: Option<Unit>, given: &Given) -> Result<Measu
                 Allowed::Positive => value > 0.0,
                 Allowed::ZeroOrMore => value >= 0.0,
                 Allowed::UpTo(most) => (0.0..=most).contains(&value),
+                Allowed::Within(most) => value.abs() <= most,
                 Allowed::Among(values) => values.contains(&value),
             }
     };

@@ -89,6 +89,17 @@ pub enum SequenceError {
         /// What that is.
         expected: String,
     },
+    /// A calibration image unlike the frames.
+    #[error("{} is {found}, but the frames are {expected}; calibration images tell of the frames only if the same camera took them with \
+             the same setting: take them again, or import without them", path.display())]
+    CalibrationUnlike {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: String,
+        /// What the frames are.
+        expected: String,
+    },
     /// Samples that contradict the stated bit depth.
     #[error("{}: {source}", path.display())]
     BitDepth {

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 use super::disk::RealDisk;
 use super::error::SequenceError;
+use super::nominal_lens::NominalLens;
 use super::pixels::{DecodedImage, decode_grey, with_bit_depth};
 use super::positions::read_positions;
 use super::reader::{START, describe};
-use super::record::{ExitStatus, FORMAT_VERSION, Intrinsics, Origin, SequenceRecord};
+use super::record::{ExitStatus, FORMAT_VERSION, FrameKind, Origin, SequenceRecord};
 use super::writer::{
     FrameFacts, SequenceWriter, StopFacts, new_uid, now, publish, refuse_existing, scratch_beside,
     write_record,
@@ -28,12 +29,33 @@ pub struct ImportOptions {
     pub step_mm: Option<f64>,
     /// Bits that the camera gave, where fewer than the files hold (for example 12 in 16-bit files).
     pub bit_depth: Option<u8>,
-    /// Focal length in px, and the principal point (the image's middle if not given).
-    pub focal_length_px: Option<f64>,
-    /// Principal point in px, column and row.
-    pub principal_point_px: Option<(f64, f64)>,
+    /// The lens, if known.
+    pub lens: Option<NominalLens>,
+    /// A folder of images without light.
+    pub dark: Option<PathBuf>,
+    /// A folder of images of a uniform target.
+    pub flat: Option<PathBuf>,
+    /// A folder of images of a chess-board in a hand.
+    pub board: Option<PathBuf>,
+    /// What is known of lens and targets, for [`Origin::Imported`].
+    pub rig: Option<serde_json::Value>,
     /// Whether grey PNG files are linked instead of copied.
     pub link: bool,
+}
+
+impl ImportOptions {
+    /// The folders of calibration images.
+    fn calibration(&self) -> impl Iterator<Item = (FrameKind, &Path)> {
+        FrameKind::CALIBRATION.into_iter().filter_map(|kind| {
+            let folder = match kind {
+                FrameKind::Scan => None,
+                FrameKind::Dark => self.dark.as_deref(),
+                FrameKind::Flat => self.flat.as_deref(),
+                FrameKind::Board => self.board.as_deref(),
+            };
+            Some((kind, folder?))
+        })
+    }
 }
 
 /// What an import did.
@@ -41,6 +63,8 @@ pub struct ImportOptions {
 pub struct Imported {
     /// Frames written.
     pub frames: usize,
+    /// Calibration frames written, by the sequence's folder for them.
+    pub calibration_frames: BTreeMap<String, usize>,
     /// Rows of a frame.
     pub rows: usize,
     /// Columns of a frame.
@@ -71,7 +95,8 @@ pub fn list_images(folder: &Path) -> Result<Vec<PathBuf>, SequenceError> {
     Ok(images)
 }
 
-/// Makes the sequence `out` of the images in `folder`, which stay as they are.
+/// Makes the sequence `out` of the images in `folder`, which stay as they are. Calibration images must be of the size and the bit depth
+/// of the frames, or they tell nothing of them.
 ///
 /// The sequence is built beside `out` and renamed when it is whole: a failed import leaves nothing.
 ///
@@ -93,9 +118,11 @@ pub fn import(
         return Err(SequenceError::TooFewFrames { path: folder.to_owned(), count: images.len() });
     }
     refuse_existing(out)?;
-    let source = fs::canonicalize(folder).map_err(SequenceError::io("look into", folder))?;
-    if std::path::absolute(out).is_ok_and(|out| out.starts_with(&source)) {
-        return Err(SequenceError::InsideSource { out: out.to_owned(), folder: folder.to_owned() });
+    refuse_inside(out, folder)?;
+    let mut calibration = Vec::new();
+    for (kind, folder) in options.calibration() {
+        refuse_inside(out, folder)?;
+        calibration.push((kind, list_images(folder)?));
     }
     let positions_mm = match (&options.positions, options.step_mm) {
         (Some(path), _) => Some(read_positions(path, images.len())?),
@@ -104,53 +131,102 @@ pub fn import(
     };
 
     let (_, head) = read_image(&images[0], options.bit_depth)?;
-    let mut conversions: BTreeMap<&'static str, usize> = BTreeMap::new();
     let scratch = scratch_beside(out)?;
     let building = scratch.path().join("sequence");
 
     // Conversions are known only after the last image, so the record is written with the first frames' and then again.
-    let record = start_record(folder, &head, images.len(), positions_mm.clone(), options);
-    let mut writer = SequenceWriter::create(&building, &record)?;
-    progress.begin("importing", images.len() as u64);
+    let mut record = start_record(folder, &head, images.len(), positions_mm.clone(), options);
+    let mut import = Import {
+        writer: SequenceWriter::create(&building, &record)?,
+        options,
+        first: &images[0],
+        expected: describe(record.rows, record.columns, record.bit_depth),
+        conversions: BTreeMap::new(),
+    };
+    let total = images.len() + calibration.iter().map(|(_, images)| images.len()).sum::<usize>();
+    progress.begin("importing", total as u64);
     for (index, path) in images.iter().enumerate() {
-        let (bytes, image) = read_image(path, options.bit_depth)?;
-        let expected = describe(record.rows, record.columns, record.bit_depth);
-        let found = describe(image.frame.rows(), image.frame.columns(), image.frame.bit_depth());
-        if found != expected {
-            let first = images[0].clone();
-            return Err(SequenceError::Unlike { path: path.clone(), found, first, expected });
-        }
-        if let Some(words) = image.conversion {
-            *conversions.entry(words).or_default() += 1;
-        }
-        let facts = FrameFacts {
-            commanded_mm: positions_mm.as_ref().map(|positions| positions[index]),
-            source: Some(name(path)),
-            ..FrameFacts::default()
-        };
-        match (image.usable_as_is, options.link) {
-            (true, true) => writer.add_link(&image.frame, path, &bytes, facts)?,
-            (true, false) => writer.add_encoded(&image.frame, &bytes, facts)?,
-            (false, _) => writer.add(&image.frame, facts)?,
-        }
+        let position_mm = positions_mm.as_ref().map(|positions| positions[index]);
+        import.take(FrameKind::Scan, index, path, position_mm)?;
         progress.advance(1);
     }
+    for (kind, images) in &calibration {
+        for (index, path) in images.iter().enumerate() {
+            import.take(*kind, index, path, None)?;
+            progress.advance(1);
+        }
+    }
     progress.end();
+    let Import { writer, conversions: done, .. } = import;
     writer.finish(ExitStatus::Complete, StopFacts::default())?;
-    let conversions: Vec<String> =
-        conversions.iter().map(|(words, count)| format!("{count} image(s): {words}")).collect();
-    let mut record = record;
-    record.origin =
-        Origin::Imported { folder: folder.display().to_string(), conversions: conversions.clone() };
+    let done: Vec<String> = done.iter().map(|(words, count)| format!("{count} image(s): {words}")).collect();
+    if let Origin::Imported { conversions, .. } = &mut record.origin {
+        conversions.clone_from(&done);
+    }
     write_record(&mut RealDisk, &building.join(START), &record)?;
     publish(&mut RealDisk, &building, out)?;
+    let counted = |(kind, images): &(FrameKind, Vec<PathBuf>)| (kind.folder().to_owned(), images.len());
     Ok(Imported {
         frames: images.len(),
+        calibration_frames: calibration.iter().map(counted).collect(),
         rows: record.rows,
         columns: record.columns,
         bit_depth: record.bit_depth,
-        conversions,
+        conversions: done,
     })
+}
+
+/// An import in progress.
+struct Import<'a> {
+    writer: SequenceWriter,
+    options: &'a ImportOptions,
+    /// The image that the others must be like ...
+    first: &'a Path,
+    /// ... and what it is.
+    expected: String,
+    /// What was done to how many images.
+    conversions: BTreeMap<&'static str, usize>,
+}
+
+impl Import<'_> {
+    /// Makes an image the frame `index` of its kind.
+    fn take(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        path: &Path,
+        commanded_mm: Option<f64>,
+    ) -> Result<(), SequenceError> {
+        let (bytes, image) = read_image(path, self.options.bit_depth)?;
+        let found = describe(image.frame.rows(), image.frame.columns(), image.frame.bit_depth());
+        if found != self.expected {
+            let (path, expected) = (path.to_owned(), self.expected.clone());
+            return Err(match kind {
+                FrameKind::Scan => {
+                    SequenceError::Unlike { path, found, first: self.first.to_owned(), expected }
+                }
+                _ => SequenceError::CalibrationUnlike { path, found, expected },
+            });
+        }
+        if let Some(words) = image.conversion {
+            *self.conversions.entry(words).or_default() += 1;
+        }
+        let facts = FrameFacts { commanded_mm, source: Some(name(path)), ..FrameFacts::default() };
+        match (image.usable_as_is, self.options.link) {
+            (true, true) => self.writer.put_link(kind, index, &image.frame, (path, &bytes), facts),
+            (true, false) => self.writer.put_encoded(kind, index, &image.frame, &bytes, facts),
+            (false, _) => self.writer.put(kind, index, &image.frame, facts),
+        }
+    }
+}
+
+/// Refuses a sequence that would lie among the images that it is made of.
+fn refuse_inside(out: &Path, folder: &Path) -> Result<(), SequenceError> {
+    let source = fs::canonicalize(folder).map_err(SequenceError::io("look into", folder))?;
+    if std::path::absolute(out).is_ok_and(|out| out.starts_with(&source)) {
+        return Err(SequenceError::InsideSource { out: out.to_owned(), folder: folder.to_owned() });
+    }
+    Ok(())
 }
 
 fn start_record(
@@ -161,24 +237,27 @@ fn start_record(
     options: &ImportOptions,
 ) -> SequenceRecord {
     let (rows, columns) = (head.frame.rows(), head.frame.columns());
-    let intrinsics = options.focal_length_px.map(|focal_length_px| {
-        let centred = Intrinsics::centred(focal_length_px, columns, rows);
-        options.principal_point_px.map_or(centred, |(principal_point_x_px, principal_point_y_px)| {
-            Intrinsics { focal_length_px, principal_point_x_px, principal_point_y_px }
-        })
-    });
+    let calibration_folders = options
+        .calibration()
+        .map(|(kind, folder)| (kind.folder().to_owned(), folder.display().to_string()))
+        .collect();
     SequenceRecord {
         format: FORMAT_VERSION,
         uid: new_uid(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         created: now(),
-        origin: Origin::Imported { folder: folder.display().to_string(), conversions: Vec::new() },
+        origin: Origin::Imported {
+            folder: folder.display().to_string(),
+            conversions: Vec::new(),
+            calibration_folders,
+            rig: options.rig.clone(),
+        },
         rows,
         columns,
         bit_depth: head.frame.bit_depth(),
         frames,
         positions_mm,
-        intrinsics,
+        intrinsics: options.lens.map(|lens| lens.intrinsics(columns, rows)),
     }
 }
 

@@ -33,7 +33,22 @@ pub enum Origin {
         folder: String,
         /// What was done to the images to make frames of them, one sentence each.
         conversions: Vec<String>,
+        /// The folders that held calibration images, by the sequence's own folder for them.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        calibration_folders: BTreeMap<String, String>,
+        /// What the person said of lens and targets, as a profile; its stage, camera and plan mean nothing.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rig: Option<serde_json::Value>,
     },
+}
+
+impl Origin {
+    /// The profile that was recorded with the frames, if one was.
+    pub fn rig(&self) -> Option<&serde_json::Value> {
+        match self {
+            Self::Captured { rig, .. } | Self::Imported { rig, .. } => rig.as_ref(),
+        }
+    }
 }
 
 /// What a camera was set to, as its driver told it.
@@ -201,15 +216,21 @@ pub enum FrameKind {
     Dark,
     /// A uniform target.
     Flat,
+    /// A chess-board that is held before the camera, in another pose in each frame.
+    Board,
 }
 
 impl FrameKind {
-    /// The folder of such frames.
-    pub(super) const fn folder(self) -> &'static str {
+    /// All that a scan can do without, in the order in which they are taken.
+    pub const CALIBRATION: [Self; 3] = [Self::Dark, Self::Flat, Self::Board];
+
+    /// The folder of such frames in a sequence.
+    pub const fn folder(self) -> &'static str {
         match self {
             Self::Scan => "frames",
             Self::Dark => "dark",
             Self::Flat => "flat",
+            Self::Board => "board",
         }
     }
 
@@ -271,6 +292,8 @@ pub enum Event {
     Dark(FrameRecord),
     /// A frame of a uniform target was written.
     Flat(FrameRecord),
+    /// A frame of a chess-board in a hand was written.
+    Board(FrameRecord),
     /// A frame was not good and is taken again.
     Retake(RetakeRecord),
     /// The scan goes on.
@@ -284,6 +307,7 @@ impl Event {
             Self::Frame(frame) => Some((FrameKind::Scan, frame)),
             Self::Dark(frame) => Some((FrameKind::Dark, frame)),
             Self::Flat(frame) => Some((FrameKind::Flat, frame)),
+            Self::Board(frame) => Some((FrameKind::Board, frame)),
             _ => None,
         }
     }

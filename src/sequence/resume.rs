@@ -21,7 +21,8 @@ impl SequenceWriter {
         let journal = folder.join(JOURNAL);
         let journal_bytes =
             mend_journal(&mut *disk, &journal).map_err(SequenceError::io("mend", &journal))?;
-        for place in ["", FrameKind::Scan.folder(), FrameKind::Dark.folder(), FrameKind::Flat.folder()] {
+        let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
+        for place in std::iter::once("").chain(kinds.map(FrameKind::folder)) {
             let place = folder.join(place);
             remove_unfinished(&mut *disk, &place).map_err(SequenceError::io("tidy up", &place))?;
         }

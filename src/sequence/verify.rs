@@ -38,10 +38,8 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     let mut findings = Vec::new();
     let mut find = |file: String, problem: String| findings.push(Finding { file, problem });
     let mut good_frames = 0;
-    let others: Vec<FrameRecord> = [FrameKind::Dark, FrameKind::Flat]
-        .iter()
-        .flat_map(|kind| sequence.calibration_frames(*kind))
-        .collect();
+    let others: Vec<FrameRecord> =
+        FrameKind::CALIBRATION.into_iter().flat_map(|kind| sequence.calibration_frames(kind)).collect();
     progress.begin("checking frames", (sequence.frames().len() + others.len()) as u64);
     for frame in sequence.frames() {
         match sequence.read(frame) {
@@ -108,8 +106,8 @@ pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyRepo
     }
     let named: BTreeSet<_> =
         sequence.frames().iter().chain(&others).map(|frame| sequence.path(frame)).collect();
-    let folders = [FrameKind::Scan, FrameKind::Dark, FrameKind::Flat].map(FrameKind::folder);
-    for name in folders {
+    let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
+    for name in kinds.map(FrameKind::folder) {
         let folder = sequence.folder().join(name);
         let entries = match std::fs::read_dir(&folder) {
             // Calibration frames are optional.

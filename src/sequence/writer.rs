@@ -124,20 +124,11 @@ impl SequenceWriter {
         scan.map(|(_, index)| index + 1).max().unwrap_or(0)
     }
 
-    /// Adds the next frame as the bytes of a grey PNG that decodes to `frame`.
+    /// Writes the frame `index` as the bytes of a grey PNG that decodes to `frame`.
     ///
     /// # Errors
     /// As [`SequenceWriter::add`].
-    pub(super) fn add_encoded(
-        &mut self,
-        frame: &Frame,
-        encoded: &[u8],
-        facts: FrameFacts,
-    ) -> Result<(), SequenceError> {
-        self.put_encoded(FrameKind::Scan, self.next_index(), frame, encoded, facts)
-    }
-
-    fn put_encoded(
+    pub(super) fn put_encoded(
         &mut self,
         kind: FrameKind,
         index: usize,
@@ -146,30 +137,37 @@ impl SequenceWriter {
         facts: FrameFacts,
     ) -> Result<(), SequenceError> {
         let path = self.folder.join(kind.file(index));
-        let place = self.folder.join(kind.folder());
-        if !place.exists() {
-            let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&self.folder));
-            made.map_err(SequenceError::io("make the folder", &place))?;
-        }
+        self.make_place(kind)?;
         write_whole(&mut *self.disk, &path, encoded).map_err(SequenceError::io("write", &path))?;
         self.record(kind, index, frame, encoded, facts)
     }
 
-    /// Adds the next frame as a symbolic link to the grey PNG `target`, whose bytes are `encoded`.
+    /// Adds the frame `index` as a symbolic link to the grey PNG `target`, whose bytes are `encoded`.
     ///
     /// # Errors
     /// As [`SequenceWriter::add`].
-    pub(super) fn add_link(
+    pub(super) fn put_link(
         &mut self,
+        kind: FrameKind,
+        index: usize,
         frame: &Frame,
-        target: &Path,
-        encoded: &[u8],
+        (target, encoded): (&Path, &[u8]),
         facts: FrameFacts,
     ) -> Result<(), SequenceError> {
-        let index = self.next_index();
-        let path = self.folder.join(FrameKind::Scan.file(index));
+        let path = self.folder.join(kind.file(index));
+        self.make_place(kind)?;
         link(target, &path).map_err(SequenceError::io("link", &path))?;
-        self.record(FrameKind::Scan, index, frame, encoded, facts)
+        self.record(kind, index, frame, encoded, facts)
+    }
+
+    /// The folder of such frames, if it is not there yet.
+    fn make_place(&mut self, kind: FrameKind) -> Result<(), SequenceError> {
+        let place = self.folder.join(kind.folder());
+        if place.exists() {
+            return Ok(());
+        }
+        let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&self.folder));
+        made.map_err(SequenceError::io("make the folder", &place))
     }
 
     fn record(
@@ -200,6 +198,7 @@ impl SequenceWriter {
             FrameKind::Scan => Event::Frame(record),
             FrameKind::Dark => Event::Dark(record),
             FrameKind::Flat => Event::Flat(record),
+            FrameKind::Board => Event::Board(record),
         })?;
         self.named.insert((kind, index));
         Ok(())

@@ -37,6 +37,7 @@ impl Assistant for Willing {
             Arrangement::Object => SimView::Scene,
             Arrangement::Dark => SimView::Dark,
             Arrangement::Flat => SimView::Flat,
+            Arrangement::Board { pose, .. } => SimView::Board(pose),
         });
         true
     }

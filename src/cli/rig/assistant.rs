@@ -31,6 +31,7 @@ impl Assistant for Hands<'_> {
                 Arrangement::Object => SimView::Scene,
                 Arrangement::Dark => SimView::Dark,
                 Arrangement::Flat => SimView::Flat,
+                Arrangement::Board { pose, .. } => SimView::Board(pose),
             });
             return true;
         }

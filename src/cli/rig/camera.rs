@@ -110,7 +110,7 @@ pub(in crate::cli) fn open_camera(profile: &Profile, stage: &StagePosition) -> R
     let choice = choice.map_err(|reason| CliError::Usage(format!("camera.device: {reason}")))?;
     let camera: Box<dyn Camera> = match choice {
         CameraChoice::Simulated => {
-            let mut camera = SimCamera::before_twin(simulated_twin(twin_config(profile))?, stage.clone());
+            let mut camera = SimCamera::before_twin(simulated_twin(twin_config(profile)?)?, stage.clone());
             if profile.sim.real_time {
                 camera.device().in_real_time();
             }

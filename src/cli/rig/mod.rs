@@ -11,7 +11,7 @@ pub(super) use assistant::Hands;
 pub(super) use camera::{
     CameraArgument, CameraArguments, Opened, camera_settings, open_camera, tell_configuration,
 };
-pub(super) use plan::{PlanArguments, capture_plan};
-pub(super) use profile::{Options, RigArgument};
+pub(super) use plan::{PlanArguments, capture_plan, nominal_lens};
+pub(super) use profile::{Options, RigArgument, named_profile};
 pub(super) use stage::{StageArguments, Stages, home, sim_config};
 pub(super) use twin::{simulated_twin, twin_config};

@@ -4,9 +4,10 @@ use clap::Args;
 
 use super::profile::Options;
 use super::{camera_settings, twin_config};
-use crate::capture::{CaptureLimits, CapturePlan, FocalLength, Lens};
+use crate::capture::{CaptureLimits, CapturePlan};
 use crate::cli::CliError;
 use crate::profile::{self, Profile};
+use crate::sequence::{FocalLength, NominalLens};
 
 /// The plan of a scan.
 #[derive(Debug, Args)]
@@ -52,14 +53,25 @@ impl PlanArguments {
 pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, CliError> {
     let positions_mm = profile.plan.positions_mm().ok_or_else(|| rig_missing(&profile.plan))?;
     let limits = &profile.limits;
-    let twin =
-        if profile.camera.is_simulated() { serde_json::to_value(twin_config(profile)).ok() } else { None };
+    if profile.plan.board > 0 && profile.board.is_none() {
+        return Err(CliError::Usage(
+            "plan.board asks for frames of a chess-board that is not described: set square, columns and rows in [board] of the rig \
+             profile, or plan.board = 0"
+                .to_owned(),
+        ));
+    }
+    let twin = if profile.camera.is_simulated() {
+        Some(serde_json::to_value(twin_config(profile)?).map_err(std::io::Error::other)?)
+    } else {
+        None
+    };
     Ok(CapturePlan {
         settle: profile.plan.settle,
         camera: camera_settings(profile)?,
         averaged: profile.plan.average,
         dark: profile.plan.dark,
         flat: profile.plan.flat,
+        board: profile.plan.board,
         limits: CaptureLimits {
             retakes: limits.retakes,
             saturated: limits.saturated,
@@ -68,7 +80,7 @@ pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, Cli
             shift_px: limits.shift_px,
             wait: limits.wait,
         },
-        lens: lens(&profile.optics),
+        lens: nominal_lens(&profile.optics),
         rig: Some(serde_json::to_value(profile).map_err(std::io::Error::other)?),
         twin,
         ..CapturePlan::at(positions_mm)
@@ -88,10 +100,11 @@ fn rig_missing(plan: &profile::PlanProfile) -> CliError {
     ))
 }
 
-fn lens(optics: &profile::OpticsProfile) -> Option<Lens> {
+/// The lens as the profile states it.
+pub(in crate::cli) fn nominal_lens(optics: &profile::OpticsProfile) -> Option<NominalLens> {
     let focal_length = match optics.focal_length? {
         profile::FocalLength::Px(px) => FocalLength::Px(px),
         profile::FocalLength::Mm(length_mm) => FocalLength::ImageWidths(length_mm / optics.sensor_width_mm?),
     };
-    Some(Lens { focal_length, principal_point_px: optics.principal_point_px })
+    Some(NominalLens { focal_length, principal_point_px: optics.principal_point_px })
 }

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::CliError;
-use crate::profile::{Override, Profile, SIM, overrides_from_environment};
+use crate::profile::{Override, Profile, ProfileError, REAL, SIM, overrides_from_environment};
 
 /// The profile that is taken if none is named, where a person works ...
 const LOCAL: &str = "rig.toml";
 /// ... or for all their work.
 const GLOBAL: &str = "epirig/rig.toml";
-/// The name of the simulated rig.
-const SIMULATED: &str = "sim";
+/// The simulated rigs: name, what messages call it, profile.
+const SIMULATED: [(&str, &str, &str); 2] =
+    [("sim", "the simulated rig", SIM), ("real", "the simulated rig with the faults of real ones", REAL)];
 /// Older and shorter names of what the environment sets most often.
 const SHORT_NAMES: [(&str, &str); 3] =
     [("EPIRIG_PORT", "stage.port"), ("EPIRIG_DRIVER", "stage.driver"), ("EPIRIG_CAMERA", "camera.device")];
@@ -21,8 +22,9 @@ const SHORT_NAMES: [(&str, &str); 3] =
 #[derive(Debug, Args)]
 #[command(next_help_heading = "The rig")]
 pub(in crate::cli) struct RigArgument {
-    /// Its profile: a file, or sim for the simulated rig [default: rig.toml here, else ~/.config/epirig/rig.toml, else none]
-    #[arg(long, value_name = "FILE|sim", env = "EPIRIG_RIG")]
+    /// Its profile: a file; sim for the simulated rig, real for one with the faults of real ones [default: rig.toml here, else
+    /// ~/.config/epirig/rig.toml, else none]
+    #[arg(long, value_name = "FILE|sim|real", env = "EPIRIG_RIG")]
     rig: Option<PathBuf>,
     /// Change a key of the profile, as often as needed: --set plan.step="2 mm"
     #[arg(long, value_name = "KEY=VALUE")]
@@ -39,6 +41,21 @@ impl Options {
         let value = value.map(|value| value.to_string());
         self.0.extend(value.map(|value| Override { key: key.to_owned(), value, from: from.to_owned() }));
     }
+
+    /// What `--set` says.
+    pub(in crate::cli) fn push(&mut self, value: Override) {
+        self.0.push(value);
+    }
+
+    /// Whether nothing was given.
+    pub(in crate::cli) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The profile of a text with what these change of it; `source` is its name for messages.
+    pub(in crate::cli) fn profile(&self, text: &str, source: &str) -> Result<Profile, ProfileError> {
+        Profile::read(text, source, &self.0)
+    }
 }
 
 impl RigArgument {
@@ -46,8 +63,7 @@ impl RigArgument {
     pub(in crate::cli) fn profile(&self, options: Options) -> Result<Profile, CliError> {
         let (text, source) = match self.file() {
             None => (String::new(), String::new()),
-            Some(path) if path == Path::new(SIMULATED) => (SIM.to_owned(), "the simulated rig".to_owned()),
-            Some(path) => (read(&path)?, path.display().to_string()),
+            Some(path) => named_profile(&path)?,
         };
         let mut overrides = self.environment()?;
         for text in &self.set {
@@ -69,8 +85,8 @@ impl RigArgument {
 
     fn environment(&self) -> Result<Vec<Override>, CliError> {
         let mut overrides = Vec::new();
-        // Whoever names the simulated rig does not want the port of a real one.
-        if self.rig.as_deref() != Some(Path::new(SIMULATED)) {
+        // Whoever names a simulated rig does not want the port of a real one.
+        if !self.rig.as_deref().is_some_and(|path| simulated(path).is_some()) {
             for (name, key) in SHORT_NAMES {
                 let value = std::env::var(name).ok().filter(|value| !value.is_empty());
                 overrides.extend(value.map(|value| Override {
@@ -83,6 +99,20 @@ impl RigArgument {
         overrides.extend(overrides_from_environment(std::env::vars_os())?);
         Ok(overrides)
     }
+}
+
+/// The text of a profile, and its name for messages: of a file, or of a simulated rig.
+pub(in crate::cli) fn named_profile(path: &Path) -> Result<(String, String), CliError> {
+    match simulated(path) {
+        Some((source, text)) => Ok((text.to_owned(), source.to_owned())),
+        None => Ok((read(path)?, path.display().to_string())),
+    }
+}
+
+/// What messages call a simulated rig of this name, and its profile.
+fn simulated(name: &Path) -> Option<(&'static str, &'static str)> {
+    let known = SIMULATED.iter().find(|(known, ..)| name == Path::new(known));
+    known.map(|(_, source, text)| (*source, *text))
 }
 
 fn read(path: &Path) -> Result<String, CliError> {

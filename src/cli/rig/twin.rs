@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use crate::camera::Size;
 use crate::cli::CliError;
-use crate::profile::{Profile, SceneName};
-use crate::twin::{Scene, Twin, TwinConfig, TwinScan};
+use crate::profile::{BoardProfile, PrintProfile, Profile, SceneName, SimFaults};
+use crate::twin::{Bands, HandBoard, Scene, StepError, Twin, TwinConfig, TwinScan};
 
 /// Size of the simulated camera's frames, unless another is asked for.
 const SIZE: Size = Size { columns: 640, rows: 480 };
 /// More than any sensor has, and less than would not fit into memory.
 const MOST_PIXELS: usize = 100_000_000;
 
-/// The twin of a profile. Its lens and its distance are those that the profile states, if it does.
-pub(in crate::cli) fn twin_config(profile: &Profile) -> TwinConfig {
+/// The twin of a profile. Its lens, its distance and its chess-boards are those that the profile states, if it does.
+pub(in crate::cli) fn twin_config(profile: &Profile) -> Result<TwinConfig, CliError> {
     let size = profile.camera.size.unwrap_or(SIZE);
     let frames = profile.plan.frames.unwrap_or(2);
     let mut config = match profile.sim.scene {
@@ -44,7 +44,47 @@ pub(in crate::cli) fn twin_config(profile: &Profile) -> TwinConfig {
     }
     config.sensor.read_noise_dn = profile.sim.noise_dn;
     config.sensor.seed = config.sensor.seed.wrapping_add(profile.sim.seed);
-    config
+    add_faults(&mut config, &profile.sim.faults, profile.sim.seed);
+    if let (Scene::Tile { side_mm, bands, .. }, Some(print)) = (&mut config.scene, &profile.target.print) {
+        *bands = Some(tile_bands(print, *side_mm)?);
+    }
+    config.board = profile.board.map(|board| {
+        let BoardProfile { square_mm, columns, rows } = board;
+        HandBoard { square_mm, columns: columns + 1, rows: rows + 1 }
+    });
+    Ok(config)
+}
+
+fn add_faults(config: &mut TwinConfig, faults: &SimFaults, seed: u64) {
+    let TwinConfig { scene, optics, sensor, step_error, .. } = config;
+    (optics.roll_rad, optics.pan_rad) = (faults.roll_rad, faults.pan_rad);
+    optics.distortion.k1 = faults.k1;
+    optics.corner_darkening = faults.darkening;
+    sensor.black_level_dn = faults.black_level_dn;
+    sensor.pixel_gain_sigma = faults.pixel_gains;
+    sensor.hot_pixels = faults.hot_pixels;
+    if faults.step_error_um > 0.0 {
+        *step_error = StepError { sigma_um: faults.step_error_um, seed: seed.wrapping_add(1) };
+    }
+    if let Scene::Tile { bow_mm, .. } = scene {
+        *bow_mm = faults.bow_mm;
+    }
+    config.flicker = faults.flicker;
+}
+
+/// The chess-boards of a simulated tile: along its upper and its lower edge.
+fn tile_bands(print: &PrintProfile, side_mm: f64) -> Result<Bands, CliError> {
+    /// Far below what a ruler tells.
+    const SAME_MM: f64 = 1e-6;
+    let BoardProfile { square_mm, columns, rows } = print.board;
+    let distance_mm = side_mm - (rows + 1) as f64 * square_mm;
+    if print.band_distance_mm.is_none_or(|stated_mm| (stated_mm - distance_mm).abs() > SAME_MM) {
+        return Err(CliError::Usage(format!(
+            "the simulated tile has its chess-boards along its upper and its lower edge: set target.bands = 2 and target.band_distance = \
+             \"{distance_mm} mm\", or leave target.square, columns and rows out"
+        )));
+    }
+    Ok(Bands { square_mm, columns: columns + 1, rows: rows + 1 })
 }
 
 /// A twin of this make, if it can be.
@@ -56,4 +96,43 @@ pub(in crate::cli) fn simulated_twin(config: TwinConfig) -> Result<Arc<Twin>, Cl
         )));
     }
     Ok(Arc::new(Twin::new(config)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profile::{Override, REAL, SIM};
+
+    fn twin_of(profile: &str, settings: &[&str]) -> Result<TwinConfig, CliError> {
+        let settings: Vec<Override> =
+            settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect();
+        twin_config(&Profile::read(profile, "rig.toml", &settings).unwrap())
+    }
+
+    #[test]
+    fn the_simulated_rigs_are_the_twins_own() {
+        assert_eq!(twin_of(SIM, &[]).unwrap(), TwinConfig::tile(1024, 101));
+        let mut real = TwinConfig::real_tile(1024, 101);
+        let found = twin_of(REAL, &[]).unwrap();
+        // The profile rounds 255 / 10^(45 / 20) = 1.43397.
+        assert!((found.sensor.read_noise_dn / real.sensor.read_noise_dn - 1.0).abs() < 1e-4);
+        real.sensor.read_noise_dn = found.sensor.read_noise_dn;
+        assert_eq!(found, real);
+        Twin::new(found).unwrap();
+    }
+
+    #[test]
+    fn a_tile_that_is_described_otherwise_than_it_is_made_is_refused() {
+        let plain = ["target.square=7.5 mm", "target.columns=18", "target.rows=2"];
+        let refused = |settings: &[&str]| twin_of(SIM, settings).unwrap_err().to_string();
+        assert!(refused(&plain).contains("target.band_distance = \"127.5 mm\""), "{}", refused(&plain));
+        let near = [&plain[..], &["target.bands=2", "target.band_distance=127 mm"]].concat();
+        assert!(refused(&near).contains("127.5 mm"));
+        let right = [&plain[..], &["target.bands=2", "target.band_distance=127.5 mm"]].concat();
+        let Scene::Tile { bands, .. } = twin_of(SIM, &right).unwrap().scene else { panic!() };
+        assert_eq!(bands, Some(Bands { square_mm: 7.5, columns: 19, rows: 3 }));
+        // What no tile shows is not the tile's.
+        let plane = [&plain[..], &["sim.scene=plane"]].concat();
+        assert!(matches!(twin_of(SIM, &plane).unwrap().scene, Scene::Plane { .. }));
+    }
 }

@@ -34,12 +34,19 @@ pub(in crate::profile) mod plan {
             "Number of frames of a uniform target, for the flat field"
         )
         .or("0"),
+        BOARD = key(
+            "board",
+            Kind::Whole(0, 1_000),
+            "20",
+            "Number of frames of the chess-board of [board], each in another pose, to measure the lens"
+        )
+        .or("0"),
     );
 }
 
 /// Section `optics`.
 pub(in crate::profile) mod optics {
-    use super::super::super::quantity::{MM, PX};
+    use super::super::super::quantity::{MM, PERCENT, PX};
     use super::super::{Allowed, Key, Kind, key, keys, measure};
 
     keys!(
@@ -50,6 +57,13 @@ pub(in crate::profile) mod optics {
             "25 mm",
             "Focal length of the lens; as a length, it needs sensor_width",
         ),
+        FOCAL_LENGTH_SIGMA = key(
+            "focal_length_sigma",
+            measure(PERCENT, Allowed::UpTo(100.0)),
+            "0.5 %",
+            "Standard deviation of that, as a share of it: how far calibration may leave it",
+        )
+        .or("2 %"),
         SENSOR_WIDTH = key(
             "sensor_width",
             measure(MM, Allowed::Positive),
@@ -69,13 +83,19 @@ pub(in crate::profile) mod optics {
             "Row of the principal point, from the centre of the first; with principal_point_x or not at all",
         ),
         DISTANCE = key("distance", measure(MM, Allowed::Positive), "900 mm", "From the lens to the object"),
+        K1 = key("k1", Kind::Number, "-0.02", "Radial distortion of the lens, of r^2, as OpenCV has it")
+            .or("0"),
+        K2 = key("k2", Kind::Number, "0.01", "Radial distortion, of r^4").or("0"),
+        P1 = key("p1", Kind::Number, "0.001", "Tangential distortion, along y").or("0"),
+        P2 = key("p2", Kind::Number, "-0.001", "Tangential distortion, along x").or("0"),
+        K3 = key("k3", Kind::Number, "0.001", "Radial distortion, of r^6").or("0"),
     );
 }
 
 /// Section `target`.
 pub(in crate::profile) mod target {
     use super::super::super::quantity::MM;
-    use super::super::{Allowed, Key, key, keys, measure};
+    use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
 
     keys!(
         "target",
@@ -85,6 +105,56 @@ pub(in crate::profile) mod target {
             "0.2 mm",
             "Difference of heights that the measurement is to resolve"
         ),
+        SQUARE = key(
+            "square",
+            measure(MM, Allowed::Positive),
+            "7.5 mm",
+            "Side of a square of the chess-boards that are printed on the object, measured with a ruler; none, if none are",
+        ),
+        COLUMNS = key(
+            "columns",
+            Kind::Whole(2, MOST_CORNERS),
+            "18",
+            "Inner corners of one of them along the travel: one less than squares",
+        ),
+        ROWS =
+            key("rows", Kind::Whole(2, MOST_CORNERS), "2", "Inner corners of one of them across the travel"),
+        BANDS = key(
+            "bands",
+            Kind::Whole(1, 2),
+            "2",
+            "How many there are: one, or two with the relief between them"
+        )
+        .or("1"),
+        BAND_DISTANCE = key(
+            "band_distance",
+            measure(MM, Allowed::Positive),
+            "127.5 mm",
+            "Of two, from the first row of inner corners of the upper to the first row of the lower",
+        ),
+    );
+}
+
+/// Section `board`.
+pub(in crate::profile) mod board {
+    use super::super::super::quantity::MM;
+    use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
+
+    keys!(
+        "board",
+        SQUARE = key(
+            "square",
+            measure(MM, Allowed::Positive),
+            "16 mm",
+            "Side of one of its squares, measured with a ruler"
+        ),
+        COLUMNS = key(
+            "columns",
+            Kind::Whole(2, MOST_CORNERS),
+            "9",
+            "Inner corners of a row: one less than squares"
+        ),
+        ROWS = key("rows", Kind::Whole(2, MOST_CORNERS), "6", "Rows of inner corners"),
     );
 }
 
@@ -130,40 +200,5 @@ pub(in crate::profile) mod limits {
             "How far the picture may lie from where it was when a stop is taken again"
         )
         .or("0.1 px"),
-    );
-}
-
-/// Section `sim`.
-pub(in crate::profile) mod sim {
-    use super::super::super::parts::SceneName;
-    use super::super::super::quantity::DN;
-    use super::super::{Allowed, Key, Kind, key, keys, measure, names};
-
-    keys!(
-        "sim",
-        SCENE =
-            key("scene", Kind::Choice(&names(&SceneName::ALL)), "tile", "What the simulated camera looks at")
-                .or("plane"),
-        NOISE = key(
-            "noise",
-            measure(DN, Allowed::ZeroOrMore),
-            "1 DN",
-            "Standard deviation of the noise of a pixel, in grey levels of 255"
-        )
-        .or("0 DN"),
-        SEED = key(
-            "seed",
-            Kind::Whole(0, i64::MAX),
-            "7",
-            "Of all that is random: the same seed, the same frames"
-        )
-        .or("0"),
-        REAL_TIME = key(
-            "real_time",
-            Kind::Flag,
-            "true",
-            "Whether moves and frames take the time that real ones take"
-        )
-        .or("false"),
     );
 }

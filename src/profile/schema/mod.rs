@@ -2,15 +2,19 @@
 
 pub(super) mod camera;
 mod measurement;
+pub(super) mod sim;
 pub(super) mod stage;
 
 use super::error::{Problem, did_you_mean};
 use super::quantity::{Quantity, UNITS, Unit};
 
-pub(super) use measurement::{limits, optics, plan, sim, target};
+pub(super) use measurement::{board, limits, optics, plan, target};
 
 /// Longest time of a profile, in h: so that a duration is exact as a number of seconds.
 pub(super) const LONGEST_H: f64 = 24.0;
+
+/// More corners each way than any board has that a camera can count.
+pub(super) const MOST_CORNERS: i64 = 1000;
 
 /// Values of a quantity that make sense, in the key's own unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +24,8 @@ pub(super) enum Allowed {
     ZeroOrMore,
     /// From 0 to this.
     UpTo(f64),
+    /// From minus this to this.
+    Within(f64),
     /// These only.
     Among(&'static [f64]),
 }
@@ -38,6 +44,8 @@ pub(super) enum Kind {
     Choice(&'static [&'static str]),
     /// A whole number from the first to the second.
     Whole(i64, i64),
+    /// A number without a unit.
+    Number,
     Flag,
     /// A quantity. The unit is that of the typed profile, and the one that messages propose.
     Measure {
@@ -69,6 +77,7 @@ impl Kind {
             Self::Size => "COLUMNSxROWS, such as 1280x720".to_owned(),
             Self::Choice(names) => format!("one of {}", names.join(", ")),
             Self::Whole(least, most) => format!("a whole number from {least} to {most}"),
+            Self::Number => "a number".to_owned(),
             Self::Flag => "true or false".to_owned(),
             Self::Measure { unit, or, allowed } => {
                 let mut nouns = unit.quantity.noun().to_owned();
@@ -86,6 +95,9 @@ impl Kind {
                     Allowed::Positive => format!("{nouns} greater than 0"),
                     Allowed::ZeroOrMore => format!("{nouns} of 0 or more"),
                     Allowed::UpTo(most) => format!("{nouns} from 0 {} to {most} {}", unit.name, unit.name),
+                    Allowed::Within(most) => {
+                        format!("{nouns} from -{most} {} to {most} {}", unit.name, unit.name)
+                    }
                     Allowed::Among(values) => {
                         let values: Vec<String> =
                             values.iter().map(|value| format!("{value} {}", unit.name)).collect();
@@ -98,7 +110,7 @@ impl Kind {
 
     /// Whether a value stands between quotes in a file.
     pub(super) fn is_quoted(self) -> bool {
-        !matches!(self, Self::Whole(..) | Self::Flag)
+        !matches!(self, Self::Whole(..) | Self::Number | Self::Flag)
     }
 }
 
@@ -193,7 +205,8 @@ pub(super) static SECTIONS: &[Section] = &[
     section("camera", "The camera, and how it is to be set", camera::KEYS),
     section("plan", "The scan: where the stage stops, and what is taken there", plan::KEYS),
     section("optics", "The lens and the sensor; with them, heights are given in mm", optics::KEYS),
-    section("target", "What is measured", target::KEYS),
+    section("target", "What is measured, and the chess-boards that are printed on it", target::KEYS),
+    section("board", "The chess-board that is held before the camera, to measure the lens", board::KEYS),
     section("limits", "What a scan may not exceed", limits::KEYS),
     section("sim", "The simulated rig; only with a simulated stage or camera", sim::KEYS),
 ];
@@ -214,17 +227,20 @@ pub(super) fn find_section(name: &str) -> Result<&'static Section, Problem> {
 /// # Errors
 /// [`Problem::UnknownKey`], [`Problem::UnknownUnitInKey`].
 pub(super) fn find_key(section: &Section, name: &str) -> Result<(&'static Key, Option<Unit>), Problem> {
+    let suffix = |key: &Key| name.strip_prefix(key.name).and_then(|rest| rest.strip_prefix('_'));
     for key in section.keys {
         if key.name == name {
             return Ok((key, None));
         }
-        let Some(suffix) = name.strip_prefix(key.name).and_then(|rest| rest.strip_prefix('_')) else {
-            continue;
-        };
-        if let Some(unit) = key.kind.units().find(|unit| unit.suffix == suffix) {
-            return Ok((key, Some(unit)));
+        let unit = suffix(key).and_then(|suffix| key.kind.units().find(|unit| unit.suffix == suffix));
+        if unit.is_some() {
+            return Ok((key, unit));
         }
-        if let Kind::Measure { unit, .. } = key.kind {
+    }
+    // Of two keys one of which begins like the other, the longer is meant.
+    let likely = section.keys.iter().filter(|key| suffix(key).is_some()).max_by_key(|key| key.name.len());
+    if let Some(key) = likely {
+        if let (Kind::Measure { unit, .. }, Some(suffix)) = (key.kind, suffix(key)) {
             return Err(Problem::UnknownUnitInKey {
                 key: format!("{}.{name}", section.name),
                 suffix: suffix.to_owned(),

@@ -121,6 +121,52 @@ fn messages_name_the_line_and_what_to_write() {
             "line 2: optics.focal_length (a length) needs optics.sensor_width; add it, or give the focal length in px",
         ),
         (
+            "[optics]\nk1 = -0.1",
+            "line 2: optics.k1 (given) needs optics.focal_length; give the focal length, too",
+        ),
+        (
+            "[optics]\nfocal_length_px = 900\nk1 = \"-0.1\"",
+            r#"line 3: optics.k1 = "-0.1" is not possible; it must be a number"#,
+        ),
+        (
+            "[optics]\nfocal_length_sigma_mm = 1",
+            "line 2: there is no key optics.focal_length_sigma_mm: mm is no unit of it; write focal_length_sigma_percent, or another of %",
+        ),
+        (
+            "[target]\nsquare_mm = 7.5\nrows = 2",
+            "line 2: target.square (given) needs target.columns; give square, columns and rows, or none",
+        ),
+        (
+            "[target]\nbands = 1",
+            "line 2: target.bands (given) needs target.square; give square, columns and rows, or none\n\
+             rig.toml, line 2: target.bands (given) needs target.columns; give square, columns and rows, or none\n\
+             rig.toml, line 2: target.bands (given) needs target.rows; give square, columns and rows, or none",
+        ),
+        (
+            "[target]\nsquare_mm = 7.5\nrows = 2\ncolumns = 9\nbands = 2",
+            "line 5: target.bands (2) needs target.band_distance; measure it with a ruler, or give one band",
+        ),
+        (
+            "[target]\nsquare_mm = 7.5\nrows = 2\ncolumns = 9\nband_distance_mm = 90",
+            "line 5: target.band_distance means nothing without bands = 2; leave it out",
+        ),
+        (
+            "[board]\ncolumns = 1\n",
+            "line 2: board.columns = 1 is not possible; it must be a whole number from 2 to 1000",
+        ),
+        (
+            "[camera]\ndevice = \"sim\"\n[sim]\nbow_mm = 1\nscene = \"plane\"",
+            "line 4: sim.bow means nothing without scene = \"tile\"; leave it out",
+        ),
+        (
+            "[camera]\ndevice = \"sim\"\n[sim]\nroll = 1",
+            r#"line 4: sim.roll = 1 has no unit; write roll = "1 deg" or roll_deg = 1"#,
+        ),
+        (
+            "[camera]\ndevice = \"sim\"\n[sim]\npan = \"0.5 rad\"",
+            r#"line 4: sim.pan = "0.5 rad" is not possible; it must be an angle from -28 deg to 28 deg"#,
+        ),
+        (
             "[optics]\nprincipal_point_y = \"25 px\"",
             "line 2: optics.principal_point_y (given) needs optics.principal_point_x; give both or none",
         ),

@@ -10,6 +10,7 @@ use super::schema::{Key, SECTIONS};
 use super::*;
 use crate::camera::Size;
 use crate::camera::pixels::BayerUse;
+use crate::lens::Distortion;
 
 fn set(settings: &[&str]) -> Vec<Override> {
     settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect()
@@ -35,7 +36,53 @@ fn the_simulated_rig_is_the_papers() {
     assert!((focal_length_px - 25_600.0 / 9.0).abs() < 1e-9, "{focal_length_px}");
     assert_eq!(profile.optics.distance_mm, Some(900.0));
     assert_eq!(profile.target.relief_mm, Some(0.2));
-    assert_eq!(profile.sim, SimProfile { scene: SceneName::Tile, noise_dn: 0.0, seed: 0, real_time: false });
+    let sim = SimProfile {
+        scene: SceneName::Tile,
+        noise_dn: 0.0,
+        seed: 0,
+        real_time: false,
+        faults: SimFaults::default(),
+    };
+    assert_eq!(profile.sim, sim);
+    assert_eq!((profile.target.print, profile.board), (None, None));
+}
+
+#[test]
+fn the_real_rig_is_the_simulated_one_with_targets_and_faults() {
+    let mut profile = Profile::read(REAL, "real.toml", &[]).unwrap();
+    let square_mm = 7.5;
+    let print = PrintProfile {
+        board: BoardProfile { square_mm, columns: 18, rows: 2 },
+        // The tile's 150 mm less the squares above the upper first row and the two rows and a square below the lower one.
+        band_distance_mm: Some(150.0 - square_mm - 2.0 * square_mm),
+    };
+    assert_eq!(profile.target.print, Some(print));
+    assert_eq!(profile.board, Some(BoardProfile { square_mm: 16.0, columns: 9, rows: 6 }));
+    let plan = &profile.plan;
+    assert_eq!((plan.dark, plan.flat, plan.board), (8, 16, 20));
+    let faults = SimFaults {
+        // Degrees x pi / 180.
+        roll_rad: 0.7 * std::f64::consts::PI / 180.0,
+        pan_rad: 0.4 * std::f64::consts::PI / 180.0,
+        k1: -0.02,
+        darkening: 0.18,
+        flicker: 0.003,
+        step_error_um: 5.0,
+        bow_mm: 0.3,
+        black_level_dn: 3.0,
+        pixel_gains: 0.005,
+        hot_pixels: 5,
+    };
+    let found = profile.sim.faults;
+    assert!(
+        (found.roll_rad - faults.roll_rad).abs() < 1e-15 && (found.pan_rad - faults.pan_rad).abs() < 1e-15
+    );
+    assert_eq!(SimFaults { roll_rad: faults.roll_rad, pan_rad: faults.pan_rad, ..found }, faults);
+    // The rest is as with the other one.
+    (profile.target.print, profile.board) = (None, None);
+    (profile.plan.dark, profile.plan.flat, profile.plan.board) = (0, 0, 0);
+    (profile.sim.faults, profile.sim.noise_dn) = (SimFaults::default(), 0.0);
+    assert_eq!(profile, Profile::read(SIM, "sim.toml", &[]).unwrap());
 }
 
 #[test]
@@ -85,14 +132,18 @@ fn what_is_left_out_has_the_promised_defaults() {
             average: 1,
             dark: 0,
             flat: 0,
+            board: 0,
         },
         optics: OpticsProfile {
             focal_length: None,
+            focal_length_sigma: 0.02,
             sensor_width_mm: None,
             principal_point_px: None,
             distance_mm: None,
+            distortion: Distortion::default(),
         },
-        target: TargetProfile { relief_mm: None },
+        target: TargetProfile { relief_mm: None, print: None },
+        board: None,
         limits: LimitsProfile {
             retakes: 3,
             saturated: 0.01,
@@ -100,7 +151,13 @@ fn what_is_left_out_has_the_promised_defaults() {
             wait: Duration::from_secs(300),
             shift_px: 0.1,
         },
-        sim: SimProfile { scene: SceneName::Plane, noise_dn: 0.0, seed: 0, real_time: false },
+        sim: SimProfile {
+            scene: SceneName::Plane,
+            noise_dn: 0.0,
+            seed: 0,
+            real_time: false,
+            faults: SimFaults::default(),
+        },
     };
     assert_eq!(profile, expected);
 }
@@ -137,15 +194,32 @@ fn every_section_is_read_in_any_spelling() {
         average = 4
         dark = 16
         flat = 8
+        board = 30
 
         [optics]
         focal_length_px = 2844.5
         principal_point_x = "511.5 px"
         principal_point_y_px = -3
         distance = "0.9 m"
+        focal_length_sigma_percent = 1
+        k1 = -2e-1
+        k2 = 1
+        p1 = 0.001
+        p2 = -0.002
+        k3 = 1_0.5
 
         [target]
         relief_um = 200
+        square_cm = 0.75
+        columns = 18
+        rows = 2
+        bands = 2
+        band_distance = "127.5 mm"
+
+        [board]
+        square = "16 mm"
+        columns = 9
+        rows = 6
 
         [limits]
         retakes = 0
@@ -166,11 +240,17 @@ fn every_section_is_read_in_any_spelling() {
     assert_eq!(camera.controls, controls.map(|(name, value)| (name.to_owned(), value.to_owned())));
     let plan = &profile.plan;
     assert_eq!((plan.start_mm, plan.step_mm, plan.settle), (10.0, Some(1.5), Duration::from_millis(200)));
-    assert_eq!((plan.average, plan.dark, plan.flat), (4, 16, 8));
+    assert_eq!((plan.average, plan.dark, plan.flat, plan.board), (4, 16, 8, 30));
     assert_eq!(profile.optics.focal_length, Some(FocalLength::Px(2844.5)));
     assert_eq!(profile.optics.principal_point_px, Some((511.5, -3.0)));
     assert_eq!(profile.optics.distance_mm, Some(900.0));
-    assert_eq!(profile.target.relief_mm, Some(0.2));
+    assert_eq!(profile.optics.focal_length_sigma, 0.01);
+    let distortion = Distortion { k1: -0.2, k2: 1.0, p1: 0.001, p2: -0.002, k3: 10.5 };
+    assert_eq!(profile.optics.distortion, distortion);
+    let printed = BoardProfile { square_mm: 7.5, columns: 18, rows: 2 };
+    let print = PrintProfile { board: printed, band_distance_mm: Some(127.5) };
+    assert_eq!(profile.target, TargetProfile { relief_mm: Some(0.2), print: Some(print) });
+    assert_eq!(profile.board, Some(BoardProfile { square_mm: 16.0, columns: 9, rows: 6 }));
     let limits = LimitsProfile {
         retakes: 0,
         saturated: 0.25,
@@ -190,16 +270,40 @@ fn surroundings(key: &Key) -> Vec<String> {
             settings.push("stage.microstep=1 um".to_owned());
         }
     }
+    let board = |section: &str| {
+        let others = ["square=1 mm", "columns=7", "rows=7"];
+        let others = others.into_iter().filter(|other| !other.starts_with(&format!("{}=", key.name)));
+        others.map(|other| format!("{section}.{other}")).collect::<Vec<_>>()
+    };
+    match (key.section, key.name) {
+        ("target", "relief") => {}
+        ("target", "bands") => settings.extend(board("target")),
+        ("target", "band_distance") => {
+            settings.extend(board("target"));
+            settings.push("target.bands=2".to_owned());
+        }
+        ("target" | "board", _) => settings.extend(board(key.section)),
+        _ => {}
+    }
     settings.extend(
         match key.path().as_str() {
             "optics.focal_length" => Some("optics.sensor_width=8 mm"),
+            "optics.focal_length_sigma"
+            | "optics.k1"
+            | "optics.k2"
+            | "optics.p1"
+            | "optics.p2"
+            | "optics.k3" => Some("optics.focal_length=900 px"),
+            "sim.bow" => Some("sim.scene=tile"),
             "optics.principal_point_x" => Some("optics.principal_point_y=1 px"),
             "optics.principal_point_y" => Some("optics.principal_point_x=1 px"),
-            path if path.starts_with("sim.") => Some("camera.device=sim"),
             _ => None,
         }
         .map(str::to_owned),
     );
+    if key.section == "sim" {
+        settings.push("camera.device=sim".to_owned());
+    }
     settings
 }
 
@@ -214,11 +318,16 @@ fn no_key_is_without_effect_and_every_example_and_default_is_right() {
         let with = |value: &str| {
             let mut settings = around.clone();
             settings.push(format!("{}={value}", key.path()));
+            if key.path() == "target.bands" && value == "2" {
+                settings.push("target.band_distance=9 mm".to_owned());
+            }
             of(&settings).unwrap_or_else(|error| panic!("{error}"))
         };
         let with_example = with(key.example);
-        // A half of a principal point, and a microstep that is needed, cannot be left out: another value does.
+        // What others need cannot be left out: another value does.
         let without = match key.path().as_str() {
+            "target.square" | "target.band_distance" | "board.square" => with("3 mm"),
+            "target.columns" | "target.rows" | "board.columns" | "board.rows" => with("3"),
             "optics.principal_point_x" | "optics.principal_point_y" => with("1 px"),
             "stage.microstep" => with("1 um"),
             _ => of(&around).unwrap(),
