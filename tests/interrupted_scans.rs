@@ -60,7 +60,7 @@ fn fail_at_every_step(fault: DiskFault) -> usize {
 fn killed_in_every_write_and_rename_it_ends_as_if_undisturbed() {
     let steps = fail_at_every_step(DiskFault::Killed);
     // Four steps for each file, two for each line, and what makes and ends the folder.
-    assert!(steps >= 6 * (FRAMES + 2) + 4, "{steps}");
+    assert!(steps >= 6 * (FRAMES + 4) + 4, "{steps}");
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn the_program_makes_stage_and_camera_wait_for_nothing() {
     let twin = twin();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
-    let plan = CapturePlan { dark: 0, flat: 0, ..plan(&twin) };
+    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&twin) };
     scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     let times = Sequence::open(&out).unwrap().stop().unwrap().times.unwrap();
     // In simulated time, which the disk does not take part in.
@@ -154,7 +154,7 @@ fn a_pause_before_anything_is_taken_leaves_nothing() {
 }
 
 #[test]
-fn dark_and_flat_frames_come_before_the_scan_once() {
+fn calibration_frames_come_before_the_scan_once() {
     let twin = twin();
     let plan = plan(&twin);
     let folder = tempfile::tempdir().unwrap();
@@ -185,10 +185,17 @@ fn dark_and_flat_frames_come_before_the_scan_once() {
     assert_eq!(dark[0].samples().maximum(), 0, "this twin has no noise");
     // White is 0.9 of full scale: 229.5.
     assert!((flat[0].samples().mean() - 229.5).abs() <= 0.5, "{}", flat[0].samples().mean());
-    // One that is damaged later is taken again.
+    let boards = calibration(FrameKind::Board);
+    assert_eq!(boards.len(), 2);
+    for (pose, board) in boards.iter().enumerate() {
+        assert!(*board == twin.digitise(&twin.board_irradiance(pose), 0), "pose {pose}");
+    }
+    // One that is damaged later is taken again, a board in the same pose.
     std::fs::write(out.join("dark/0000.png"), b"no image").unwrap();
+    std::fs::write(out.join("board/0001.png"), b"no image").unwrap();
     scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     assert_whole(&twin, &out);
+    assert!(calibration(FrameKind::Board) == boards);
 }
 
 #[test]
@@ -198,7 +205,7 @@ fn a_scan_that_does_not_close_says_by_how_much() {
     let out = folder.path().join("seq");
     // Each of the moves upwards to the six stops loses 50 um, each way down gains as much.
     let slips = SimStageConfig { slip_probability: 1.0, slip_um: 50.0, ..SimStageConfig::ideal(200.0) };
-    let plan = CapturePlan { dark: 0, flat: 0, ..plan(&twin) };
+    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&twin) };
     let ended = scan_on(slips, &twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default());
     assert!(matches!(ended, Err(CaptureError::NotClosed { .. })), "{ended:?}");
     let sequence = Sequence::open(&out).unwrap();

@@ -173,7 +173,12 @@ mod tests {
             uid: "test".to_owned(),
             program: "test".to_owned(),
             created: "now".to_owned(),
-            origin: Origin::Imported { folder: String::new(), conversions: Vec::new() },
+            origin: Origin::Imported {
+                folder: String::new(),
+                conversions: Vec::new(),
+                calibration_folders: Default::default(),
+                rig: None,
+            },
             rows: 1,
             columns: 2,
             bit_depth: 8,

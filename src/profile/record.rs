@@ -313,7 +313,10 @@ mod tests {
         let profile = Profile::read(SIM, "sim.toml", &[]).unwrap();
         let mut record = serde_json::to_value(&profile).unwrap();
         let mut forget = |section: Option<&str>, field: &str| {
-            let fields = section.map_or(&mut record, |section| &mut record[section]);
+            let fields = match section {
+                Some(section) => &mut record[section],
+                None => &mut record,
+            };
             assert!(fields.as_object_mut().unwrap().remove(field).is_some(), "{field}");
         };
         forget(None, "board");

@@ -11,17 +11,19 @@ use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSw
 use epirig::progress::Silent;
 use epirig::sequence::{ClosureRecord, Disk, Sequence, verify};
 use epirig::stage::{SimStage, SimStageConfig, Stage, StagePosition};
-use epirig::twin::{Twin, TwinConfig};
+use epirig::twin::{HandBoard, Twin, TwinConfig};
 
 pub const FRAMES: usize = 6;
 
 /// A noise-free twin: frames of one place are the same to the byte.
 pub fn twin() -> Arc<Twin> {
-    Arc::new(Twin::new(TwinConfig::textured_plane(64, 48, FRAMES)).unwrap())
+    let mut config = TwinConfig::textured_plane(64, 48, FRAMES);
+    config.board = Some(HandBoard { square_mm: 30.0, columns: 4, rows: 3 });
+    Arc::new(Twin::new(config).unwrap())
 }
 
 pub fn plan(twin: &Twin) -> CapturePlan {
-    CapturePlan { dark: 1, flat: 1, ..CapturePlan::at(twin.config().scan.positions_mm()) }
+    CapturePlan { dark: 1, flat: 1, board: 2, ..CapturePlan::at(twin.config().scan.positions_mm()) }
 }
 
 /// Puts in front of the simulated camera whatever is asked for.
