@@ -8,6 +8,9 @@ use super::{AdjustError, Adjusted, Block, Loss, Problem};
 const STEPS: usize = 200;
 /// A step that would lessen the sum of squares by less than this share of it changes nothing that is known.
 const CONVERGED: f64 = 1e-12;
+/// The same, absolute and for each residual: 1e-10 standard deviations, squared. Residuals that small are rounding, of which no share is
+/// to be had.
+const NOTHING: f64 = 1e-20;
 /// A pivot this much smaller than its diagonal element is rounding: the parameter depends on those before it.
 const PIVOT: f64 = 1e-13;
 
@@ -115,7 +118,7 @@ pub fn adjust(problem: &dyn Problem, start: Vec<f64>, loss: Loss) -> Result<Adju
         let mut next = parameters.clone();
         problem.step(&mut next, step.as_slice());
         let next_loss = loss_at(problem, &next, loss);
-        let small = promised <= CONVERGED * current.loss.max(f64::MIN_POSITIVE);
+        let small = promised <= CONVERGED * current.loss + NOTHING * current.residuals as f64;
         if next_loss <= current.loss {
             parameters = next;
             current = normal(problem, &parameters, loss);
@@ -123,7 +126,7 @@ pub fn adjust(problem: &dyn Problem, start: Vec<f64>, loss: Loss) -> Result<Adju
         } else {
             damping *= 10.0;
         }
-        if small || current.loss == 0.0 {
+        if small {
             let covariance = Cholesky::new(current.matrix)
                 .ok_or(AdjustError::Undetermined { parameter: 0, parameters: parameters.len() })?
                 .inverse();

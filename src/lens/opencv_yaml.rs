@@ -91,10 +91,10 @@ mod tests {
             "there is no matrix of the camera (a key named camera_matrix, cameraMatrix, M1)",
         );
         starts(said("D1:", "D9:"), "there is no distortion");
-        starts(said("0.,\n", "0.5,\n"), "line 6: M1 is not a matrix fx 0 cx, 0 fy cy, 0 0 1");
-        starts(said("-1.03", "x"), "line 16: D1 is not a number");
-        starts(said("-1.03", ".Nan"), "line 16: D1 is not a number");
-        starts(said("-1.03, 0.", "0."), "line 13: D1 is not a matrix with as many numbers");
+        starts(said("0.,\n", "0.5,\n"), "line 5: M1 is not a matrix fx 0 cx, 0 fy cy, 0 0 1");
+        starts(said("-1.03", "x"), "line 15: D1 is not a number");
+        starts(said("-1.03", ".Nan"), "line 15: D1 is not a number");
+        starts(said("-1.03, 0.", "0."), "line 11: D1 is not a matrix with as many numbers");
         starts(said("640", "-640"), "line 3: image_width is not a whole number above 0");
         starts(
             said("flags: 2", "fisheye_model: 1"),
@@ -107,7 +107,7 @@ mod tests {
         );
         starts(
             more,
-            "line 13: D1 has 8 terms, of which number 7 is not 0; calibrate again with the model of five terms",
+            "line 11: D1 has 8 terms, of which number 7 is not 0; calibrate again with the model of five terms",
         );
         starts(
             read_lens("<?xml version=\"1.0\"?>\n<opencv_storage>").unwrap_err().to_string(),

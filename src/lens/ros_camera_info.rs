@@ -89,7 +89,8 @@ mod tests {
             let lens = Lens::from_array(values);
             let file = CameraInfo::unrectified(&name, 480, 640, lens).to_yaml();
             prop_assert_eq!(read_lens(&file).unwrap(), LensFile { rows: Some(480), columns: Some(640), lens });
-            prop_assert_eq!(Yaml::load_from_str(&file).unwrap()[0]["camera_name"].as_str(), Some(name.as_str()));
+            let documents = Yaml::load_from_str(&file).unwrap();
+            prop_assert_eq!(documents[0]["camera_name"].as_str(), Some(name.as_str()));
         }
     }
 

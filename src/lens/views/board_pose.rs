@@ -34,7 +34,7 @@ impl BoardPose {
         self.rotation().column(2).into_owned().into()
     }
 
-    /// By the homography from board to rays. `None` if it is none of a board before the camera.
+    /// By the homography from points of the board, which lie about the origin, to rays. `None` if it is none of a board.
     pub(super) fn from_homography(rays: &Matrix3<f64>) -> Option<Self> {
         let scale = 0.5 * (rays.column(0).norm() + rays.column(1).norm());
         // Of the two signs the one that has the board before the camera.
@@ -43,11 +43,15 @@ impl BoardPose {
         // The nearest rotation; it is one, because the third column is the product of the first two.
         let svd = Matrix3::from_columns(&[x, y, x.cross(&y)]).svd(true, true);
         let rotation = Rotation3::from_matrix_unchecked(svd.u? * svd.v_t?);
-        let pose = Self {
-            rotation_rad: rotation.scaled_axis().into(),
-            translation_mm: columns.column(2).into_owned().into(),
-        };
+        let translation = columns.column(2).into_owned();
+        let pose = Self { rotation_rad: rotation.scaled_axis().into(), translation_mm: translation.into() };
         pose.is_finite().then_some(pose)
+    }
+
+    /// The pose of the same board, whose points are now counted from (-x, -y).
+    pub(super) fn with_origin_moved_by(&self, [x, y]: [f64; 2]) -> Self {
+        let moved = Vector3::from(self.translation_mm) - self.rotation() * Vector3::new(x, y, 0.0);
+        Self { translation_mm: moved.into(), ..*self }
     }
 
     fn is_finite(&self) -> bool {
@@ -61,21 +65,30 @@ impl BoardPose {
 /// [`LensError::OnALine`] (of view 0) if the points do not determine it, or are not where the lens can see anything;
 /// [`LensError::Search`] if the search fails.
 pub fn fit_pose(lens: &Lens, points: &[PlanarPoint]) -> Result<BoardPose, LensError> {
+    let middle = middle(points);
     let rays: Option<Vec<Pair>> = points
         .iter()
         .map(|point| {
             let (a, b) = lens.ray(point.x_px, point.y_px)?;
-            Some(Pair { from: [point.x_mm, point.y_mm], to: [a, b] })
+            Some(Pair { from: [point.x_mm - middle[0], point.y_mm - middle[1]], to: [a, b] })
         })
         .collect();
     let start = rays
         .and_then(|rays| homography(&rays))
         .and_then(|homography| BoardPose::from_homography(&homography))
-        .ok_or(LensError::OnALine { view: 0 })?;
+        .ok_or(LensError::OnALine { view: 0 })?
+        .with_origin_moved_by(middle);
     refine_pose(lens, points.iter().copied(), start).map_err(|error| match error {
         AdjustError::Undetermined { .. } => LensError::OnALine { view: 0 },
         other => LensError::Search(other),
     })
+}
+
+/// Mean of the points on the board, in mm. Homographies are taken about it: the board's own origin may lie far off, even behind the camera.
+pub(super) fn middle(points: &[PlanarPoint]) -> [f64; 2] {
+    let count = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.x_mm, y + point.y_mm));
+    [x / count, y / count]
 }
 
 /// The pose nearby that fits best.

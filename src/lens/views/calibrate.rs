@@ -23,7 +23,7 @@ const SETTLED: f64 = 0.01;
 /// Rounds of weighing, and of rejecting; each ends long before, unless it goes to and fro.
 const ROUNDS: usize = 20;
 /// Residuals below this are rounding, not errors of measurement, in px.
-const ROUNDING_PX: f64 = 1e-7;
+pub(super) const ROUNDING_PX: f64 = 1e-7;
 /// A focal length that is known worse than this is not calibrated: what is engraved on a lens is as good.
 const FOCAL_LENGTH_SHARE: f64 = 0.05;
 
@@ -52,8 +52,10 @@ pub fn calibrate(
 ) -> Result<LensCalibration, LensError> {
     check(views, VIEWS)?;
     let (lens, poses) = start(views, rows, columns)?;
+    let begin = Solution { lens, poses };
+    before_the_camera(views, &begin)?;
     let mut used: Used = views.iter().map(|view| vec![true; view.len()]).collect();
-    let (mut solution, mut sigma) = robust(views, &used, terms, Solution { lens, poses })?;
+    let (mut solution, mut sigma) = robust(views, &used, terms, begin)?;
     for _ in 0..ROUNDS {
         let now = within(views, &solution, REJECTED * sigma);
         let settled = now == used;
@@ -83,6 +85,17 @@ pub(super) fn check(views: &[View], needed: usize) -> Result<(), LensError> {
         });
         if let Some(point) = wrong {
             return Err(LensError::NotAPoint { view, point });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a view whose points fit to no board that a camera can see.
+fn before_the_camera(views: &[View], solution: &Solution) -> Result<(), LensError> {
+    for (view, norms) in norms(views, solution).iter().enumerate() {
+        let rejected = norms.iter().filter(|norm| norm.is_nan()).count();
+        if rejected > 0 {
+            return Err(LensError::ViewWrong { view, rejected, points: norms.len() });
         }
     }
     Ok(())

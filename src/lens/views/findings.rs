@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::calibrate::ROUNDING_PX;
 use super::homography::median;
 use super::{BoardPose, Coverage, LensWarning, PointResidual, ViewFit};
 
@@ -58,7 +59,8 @@ pub(super) fn warnings(
     }
     let typical_px = median(&mut views.iter().map(|view| view.rms_px).collect::<Vec<f64>>());
     for (view, &ViewFit { rms_px, points, rejected }) in views.iter().enumerate() {
-        if rms_px > STANDS_OUT * typical_px || rejected as f64 > REJECTED * points as f64 {
+        let worse = rms_px > (STANDS_OUT * typical_px).max(ROUNDING_PX);
+        if worse || rejected as f64 > REJECTED * points as f64 {
             warnings.push(LensWarning::ViewStandsOut { view, rms_px, typical_px, rejected, points });
         }
     }

@@ -2,7 +2,9 @@
 
 use nalgebra::Matrix3;
 
-use super::homography::{Pair, homography};
+use super::board_pose::middle;
+use super::calibrate::squared_distance;
+use super::homography::{Pair, homography, median};
 use super::{BoardPose, Lens, LensError, View};
 
 /// Lens and poses by Zhang's (2000) constraints, with square pixels and the principal point in the middle of the frame: all five
@@ -15,23 +17,48 @@ pub(super) fn start(
     let (cx, cy) = (0.5 * (columns as f64 - 1.0), 0.5 * (rows as f64 - 1.0));
     let mut homographies = Vec::with_capacity(views.len());
     for (view, points) in views.iter().enumerate() {
+        let middle = middle(points);
         let pairs: Vec<Pair> = points
             .iter()
-            .map(|point| Pair { from: [point.x_mm, point.y_mm], to: [point.x_px - cx, point.y_px - cy] })
+            .map(|point| Pair {
+                from: [point.x_mm - middle[0], point.y_mm - middle[1]],
+                to: [point.x_px - cx, point.y_px - cy],
+            })
             .collect();
         homographies.push(homography(&pairs).ok_or(LensError::OnALine { view })?);
     }
+    // All views together say it best, unless one is wrong: then any other says it better.
+    let alone = homographies.iter().filter_map(|homography| focal_length(std::slice::from_ref(homography)));
+    let mut best: Option<(f64, Lens, Vec<BoardPose>)> = None;
+    for focal_length_px in focal_length(&homographies).into_iter().chain(alone) {
+        let lens = Lens::pinhole(focal_length_px, cx, cy);
+        let Some(poses) = poses(&lens, &homographies, views) else { continue };
+        let distance = typical_distance(views, &lens, &poses);
+        if best.as_ref().is_none_or(|(least, ..)| distance < *least) {
+            best = Some((distance, lens, poses));
+        }
+    }
     let alike = LensError::PosesAlike { sigma_share: None, spread_rad: None };
-    let focal_length_px = focal_length(&homographies).ok_or(alike)?;
-    let scale = Matrix3::from_diagonal(&[1.0 / focal_length_px, 1.0 / focal_length_px, 1.0].into());
-    let poses: Result<Vec<BoardPose>, LensError> = homographies
-        .iter()
-        .enumerate()
-        .map(|(view, homography)| {
-            BoardPose::from_homography(&(scale * homography)).ok_or(LensError::OnALine { view })
-        })
-        .collect();
-    Ok((Lens::pinhole(focal_length_px, cx, cy), poses?))
+    best.map(|(_, lens, poses)| (lens, poses)).ok_or(alike)
+}
+
+fn poses(lens: &Lens, homographies: &[Matrix3<f64>], views: &[View]) -> Option<Vec<BoardPose>> {
+    let scale = 1.0 / lens.focal_length_x_px;
+    let scale = Matrix3::from_diagonal(&[scale, scale, 1.0].into());
+    let pose = |(homography, points): (&Matrix3<f64>, &View)| {
+        Some(BoardPose::from_homography(&(scale * homography))?.with_origin_moved_by(middle(points)))
+    };
+    homographies.iter().zip(views).map(pose).collect()
+}
+
+/// Median distance between points and predictions, in px; what lies behind the camera is infinitely far off.
+fn typical_distance(views: &[View], lens: &Lens, poses: &[BoardPose]) -> f64 {
+    let of = |(view, pose): (&View, &BoardPose)| -> Vec<f64> {
+        view.iter().map(|point| squared_distance(lens, pose, point).sqrt()).collect()
+    };
+    // NaN is sorted behind all numbers.
+    let mut distances: Vec<f64> = views.iter().zip(poses).flat_map(of).map(f64::abs).collect();
+    median(&mut distances)
 }
 
 /// Both axes of a board are perpendicular and equally long, which every view says of the focal length f: with h and g the first columns

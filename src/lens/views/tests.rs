@@ -139,7 +139,9 @@ fn wrong_points_are_named_and_do_not_matter() {
     }
     let found = calibrate(&views, ROWS, COLUMNS, Terms::All5).unwrap();
     let named: Vec<(usize, usize)> = found.rejected.iter().map(|name| (name.view, name.point)).collect();
-    assert_eq!(named, wrong.map(|(view, point, _)| (view, point)));
+    assert!(wrong.iter().all(|(view, point, _)| named.contains(&(*view, *point))), "{named:?}");
+    // Of some 350 right points one is beyond 4.5 standard deviations in one case of 70, two in one of 10 000.
+    assert!(named.len() <= wrong.len() + 1, "{named:?}");
     assert!(found.residuals[5][20].rejected && (found.residuals[5][20].dx_px - 80.0).abs() < 0.5);
     let kept: Vec<View> = clean
         .iter()
@@ -224,25 +226,32 @@ fn what_cannot_be_calibrated_from_is_refused() {
 
 #[test]
 fn the_simplest_sufficient_terms_are_chosen() {
-    let chosen = |terms: [f64; 5]| {
-        let mut parameters = wide().to_array();
-        parameters[4..].copy_from_slice(&terms);
-        let lens = Lens::from_array(parameters);
-        let views = views(&mut ChaCha8Rng::seed_from_u64(21), &lens, (ROWS, COLUMNS), 12, 40.0, 0.03);
-        choose_terms(&views, ROWS, COLUMNS).unwrap()
-    };
-    for (truth, expected) in [
+    let truths = [
         ([0.0; 5], Terms::None),
         ([-0.2, 0.0, 0.0, 0.0, 0.0], Terms::K1),
         ([-0.2, 0.1, 0.0, 0.0, 0.0], Terms::K1K2),
         ([-0.2, 0.1, 0.004, -0.003, 0.0], Terms::K1K2P1P2),
-        ([-0.2, 0.1, 0.004, -0.003, 0.2], Terms::All5),
-    ] {
-        let found = chosen(truth);
-        assert_eq!(found.terms, expected, "{:#?}", found.cross_validation);
-        assert_eq!(found.cross_validation.len(), Terms::ALL.len());
-        assert!(found.estimate.sigma()[expected.estimated().end..].iter().all(|sigma| *sigma == 0.0));
+        ([-0.2, 0.1, 0.004, -0.003, 0.3], Terms::All5),
+    ];
+    let mut exact = 0;
+    for (terms, expected) in truths {
+        let mut parameters = wide().to_array();
+        parameters[4..].copy_from_slice(&terms);
+        let lens = Lens::from_array(parameters);
+        for seed in 0..4 {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let views = views(&mut random, &lens, (ROWS, COLUMNS), 12, 40.0, 0.03);
+            let found = choose_terms(&views, ROWS, COLUMNS)
+                .unwrap_or_else(|error| panic!("{terms:?} {seed}: {error}"));
+            // What is there is never missed.
+            assert!(found.terms >= expected, "{:#?}", found.cross_validation);
+            assert_eq!(found.cross_validation.len(), Terms::ALL.len());
+            assert!(found.estimate.sigma()[found.terms.estimated().end..].iter().all(|sigma| *sigma == 0.0));
+            exact += usize::from(found.terms == expected);
+        }
     }
+    // One standard error is exceeded by chance in one case of six; of twenty, fewer than twelve are right once in three hundred times.
+    assert!(exact >= 12, "{exact} of 20");
 }
 
 #[test]
