@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use epirig::lens::views::{LensCalibration, PlanarPoint, Terms, View, calibrate, choose_terms};
-use epirig::lens::{Lens, opencv_yaml, ros_camera_info};
+use epirig::lens::{Lens, opencv_yaml};
 
 const ROWS: usize = 480;
 const COLUMNS: usize = 640;
@@ -92,9 +92,22 @@ fn view(corners: &[f64]) -> View {
     corners.chunks_exact(2).enumerate().map(point).collect()
 }
 
-/// Our calibration without the views in which it finds fault.
-fn calibrated(views: &[View]) -> LensCalibration {
-    calibrate(views, ROWS, COLUMNS, Terms::All5).unwrap()
+/// Holds our calibration of `views`, from whatever corners, to what OpenCV has said of its own corners.
+fn agrees_with_opencv(views: &[View], said: &str) -> LensCalibration {
+    let (lens, sigma) = (&numbers(said, "lens")[0], &numbers(said, "sigma")[0]);
+    let found = calibrate(views, ROWS, COLUMNS, Terms::All5).unwrap();
+    let ours = found.estimate.lens.to_array();
+    for (index, name) in Lens::NAMES.into_iter().enumerate() {
+        let error = (ours[index] - lens[index]) / sigma[index];
+        assert!(error.abs() < 3.0, "{name}: {} {} differ by {error} sigma", ours[index], lens[index]);
+        // Since 4.7 OpenCV scales the inverse of the normal matrix by the sum of squares over the degrees of freedom, as we do.
+        let ratio = found.estimate.sigma()[index] / sigma[index];
+        assert!((0.8..1.25).contains(&ratio), "the standard deviation of {name} is {ratio} times OpenCV's");
+    }
+    for index in 0..2 {
+        assert!((ours[index] / lens[index] - 1.0).abs() < 0.002, "{} {}", ours[index], lens[index]);
+    }
+    found
 }
 
 #[test]
@@ -105,31 +118,85 @@ fn the_same_corners_give_the_lens_that_opencv_finds() {
     }
     let said = python(CORNERS, &photographs());
     let views: Vec<View> = numbers(&said, "corners").iter().map(|corners| view(corners)).collect();
+    let found = agrees_with_opencv(&views, &said);
     let (rms, lens, sigma) =
         (numbers(&said, "rms")[0][0], &numbers(&said, "lens")[0], &numbers(&said, "sigma")[0]);
-    let found = calibrated(&views);
-    println!("opencv {rms} {lens:?} {sigma:?}");
-    println!("epirig {} {:?} {:?}", found.rms_px, found.estimate.lens.to_array(), found.estimate.sigma());
-    println!("{:?} {:?} {:?} {:?}", found.rejected, found.warnings, found.coverage, found.views);
-    // OpenCV knows no wrong points, so that its residuals are at least as large.
     assert!(found.rms_px <= rms + 1e-9, "{} {rms}", found.rms_px);
-    let ours = found.estimate.lens.to_array();
-    for index in 0..2 {
+    // Nothing is rejected, so both minimise the same sum, and end where a step changes nothing that is known.
+    assert!(found.rejected.is_empty(), "{:?}", found.rejected);
+    for (index, ours) in found.estimate.lens.to_array().into_iter().enumerate() {
         assert!(
-            (ours[index] / lens[index] - 1.0).abs() < 0.002,
-            "{}: {} {}",
+            (ours - lens[index]).abs() < 1e-3 * sigma[index],
+            "{}: {ours} {}",
             Lens::NAMES[index],
-            ours[index],
             lens[index]
         );
     }
-    for index in 0..Lens::PARAMETERS {
-        assert!(
-            (ours[index] - lens[index]).abs() < 3.0 * sigma[index],
-            "{}: {} {}",
-            Lens::NAMES[index],
-            ours[index],
-            lens[index]
-        );
+    let chosen = choose_terms(&views, ROWS, COLUMNS).unwrap();
+    println!("{:#?}", chosen.cross_validation);
+    assert!(chosen.terms >= Terms::K1K2, "a lens of 60 deg bends lines: {:?}", chosen.cross_validation);
+}
+
+#[test]
+fn files_of_opencv_are_read() {
+    const TEST: &str = "files_of_opencv_are_read";
+    if !photographs_are_there(TEST) {
+        return;
+    }
+    let read =
+        |name: &str| opencv_yaml::read_lens(&std::fs::read_to_string(chessboards().join(name)).unwrap());
+    let sample = read("left_intrinsics.yml").unwrap();
+    assert_eq!((sample.rows, sample.columns), (Some(480), Some(640)));
+    assert_eq!(sample.lens.focal_length_x_px, 5.359_157_339_616_319_9e2);
+    assert_eq!(sample.lens.distortion.k3, 2.383_915_308_087_848_6e-1);
+    let pair = read("intrinsics.yml").unwrap();
+    assert_eq!((pair.rows, pair.columns), (None, None));
+    assert_eq!(pair.lens.principal_point_y_px, 2.406_618_305_406_633_7e2);
+    assert_eq!(pair.lens.distortion.k2, -1.035_466_204_304_267_5);
+    let message = read("stereo_calib.xml").unwrap_err().to_string();
+    assert!(message.contains("XML") && message.contains(".yml"), "{message}");
+}
+
+#[test]
+fn opencv_reads_our_file_to_the_last_bit_and_we_its() {
+    const TEST: &str = "opencv_reads_our_file_to_the_last_bit_and_we_its";
+    if !python_is_there(TEST) {
+        return;
+    }
+    let script = r#"
+import sys, cv2
+file = cv2.FileStorage(sys.argv[1], cv2.FILE_STORAGE_READ)
+matrix, terms = (file.getNode(name).mat() for name in ["camera_matrix", "distortion_coefficients"])
+print("size", int(file.getNode("image_height").real()), int(file.getNode("image_width").real()))
+print("lens", *[repr(float(n)) for n in [matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2], *terms.ravel()]])
+again = cv2.FileStorage(sys.argv[2], cv2.FILE_STORAGE_WRITE)
+again.write("cameraMatrix", matrix)
+again.write("dist_coeffs", terms)
+again.release()
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    let [ours, theirs] = ["ours.yml", "theirs.yml"].map(|name| folder.path().join(name));
+    let third = 1.0 / 3.0;
+    for parameters in [
+        [
+            2844.0 + third,
+            2843.0 - third,
+            511.5,
+            517.0 * third,
+            -0.1 * third,
+            1e-7 * third,
+            -3e-5,
+            1e-300,
+            -7e12,
+        ],
+        [1.0, 2.0, -3.0, 0.0, 0.0, 0.0, f64::MIN_POSITIVE, -0.0, 1e22],
+    ] {
+        let lens = Lens::from_array(parameters);
+        std::fs::write(&ours, opencv_yaml::write(1024, 1280, &lens)).unwrap();
+        let said = python(script, &[ours.clone(), theirs.clone()]);
+        assert_eq!(numbers(&said, "size"), [[1024.0, 1280.0]]);
+        assert_eq!(numbers(&said, "lens"), [parameters]);
+        let back = opencv_yaml::read_lens(&std::fs::read_to_string(&theirs).unwrap()).unwrap();
+        assert_eq!(back.lens.to_array(), parameters);
     }
 }

@@ -62,6 +62,13 @@ mod tests {
         }
     }
 
+    #[test]
+    fn deep_nesting_is_no_crash() {
+        for bracket in ["[", "{a: ", "- "] {
+            assert!(read_lens(&format!("a: 1\nb: {}", bracket.repeat(100_000))).is_err());
+        }
+    }
+
     const SAMPLE: &str = "%YAML:1.0\n---\nimage_width: 640\nflags: 2\nM1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ \
         5.3480326845051309e+02, 0., 3.3568643204394891e+02, 0.,\n       5.3480326845051309e+02, 2.4066183054066337e+02, 0., 0., 1. ]\n\
         D1: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ 2.9589439552724328e-01, -1.03, 0., .5, 0. ]\n";

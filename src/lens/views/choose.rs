@@ -15,7 +15,7 @@ const FOLDS: usize = 10;
 ///
 /// K-fold cross-validation over the views. The board's pose in a view that is held out is fitted to every other point with the lens as it
 /// is, and judged by the rest; then the other way about. Terms are worse if their squared error, less that of the best in the same
-/// views, is above its standard error. Points that the fit with all terms rejects take no part.
+/// views, is above its standard error; terms with which no lens is found are not in the table. Points that the fit with all terms rejects take no part.
 ///
 /// # Errors
 /// As of [`calibrate`]; four views are needed.
@@ -27,8 +27,14 @@ pub fn choose_terms(views: &[View], rows: usize, columns: usize) -> Result<LensC
     let full = Solution { lens: full.estimate.lens, poses: full.poses };
     let mut errors = Vec::with_capacity(Terms::ALL.len());
     for terms in Terms::ALL {
-        let (solution, _) = solve(views, &used, terms, full.clone(), Loss::Squares)?;
-        errors.push((terms, held_out(views, &used, terms, &solution)?));
+        let judged = solve(views, &used, terms, full.clone(), Loss::Squares)
+            .and_then(|(solution, _)| held_out(views, &used, terms, &solution));
+        match judged {
+            Ok(judged) => errors.push((terms, judged)),
+            // Terms with which no lens is found are not chosen.
+            Err(LensError::Search(_)) => {}
+            Err(other) => return Err(other),
+        }
     }
     let told = |view: &usize| errors.iter().all(|(_, errors)| errors[*view].is_finite());
     let judges: Vec<usize> = (0..views.len()).filter(told).collect();
