@@ -78,12 +78,12 @@ mod tests {
         let found = read_lens(SAMPLE).unwrap();
         assert_eq!((found.rows, found.columns), (None, Some(640)));
         let [fx, fy, cx, cy] = [
-            5.348_032_684_505_130_9e2,
-            5.348_032_684_505_130_9e2,
-            3.356_864_320_439_489_1e2,
+            5.348_032_684_505_131e2,
+            5.348_032_684_505_131e2,
+            3.356_864_320_439_489e2,
             2.406_618_305_406_633_7e2,
         ];
-        assert_eq!(found.lens.to_array(), [fx, fy, cx, cy, 2.958_943_955_272_432_8e-1, -1.03, 0.0, 0.5, 0.0]);
+        assert_eq!(found.lens.to_array(), [fx, fy, cx, cy, 2.958_943_955_272_433e-1, -1.03, 0.0, 0.5, 0.0]);
     }
 
     #[test]

@@ -11,8 +11,6 @@ mod findings;
 mod homography;
 mod problem;
 mod start;
-#[cfg(test)]
-mod tests;
 
 use serde::{Deserialize, Serialize};
 
@@ -170,3 +168,6 @@ pub struct HeldOut {
     /// Standard error of the excess, from its scatter between views, in px2; 0 for the best set.
     pub excess_error_px2: f64,
 }
+
+#[cfg(test)]
+mod tests;
