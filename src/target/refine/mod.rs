@@ -1,8 +1,10 @@
 //! One corner to a few thousandths of a pixel: a least-squares fit of two blurred edges that cross.
 //!
-//! The model is I = (1 + hx x + hy y) (a + b E1 E2) with E = erf(n (p - c) / (sqrt(2) s)) for either edge: centre c, two directions, blur s, mean a, half the
-//! step b, and light that grows along a direction. Light is a factor, because the step grows with it as the mean does. Truth and model both look the same after half
-//! a turn about the centre, so what the model leaves out (the square pixel, edges that are not at right angles, ink that has spread) does not move it.
+//! The model is I = (1 + hx x + hy y) (a + b f) with the pattern f of two edges, +1 and -1 in turn, under a Gaussian blur: centre c, two directions, blur s, mean a,
+//! half the step b, and light that grows along a direction. Light is a factor, because the step grows with it as the mean does. For edges at right
+//! angles f is the product of erf(z1 / sqrt(2)) and erf(z2 / sqrt(2)), where z is the distance from an edge over s. Otherwise it is the mean product of the signs of two
+//! normal variables with means z1, z2 and the correlation of the edges' normals; its derivative by the correlation is four times their joint density at 0. Truth and
+//! model both look the same after half a turn about the centre, so what is left out (the square pixel, ink that has spread) hardly moves it.
 //! Nine unknowns, by the method of Levenberg and Marquardt; the standard deviation is that of the fit's covariance, with the noise that the residuals show.
 
 use std::f64::consts::{FRAC_2_SQRT_PI, PI, SQRT_2};
@@ -113,9 +115,32 @@ fn edge(u: f64, blur: f64) -> (f64, f64) {
     ((1.0 - polynomial * gauss).copysign(u), FRAC_2_SQRT_PI * gauss / (SQRT_2 * blur))
 }
 
+/// Joint density at (z1, z2) of two standard normal variables with this correlation, times 4.
+fn joint(z1: f64, z2: f64, correlation: f64) -> f64 {
+    let rest = 1.0 - correlation * correlation;
+    let exponent = -0.5 * (z1 * z1 - 2.0 * correlation * z1 * z2 + z2 * z2) / rest;
+    2.0 * exponent.exp() / (PI * rest.sqrt())
+}
+
+/// What correlation adds to the product of both edges: the integral of [`joint`] from no correlation on, by Gauss and Legendre's rule of five points.
+fn beyond_product(z1: f64, z2: f64, correlation: f64) -> f64 {
+    const NODES: [(f64, f64); 5] = [
+        (0.046_910_077, 0.118_463_443),
+        (0.230_765_345, 0.239_314_335),
+        (0.5, 0.284_444_444),
+        (0.769_234_655, 0.239_314_335),
+        (0.953_089_923, 0.118_463_443),
+    ];
+    correlation * NODES.iter().map(|(node, weight)| weight * joint(z1, z2, node * correlation)).sum::<f64>()
+}
+
 fn normal(window: &Window, at: &Unknowns) -> Normal {
     let [x, y, one, two, blur, mean, step, light_x, light_y] = at.data.0[0];
     let ((sin1, cos1), (sin2, cos2)) = (one.sin_cos(), two.sin_cos());
+    // Of the normals: the cosine of the angle between the edges.
+    let correlation = cos1 * cos2 + sin1 * sin2;
+    let by_angle = sin2 * cos1 - cos2 * sin1;
+    let uncorrelated = (1.0 - correlation * correlation).sqrt().max(f64::MIN_POSITIVE);
     let mut squares = 0.0;
     let mut upper = [[0.0_f64; UNKNOWNS]; UNKNOWNS];
     let mut side = [0.0_f64; UNKNOWNS];
@@ -124,18 +149,24 @@ fn normal(window: &Window, at: &Unknowns) -> Normal {
         let (u1, u2) = (qy * cos1 - qx * sin1, qy * cos2 - qx * sin2);
         let ((e1, d1), (e2, d2)) = (edge(u1, blur), edge(u2, blur));
         let light = 1.0 + light_x * px + light_y * py;
-        let pattern = mean + step * e1 * e2;
+        let (z1, z2) = (u1 / blur, u2 / blur);
+        let near = d1 > 0.0 && d2 > 0.0;
+        let cross = e1 * e2 + if near { beyond_product(z1, z2, correlation) } else { 0.0 };
+        let pattern = mean + step * cross;
         let residual = value - light * pattern;
         squares += residual * residual;
-        let (by_u1, by_u2) = (light * step * d1 * e2, light * step * d2 * e1);
+        let scale = light * step;
+        let by_u1 = if d1 > 0.0 { scale * d1 * edge(z2 - correlation * z1, uncorrelated).0 } else { 0.0 };
+        let by_u2 = if d2 > 0.0 { scale * d2 * edge(z1 - correlation * z2, uncorrelated).0 } else { 0.0 };
+        let by_turn = if near { scale * joint(z1, z2, correlation) * by_angle } else { 0.0 };
         let row = [
             by_u1 * sin1 + by_u2 * sin2,
             -by_u1 * cos1 - by_u2 * cos2,
-            -by_u1 * (qx * cos1 + qy * sin1),
-            -by_u2 * (qx * cos2 + qy * sin2),
+            by_turn - by_u1 * (qx * cos1 + qy * sin1),
+            -by_turn - by_u2 * (qx * cos2 + qy * sin2),
             -(by_u1 * u1 + by_u2 * u2) / blur,
             light,
-            light * e1 * e2,
+            light * cross,
             px * pattern,
             py * pattern,
         ];

@@ -52,7 +52,8 @@ impl Spread {
 
     /// Share of the pixel's light that comes from below `x`, relative to the pixel's centre.
     fn below(&self, x: f64) -> f64 {
-        let at = (x + self.1) * Self::FINE;
+        // A box of an even number of grid points lies half a point before its index.
+        let at = (x + self.1) * Self::FINE + 0.5;
         if at <= 0.0 {
             return 0.0;
         }
