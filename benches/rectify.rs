@@ -42,7 +42,8 @@ fn rectify(criterion: &mut Criterion) {
         .collect();
     let mut remapped = vec![vec![0.0; places.len()]; FRAMES];
 
-    let name = format!("{FRAMES} frames of {SIDE} x {SIDE} to {} x {}, one core", camera.columns, camera.rows);
+    let name =
+        format!("{FRAMES} frames of {SIDE} x {SIDE} to {} x {}, one core", camera.columns, camera.rows);
     let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements((places.len() * FRAMES) as u64));
     group.sample_size(10);

@@ -39,7 +39,9 @@ pub enum VolumeError {
         frames: usize,
     },
     /// A frame as the sensor gave it was to go into a volume of rectified ones.
-    #[error("frame {index} is not rectified, the volume holds rectified frames; put it in through the rectifier")]
+    #[error(
+        "frame {index} is not rectified, the volume holds rectified frames; put it in through the rectifier"
+    )]
     NotRectified {
         /// Index of the frame, from 0.
         index: usize,

@@ -107,10 +107,7 @@ mod tests {
         assert!(matches!(dark.prepared(3, 4), Err(RectifyError::CorrectionSize { plane: "dark", .. })));
         let mut gain = Correction { multiply: plane(3, 1.0), ..Correction::default() };
         gain.multiply.as_mut().unwrap().row_mut(2)[1] = f32::NAN;
-        assert_eq!(
-            gain.prepared(3, 4),
-            Err(RectifyError::CorrectionValue { plane: "gain", x: 1, y: 2 })
-        );
+        assert_eq!(gain.prepared(3, 4), Err(RectifyError::CorrectionValue { plane: "gain", x: 1, y: 2 }));
         let all = (0..12).map(|index| (index % 4, index / 4)).collect();
         let all = Correction { hot: all, ..Correction::default() };
         assert_eq!(all.prepared(3, 4), Err(RectifyError::Hot { x: 0, y: 0 }));

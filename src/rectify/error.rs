@@ -26,12 +26,14 @@ pub enum RectifyError {
         /// Row of the rectified pixel.
         y: usize,
     },
-    /// The raw image is too large for the table of places.
-    #[error("frames of {columns} x {rows} are too large: at most 2^32 pixels can be rectified")]
+    /// The raw or the rectified image is too large for the table of places.
+    #[error(
+        "images of {columns} x {rows} are too large: at most 2^32 pixels can be rectified; check the sizes in the calibration"
+    )]
     TooLarge {
-        /// Rows of the raw frames.
+        /// Rows of the image.
         rows: usize,
-        /// Columns of the raw frames.
+        /// Columns of the image.
         columns: usize,
     },
     /// A plane of the correction has another size than the raw frames.
@@ -52,7 +54,9 @@ pub enum RectifyError {
         expected_columns: usize,
     },
     /// A correction that is no number, or infinite.
-    #[error("the {plane} frame has no finite value at ({x}, {y}); list that pixel as hot and give it any value")]
+    #[error(
+        "the {plane} frame has no finite value at ({x}, {y}); list that pixel as hot and give it any value"
+    )]
     CorrectionValue {
         /// Which: what is subtracted ("dark") or multiplied ("gain").
         plane: &'static str,
@@ -62,7 +66,9 @@ pub enum RectifyError {
         y: usize,
     },
     /// A hot pixel has no good neighbour to be replaced by, or lies outside the raw image.
-    #[error("the hot pixel ({x}, {y}) cannot be replaced: it lies outside the frame, or no good pixel is near")]
+    #[error(
+        "the hot pixel ({x}, {y}) cannot be replaced: it lies outside the frame, or no good pixel is near"
+    )]
     Hot {
         /// Column.
         x: usize,

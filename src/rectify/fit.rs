@@ -61,7 +61,8 @@ impl Mapping {
         }
         let (last_x, last_y) = ((raw_columns - 1) as f64, (raw_rows - 1) as f64);
         let (middle_x, middle_y) = (0.5 * last_x, 0.5 * last_y);
-        let Some((x, y)) = mapping.rectified(middle_x, middle_y).filter(|(x, y)| x.is_finite() && y.is_finite())
+        let Some((x, y)) =
+            mapping.rectified(middle_x, middle_y).filter(|(x, y)| x.is_finite() && y.is_finite())
         else {
             return Err(nothing);
         };

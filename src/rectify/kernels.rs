@@ -79,7 +79,10 @@ fn filter_lines<S: Simd>(_simd: S, buffer: &mut [Pixel], stride: usize) {
             for row in rows {
                 let block = &mut row[start..end];
                 if !begun {
-                    states.iter_mut().zip(&*block).for_each(|(state, &pixel)| *state = constant_before(pixel));
+                    states
+                        .iter_mut()
+                        .zip(&*block)
+                        .for_each(|(state, &pixel)| *state = constant_before(pixel));
                     begun = true;
                 }
                 block.iter_mut().zip(&mut states).for_each(|(pixel, state)| step(pixel, state));

@@ -19,6 +19,8 @@ use crate::volume::Volume;
 const BAND: usize = 64;
 /// Mirrored pixels around a row: for the filter to settle, and for the taps of samples at the border.
 const PAD: usize = HORIZON + TAPS;
+/// What a place on the border of the raw image may seem to lie outside by, in px.
+const ROUNDING_PX: f64 = 1e-6;
 /// Coefficients before the pixel of a sample.
 const BEFORE: usize = TAPS / 2 - 1;
 
@@ -76,8 +78,12 @@ impl Rectifier {
         let (rows, columns) = (mapping.raw_rows, mapping.raw_columns);
         let camera = mapping.camera;
         let stride = columns.saturating_add(2 * PAD);
-        if stride.saturating_mul(rows.saturating_add(2 * PAD)) > u32::MAX as usize {
+        let too_large = |rows: usize, columns: usize| rows.saturating_mul(columns) > u32::MAX as usize;
+        if too_large(rows.saturating_add(2 * PAD), stride) {
             return Err(RectifyError::TooLarge { rows, columns });
+        }
+        if too_large(camera.rows, camera.columns) {
+            return Err(RectifyError::TooLarge { rows: camera.rows, columns: camera.columns });
         }
         let replaced = correction.prepared(rows, columns)?;
         let mut rectifier = Self {
@@ -178,7 +184,10 @@ impl Rectifier {
         self.starts = vec![0; rows * columns];
         self.fractions_x = vec![0.0; rows * columns];
         self.fractions_y = vec![0.0; rows * columns];
-        let inside = |place: f64, size: usize| place >= 0.0 && place <= size as f64 - 1.0;
+        let within = |place: f64, size: usize| {
+            let last = size as f64 - 1.0;
+            (place >= -ROUNDING_PX && place <= last + ROUNDING_PX).then(|| place.clamp(0.0, last.max(0.0)))
+        };
         let width = columns.max(1);
         let lines = self.starts.par_chunks_mut(width).zip(self.fractions_x.par_chunks_mut(width));
         let lines = lines.zip(self.fractions_y.par_chunks_mut(width)).enumerate();
@@ -188,9 +197,10 @@ impl Rectifier {
                 for (x, ((start, fraction_x), fraction_y)) in places.enumerate() {
                     let (a, b) = mapping.raw_ray(&rotation, x as f64, y as f64);
                     let (raw_x, raw_y) = mapping.lens.pixel(a, b);
-                    if !inside(raw_x, mapping.raw_columns) || !inside(raw_y, mapping.raw_rows) {
+                    let places = (within(raw_x, mapping.raw_columns), within(raw_y, mapping.raw_rows));
+                    let (Some(raw_x), Some(raw_y)) = places else {
                         return Some(RectifyError::Outside { x, y });
-                    }
+                    };
                     let (column, row) = (raw_x.floor(), raw_y.floor());
                     let first = (row as usize + PAD - BEFORE) * stride + column as usize + PAD - BEFORE;
                     *start = first as u32;

@@ -20,7 +20,11 @@ pub(super) fn weights(fraction: f32) -> [f32; TAPS] {
     let side = |t: f32| {
         let t2 = t * t;
         let t4 = t2 * t2;
-        [t4 * t, 1.0 + 5.0 * (t + 2.0 * t2 + 2.0 * t2 * t + t4 - t4 * t), 26.0 + 50.0 * t + 20.0 * (t2 - t2 * t - t4) + 10.0 * t4 * t]
+        [
+            t4 * t,
+            1.0 + 5.0 * (t + 2.0 * t2 + 2.0 * t2 * t + t4 - t4 * t),
+            26.0 + 50.0 * t + 20.0 * (t2 - t2 * t - t4) + 10.0 * t4 * t,
+        ]
     };
     let ([a, b, c], [d, e, f]) = (side(1.0 - fraction), side(fraction));
     [a, b, c, f, e, d].map(|weight| weight * (1.0 / 120.0))
@@ -61,7 +65,8 @@ mod tests {
             assert!(value.abs() < 1e-6, "{pole}: {value}");
         }
         // The sum of the coefficients of the polynomial, 120, is reached at z = 1, each axis once.
-        let product: f64 = POLES.iter().map(|&pole| (1.0 - f64::from(pole)).powi(2) / -f64::from(pole)).product();
+        let product: f64 =
+            POLES.iter().map(|&pole| (1.0 - f64::from(pole)).powi(2) / -f64::from(pole)).product();
         assert!((product - 120.0).abs() < 1e-4, "{product}");
     }
 }

@@ -65,7 +65,8 @@ fn a_texture_is_found_where_the_lens_puts_it() {
     for phase in [0.0, 1.0, 2.0] {
         let scene = |x: f64, y: f64| {
             32_000.0
-                + amplitude * waves.iter().map(|(a, b, c)| (a * x + b * y + c * (1.0 + phase)).sin()).sum::<f64>()
+                + amplitude
+                    * waves.iter().map(|(a, b, c)| (a * x + b * y + c * (1.0 + phase)).sin()).sum::<f64>()
         };
         let volume = rectified(mapping, Correction::default(), &[frame(16, scene)]);
         let found = plane(&volume, 0);
@@ -228,7 +229,8 @@ fn noise_is_left_as_the_kernel_predicts() {
     for (x, y) in [(0.5, 0.5), (0.25, 0.0), (0.5, 0.1), (0.8, 0.3)] {
         let volume = rectified(shifted(x, y), Correction::default(), &frames);
         let planes: Vec<_> = (0..8).map(|t| plane(&volume, t)).collect();
-        let found = variance(&mut planes.iter().flat_map(|plane| plane.values()).map(|&value| f64::from(value)));
+        let found =
+            variance(&mut planes.iter().flat_map(|plane| plane.values()).map(|&value| f64::from(value)));
         let expected = raw * noise_share(x) * noise_share(y);
         // 8 x 25200 samples tell a variance to 0.3 %; neighbours are correlated by half at most, which is twice that.
         assert!((found / expected - 1.0).abs() < 0.02, "({x}, {y}): {found}, expected {expected}");
