@@ -167,7 +167,7 @@ fn sample_row<S: Simd>(_simd: S, taps: Taps, out: &mut [[u16; LANES]]) {
     for x in 0..count {
         let start = starts[x] as usize - taps.offset;
         let mut sum = [0.0; LANES];
-        for j in 0..TAPS {
+        for (j, down) in down.iter().enumerate() {
             let row = &taps.coefficients[start + j * taps.stride..][..TAPS];
             let mut line = [0.0; LANES];
             for i in 0..TAPS {
@@ -176,7 +176,7 @@ fn sample_row<S: Simd>(_simd: S, taps: Taps, out: &mut [[u16; LANES]]) {
                 }
             }
             for lane in 0..LANES {
-                sum[lane] += down[j][x] * line[lane];
+                sum[lane] += down[x] * line[lane];
             }
         }
         out[x] = rounded(sum);

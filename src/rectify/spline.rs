@@ -1,18 +1,27 @@
 //! The kernel of the resampling: the quintic B-spline through all pixels (Unser 1999).
+//!
+//! Shift of a wave by the resampling, worst of windows of 9 px, and time for a sample beside that of a plain bilinear remap:
+//!
+//! | | 6.3 px | 4.2 px | 3.1 px | time |
+//! | --- | --- | --- | --- | --- |
+//! | cubic | 0.0011 px | 0.0062 px | 0.0235 px | 0.6 |
+//! | quintic | 0.0001 px | 0.0007 px | 0.0056 px | 0.9 |
+//!
+//! Measured with roll 0.7 deg, pan 0.4 deg and k1 = -0.02, which take every fraction of a pixel in turn.
 
 /// Number of coefficients that a sample is made of, along each axis.
 pub(super) const TAPS: usize = 6;
 /// Poles of the filter from samples to coefficients: roots of z^4 + 26 z^3 + 66 z^2 + 26 z + 1 within the unit circle.
-pub(super) const POLES: [f32; 2] = [-0.430_575_35, -0.043_096_288];
+pub(super) const POLES: [f32; 2] = [-0.430_575_35, -0.043_096_29];
 /// After as many pixels nothing is left of where the filter began: 0.4306^17 = 6e-7, a fiftieth of a count of a fine volume at
 /// full scale.
 pub(super) const HORIZON: usize = 17;
 
 /// How far inside the raw image rectified pixels stay, in px.
 ///
-/// The filter mirrors the image at its borders, which bends a ramp there. So far inside, the spline is off by 0.001 of what the
-/// ramp rises in a pixel, which is to say by 0.001 px, and by 0.43 times that a pixel farther in.
-pub const BORDER_PX: f64 = 6.0;
+/// The filter mirrors the image at its borders, which bends a ramp there. So far inside, the spline is off by 0.0002 of what the
+/// ramp rises in a pixel, which is to say by 0.0002 px, and by 0.43 times that a pixel farther in.
+pub const BORDER_PX: f64 = 8.0;
 
 /// Weights of the coefficients at offsets -2 to 3 for a sample at `fraction` in [0, 1] beyond offset 0.
 #[inline(always)]

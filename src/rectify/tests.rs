@@ -59,8 +59,8 @@ fn plane(volume: &Volume, t: usize) -> Plane<f32> {
 #[test]
 fn a_texture_is_found_where_the_lens_puts_it() {
     let mapping = rig();
-    // Waves of 4.2 px and more: blur by 0.7 px leaves a half of those, and less of any shorter ones.
-    let waves = [(1.4, 0.5, 0.3), (-0.4, 1.3, 1.1), (0.9, -0.9, 2.0), (0.21, 0.13, 0.7)];
+    // Waves of 5 px and more: the spline's error grows with the sixth power of the frequency (Unser 1999), see `spline`.
+    let waves = [(1.2, 0.4, 0.3), (-0.4, 1.1, 1.1), (0.8, -0.8, 2.0), (0.21, 0.13, 0.7)];
     let amplitude = 5000.0;
     for phase in [0.0, 1.0, 2.0] {
         let scene = |x: f64, y: f64| {
@@ -115,8 +115,8 @@ fn a_ramp_is_followed_up_to_the_border_that_is_kept() {
             let (raw_x, raw_y) = mapping.raw(x as f64, y as f64);
             assert!(raw_x >= BORDER_PX && raw_x <= (COLUMNS - 1) as f64 - BORDER_PX);
             let error = f64::from(found.at(x, y)) - (500.0 + slope * raw_x + 10.0 * raw_y);
-            // 0.001 px of either slope, and half a count of 2 DN.
-            assert!(error.abs() < 0.00105 * (slope + 10.0) + 1.0, "({x}, {y}): {error}");
+            // 0.0002 px of either slope, half a count of 2 DN, and the rounding of sums of 32 bit floats up to 65535.
+            assert!(error.abs() < 0.0002 * (slope + 10.0) + 1.05, "({x}, {y}): {error}");
         }
     }
 }
