@@ -20,7 +20,7 @@
 //! - [`shift`]: how far the picture has moved between two frames.
 //! - [`target`]: chess-boards, found in frames, followed through a sequence, and printed.
 //! - [`epi`]: the matcher. It knows no files, stages or cameras: a volume and options in, maps out.
-//! - [`surface`]: disparity to height; [`evaluate`]: measured against truth, or against frames left out.
+//! - [`surface`]: disparity to height, trend, depth of hollows, profiles, roughness; [`evaluate`]: measured against truth, or against frames left out.
 //! - [`formats`], [`results`], [`report`]: files and pictures for other programs and for people.
 //!
 //! ```

@@ -35,7 +35,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("formats", &["plane"]),
     ("report", &["epi", "plane", "volume"]),
     ("results", &["epi", "formats", "plane", "scratch"]),
-    ("measure", &["epi", "plane", "progress", "report", "results", "sequence", "surface", "volume"]),
+    (
+        "measure",
+        &["epi", "formats", "plane", "progress", "report", "results", "sequence", "surface", "volume"],
+    ),
 ];
 
 /// Where files may be touched, besides the command line.

@@ -145,6 +145,7 @@ fn help_has_examples_and_completions_name_the_verbs() {
         "import",
         "verify",
         "match",
+        "surface",
         "evaluate",
         "export",
         "decode",

@@ -17,6 +17,7 @@ use crate::report::ReportError;
 use crate::results::ResultsError;
 use crate::sequence::SequenceError;
 use crate::stage::StageError;
+use crate::surface::SurfaceError;
 use crate::twin::TwinError;
 
 const TROUBLE: u8 = 1;
@@ -36,6 +37,8 @@ pub(super) enum CliError {
     Results(#[from] ResultsError),
     #[error(transparent)]
     Report(#[from] ReportError),
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     #[error(transparent)]
     Twin(#[from] TwinError),
     #[error(transparent)]
@@ -77,6 +80,7 @@ impl From<MeasureError> for CliError {
             MeasureError::Match(error) => Self::Match(error),
             MeasureError::Results(error) => Self::Results(error),
             MeasureError::Report(error) => Self::Report(error),
+            MeasureError::Surface(error) => Self::Surface(error),
         }
     }
 }
@@ -117,6 +121,10 @@ impl CliError {
             Self::Stage(error) => stage_code(error),
             Self::Camera(error) => camera_code(error),
             Self::Link(error) => link_code(error),
+            Self::Surface(error) => match error {
+                SurfaceError::EmptyLine { .. } => USAGE,
+                _ => INTEGRITY,
+            },
             Self::RecordedRig(_) | Self::Integrity(_) => INTEGRITY,
             Self::Report(_) | Self::Output(_) | Self::File { .. } => TROUBLE,
         }

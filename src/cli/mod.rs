@@ -23,6 +23,7 @@ mod rig;
 mod run;
 mod scan;
 mod simulate;
+mod surface;
 mod verify;
 
 use std::process::ExitCode;
@@ -78,6 +79,7 @@ enum Verb {
     Import(import::Import),
     Verify(verify::Verify),
     Match(matching::Match),
+    Surface(surface::Surface),
     Evaluate(evaluate::Evaluate),
     Export(export::Export),
     Decode(decode::Decode),
@@ -117,6 +119,7 @@ pub fn main() -> ExitCode {
         Verb::Import(verb) => verb.run(&talk),
         Verb::Verify(verb) => verb.run(&talk),
         Verb::Match(verb) => verb.run(&talk),
+        Verb::Surface(verb) => verb.run(&talk),
         Verb::Evaluate(verb) => verb.run(&talk),
         Verb::Export(verb) => verb.run(&talk),
         Verb::Decode(verb) => verb.run(&talk),

@@ -1,15 +1,20 @@
-//! Maps in the file formats that other programs read: PFM, TIFF and NumPy.
+//! Maps in the file formats that other programs read: PFM, TIFF and NumPy; surfaces as PLY and GSF.
 //!
-//! All hold 32-bit floats, rows x columns. Unknown values are NaN in memory, TIFF and NPY, and infinity in PFM, as the
+//! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory, TIFF and NPY, and infinity in PFM, as the
 //! Middlebury benchmark has it.
 
+mod gsf;
 mod npy;
 mod pfm;
+mod ply;
 mod tiff;
 
 use thiserror::Error;
 
 use crate::plane::Plane;
+
+pub use gsf::gsf;
+pub use ply::{Vertex, ply};
 
 /// A format for maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! From a sequence to its folder of results: the stations in their order.
 
+mod inspect;
+
 use std::time::Instant;
 
 use thiserror::Error;
@@ -15,8 +17,10 @@ use crate::progress::Progress;
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
 use crate::results::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError, ResultsFolder};
 use crate::sequence::{Sequence, SequenceError, load_volume};
-use crate::surface::{Geometry, Heights, heights};
+use crate::surface::{Geometry, Heights, SurfaceError, heights};
 use crate::volume::Volume;
+
+pub use inspect::{LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
 
 /// Why a sequence has no results.
 #[derive(Debug, Error)]
@@ -34,6 +38,9 @@ pub enum MeasureError {
     /// A picture cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
+    /// What was asked of the surface has no answer.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
 }
 
 /// What a measurement found.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use image::{GrayImage, RgbImage};
+use serde::Serialize;
 
 use super::{MatchSummary, ResultsError};
 use crate::epi::Answer;
@@ -23,7 +24,7 @@ pub fn mask_value(answer: Answer) -> u8 {
 }
 
 /// Files and folders that results consist of; a folder that holds anything else is never replaced.
-const OWN_NAMES: [&str; 18] = [
+const OWN_NAMES: [&str; 25] = [
     "match.json",
     "disparity.pfm",
     "disparity.tiff",
@@ -42,6 +43,13 @@ const OWN_NAMES: [&str; 18] = [
     "measured-and-truth.png",
     "height-along-row.png",
     "height-along-row.csv",
+    "surface",
+    "surface.json",
+    "surface.ply",
+    "height.gsf",
+    "hollows.csv",
+    "profile.csv",
+    "profile.png",
 ];
 
 /// Whether results may be put at `target`: nothing is there, or an empty folder, or results that may be replaced.
@@ -164,10 +172,18 @@ impl ResultsFolder {
     /// # Errors
     /// [`ResultsError::Io`].
     pub fn write_summary(&self, summary: &MatchSummary) -> Result<(), ResultsError> {
-        let path = self.target.join("match.json");
-        let text = serde_json::to_string_pretty(summary)
+        self.write_json("match.json", summary)
+    }
+
+    /// Writes a record as JSON.
+    ///
+    /// # Errors
+    /// [`ResultsError`] if it cannot be encoded or written.
+    pub fn write_json(&self, name: &str, record: &impl Serialize) -> Result<(), ResultsError> {
+        let path = self.target.join(name);
+        let text = serde_json::to_string_pretty(record)
             .map_err(|error| ResultsError::BadSummary { path, reason: error.to_string() })?;
-        self.write("match.json", (text + "\n").as_bytes())
+        self.write(name, (text + "\n").as_bytes())
     }
 
     /// Puts the folder in its final place, instead of what was there.

@@ -1,0 +1,160 @@
+//! `epirig surface`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::{CliError, Talk};
+use crate::measure::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface};
+use crate::results::{ResultsFolder, read_map, read_summary};
+use crate::sequence::Sequence;
+use crate::surface::{StepsOptions, TrendKind, heights};
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum TrendName {
+    /// Only the level
+    None,
+    /// Level and tilt
+    Plane,
+    /// Level, tilt and bow
+    Quadric,
+}
+
+/// Say how deep the hollows of a surface are, and how rough it is
+///
+/// Reads the results of `epirig match`, removes the trend, looks for two levels and tells their distance with its 95 % interval. The
+/// trend is a quadric by default: no tile is flat and no lens free of distortion to a tenth of a millimetre, and depth and trend are found
+/// together, so that the trend takes nothing of the depth.
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
+  epirig surface seq
+  epirig surface seq --profile 100,512,900,512 --profile-width 9
+  epirig surface seq --trend plane --overwrite
+
+The folder results/surface holds height_mm.tiff and height.gsf (after the trend), surface.ply (points as they are), hollows.csv,
+profile.csv, surface.json, and pictures."
+)]
+pub(super) struct Surface {
+    /// Folder of the sequence
+    seq: PathBuf,
+    /// Folder of the matcher's results [default: SEQ/results]
+    #[arg(long, value_name = "DIR")]
+    results: Option<PathBuf>,
+    /// Folder to write [default: surface in the folder of the results]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace what an earlier run has written
+    #[arg(long)]
+    overwrite: bool,
+    /// What is removed from the heights
+    #[arg(long, value_enum, default_value = "quadric")]
+    trend: TrendName,
+    /// Ends of a profile, in px [default: the middle row]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_delimiter = ',', num_args = 4)]
+    profile: Option<Vec<f64>>,
+    /// Over how many px across its line the profile is averaged
+    #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    profile_width: u32,
+}
+
+impl Surface {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let sequence = Sequence::open(&self.seq)?;
+        let geometry = geometry(&sequence).ok_or_else(|| {
+            CliError::Usage(format!(
+                "{}: heights need focal length and positions; import the images with --focal-length-px and --step-mm",
+                self.seq.display()
+            ))
+        })?;
+        let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
+        let matched = read_summary(&results)?;
+        let uid = &sequence.record().uid;
+        if matched.sequence_uid != *uid {
+            return Err(CliError::Integrity(format!(
+                "{} are results of another sequence; match {} again, or name its results with --results",
+                results.display(),
+                self.seq.display()
+            )));
+        }
+        let line = match self.profile.as_deref() {
+            Some(&[from_x, from_y, to_x, to_y]) => Some(((from_x, from_y), (to_x, to_y))),
+            _ => None,
+        };
+        let disparity = read_map(&results.join("disparity.tiff"))?;
+        let sigma = read_map(&results.join("sigma.tiff"))?;
+        if (disparity.rows(), disparity.columns()) != (sigma.rows(), sigma.columns()) {
+            return Err(CliError::Integrity(format!(
+                "{}: disparity and sigma differ in size; match the sequence again",
+                results.display()
+            )));
+        }
+        let heights = heights(geometry, &disparity, &sigma).ok_or_else(|| {
+            CliError::Integrity(format!(
+                "{}: no pixel has a disparity; look at mask.png there",
+                results.display()
+            ))
+        })?;
+        let trend = match self.trend {
+            TrendName::None => TrendKind::Constant,
+            TrendName::Plane => TrendKind::Plane,
+            TrendName::Quadric => TrendKind::Quadric,
+        };
+        // A height is made of what the cost's and the fit's window see, whichever is larger.
+        let window_px = matched.settings.window_px.max(matched.settings.fit_window_px);
+        let questions = SurfaceQuestions {
+            steps: StepsOptions::for_window(trend, window_px),
+            line,
+            profile_width_px: self.profile_width as usize,
+        };
+        let out = self.out.unwrap_or_else(|| results.join("surface"));
+        let folder = ResultsFolder::create(&out, self.overwrite)?;
+        let summary = inspect_surface(&heights, uid, &questions, &folder)?;
+        folder.commit()?;
+        talk.result(&summary, || {
+            format!("{}look at {}\n", describe(&summary), out.join("profile.png").display())
+        })
+    }
+}
+
+fn describe(summary: &SurfaceSummary) -> String {
+    let mut text = format!(
+        "distance           {:.2} mm, a pixel is {:.4} mm wide\n\
+         trend              tilt {:.4} deg along x, {:.4} deg along y; bow {:.4} mm over the field\n",
+        summary.distance_mm, summary.pixel_mm, summary.tilt_deg.0, summary.tilt_deg.1, summary.bow_mm,
+    );
+    if let Some(levels) = &summary.levels {
+        let depth = &levels.depth;
+        let interval =
+            depth.half_width_95_mm.map_or("not known: too few independent parts".to_owned(), |half| {
+                format!("+- {half:.4} mm with 95 % confidence")
+            });
+        let what = if levels.raised { "standing on the lower level" } else { "hollow" };
+        text.push_str(&format!(
+            "levels             two, {} part(s) {what}\ndepth              {:.4} mm, {interval}\n",
+            levels.parts.len(),
+            depth.depth_mm,
+        ));
+        if depth.scale_sigma_mm > 0.0 {
+            text.push_str(&format!(
+                "                   and {:.4} mm (one sigma) by the scale\n",
+                depth.scale_sigma_mm
+            ));
+        }
+        if let Some(rough) = &levels.roughness {
+            text.push_str(&format!(
+                "about the levels   Sa {:.4} mm, Sq {:.4} mm; noise alone would give Sq {:.4} mm\n",
+                rough.sa_mm, rough.sq_mm, rough.sq_noise_mm
+            ));
+        }
+    }
+    if let Some(reason) = &summary.no_levels {
+        text.push_str(&format!("levels             one: {reason}\n"));
+    }
+    let rough = &summary.roughness;
+    text + &format!(
+        "whole field        Sa {:.4} mm, Sq {:.4} mm, Sz {:.4} mm; noise alone would give Sq {:.4} mm\n",
+        rough.sa_mm, rough.sq_mm, rough.sz_mm, rough.sq_noise_mm
+    )
+}

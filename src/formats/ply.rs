@@ -1,0 +1,57 @@
+//! Points in space with their uncertainty: PLY, binary, little endian.
+
+/// A point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vertex {
+    /// x, y, z in mm.
+    pub place_mm: [f32; 3],
+    /// Standard deviation along z, in mm.
+    pub sigma_mm: f32,
+}
+
+/// Vertices x, y, z and sigma (all float, in mm) and triangles between them, by the vertices' numbers from 0.
+///
+/// `comments` go into the header; line breaks in them become spaces.
+pub fn ply(vertices: &[Vertex], triangles: &[[u32; 3]], comments: &[&str]) -> Vec<u8> {
+    let mut header = "ply\nformat binary_little_endian 1.0\ncomment x, y, z and sigma in mm\n".to_owned();
+    for comment in comments {
+        header.push_str(&format!("comment {}\n", comment.replace(['\n', '\r'], " ")));
+    }
+    header.push_str(&format!("element vertex {}\n", vertices.len()));
+    for name in ["x", "y", "z", "sigma"] {
+        header.push_str(&format!("property float {name}\n"));
+    }
+    header.push_str(&format!(
+        "element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        triangles.len()
+    ));
+    let mut bytes = header.into_bytes();
+    bytes.reserve(16 * vertices.len() + 13 * triangles.len());
+    for vertex in vertices {
+        vertex.place_mm.iter().chain([&vertex.sigma_mm]).for_each(|value| bytes.extend(value.to_le_bytes()));
+    }
+    for triangle in triangles {
+        bytes.push(3);
+        triangle.iter().for_each(|index| bytes.extend(index.to_le_bytes()));
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_byte_by_byte() {
+        let vertex = |x: f32| Vertex { place_mm: [x, 2.0, 3.0], sigma_mm: 0.5 };
+        let bytes = ply(&[vertex(0.0), vertex(1.0), vertex(2.0)], &[[0, 1, 2]], &["made\nby hand"]);
+        let header = "ply\nformat binary_little_endian 1.0\ncomment x, y, z and sigma in mm\ncomment made by hand\n\
+                      element vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float sigma\n\
+                      element face 1\nproperty list uchar uint vertex_indices\nend_header\n";
+        assert!(bytes.starts_with(header.as_bytes()));
+        let body = &bytes[header.len()..];
+        assert_eq!(body.len(), 3 * 16 + 13);
+        assert_eq!(body[16..20], [0, 0, 0x80, 0x3f], "1.0, the x of the second point");
+        assert_eq!(body[48..], [3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]);
+    }
+}
