@@ -1,4 +1,5 @@
-//! What we write is read by other programs: NumPy, OpenCV and Pillow see the same numbers in all formats.
+//! What we write is read by other programs: NumPy, OpenCV, Pillow, plyfile and gsffile see the same numbers in all
+//! formats.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
@@ -9,7 +10,7 @@ use std::process::Command;
 use support::{images, succeeds};
 
 const SCRIPT: &str = r#"
-import sys, numpy, cv2
+import sys, numpy, cv2, gsffile, plyfile
 from PIL import Image
 results = sys.argv[1]
 npy = numpy.load(results + "/disparity.npy")
@@ -27,27 +28,50 @@ assert numpy.isinf(pfm[~known]).all() and numpy.isnan(tiff[~known]).all()
 mask = cv2.imread(results + "/mask.png", cv2.IMREAD_UNCHANGED)
 assert ((mask == 255) == known).all()
 assert abs(numpy.median(npy[known]) - 8.0) < 0.01
+surface = results + "/surface"
+rest = cv2.imread(surface + "/height_mm.tiff", cv2.IMREAD_UNCHANGED)
+field, metadata = gsffile.read_gsf(surface + "/height.gsf")
+assert field.shape == (24, 64) and metadata["XYUnits"] == metadata["ZUnits"] == "m", metadata
+assert numpy.allclose(1000 * field, rest, rtol=1e-6, atol=0, equal_nan=True)
+assert (numpy.isfinite(field) == known).all()
+# A pixel is Z / f = 240 mm / 128 px wide.
+assert abs(metadata["XReal"] / 64 - 1.875e-3) < 5e-6 and abs(metadata["YReal"] / 24 - 1.875e-3) < 5e-6, metadata
+ply = plyfile.PlyData.read(surface + "/surface.ply")
+assert len(ply["vertex"]) == known.sum() and {"x", "y", "z", "sigma"} == {p.name for p in ply["vertex"].properties}
+height = cv2.imread(results + "/height_mm.tiff", cv2.IMREAD_UNCHANGED)
+assert (ply["vertex"]["z"] == height[known]).all()
+faces = numpy.stack(ply["face"]["vertex_indices"])
+assert faces.shape[1] == 3 and faces.max() < known.sum()
+corners = [numpy.stack([ply["vertex"][axis][faces[:, corner]] for axis in "xy"], 1) for corner in range(3)]
+first, second = corners[1] - corners[0], corners[2] - corners[0]
+# Seen from the camera, which is where z points, corners go round against the clock.
+assert (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] > 0).all()
+profile = numpy.genfromtxt(surface + "/profile.csv", delimiter=",", names=True)
+assert profile.dtype.names == ("x_px", "y_px", "distance_mm", "height_mm", "sigma_mm") and len(profile) == 64
+assert numpy.allclose(profile["height_mm"], rest[12], rtol=1e-6, atol=0, equal_nan=True)
 frame = cv2.imread(sys.argv[2], cv2.IMREAD_UNCHANGED)
 assert frame.shape == (24, 64) and frame.dtype == numpy.uint8
 "#;
 
 #[test]
 fn other_programs_read_the_same_numbers() {
-    let python = Command::new("python3").args(["-c", "import numpy, cv2, PIL"]).output();
+    let python = Command::new("python3").args(["-c", "import numpy, cv2, PIL, gsffile, plyfile"]).output();
     if !python.is_ok_and(|output| output.status.success()) {
         assert!(
             std::env::var_os("EPIRIG_REQUIRE_PYTHON").is_none(),
-            "python3 with numpy, cv2 and PIL is required"
+            "python3 with numpy, cv2, PIL, gsffile and plyfile is required"
         );
         eprintln!(
-            "SKIPPED other_programs_read_the_same_numbers: python3 with numpy, cv2 and PIL is not there"
+            "SKIPPED other_programs_read_the_same_numbers: python3 with numpy, cv2, PIL, gsffile and plyfile is not there"
         );
         return;
     }
     let folder = tempfile::tempdir().unwrap();
     images(&folder.path().join("photos"), 9);
-    succeeds(folder.path(), &["import", "photos", "--out", "seq"]);
+    let scale = ["--step-mm", "1.875", "--focal-length-px", "128"];
+    succeeds(folder.path(), &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
     succeeds(folder.path(), &["match", "seq"]);
+    succeeds(folder.path(), &["surface", "seq"]);
     let output = Command::new("python3")
         .args(["-c", SCRIPT, "seq/results", "seq/frames/0003.png"])
         .current_dir(folder.path())

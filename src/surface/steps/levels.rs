@@ -50,23 +50,51 @@ impl Levels {
 }
 
 /// The most likely two levels: a mixture of two Gaussians of one width about a trend and what lies a depth below (expectation and
-/// maximisation, Dempster et al. 1977), from three starts: about as much high as low, little low, little high. `start` is a trend through
-/// the whole of the field.
-pub(super) fn two_levels(points: &[Point], start: &[f64]) -> Option<Levels> {
-    let start = Levels { coefficients: start.to_vec(), depth_mm: 0.0 };
-    let rest: Vec<f64> = points.iter().map(|point| point.height_mm - start.upper_mm(&point.row)).collect();
-    let median = quantile(&mut rest.clone(), 0.5)?;
-    let mut off: Vec<f64> = rest.iter().map(|value| (value - median).abs()).collect();
+/// maximisation, Dempster et al. 1977). `middle` is a trend through the whole of the field.
+///
+/// It climbs to the nearest maximum, so there are five starts. About `middle`: as much high as low, little low, little high. And trends that keep
+/// to the upper or the lower side of the heights, because a large hollow on one side of the field tilts the middle.
+pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
+    let middle = Levels { coefficients: middle.to_vec(), depth_mm: 0.0 };
+    let rest = |trend: &Levels| -> Vec<f64> {
+        points.iter().map(|point| point.height_mm - trend.upper_mm(&point.row)).collect()
+    };
+    let below = |rest: &[f64], limit: f64| -> Vec<f64> {
+        rest.iter().map(|&value| f64::from(u8::from(value < limit))).collect()
+    };
+    let about = rest(&middle);
+    let median = quantile(&mut about.clone(), 0.5)?;
+    let mut off: Vec<f64> = about.iter().map(|value| (value - median).abs()).collect();
     let scatter = SIGMA_OF_MEDIAN * quantile(&mut off, 0.5)?;
-    let starts = [median, median - 3.0 * scatter, median + 3.0 * scatter];
+    let limits = [median, median - 3.0 * scatter, median + 3.0 * scatter];
+    let mut starts: Vec<Vec<f64>> = limits.into_iter().map(|limit| below(&about, limit)).collect();
+    for weight_above in [0.95, 0.05] {
+        let sided = sided(points, middle.clone(), weight_above)?;
+        let about = rest(&sided);
+        let mean = about.iter().sum::<f64>() / about.len() as f64;
+        starts.push(below(&about, mean));
+    }
     starts
         .into_iter()
-        .filter_map(|limit| {
-            let low = rest.iter().map(|&value| f64::from(u8::from(value < limit))).collect();
-            mixture(points, start.coefficients.len(), low)
-        })
+        .filter_map(|low| mixture(points, middle.coefficients.len(), low))
         .max_by(|one, other| one.1.total_cmp(&other.1))
         .map(|(levels, _)| levels)
+}
+
+/// A trend that keeps to one side: heights above it count `weight_above`, those below it the rest of 1 (expectiles, Newey and Powell 1987).
+fn sided(points: &[Point], mut trend: Levels, weight_above: f64) -> Option<Levels> {
+    const ROUNDS: usize = 10;
+    let terms = trend.coefficients.len();
+    for _ in 0..ROUNDS {
+        let mut sums = Normal::empty();
+        for point in points {
+            let above = point.height_mm > trend.upper_mm(&point.row);
+            let weight = if above { weight_above } else { 1.0 - weight_above };
+            sums.add(&point.row[..terms], point.height_mm, weight);
+        }
+        trend.coefficients = sums.solve(terms)?.values.as_slice().to_vec();
+    }
+    Some(trend)
 }
 
 /// Levels and the logarithm of their likelihood; `low` is how probably each point is low.
