@@ -125,7 +125,7 @@ fn mixture(points: &[Point], terms: usize, mut low: Vec<f64>) -> Option<(Levels,
             likelihood += larger + sum.ln();
         }
         let settled =
-            found.as_ref().is_some_and(|(_, before): &(Levels, f64)| likelihood - before < 1e-6 * count);
+            found.as_ref().is_some_and(|(_, before): &(Levels, f64)| likelihood - before < 1e-5 * count);
         if levels.depth_mm > 0.0 {
             found = Some((levels, likelihood));
         }
