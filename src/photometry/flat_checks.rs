@@ -49,13 +49,13 @@ pub(super) fn check_light(grid: &CellGrid, full_scale: u16) -> Result<(), Photom
     }
 }
 
-/// Frames that show the same but for brightness and noise; `grid` is of their mean as it is, `noise_dn` of a sample.
+/// Frames that show the same but for brightness and noise; `grid` is of all pixels of their mean as it is, `noise_dn` of a sample.
 pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> Result<(), PhotometryError> {
     if frames.len() < 2 {
         return Ok(());
     }
     let shares: Vec<Vec<f64>> =
-        frames.iter().map(|frame| shares_of(&CellGrid::of(&as_plane(frame)), grid)).collect();
+        frames.iter().map(|frame| shares_of(&CellGrid::of_all_pixels(&as_plane(frame)), grid)).collect();
     let levels: Vec<f64> = shares.iter().map(|shares| median(shares)).collect();
     let typical = median(&levels);
     let worst = (0..frames.len())

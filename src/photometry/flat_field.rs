@@ -164,7 +164,7 @@ fn take_up(frames: &[Frame], dark: Option<&DarkFrame>) -> Result<Flat, Photometr
         sums.variance_dn2(&bad).map(|variance| (variance - lamp_variance_dn2(frames)).max(0.0));
     let noise_dn = variance_dn2.unwrap_or(0.0).sqrt();
     check_light(&grid, frames[0].full_scale())?;
-    check_frames(frames, &CellGrid::of(&as_it_is), noise_dn)?;
+    check_frames(frames, &CellGrid::of_all_pixels(&as_it_is), noise_dn)?;
     check_uniformity(&grid, rows, columns, noise_dn / (frames.len() as f64).sqrt())?;
     let halves = halves.map(|(mut even, mut odd_mean)| {
         replace(&mut even, &bad);

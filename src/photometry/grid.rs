@@ -67,6 +67,18 @@ fn parts(size: usize) -> impl Iterator<Item = Range<usize>> + Clone {
 impl CellGrid {
     /// Of an image in DN.
     pub fn of(image: &Plane<f32>) -> Self {
+        Self::with(image, mean_without_outliers)
+    }
+
+    /// With all pixels: means that do not jump where an edge crosses a cell, so that frames can be compared.
+    pub(super) fn of_all_pixels(image: &Plane<f32>) -> Self {
+        Self::with(image, |values| {
+            let sum: f64 = values.iter().map(|&value| f64::from(value)).sum();
+            (sum / values.len() as f64, values.len())
+        })
+    }
+
+    fn with(image: &Plane<f32>, mean_of: impl Fn(&mut [f32]) -> (f64, usize)) -> Self {
         let columns = parts(image.columns());
         let mut values = Vec::new();
         let cells =
@@ -75,7 +87,7 @@ impl CellGrid {
             .map(|(columns, rows)| {
                 values.clear();
                 rows.clone().for_each(|y| values.extend_from_slice(&image.row(y)[columns.clone()]));
-                let (mean, pixels) = mean_without_outliers(&mut values);
+                let (mean, pixels) = mean_of(&mut values);
                 Cell { columns, rows, mean, pixels }
             })
             .collect();
