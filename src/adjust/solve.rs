@@ -9,9 +9,9 @@ use super::{AdjustError, Adjusted, Block, Loss, Problem};
 const STEPS: usize = 1000;
 /// A step that would lessen the sum of squares by less than this share of it changes nothing that is known.
 const CONVERGED: f64 = 1e-12;
-/// The same, absolute and for each residual: 1e-10 standard deviations, squared. Residuals that small are rounding, of which no share is
+/// The same, absolute and for each residual: 1e-8 standard deviations, squared. Residuals that small are rounding, of which no share is
 /// to be had.
-const NOTHING: f64 = 1e-20;
+const NOTHING: f64 = 1e-16;
 /// A pivot this much smaller than its diagonal element is rounding: the parameter depends on those before it.
 const PIVOT: f64 = 1e-13;
 
