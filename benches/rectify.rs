@@ -5,7 +5,8 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use epirig::frame::{Frame, Samples};
 use epirig::lens::{Distortion, Lens};
-use epirig::rectify::{Correction, Mapping, Rectifier};
+use epirig::photometry::Correction;
+use epirig::rectify::{Mapping, Rectifier};
 use epirig::tau::Tau;
 
 const SIDE: usize = 1024;

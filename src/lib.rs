@@ -36,6 +36,7 @@
 //! ```
 
 pub mod adjust;
+pub mod calibrate;
 pub mod camera;
 pub mod capture;
 pub mod cli;
@@ -61,6 +62,7 @@ pub mod stage;
 pub mod surface;
 pub mod target;
 pub mod tau;
+pub mod travel;
 pub mod twin;
 pub mod virtual_rig;
 pub mod volume;

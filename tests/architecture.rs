@@ -19,7 +19,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("target", &["frame", "plane"]),
     ("volume", &["frame", "tau"]),
     ("photometry", &["frame", "plane", "shift", "volume"]),
-    ("rectify", &["frame", "lens", "plane", "tau", "volume"]),
+    ("travel", &["adjust", "lens", "target"]),
+    ("rectify", &["frame", "lens", "photometry", "plane", "tau", "volume"]),
     ("twin", &["frame", "plane", "progress", "tau", "volume"]),
     ("link", &[]),
     ("stage", &["link"]),
@@ -30,6 +31,24 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("capture", &["camera", "frame", "progress", "sequence", "shift", "stage"]),
     ("preflight", &["camera", "capture", "frame", "plane", "progress", "shift", "stage"]),
     ("epi", &["plane", "progress", "tau", "volume"]),
+    (
+        "calibrate",
+        &[
+            "epi",
+            "formats",
+            "frame",
+            "lens",
+            "photometry",
+            "plane",
+            "progress",
+            "rectify",
+            "sequence",
+            "target",
+            "tau",
+            "travel",
+            "volume",
+        ],
+    ),
     ("surface", &["plane"]),
     ("evaluate", &["epi", "plane", "progress", "tau", "volume"]),
     ("formats", &["plane"]),
@@ -42,8 +61,15 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// Where files may be touched, besides the command line.
-const FILES: &[&str] =
-    &["src/link/", "src/scratch.rs", "src/sequence/", "src/results/", "src/camera/v4l2/discover.rs", UNSAFE];
+const FILES: &[&str] = &[
+    "src/link/",
+    "src/calibrate/folder.rs",
+    "src/scratch.rs",
+    "src/sequence/",
+    "src/results/",
+    "src/camera/v4l2/discover.rs",
+    UNSAFE,
+];
 
 /// The only place with unsafe code.
 const UNSAFE: &str = "src/camera/v4l2/kernel/";

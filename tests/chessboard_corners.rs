@@ -39,7 +39,11 @@ fn the_board_is_found_in_real_photographs() {
         let found = find_boards(&frame(file), &BOARD, 1);
         let time = start.elapsed();
         let c = found.first().map(|b| (b.corners.len(), b.complete, b.even_dark, b.blur_px, b.contrast_dn));
-        let sig = found.first().map(|b| {let mut v:Vec<f64>=b.corners.iter().map(|c|c.corner.sigma_px).collect(); v.sort_by(f64::total_cmp); (v[v.len()/2], v[v.len()-1])});
+        let sig = found.first().map(|b| {
+            let mut v: Vec<f64> = b.corners.iter().map(|c| c.corner.sigma_px).collect();
+            v.sort_by(f64::total_cmp);
+            (v[v.len() / 2], v[v.len() - 1])
+        });
         println!("{} {:?} {:?} {:?}", file.file_name().unwrap().to_string_lossy(), time, c, sig);
         complete += usize::from(found.first().is_some_and(|b: &FoundBoard| b.complete));
     }

@@ -89,8 +89,14 @@ impl Demo {
         let mut devices = Devices::of(&profile, None, talk)?;
         // Whoever asks for a small or noisy picture wants to see what comes of it.
         examine_shortly(&mut devices, &profile, &folder, talk)?;
-        let measured =
-            measure_object(devices, &MatchOptions::default(), &folder, Some(&truth.disparity), talk)?;
+        let measured = measure_object(
+            devices,
+            &profile,
+            &MatchOptions::default(),
+            &folder,
+            Some(&truth.disparity),
+            talk,
+        )?;
         let Measured { measurement, results, .. } = measured;
         write_truth(&folder.join("truth"), &truth)?;
         write_comparison(&results, &measurement, &truth, twin.config().scene.distance_mm())?;

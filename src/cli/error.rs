@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::interrupt::INTERRUPTED;
+use crate::calibrate::CalibrateError;
 use crate::camera::CameraError;
 use crate::capture::CaptureError;
 use crate::epi::MatchError;
@@ -25,12 +26,15 @@ const USAGE: u8 = 2;
 const NO_DEVICE: u8 = 3;
 const DEVICE: u8 = 4;
 const INTEGRITY: u8 = 5;
+const REJECTED: u8 = 6;
 const RESUMABLE: u8 = 7;
 
 #[derive(Debug, Error)]
 pub(super) enum CliError {
     #[error(transparent)]
     Sequence(#[from] SequenceError),
+    #[error(transparent)]
+    Calibrate(CalibrateError),
     #[error(transparent)]
     Match(#[from] MatchError),
     #[error(transparent)]
@@ -77,10 +81,20 @@ impl From<MeasureError> for CliError {
     fn from(error: MeasureError) -> Self {
         match error {
             MeasureError::Sequence(error) => Self::Sequence(error),
+            MeasureError::Calibrate(error) => Self::from(error),
             MeasureError::Match(error) => Self::Match(error),
             MeasureError::Results(error) => Self::Results(error),
             MeasureError::Report(error) => Self::Report(error),
             MeasureError::Surface(error) => Self::Surface(error),
+        }
+    }
+}
+
+impl From<CalibrateError> for CliError {
+    fn from(error: CalibrateError) -> Self {
+        match error {
+            CalibrateError::Sequence(error) => Self::Sequence(error),
+            other => Self::Calibrate(other),
         }
     }
 }
@@ -105,6 +119,7 @@ impl CliError {
                 PreflightError::Camera(error) => camera_code(error),
                 _ => USAGE,
             },
+            Self::Calibrate(error) => calibrate_code(error),
             Self::NotReady(_) => DEVICE,
             Self::Match(error) | Self::LeaveOut(LeaveOutError::Match(error)) => match error {
                 MatchError::TooSmall { .. } | MatchError::NoRange => INTEGRITY,
@@ -145,6 +160,16 @@ fn capture_code(error: &CaptureError) -> u8 {
         | CaptureError::BeyondTravel { .. }
         | CaptureError::NotThisScan { .. } => USAGE,
         _ => DEVICE,
+    }
+}
+
+fn calibrate_code(error: &CalibrateError) -> u8 {
+    match error {
+        CalibrateError::Sequence(error) => sequence_code(error),
+        CalibrateError::Exists { .. } | CalibrateError::NoTarget | CalibrateError::LensSize { .. } => USAGE,
+        CalibrateError::Io { .. } => TROUBLE,
+        error if error.is_rejection() => REJECTED,
+        _ => INTEGRITY,
     }
 }
 

@@ -6,7 +6,8 @@ use clap::Args;
 
 use super::match_arguments::MatchArguments;
 use super::{CliError, Talk};
-use crate::measure::{Measurement, measure};
+use crate::calibrate::read_calibration;
+use crate::measure::{Measurement, View, measure};
 use crate::results::ResultsFolder;
 use crate::sequence::{ExitStatus, Sequence};
 
@@ -35,6 +36,9 @@ pub(super) struct Match {
     /// Row of the reference frame that the figures show [default: the middle one]
     #[arg(long, value_name = "ROW")]
     figure_row: Option<usize>,
+    /// Take frames and positions as they were captured, whatever `epirig calibrate` has found
+    #[arg(long)]
+    as_captured: bool,
     #[command(flatten)]
     matching: MatchArguments,
 }
@@ -43,12 +47,17 @@ impl Match {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let options = self.matching.options();
         let sequence = Sequence::open(&self.seq)?;
-        if let Some(row) = self.figure_row.filter(|&row| row >= sequence.record().rows) {
-            let last = sequence.record().rows - 1;
+        let calibration = if self.as_captured { None } else { read_calibration(&sequence)? };
+        let record = sequence.record();
+        let (rows, columns) =
+            calibration.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
+                (calibration.mapping.camera.rows, calibration.mapping.camera.columns)
+            });
+        if let Some(row) = self.figure_row.filter(|&row| row >= rows) {
+            let last = rows - 1;
             return Err(CliError::Usage(format!("there is no row {row} to draw; the last is {last}")));
         }
-        let record = sequence.record();
-        options.check(record.rows, record.columns, sequence.frames().len())?;
+        options.check(rows, columns, sequence.frames().len())?;
         if sequence.stop().is_none_or(|stop| stop.exit_status != ExitStatus::Complete) {
             let reason = sequence.stop().and_then(|stop| stop.reason.as_ref());
             talk.say(&format!(
@@ -60,7 +69,8 @@ impl Match {
         }
         let out = self.out.unwrap_or_else(|| self.seq.join("results"));
         let folder = ResultsFolder::create(&out, self.overwrite)?;
-        let measurement = measure(&sequence, &options, self.figure_row, None, &folder, talk)?;
+        let view = View { figure_row: self.figure_row, truth: None };
+        let measurement = measure(&sequence, calibration.as_ref(), &options, view, &folder, talk)?;
         folder.commit()?;
         advise(&measurement, talk);
         talk.result(&measurement.summary, || {
@@ -104,11 +114,14 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
 pub(super) fn describe(measurement: &Measurement) -> String {
     let summary = &measurement.summary;
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    let frames = if summary.calibration.is_some() { "corrected and rectified" } else { "as captured" };
     let mut text = format!(
-        "range searched     {:.2} .. {:.2} px{}\n\
+        "frames             {frames}, positions from the {}\n\
+         range searched     {:.2} .. {:.2} px{}\n\
          ordering           {}\n\
          answered           {:.1} % (leaves image {:.1} %, beyond range {:.1} %, no texture {:.1} %, ambiguous {:.1} %)\n\
          median disparity   {} px, median sigma {} px\n",
+        summary.positions,
         summary.minimum_px,
         summary.maximum_px,
         if summary.range_found { " (found from the data)" } else { "" },

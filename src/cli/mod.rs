@@ -1,5 +1,6 @@
 //! The command line: one file a verb, no logic of its own.
 
+mod calibrate;
 mod camera;
 mod capture;
 mod decode;
@@ -35,11 +36,12 @@ use progress::{Talk, tell};
 
 const EXIT_CODES: &str =
     "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
-5 bad or damaged data, 7 interrupted and can be resumed, 130 interrupted.
+5 bad or damaged data, 6 calibration rejected, 7 interrupted and can be resumed, 130 interrupted.
 
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig import photos/ --out seq                   your own photographs
+  epirig calibrate tile                             lens, direction of travel, positions, light
   epirig match seq --reference middle
   epirig devices                                    serial ports and cameras
   epirig home && epirig move 12.5
@@ -77,6 +79,7 @@ enum Verb {
     Stop(motion::Stop),
     Where(motion::Where),
     Import(import::Import),
+    Calibrate(calibrate::CalibrateVerb),
     Verify(verify::Verify),
     Match(matching::Match),
     Surface(surface::Surface),
@@ -117,6 +120,7 @@ pub fn main() -> ExitCode {
         Verb::Stop(verb) => verb.run(&talk),
         Verb::Where(verb) => verb.run(&talk),
         Verb::Import(verb) => verb.run(&talk),
+        Verb::Calibrate(verb) => verb.run(&talk),
         Verb::Verify(verb) => verb.run(&talk),
         Verb::Match(verb) => verb.run(&talk),
         Verb::Surface(verb) => verb.run(&talk),

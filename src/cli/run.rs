@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
+use super::calibrate::tell;
 use super::capture::RigArguments;
 use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
 use super::matching::{advise, describe};
+use super::rig::{calibration_plan, can_be_calibrated};
 use super::scan::{Captured, Course, Devices, scan};
 use super::{CliError, Talk};
 use crate::epi::MatchOptions;
-use crate::measure::{Measurement, measure};
+use crate::measure::{Measurement, View, calibrate_sequence, measure};
 use crate::plane::Plane;
 use crate::preflight::{Report, Verdict};
 use crate::profile::Profile;
@@ -26,9 +28,9 @@ use crate::sequence::{Sequence, refuse_existing};
   epirig run --out tile-0042 --rig sim --set plan.frames=51     no hardware needed
   epirig run --out tile-0042 --reference middle
 
-It does what `epirig doctor --short`, `capture` and `match` do, one after another; DIR is the sequence, DIR/results are the \
-results. Frames are matched as the camera gives them: epirig does not calibrate or rectify yet. If the scan is interrupted, \
-`epirig resume DIR` and `epirig match DIR` do the rest.")]
+It does what `epirig doctor --short`, `capture`, `calibrate` and `match` do, one after another; DIR is the sequence, DIR/results are the \
+results. Frames are calibrated if the profile plans dark, flat or board frames or describes a target on the object. If the scan is \
+interrupted, `epirig resume DIR`, `epirig calibrate DIR` and `epirig match DIR` do the rest.")]
 pub(super) struct Run {
     /// Folder of the new sequence and its results
     #[arg(long, value_name = "DIR")]
@@ -69,7 +71,7 @@ impl Run {
         let configuration = devices.camera.configure(&devices.plan.camera)?;
         let frames = devices.plan.positions_mm.len();
         self.matching.options().check(configuration.rows, configuration.columns, frames)?;
-        let measured = measure_object(devices, &self.matching.options(), &self.out, None, talk)?;
+        let measured = measure_object(devices, &profile, &self.matching.options(), &self.out, None, talk)?;
         let Measured { captured, measurement, results } = measured;
         results.commit()?;
         advise(&measurement, talk);
@@ -102,6 +104,7 @@ pub(super) fn examine_shortly(
 /// and used for nothing else.
 pub(super) fn measure_object(
     devices: Devices<'_>,
+    profile: &Profile,
     options: &MatchOptions,
     folder: &Path,
     truth: Option<&Plane<f32>>,
@@ -109,7 +112,17 @@ pub(super) fn measure_object(
 ) -> Result<Measured, CliError> {
     let captured = scan(devices, folder, Course::New, talk)?;
     let sequence = Sequence::open(folder)?;
+    let calibration = if can_be_calibrated(profile) {
+        let record = sequence.record();
+        let plan = calibration_plan(profile, record.columns, record.rows);
+        let found = calibrate_sequence(&sequence, &plan, false, talk)?;
+        tell(&found.calibration, talk);
+        Some((found.calibration, found.maps))
+    } else {
+        None
+    };
     let results = ResultsFolder::create(&folder.join("results"), false)?;
-    let measurement = measure(&sequence, options, None, truth, &results, talk)?;
+    let view = View { figure_row: None, truth };
+    let measurement = measure(&sequence, calibration.as_ref(), options, view, &results, talk)?;
     Ok(Measured { captured, measurement, results })
 }

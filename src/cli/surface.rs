@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use super::{CliError, Talk};
+use crate::calibrate::{Calibration, read_calibration};
 use crate::measure::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface};
 use crate::results::{ResultsFolder, read_map, read_summary};
 use crate::sequence::Sequence;
@@ -62,12 +63,6 @@ pub(super) struct Surface {
 impl Surface {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let sequence = Sequence::open(&self.seq)?;
-        let geometry = geometry(&sequence).ok_or_else(|| {
-            CliError::Usage(format!(
-                "{}: heights need focal length and positions; import the images with --focal-length-px and --step-mm",
-                self.seq.display()
-            ))
-        })?;
         let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
         let matched = read_summary(&results)?;
         let uid = &sequence.record().uid;
@@ -78,6 +73,16 @@ impl Surface {
                 self.seq.display()
             )));
         }
+        let calibration = match &matched.calibration {
+            Some(hash) => Some(calibration_of(&sequence, hash)?),
+            None => None,
+        };
+        let geometry = geometry(&sequence, calibration.as_ref()).ok_or_else(|| {
+            CliError::Usage(format!(
+                "{}: heights need focal length and positions; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
+                self.seq.display()
+            ))
+        })?;
         let line = match self.profile.as_deref() {
             Some(&[from_x, from_y, to_x, to_y]) => Some(((from_x, from_y), (to_x, to_y))),
             _ => None,
@@ -115,6 +120,17 @@ impl Surface {
         talk.result(&summary, || {
             format!("{}look at {}\n", describe(&summary), out.join("profile.png").display())
         })
+    }
+}
+
+/// The calibration that results were made with.
+fn calibration_of(sequence: &Sequence, hash: &str) -> Result<Calibration, CliError> {
+    match read_calibration(sequence)? {
+        Some((calibration, _)) if calibration.hash() == hash => Ok(calibration),
+        _ => Err(CliError::Integrity(format!(
+            "{0} has been calibrated anew since it was matched; run `epirig match {0} --overwrite` again",
+            sequence.folder().display()
+        ))),
     }
 }
 

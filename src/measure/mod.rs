@@ -1,4 +1,6 @@
-//! From a sequence to its folder of results: the stations in their order.
+//! From a sequence to its calibration, and to its folder of results: the stations in their order.
+
+mod calibration;
 
 mod inspect;
 
@@ -6,12 +8,16 @@ use std::time::Instant;
 
 use thiserror::Error;
 
+pub use calibration::calibrate_sequence;
+
+use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
 use crate::epi::interpolation::Interpolation;
 use crate::epi::lines::Lines;
 use crate::epi::{
     Answer, DisparityMaps, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, match_volume,
     row_costs,
 };
+use crate::photometry::Maps;
 use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
@@ -29,6 +35,9 @@ pub enum MeasureError {
     /// The sequence cannot be read.
     #[error(transparent)]
     Sequence(#[from] SequenceError),
+    /// It cannot be calibrated, or its calibration cannot be used.
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
     /// It cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
@@ -54,27 +63,41 @@ pub struct Measurement {
     pub summary: MatchSummary,
 }
 
-/// Matches `sequence` and writes everything that can be said of it into `folder`, which the caller commits.
-///
-/// `figure_row` is the row that the paper's figures show, the middle one if not given; `truth` is drawn beside the
-/// measured disparity there and used for nothing else.
+/// What pictures show.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct View<'a> {
+    /// Row of the paper's figures; the middle one if not given.
+    pub figure_row: Option<usize>,
+    /// True disparity, drawn beside the measured one in the figures and used for nothing else; rows x columns of the matched frames, px.
+    pub truth: Option<&'a Plane<f32>>,
+}
+
+/// Matches `sequence` and writes everything that can be said of it into `folder`, which the caller commits. With a calibration the frames are
+/// corrected and rectified by it and have its measured positions; without one they are matched as they were captured.
 ///
 /// # Errors
 /// [`MeasureError`] of the first station that fails.
 pub fn measure(
     sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
     options: &MatchOptions,
-    figure_row: Option<usize>,
-    truth: Option<&Plane<f32>>,
+    View { figure_row, truth }: View<'_>,
     folder: &ResultsFolder,
     progress: &dyn Progress,
 ) -> Result<Measurement, MeasureError> {
-    let volume = load_volume(sequence, progress)?;
+    let volume = match calibration {
+        Some((calibration, maps)) => load_calibrated(sequence, calibration, maps, progress)?,
+        None => load_volume(sequence, progress)?,
+    };
+    let calibration = calibration.map(|(calibration, _)| calibration);
     let begun = Instant::now();
     let maps = match_volume(&volume, options, progress)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let heights = geometry(sequence).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
-    let summary = summarise(sequence, &volume, &maps, options, heights.as_ref(), seconds);
+    let heights =
+        geometry(sequence, calibration).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
+    let mut summary = summarise(sequence, &volume, &maps, options, heights.as_ref(), seconds);
+    summary.calibration = calibration.map(Calibration::hash);
+    summary.positions = positions_name(calibration.map(|calibration| calibration.positions.source));
 
     progress.begin("writing results", 1);
     write_maps(folder, &maps, heights.as_ref())?;
@@ -89,13 +112,33 @@ pub fn measure(
     Ok(Measurement { maps, heights, summary })
 }
 
-/// Lens and baseline, as far as the sequence's records tell.
-pub fn geometry(sequence: &Sequence) -> Option<Geometry> {
+/// Lens and baseline: those of the calibration, or as far as the sequence's records tell.
+pub fn geometry(sequence: &Sequence, calibration: Option<&Calibration>) -> Option<Geometry> {
+    if let Some(calibration) = calibration {
+        let camera = calibration.mapping.camera;
+        let positions = &calibration.positions;
+        let baseline_mm = positions.baseline_mm?;
+        let lens = &calibration.lens;
+        let focal_length = lens.estimate.sigma()[0] / lens.estimate.lens.focal_length_x_px;
+        let baseline = positions.baseline_sigma_mm.unwrap_or(0.0) / baseline_mm;
+        let point = (camera.principal_point_x_px, camera.principal_point_y_px);
+        let exact = Geometry::exact(camera.focal_length_px, baseline_mm, point);
+        return (lens.source != LensSource::Unknown).then(|| exact.with_scale_sigma(focal_length, baseline));
+    }
     let positions = sequence.positions_mm()?;
     let baseline_mm = positions.last()? - positions.first()?;
     let intrinsics = sequence.record().intrinsics?;
-    let principal_point_px = (intrinsics.principal_point_x_px, intrinsics.principal_point_y_px);
-    Some(Geometry::exact(intrinsics.focal_length_px, baseline_mm, principal_point_px))
+    let point = (intrinsics.principal_point_x_px, intrinsics.principal_point_y_px);
+    Some(Geometry::exact(intrinsics.focal_length_px, baseline_mm, point))
+}
+
+fn positions_name(source: Option<PositionSource>) -> String {
+    match source {
+        Some(PositionSource::Target) => "target",
+        Some(PositionSource::Texture) => "texture",
+        Some(PositionSource::Automatic | PositionSource::Stage) | None => "stage",
+    }
+    .to_owned()
 }
 
 fn write_maps(
@@ -143,6 +186,8 @@ fn summarise(
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: sequence.record().uid.clone(),
+        calibration: None,
+        positions: String::new(),
         settings: settings(options),
         reference: maps.reference,
         tau_before,

@@ -169,6 +169,13 @@ impl Photometry {
         Ok((Self { rows, columns, options, dark, flat_field, hot_pixels }, maps))
     }
 
+    /// Which maps the record needs: of the dark frame, of the flat field.
+    pub fn needs_maps(&self) -> (bool, bool) {
+        let dark = self.dark.applied().is_some_and(|dark| dark.model == DarkModel::Map);
+        let flat_field = self.flat_field.applied().is_some_and(|field| field.model == FlatModel::PerPixel);
+        (dark, flat_field)
+    }
+
     /// The correction that the record describes, with the maps that were stored with it.
     ///
     /// # Errors

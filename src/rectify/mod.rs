@@ -10,7 +10,6 @@ mod spline;
 #[cfg(test)]
 mod tests;
 
-pub use correction::Correction;
 pub use error::RectifyError;
 pub use mapping::{Mapping, RectifiedCamera};
 pub use resample::Rectifier;

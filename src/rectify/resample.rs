@@ -6,11 +6,12 @@ use std::sync::Mutex;
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::correction::Replaced;
+use super::correction::{Replaced, apply, prepared};
 use super::kernels::{self, LANES, Pixel, Taps};
 use super::spline::{HORIZON, TAPS, filter_gain};
-use super::{Correction, Mapping, RectifyError};
+use super::{Mapping, RectifyError};
 use crate::frame::{Frame, Samples};
+use crate::photometry::Correction;
 use crate::tau::Tau;
 use crate::volume::Volume;
 
@@ -29,7 +30,8 @@ const BEFORE: usize = TAPS / 2 - 1;
 /// ```
 /// use epirig::frame::{Frame, Samples};
 /// use epirig::lens::Lens;
-/// use epirig::rectify::{Correction, Mapping, Rectifier};
+/// use epirig::photometry::Correction;
+/// use epirig::rectify::{Mapping, Rectifier};
 /// use epirig::tau::Tau;
 ///
 /// let mapping = Mapping::fitting(Lens::pinhole(1000.0, 31.5, 23.5), 0.01, 0.0, 48, 64)?;
@@ -85,7 +87,7 @@ impl Rectifier {
         if too_large(camera.rows, camera.columns) {
             return Err(RectifyError::TooLarge { rows: camera.rows, columns: camera.columns });
         }
-        let replaced = correction.prepared(rows, columns)?;
+        let replaced = prepared(&correction, rows, columns)?;
         let mut rectifier = Self {
             mapping,
             correction,
@@ -322,7 +324,7 @@ impl Rectifier {
         let value = |&(x, y): &(usize, usize)| {
             let mut sample = [0.0];
             frame.samples().copy_to_f32(y * frame.columns() + x, &mut sample);
-            self.correction.apply(x, y, sample[0])
+            apply(&self.correction, x, y, sample[0])
         };
         pixel.neighbours.iter().map(value).sum::<f32>() / pixel.neighbours.len() as f32
     }

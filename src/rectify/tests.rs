@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::frame::{Frame, Samples};
 use crate::lens::{Distortion, Lens};
+use crate::photometry::Correction;
 use crate::plane::Plane;
 use crate::tau::Tau;
 use crate::volume::Volume;

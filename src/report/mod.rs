@@ -1,5 +1,6 @@
 //! Pictures for people: maps with a scale bar, charts, and the figures of the paper.
 
+mod calibration;
 mod chart;
 mod cost_image;
 mod figures;
@@ -7,6 +8,7 @@ mod map_picture;
 
 use thiserror::Error;
 
+pub use calibration::calibration_figures;
 pub use chart::{Chart, Series};
 pub use figures::{Figure, FigureRow, paper_figures};
 pub use map_picture::{ValueRange, map_picture, side_by_side};

@@ -119,6 +119,12 @@ pub struct MatchSummary {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
+    /// Hash of the calibration by which the frames were corrected and rectified; `None`: they were matched as captured.
+    #[serde(default)]
+    pub calibration: Option<String>,
+    /// Where tau is from: `stage`, `target` or `texture`.
+    #[serde(default)]
+    pub positions: String,
     /// How the matcher was told to work.
     pub settings: MatchSettings,
     /// Index of the reference frame.

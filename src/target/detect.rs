@@ -91,8 +91,7 @@ fn candidates(smooth: &Plane<f32>) -> Vec<Candidate> {
     if rows < 16 || columns < 16 {
         return Vec::new();
     }
-    let (least, most) =
-        smooth.values().iter().fold((f32::MAX, f32::MIN), |(a, b), &v| (a.min(v), b.max(v)));
+    let (least, most) = smooth.values().iter().fold((f32::MAX, f32::MIN), |(a, b), &v| (a.min(v), b.max(v)));
     // A corner of half step b under a blur s has a mixed derivative of 2 b / (pi s^2). Edges may be blurred as much again as we smooth.
     let blur2 = 2.0 * f64::from(SMOOTHING_PX).powi(2);
     let threshold = (2.0 * LEAST_CONTRAST * f64::from(most - least) / (PI * blur2)).powi(2) as f32;

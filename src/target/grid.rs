@@ -201,7 +201,12 @@ impl Growing<'_> {
     }
 
     /// The candidate one step from `at`, where the steps behind it and beside it lead.
-    fn expected(&self, members: &BTreeMap<(i32, i32), usize>, at: (i32, i32), step: (i32, i32)) -> Option<usize> {
+    fn expected(
+        &self,
+        members: &BTreeMap<(i32, i32), usize>,
+        at: (i32, i32),
+        step: (i32, i32),
+    ) -> Option<usize> {
         let place = |at: (i32, i32)| {
             members.get(&at).map(|&index| (self.candidate(index).x, self.candidate(index).y))
         };
@@ -216,9 +221,8 @@ impl Growing<'_> {
         let length = dx.hypot(dy);
         let start = self.candidate(from);
         let expected = (start.x + dx, start.y + dy);
-        let distance = |index: usize| {
-            (self.candidate(index).x - expected.0).hypot(self.candidate(index).y - expected.1)
-        };
+        let distance =
+            |index: usize| (self.candidate(index).x - expected.0).hypot(self.candidate(index).y - expected.1);
         self.near(expected, EXPECTED * length)
             .filter(|&index| {
                 let found = self.candidate(index);

@@ -110,10 +110,7 @@ fn fullest_window(places: &BTreeMap<Label, (f64, f64)>, board: &ChessBoard) -> (
     };
     let inside = |(column, row): Label| {
         let fits = |value: i32, first: i32, size: usize| value >= first && value < first + size as i32;
-        places
-            .keys()
-            .filter(|at| fits(at.0, column, board.columns) && fits(at.1, row, board.rows))
-            .count()
+        places.keys().filter(|at| fits(at.0, column, board.columns) && fits(at.1, row, board.rows)).count()
     };
     starts(board.rows, |at| at.1)
         .flat_map(|row| starts(board.columns, |at| at.0).map(move |column| (column, row)))
@@ -172,7 +169,8 @@ impl<'a> Labelled<'a> {
         let spacing = steps.spacing_px();
         let (columns, rows) = (steps.column.1.atan2(steps.column.0), steps.row.1.atan2(steps.row.0));
         let bright = ((label.0 + label.1).rem_euclid(2) == 0) == self.even_bright;
-        let (before_bright_rad, before_dark_rad) = if bright { (columns, rows) } else { (rows, columns + PI) };
+        let (before_bright_rad, before_dark_rad) =
+            if bright { (columns, rows) } else { (rows, columns + PI) };
         let start = EdgeCross { x_px, y_px, before_bright_rad, before_dark_rad };
         let corner = refine_corner(image, &start, (WINDOW * spacing).clamp(RADIUS_PX.0, RADIUS_PX.1))?;
         let near = (corner.x_px - x_px).hypot(corner.y_px - y_px) < (MOVED * spacing).max(1.0);

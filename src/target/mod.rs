@@ -73,7 +73,9 @@ pub struct FoundBoard {
 #[non_exhaustive]
 pub enum TargetError {
     /// A board or its bands are not possible.
-    #[error("this is no target: {reason}; give at least 2 columns and 2 rows of inner corners and lengths above 0 mm")]
+    #[error(
+        "this is no target: {reason}; give at least 2 columns and 2 rows of inner corners and lengths above 0 mm"
+    )]
     Description {
         /// What is wrong.
         reason: String,
@@ -96,7 +98,9 @@ pub enum TargetError {
         page_height_mm: f64,
     },
     /// Positions that are not one for each frame, or are not numbers.
-    #[error("{positions} stage positions for {frames} frames; give one finite position for each frame, or none at all")]
+    #[error(
+        "{positions} stage positions for {frames} frames; give one finite position for each frame, or none at all"
+    )]
     Positions {
         /// Positions given.
         positions: usize,

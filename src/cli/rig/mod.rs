@@ -1,6 +1,7 @@
 //! The rig that a command works with: which profile, what the command line changes of it, and the devices it describes.
 
 mod assistant;
+mod calibration;
 mod camera;
 mod plan;
 mod profile;
@@ -8,6 +9,7 @@ mod stage;
 mod twin;
 
 pub(super) use assistant::Hands;
+pub(super) use calibration::{calibration_plan, can_be_calibrated, recorded_options};
 pub(super) use camera::{
     CameraArgument, CameraArguments, Opened, camera_settings, open_camera, tell_configuration,
 };

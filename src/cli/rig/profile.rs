@@ -73,6 +73,17 @@ impl RigArgument {
         Ok(Profile::read(&text, &source, &overrides)?)
     }
 
+    /// The profile that is named, or if none is, what `recorded` says; with what `--set` changes. A profile that just lies here is another rig's.
+    pub(in crate::cli) fn over(&self, recorded: Options) -> Result<Profile, CliError> {
+        let (text, source) =
+            self.rig.as_deref().map_or_else(|| Ok((String::new(), String::new())), named_profile)?;
+        let mut overrides = if self.rig.is_some() { Vec::new() } else { recorded.0 };
+        for text in &self.set {
+            overrides.push(Override::parse(text, "--set")?);
+        }
+        Ok(Profile::read(&text, &source, &overrides)?)
+    }
+
     fn file(&self) -> Option<PathBuf> {
         self.rig.clone().or_else(|| {
             let configured = std::env::var_os("XDG_CONFIG_HOME").filter(|folder| !folder.is_empty());

@@ -122,7 +122,8 @@ impl Sheet {
                 }
             }
         }
-        let mut sheet = Self { width_mm, height_mm, square_mm, squares, lines: Vec::new(), texts: Vec::new() };
+        let mut sheet =
+            Self { width_mm, height_mm, square_mm, squares, lines: Vec::new(), texts: Vec::new() };
         sheet.add_cut_marks((left, left + width), &tops, band);
         let foot = around + height + RULER_BELOW_MM;
         sheet.add_ruler(foot);

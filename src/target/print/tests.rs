@@ -48,7 +48,10 @@ fn squares_stand_where_the_target_says() {
     ticks.sort_by(f64::total_cmp);
     assert_eq!(ticks.len(), 101);
     assert!(ticks.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-3));
-    assert!(svg.contains(">100 mm<") && svg.contains("18 x 2 inner corners, squares of 7.5 mm, 2 bands 127.5 mm apart"));
+    assert!(
+        svg.contains(">100 mm<")
+            && svg.contains("18 x 2 inner corners, squares of 7.5 mm, 2 bands 127.5 mm apart")
+    );
 }
 
 #[test]

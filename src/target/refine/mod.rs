@@ -81,7 +81,9 @@ impl Window {
                 wanted += 1;
                 let (column, row) = (middle.0 as i64 + dx, middle.1 as i64 + dy);
                 let inside = |value: i64, size: usize| usize::try_from(value).ok().filter(|&v| v < size);
-                if let (Some(column), Some(row)) = (inside(column, image.columns()), inside(row, image.rows())) {
+                if let (Some(column), Some(row)) =
+                    (inside(column, image.columns()), inside(row, image.rows()))
+                {
                     pixels.push((dx as f64, dy as f64, f64::from(image.at(column, row))));
                 }
             }

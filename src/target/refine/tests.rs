@@ -86,7 +86,9 @@ impl Picture {
         let mut exact = vec![0.0_f64; SIZE * SIZE];
         let lines: Vec<([f64; 2], [f64; 2])> = [-1.0, 0.0, 1.0]
             .into_iter()
-            .flat_map(|k| [(self.image(k, -2.0), self.image(k, 2.0)), (self.image(-2.0, k), self.image(2.0, k))])
+            .flat_map(|k| {
+                [(self.image(k, -2.0), self.image(k, 2.0)), (self.image(-2.0, k), self.image(2.0, k))]
+            })
             .collect();
         let first = -reach * STEPS_PER_PX as i64;
         for step in first..(SIZE as i64 + reach) * STEPS_PER_PX as i64 {
@@ -106,13 +108,16 @@ impl Picture {
                     (u.floor() + v.floor()).rem_euclid(2.0) < 0.5
                 })
                 .collect();
-            let rows = ((y - reach as f64).ceil() as i64).max(0)..=((y + reach as f64) as i64).min(SIZE as i64 - 1);
+            let rows =
+                ((y - reach as f64).ceil() as i64).max(0)..=((y + reach as f64) as i64).min(SIZE as i64 - 1);
             for column in 0..SIZE {
                 let share: f64 = edges
                     .windows(2)
                     .zip(&bright)
                     .filter(|(_, bright)| **bright)
-                    .map(|(pair, _)| spread.below(pair[1] - column as f64) - spread.below(pair[0] - column as f64))
+                    .map(|(pair, _)| {
+                        spread.below(pair[1] - column as f64) - spread.below(pair[0] - column as f64)
+                    })
                     .sum();
                 for row in rows.clone() {
                     let half = 0.5 / STEPS_PER_PX as f64;
@@ -157,7 +162,15 @@ impl Picture {
         let length = |k: usize| self.axes[k][0].hypot(self.axes[k][1]);
         let axis = |k: usize, angle: f64| [length(k) * angle.cos(), length(k) * angle.sin()];
         let axes = [axis(0, p[2]), axis(1, p[3])];
-        Self { centre: [p[0], p[1]], axes, blur_px: p[4], dark: p[5], bright: p[6], light: [p[7], p[8]], ..*self }
+        Self {
+            centre: [p[0], p[1]],
+            axes,
+            blur_px: p[4],
+            dark: p[5],
+            bright: p[6],
+            light: [p[7], p[8]],
+            ..*self
+        }
     }
 }
 
@@ -205,7 +218,10 @@ fn rendered_corners_are_met_without_bias() {
             picture.light = [0.002, -0.001];
             let corner = refine_corner(&picture.render(), &picture.start(), 7.0).unwrap();
             let error = (corner.x_px - centre[0]).hypot(corner.y_px - centre[1]);
-            println!("{angle_deg} {blur_px} {error:.5} blur {} contrast {}", corner.blur_px, corner.contrast_dn);
+            println!(
+                "{angle_deg} {blur_px} {error:.5} blur {} contrast {}",
+                corner.blur_px, corner.contrast_dn
+            );
             largest = largest.max(error);
         }
     }
@@ -261,5 +277,8 @@ fn what_is_no_corner_is_refused() {
     refused(&plane(|x, y| if x < 20 && y < 20 { 30.0 } else { 200.0 }), "the outer corner of a square");
     refused(&plane(|x, y| if (x < 20) != (y < 20) { 200.0 } else { 30.0 }), "a corner of the other colours");
     let border = EdgeCross { x_px: 1.0, ..start };
-    assert_eq!(refine_corner(&plane(|x, y| if (x < 1) == (y < 20) { 200.0 } else { 30.0 }), &border, 7.0), None);
+    assert_eq!(
+        refine_corner(&plane(|x, y| if (x < 1) == (y < 20) { 200.0 } else { 30.0 }), &border, 7.0),
+        None
+    );
 }

@@ -163,10 +163,10 @@ pub(super) fn solve(
     let mut chosen: Vec<Line> = Vec::new();
     for lines in &bands {
         // Columns of two bands are in line, as printed: where one band leaves a choice, the other decides.
-        let column = bands.iter().find(|lines| lines.len() == 1).map_or_else(
-            || chosen.first().map(|line| line.start[0]),
-            |lines| Some(lines[0].start[0]),
-        );
+        let column = bands
+            .iter()
+            .find(|lines| lines.len() == 1)
+            .map_or_else(|| chosen.first().map(|line| line.start[0]), |lines| Some(lines[0].start[0]));
         chosen.push(choose(lines, views, column)?);
     }
     Ok(chosen)
@@ -195,9 +195,9 @@ fn choose(lines: &[Line], views: &[View], column: Option<f64>) -> Result<Line, T
         });
     }
     let away = |line: &Line| column.map_or(0.0, |column| (line.start[0] - column).abs().round());
-    let nearest = lines.iter().min_by(|a, b| {
-        away(a).total_cmp(&away(b)).then_with(|| a.shifts.values().cmp(b.shifts.values()))
-    });
+    let nearest = lines
+        .iter()
+        .min_by(|a, b| away(a).total_cmp(&away(b)).then_with(|| a.shifts.values().cmp(b.shifts.values())));
     let mut line = nearest.unwrap_or(best).clone();
     line.anchored = lines.len() == 1;
     Ok(line)

@@ -95,17 +95,12 @@ impl PlaneMap {
     /// Label less what the polynomial says.
     fn difference(&self, corner: &BoardCorner) -> [f64; 2] {
         let terms = self.terms(corner);
-        [
-            f64::from(corner.column) - self.columns.dot(&terms),
-            f64::from(corner.row) - self.rows.dot(&terms),
-        ]
+        [f64::from(corner.column) - self.columns.dot(&terms), f64::from(corner.row) - self.rows.dot(&terms)]
     }
 
     /// The offset of a view: columns and rows. Medians, which a few false corners do not move.
     pub(super) fn offset(&self, view: &View) -> [f64; 2] {
-        [0, 1].map(|axis| {
-            median(view.corners.iter().map(|corner| self.difference(corner)[axis]).collect())
-        })
+        [0, 1].map(|axis| median(view.corners.iter().map(|corner| self.difference(corner)[axis]).collect()))
     }
 
     /// How far a corner is from where its view's offset has it, in squares.

@@ -82,13 +82,8 @@ fn scene(scene: &Scene) -> (Vec<Vec<FoundBoard>>, Truth) {
                     labels.push((x_px, y_px, (band, column, row)));
                 }
                 let off = if is_false { 0.4 * scene.camera.pixels_per_square } else { 0.0 };
-                let corner = Corner {
-                    x_px: x_px + off,
-                    y_px,
-                    sigma_px: 0.02,
-                    contrast_dn: 80.0,
-                    blur_px: 0.8,
-                };
+                let corner =
+                    Corner { x_px: x_px + off, y_px, sigma_px: 0.02, contrast_dn: 80.0, blur_px: 0.8 };
                 BoardCorner { column: column - first + shift, row: row - top, corner }
             });
             let corners = corners.collect();

@@ -34,8 +34,7 @@ impl View {
     /// Mean place, in px.
     fn middle(&self) -> (f64, f64) {
         let count = self.corners.len() as f64;
-        let mean =
-            |of: fn(&BoardCorner) -> f64| self.corners.iter().map(of).sum::<f64>() / count;
+        let mean = |of: fn(&BoardCorner) -> f64| self.corners.iter().map(of).sum::<f64>() / count;
         (mean(|corner| corner.corner.x_px), mean(|corner| corner.corner.y_px))
     }
 

@@ -1,0 +1,54 @@
+//! From raw frames to the volume, as a calibration says.
+
+use rayon::prelude::*;
+
+use super::find::set_gains;
+use super::{CalibrateError, Calibration};
+use crate::photometry::{Correction, Maps};
+use crate::progress::Progress;
+use crate::rectify::{Mapping, Rectifier};
+use crate::sequence::Sequence;
+use crate::tau::Tau;
+use crate::volume::Volume;
+
+/// Reads all frames of `sequence` into a volume, corrected and rectified in one resampling, with measured tau.
+///
+/// # Errors
+/// [`CalibrateError`] naming the frame that cannot be used, or what of the calibration does not fit.
+pub fn load_calibrated(
+    sequence: &Sequence,
+    calibration: &Calibration,
+    maps: &Maps,
+    progress: &dyn Progress,
+) -> Result<Volume, CalibrateError> {
+    let correction = calibration.photometry.correction(maps)?;
+    let tau = Tau::from_positions(&calibration.positions.tau)?;
+    let mut volume = load(sequence, &calibration.mapping, correction, tau, progress)?;
+    if let Some(gains) = calibration.frame_gains.applied() {
+        set_gains(&mut volume, gains);
+    }
+    Ok(volume)
+}
+
+/// Frames that are read and rectified together: the rectifier's eight lanes.
+const TOGETHER: usize = 8;
+
+/// A few frames at a time, so that besides the volume only those are in memory.
+pub(super) fn load(
+    sequence: &Sequence,
+    mapping: &Mapping,
+    correction: Correction,
+    tau: Tau,
+    progress: &dyn Progress,
+) -> Result<Volume, CalibrateError> {
+    let rectifier = Rectifier::new(*mapping, correction)?;
+    let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
+    progress.begin("rectifying frames", sequence.frames().len() as u64);
+    for (chunk, records) in sequence.frames().chunks(TOGETHER).enumerate() {
+        let frames: Result<Vec<_>, _> = records.par_iter().map(|record| sequence.read(record)).collect();
+        rectifier.insert(&mut volume, chunk * TOGETHER, &frames?)?;
+        progress.advance(records.len() as u64);
+    }
+    progress.end();
+    Ok(volume)
+}

@@ -1,0 +1,211 @@
+//! The stations of a calibration, in their order.
+
+use rayon::prelude::*;
+
+use super::apply::load;
+use super::lens::find_lens;
+use super::positions::{from_stage, from_target};
+use super::texture::from_texture;
+use super::travel::{FoundTravel, find_travel};
+use super::{
+    CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensSource, PositionSource,
+    PositionsRecord,
+};
+use crate::frame::Frame;
+use crate::photometry::{FrameGains, Maps, Outcome, Photometry, dominant_disparity, frame_gains};
+use crate::progress::Progress;
+use crate::rectify::Mapping;
+use crate::sequence::{FrameKind, FrameRecord, Sequence};
+use crate::tau::Tau;
+use crate::volume::Volume;
+
+/// A calibration and what pictures of it are drawn from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibrated {
+    /// The record.
+    pub calibration: Calibration,
+    /// Maps that belong to it.
+    pub maps: Maps,
+    /// The target's tracks, if there is a target.
+    pub travel: Option<crate::travel::Travel>,
+}
+
+/// Calibrates a sequence: whatever it has frames for, or a description of.
+///
+/// # Errors
+/// [`CalibrateError`]: what the frames show is rejected with the reason ([`CalibrateError::is_rejection`]), or files cannot be read.
+pub fn calibrate(
+    sequence: &Sequence,
+    plan: &CalibrationPlan,
+    progress: &dyn Progress,
+) -> Result<Calibrated, CalibrateError> {
+    let inputs = InputHashes::of(sequence);
+    let nothing = inputs.counts[1..].iter().all(|count| *count == 0);
+    let texture = plan.positions == PositionSource::Texture;
+    if nothing && plan.target.is_none() && plan.lens.is_none() && !texture {
+        return Err(CalibrateError::Nothing { path: sequence.folder().to_owned() });
+    }
+    let record = sequence.record();
+    let size = (record.rows, record.columns);
+    let mut remarks = Remarks::default();
+
+    let dark =
+        read_all(sequence, &sequence.calibration_frames(FrameKind::Dark), "reading dark frames", progress)?;
+    let flat =
+        read_all(sequence, &sequence.calibration_frames(FrameKind::Flat), "reading flat frames", progress)?;
+    let (photometry, maps) = Photometry::find(&dark, &flat, size, plan.photometry)?;
+    drop((dark, flat));
+    remarks.of_photometry(&photometry);
+    let correction = photometry.correction(&maps)?;
+
+    let mut lens = find_lens(sequence, plan, &mut remarks, progress)?;
+    let found = match &plan.target {
+        Some(target) => Some(find_travel(sequence, target, &lens.estimate, &mut remarks, progress)?),
+        None => {
+            remarks.needs.push(
+                "chess-boards above and below the object (`epirig target print`, [target] in the profile) would tell the direction of travel and \
+                 the position of every frame; frames are taken as if they moved exactly along the rows"
+                    .to_owned(),
+            );
+            None
+        }
+    };
+    let direction = found.as_ref().map(|found| found.travel.direction).unwrap_or_default();
+    if let Some(found) = &found {
+        lens.estimate = found.travel.lens.clone();
+    }
+    let (rows, columns) = size;
+    let mapping = Mapping::fitting(lens.estimate.lens, direction.roll_rad, direction.pan_rad, rows, columns)?;
+    let travel = found.as_ref().map(|found| found.record(mapping.camera.focal_length_px));
+
+    let mut positions = positions(sequence, plan, found.as_ref(), &mut remarks)?;
+    let gains_are_wanted = plan.photometry.frame_gain && photometry.flat_field.applied().is_some();
+    let mut gains = match (plan.photometry.frame_gain, gains_are_wanted) {
+        (false, _) => Outcome::SwitchedOff,
+        (true, true) => Outcome::NotApplied(String::new()),
+        (true, false) => {
+            Outcome::NotApplied("brightness cannot be compared between places without flat frames".to_owned())
+        }
+    };
+    if gains_are_wanted || texture {
+        let tau = Tau::from_positions(&positions.tau)?;
+        let mut volume = load(sequence, &mapping, correction, tau, progress)?;
+        if gains_are_wanted {
+            gains = find_gains(&mut volume, travel.as_ref().map(|travel| travel.disparity_px));
+        }
+        if texture {
+            positions = from_texture(&volume, sequence.positions_mm().as_deref(), progress)?;
+        }
+    }
+    if let Outcome::NotApplied(reason) = &gains {
+        remarks.notes.push(format!("the frames' brightness is left as it is: {reason}"));
+    }
+    if lens.source == LensSource::Unknown {
+        remarks.needs.push(
+            "heights in mm need the focal length: take board frames ([plan] board, [board]), or write focal_length into [optics]".to_owned(),
+        );
+    }
+    let calibration = Calibration {
+        format: FORMAT_VERSION,
+        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        sequence_uid: record.uid.clone(),
+        inputs,
+        photometry,
+        frame_gains: gains,
+        lens,
+        travel,
+        positions,
+        mapping,
+        notes: remarks.notes,
+        needs: remarks.needs,
+    };
+    Ok(Calibrated { calibration, maps, travel: found.map(|found| found.travel) })
+}
+
+/// What a person should know, and what would make it better.
+#[derive(Debug, Default)]
+pub(super) struct Remarks {
+    pub(super) notes: Vec<String>,
+    pub(super) needs: Vec<String>,
+}
+
+impl Remarks {
+    fn of_photometry(&mut self, photometry: &Photometry) {
+        for (what, reason) in [
+            ("dark level", not_applied(&photometry.dark)),
+            ("darkening", not_applied(&photometry.flat_field)),
+            ("hot pixels", not_applied(&photometry.hot_pixels)),
+        ] {
+            if let Some(reason) = reason {
+                self.needs.push(format!("the {what} is not corrected: {reason}"));
+            }
+        }
+    }
+}
+
+fn not_applied<T>(outcome: &Outcome<T>) -> Option<&str> {
+    match outcome {
+        Outcome::NotApplied(reason) => Some(reason),
+        Outcome::Applied(_) | Outcome::SwitchedOff => None,
+    }
+}
+
+/// Reads frames, several at once.
+pub(super) fn read_all(
+    sequence: &Sequence,
+    records: &[FrameRecord],
+    what: &str,
+    progress: &dyn Progress,
+) -> Result<Vec<Frame>, CalibrateError> {
+    if records.is_empty() {
+        return Ok(Vec::new());
+    }
+    progress.begin(what, records.len() as u64);
+    let frames: Result<Vec<Frame>, _> = records
+        .par_iter()
+        .map(|record| {
+            let frame = sequence.read(record);
+            progress.advance(1);
+            frame
+        })
+        .collect();
+    progress.end();
+    Ok(frames?)
+}
+
+fn positions(
+    sequence: &Sequence,
+    plan: &CalibrationPlan,
+    found: Option<&FoundTravel>,
+    remarks: &mut Remarks,
+) -> Result<PositionsRecord, CalibrateError> {
+    match (plan.positions, found) {
+        (PositionSource::Target | PositionSource::Automatic, Some(found)) => {
+            from_target(sequence, found, remarks)
+        }
+        (PositionSource::Target, None) => Err(CalibrateError::NoTarget),
+        _ => from_stage(sequence),
+    }
+}
+
+/// Finds the brightness of every frame, and makes it even in the volume.
+fn find_gains(volume: &mut Volume, disparity_px: Option<f64>) -> Outcome<FrameGains> {
+    let disparity_px = disparity_px.map_or_else(|| dominant_disparity(volume), Ok);
+    match disparity_px.and_then(|disparity_px| frame_gains(volume, disparity_px)) {
+        Ok(gains) if gains.significant => {
+            set_gains(volume, &gains);
+            Outcome::Applied(gains)
+        }
+        Ok(gains) => Outcome::NotApplied(format!(
+            "it varies by {:.3} %, no more than what can be told",
+            100.0 * gains.flicker
+        )),
+        Err(error) => Outcome::NotApplied(error.to_string()),
+    }
+}
+
+pub(super) fn set_gains(volume: &mut Volume, gains: &FrameGains) {
+    for (frame, gain) in gains.gain.iter().enumerate() {
+        volume.set_frame_gain(frame, (1.0 / gain) as f32);
+    }
+}

@@ -1,0 +1,136 @@
+//! `calibration.json` and its maps and pictures, in the folder of a sequence.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use atomic_write_file::AtomicWriteFile;
+
+use super::{CalibrateError, Calibration, FORMAT_VERSION, InputHashes};
+use crate::formats::MapFormat;
+use crate::photometry::Maps;
+use crate::plane::Plane;
+use crate::sequence::Sequence;
+
+/// Name of the record.
+pub const CALIBRATION: &str = "calibration.json";
+/// Folder of maps and pictures.
+const FOLDER: &str = "calibration";
+const DARK_MAP: &str = "dark.tiff";
+const FLAT_MAP: &str = "flat-field.tiff";
+
+/// Where a calibration is written. The record comes last, so that it names nothing that is not there.
+#[derive(Debug)]
+pub struct CalibrationFolder {
+    sequence: PathBuf,
+}
+
+impl CalibrationFolder {
+    /// Of a sequence.
+    ///
+    /// # Errors
+    /// [`CalibrateError::Exists`] if it has a calibration and `overwrite` is not set.
+    pub fn of(sequence: &Path, overwrite: bool) -> Result<Self, CalibrateError> {
+        let path = sequence.join(CALIBRATION);
+        match path.exists() && !overwrite {
+            true => Err(CalibrateError::Exists { path }),
+            false => Ok(Self { sequence: sequence.to_owned() }),
+        }
+    }
+
+    /// The folder of maps and pictures.
+    pub fn pictures(&self) -> PathBuf {
+        self.sequence.join(FOLDER)
+    }
+
+    /// Writes a file among maps and pictures.
+    ///
+    /// # Errors
+    /// [`CalibrateError::Io`].
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), CalibrateError> {
+        let folder = self.pictures();
+        fs::create_dir_all(&folder).map_err(io("make", &folder))?;
+        write_whole(&folder.join(name), bytes)
+    }
+
+    /// Writes maps and record.
+    ///
+    /// # Errors
+    /// [`CalibrateError`] naming the file that cannot be written.
+    pub fn commit(self, calibration: &Calibration, maps: &Maps) -> Result<(), CalibrateError> {
+        for (name, map) in [(DARK_MAP, &maps.dark), (FLAT_MAP, &maps.flat_field)] {
+            if let Some(map) = map {
+                let bytes = MapFormat::Tiff.encode(map);
+                let path = self.pictures().join(name);
+                self.write(name, &bytes.map_err(|source| CalibrateError::Map { path, source })?)?;
+            }
+        }
+        let path = self.sequence.join(CALIBRATION);
+        let mut text = serde_json::to_vec_pretty(calibration)
+            .map_err(|error| CalibrateError::BadRecord { path: path.clone(), reason: error.to_string() })?;
+        text.push(b'\n');
+        write_whole(&path, &text)
+    }
+}
+
+/// The calibration of a sequence with its maps; `None` if it has none.
+///
+/// # Errors
+/// [`CalibrateError`] if it cannot be read, or is [stale](CalibrateError::Stale): made of other frames than are there now.
+pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps)>, CalibrateError> {
+    let path = sequence.folder().join(CALIBRATION);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let calibration = read_calibration_file(&path)?;
+    let now = InputHashes::of(sequence);
+    let other = calibration.sequence_uid != sequence.record().uid;
+    let what = match calibration.inputs.difference(&now) {
+        _ if other => Some("it was made for another sequence, not".to_owned()),
+        stale => stale.map(|stale| stale.to_string()),
+    };
+    if let Some(what) = what {
+        return Err(CalibrateError::Stale { path, what });
+    }
+    let folder = sequence.folder().join(FOLDER);
+    let needs = calibration.photometry.needs_maps();
+    let maps = Maps {
+        dark: needs.0.then(|| read_map(&folder.join(DARK_MAP))).transpose()?,
+        flat_field: needs.1.then(|| read_map(&folder.join(FLAT_MAP))).transpose()?,
+    };
+    Ok(Some((calibration, maps)))
+}
+
+/// The record at `path`, whatever sequence it belongs to.
+///
+/// # Errors
+/// [`CalibrateError::Io`] or [`CalibrateError::BadRecord`].
+pub fn read_calibration_file(path: &Path) -> Result<Calibration, CalibrateError> {
+    let bad = |reason: String| CalibrateError::BadRecord { path: path.to_owned(), reason };
+    let text = fs::read_to_string(path).map_err(io("read", path))?;
+    let value: serde_json::Value = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
+    let found = value.get("format").and_then(serde_json::Value::as_u64).unwrap_or(0);
+    if found != u64::from(FORMAT_VERSION) {
+        return Err(bad(format!("it has version {found}, this program reads version {FORMAT_VERSION}")));
+    }
+    serde_json::from_value(value).map_err(|error| bad(error.to_string()))
+}
+
+fn read_map(path: &Path) -> Result<Plane<f32>, CalibrateError> {
+    let bytes = fs::read(path).map_err(io("read", path))?;
+    MapFormat::Tiff.decode(&bytes).map_err(|source| CalibrateError::Map { path: path.to_owned(), source })
+}
+
+fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> CalibrateError {
+    let path = path.to_owned();
+    move |source| CalibrateError::Io { action, path, source }
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), CalibrateError> {
+    let write = || {
+        let mut file = AtomicWriteFile::open(path)?;
+        file.write_all(bytes)?;
+        file.commit()
+    };
+    write().map_err(io("write", path))
+}

@@ -1,0 +1,26 @@
+//! Calibration: what the rig is really like, from the frames of a sequence and its calibration frames.
+//!
+//! Each station looks at what is there and says what it has found or what it lacks: [`photometry`](crate::photometry) from dark and flat frames,
+//! [`lens`](crate::lens) from board frames or from what is known of it, [`travel`](crate::travel) and the position of every frame from the target on
+//! the object (or positions from its texture), and the [`Mapping`] that makes rows of it all. [`Calibration`] is the record, and everything
+//! that is needed to apply it ([`load_calibrated`]).
+
+mod apply;
+mod error;
+mod find;
+mod folder;
+mod inputs;
+mod lens;
+mod plan;
+mod positions;
+mod record;
+mod texture;
+mod travel;
+
+pub use apply::load_calibrated;
+pub use error::CalibrateError;
+pub use find::{Calibrated, calibrate};
+pub use folder::{CALIBRATION, CalibrationFolder, read_calibration, read_calibration_file};
+pub use inputs::{InputHashes, Stale};
+pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
+pub use record::{Calibration, FORMAT_VERSION, LensRecord, LensSource, PositionsRecord, TravelRecord};

@@ -1,0 +1,83 @@
+//! Where every frame stands: by the target, or by the stage.
+
+use super::find::Remarks;
+use super::travel::FoundTravel;
+use super::{CalibrateError, PositionSource, PositionsRecord};
+use crate::sequence::Sequence;
+use crate::tau::Tau;
+use crate::travel::{TargetScale, audit};
+
+/// The size of printed squares may differ so much from the stage's scale, in %: printers that scale "to fit" are off by 3 % and more, good ones by
+/// 0.2 %.
+const SCALE_LIMIT_PERCENT: f64 = 2.0;
+
+/// As the stage reported, or evenly spaced if nobody knows.
+pub(super) fn from_stage(sequence: &Sequence) -> Result<PositionsRecord, CalibrateError> {
+    let tau = sequence.tau()?;
+    let baseline_mm =
+        sequence.positions_mm().and_then(|positions| Some(positions.last()? - positions.first()?));
+    Ok(PositionsRecord {
+        source: PositionSource::Stage,
+        tau_sigma: vec![None; tau.frames()],
+        tau: tau.values().to_vec(),
+        baseline_mm,
+        baseline_sigma_mm: None,
+        audit: None,
+        target_scale: None,
+    })
+}
+
+/// As the target shows, on the stage's scale; on that of the target's squares if the stage's is not known.
+pub(super) fn from_target(
+    sequence: &Sequence,
+    found: &FoundTravel,
+    remarks: &mut Remarks,
+) -> Result<PositionsRecord, CalibrateError> {
+    let reported = sequence.positions_mm();
+    let counted: Vec<f64> = (0..sequence.frames().len()).map(|index| index as f64).collect();
+    let scale = reported.as_ref().unwrap_or(&counted);
+    let Some(audit) = audit(&found.travel.tau, scale) else { return from_stage(sequence) };
+    let measured: Vec<f64> = audit.frames.iter().map(|frame| frame.measured_mm).collect();
+    let tau = Tau::from_positions(&measured)?;
+    let span = audit.baseline_mm;
+    let tau_sigma = audit.frames.iter().map(|frame| frame.sigma_mm.map(|sigma| sigma / span)).collect();
+    let mut record = PositionsRecord {
+        source: PositionSource::Target,
+        tau: tau.values().to_vec(),
+        tau_sigma,
+        baseline_mm: found.baseline_by_target_mm,
+        baseline_sigma_mm: None,
+        audit: None,
+        target_scale: None,
+    };
+    if reported.is_none() {
+        return Ok(record);
+    }
+    if let Some(baseline_mm) = found.baseline_by_target_mm {
+        let scale = TargetScale { baseline_mm, reported_mm: span };
+        let percent = 100.0 * scale.contradiction();
+        if percent.abs() > SCALE_LIMIT_PERCENT {
+            return Err(CalibrateError::ScaleContradicts {
+                target_mm: baseline_mm,
+                stage_mm: span,
+                percent,
+                limit_percent: SCALE_LIMIT_PERCENT,
+            });
+        }
+        record.target_scale = Some(scale);
+    }
+    if !audit.outliers.is_empty() {
+        let names: Vec<String> = audit
+            .outliers
+            .iter()
+            .map(|&frame| format!("{frame} ({:+.1} um)", audit.error_um(frame)))
+            .collect();
+        remarks
+            .notes
+            .push(format!("the stage stood elsewhere than it reported in frames {}", names.join(", ")));
+    }
+    record.baseline_mm = Some(span);
+    record.baseline_sigma_mm = Some(audit.baseline_sigma_mm);
+    record.audit = Some(audit);
+    Ok(record)
+}

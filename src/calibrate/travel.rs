@@ -1,0 +1,100 @@
+//! Direction of travel from the target on the object.
+
+use rayon::prelude::*;
+
+use super::find::Remarks;
+use super::lens::MOST_BLUR_PX;
+use super::{CalibrateError, TravelRecord};
+use crate::lens::LensEstimate;
+use crate::progress::Progress;
+use crate::sequence::Sequence;
+use crate::target::{FoundBoard, Target, Tracks, find_boards, track};
+use crate::travel::{Travel, baseline_by_target, find};
+
+/// The target's tracks and what they tell.
+pub(super) struct FoundTravel {
+    pub(super) travel: Travel,
+    tracks: Tracks,
+    /// Length of the baseline by the size of the squares, in mm.
+    pub(super) baseline_by_target_mm: Option<f64>,
+}
+
+pub(super) fn find_travel(
+    sequence: &Sequence,
+    target: &Target,
+    lens: &LensEstimate,
+    remarks: &mut Remarks,
+    progress: &dyn Progress,
+) -> Result<FoundTravel, CalibrateError> {
+    target.check()?;
+    let records = sequence.frames();
+    progress.begin("following the target", records.len() as u64);
+    let found: Result<Vec<Vec<FoundBoard>>, CalibrateError> = records
+        .par_iter()
+        .map(|record| {
+            let found = find_boards(&sequence.read(record)?, &target.board, target.bands);
+            progress.advance(1);
+            Ok(found)
+        })
+        .collect();
+    let found = found?;
+    progress.end();
+    refuse_blurred(&found)?;
+    let reported_mm = sequence.positions_mm();
+    let tracks = track(&found, target, reported_mm.as_deref())?;
+    let positions = reported_mm.unwrap_or_else(|| (0..records.len()).map(|index| index as f64).collect());
+    // Frames that stand at one place, or two of them in the wrong order, make no baseline.
+    crate::tau::Tau::from_positions(&positions)?;
+    let travel = find(&tracks, &positions, lens)?;
+    let unseen = travel.tau.iter().filter(|tau| tau.is_none()).count();
+    if unseen > 0 {
+        remarks.notes.push(format!(
+            "{unseen} of {} frames show too little of the target; their positions are the stage's",
+            records.len()
+        ));
+    }
+    let baseline_by_target_mm = baseline_by_target(&travel.points, &tracks, target);
+    Ok(FoundTravel { travel, tracks, baseline_by_target_mm })
+}
+
+fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
+    let mut blur: Vec<f64> = found.iter().flatten().map(|board| board.blur_px).collect();
+    if blur.is_empty() {
+        return Ok(());
+    }
+    let middle = blur.len() / 2;
+    let blur_px = *blur.select_nth_unstable_by(middle, f64::total_cmp).1;
+    match blur_px > MOST_BLUR_PX {
+        true => Err(CalibrateError::TargetBlurred { blur_px, limit_px: MOST_BLUR_PX }),
+        false => Ok(()),
+    }
+}
+
+impl FoundTravel {
+    /// What goes into the record, for a rectified camera of this focal length.
+    pub(super) fn record(&self, focal_length_px: f64) -> TravelRecord {
+        let travel = &self.travel;
+        let mut disparities: Vec<f64> =
+            travel.points.iter().map(|point| focal_length_px * point.disparity).collect();
+        let mut sigmas: Vec<f64> = self.tracks.observations.iter().map(|seen| seen.sigma_px).collect();
+        TravelRecord {
+            direction: travel.direction,
+            roll_deg: travel.direction.roll_rad.to_degrees(),
+            roll_sigma_deg: travel.roll_sigma_rad.to_degrees(),
+            pan_deg: travel.direction.pan_rad.to_degrees(),
+            pan_sigma_deg: travel.pan_sigma_rad.to_degrees(),
+            rows_rms_px: travel.rows_rms_px(),
+            corner_sigma_px: travel.noise_factor * median(&mut sigmas),
+            corners: travel.points.len(),
+            observations: travel.residuals.len(),
+            rejected: travel.rejected.clone(),
+            frames: travel.tau.iter().flatten().count(),
+            disparity_px: median(&mut disparities),
+        }
+    }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

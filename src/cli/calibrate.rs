@@ -1,0 +1,281 @@
+//! `epirig calibrate`.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+
+use super::rig::{RigArgument, calibration_plan, recorded_options};
+use super::{CliError, Talk};
+use crate::calibrate::{
+    CALIBRATION, Calibration, CalibrationPlan, LensKnowledge, LensSource, PositionSource,
+    read_calibration_file,
+};
+use crate::lens::{LensEstimate, opencv_yaml, ros_camera_info};
+use crate::measure::calibrate_sequence;
+use crate::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
+use crate::profile::Profile;
+use crate::sequence::Sequence;
+
+/// Find out what a rig is really like: light, lens, direction of travel, position of every frame
+///
+/// Takes what the sequence has: dark and flat frames for the light, frames of a chess-board in a hand for the lens, chess-boards on the object for
+/// the direction of travel and the positions. Says what it lacks, refuses what will not do (exit code 6), and writes calibration.json, which
+/// `epirig match` applies. Target, board and lens are those of the sequence's own profile, or of another one with --rig.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig calibrate tile-0042
+  epirig calibrate tile-0042 --set target.square=\"7.43 mm\" --overwrite    squares as measured
+  epirig calibrate seq --lens camera.yml                 a lens that OpenCV or ROS has calibrated
+  epirig calibrate seq --positions texture               no target: positions from the object itself
+  epirig calibrate seq --flat-field paper                the correction of the 2001 paper
+  epirig calibrate seq --export-lens camera.yml          for OpenCV (.yml); .yaml is for ROS
+
+No frames yet? `epirig target print` makes the target; [plan] dark, flat and board of a rig's profile let `epirig capture` ask for the \
+frames; `epirig import --dark DIR --flat DIR --board DIR` takes those of other software.")]
+pub(super) struct CalibrateVerb {
+    /// Folder of the sequence
+    seq: PathBuf,
+    /// Replace a calibration that is there already
+    #[arg(long)]
+    overwrite: bool,
+    /// The lens, as a file says: .yml or .yaml of OpenCV or ROS, or another sequence's calibration.json [default: from the board frames, else from
+    /// [optics]]
+    #[arg(long, value_name = "FILE")]
+    lens: Option<PathBuf>,
+    /// Write the lens for another program: .yml for OpenCV, .yaml for ROS (camera_info)
+    #[arg(long, value_name = "FILE", value_parser = parse_lens_file)]
+    export_lens: Option<PathBuf>,
+    /// How the flat field is modelled: auto (cross-validation), paper (polynomial of order 3), order:N, pixels, none
+    #[arg(long, value_name = "METHOD", default_value = "auto", value_parser = parse_flat_field)]
+    flat_field: FlatField,
+    /// Do not subtract the dark level
+    #[arg(long)]
+    no_dark: bool,
+    /// Do not replace pixels that cannot be used
+    #[arg(long)]
+    no_hot_pixels: bool,
+    /// Do not make the frames equally bright
+    #[arg(long)]
+    no_frame_gain: bool,
+    /// Where the position of every frame is from
+    #[arg(long, value_enum, default_value_t = Positions::Auto)]
+    positions: Positions,
+    #[command(flatten)]
+    rig: RigArgument,
+}
+
+/// How the flat field is modelled; `None`: not at all.
+#[derive(Debug, Clone, Copy)]
+struct FlatField(Option<FlatMethod>);
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Positions {
+    /// The target where it is seen, else the stage
+    Auto,
+    /// The target
+    Target,
+    /// The object's texture; scale and origin are the stage's
+    Texture,
+    /// The stage's report
+    Stage,
+}
+
+impl CalibrateVerb {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let sequence = Sequence::open(&self.seq)?;
+        let plan = self.plan(&sequence)?;
+        let found = calibrate_sequence(&sequence, &plan, self.overwrite, talk)?;
+        let calibration = &found.calibration;
+        if let Some(path) = &self.export_lens {
+            export(path, calibration)?;
+        }
+        tell(calibration, talk);
+        talk.result(calibration, || {
+            format!(
+                "{}wrote {}\nlook at {}\nnext: epirig match {}\n",
+                describe(calibration),
+                self.seq.join(CALIBRATION).display(),
+                self.seq.join("calibration").display(),
+                self.seq.display()
+            )
+        })
+    }
+
+    fn plan(&self, sequence: &Sequence) -> Result<CalibrationPlan, CliError> {
+        let record = sequence.record();
+        let recorded = Profile::of_sequence(sequence)?.as_ref().map(recorded_options).unwrap_or_default();
+        let profile = self.rig.over(recorded)?;
+        let mut plan = calibration_plan(&profile, record.columns, record.rows);
+        if let Some(path) = &self.lens {
+            plan.lens = Some(read_lens(path, record.rows, record.columns)?);
+        }
+        plan.photometry.dark = !self.no_dark;
+        plan.photometry.hot_pixels = !self.no_hot_pixels;
+        plan.photometry.frame_gain = !self.no_frame_gain;
+        plan.photometry.flat_field = self.flat_field.0;
+        plan.positions = match self.positions {
+            Positions::Auto => PositionSource::Automatic,
+            Positions::Target => PositionSource::Target,
+            Positions::Texture => PositionSource::Texture,
+            Positions::Stage => PositionSource::Stage,
+        };
+        Ok(plan)
+    }
+}
+
+fn parse_flat_field(text: &str) -> Result<FlatField, String> {
+    let wrong = || {
+        format!(
+            "\"{text}\" is no method; write auto, paper, order:0 to order:{HIGHEST_ORDER}, pixels or none"
+        )
+    };
+    let method = match text {
+        "auto" => FlatMethod::Automatic,
+        "paper" => FlatMethod::Polynomial(3),
+        "pixels" => FlatMethod::PerPixel,
+        "none" => return Ok(FlatField(None)),
+        other => {
+            let order = other.strip_prefix("order:").and_then(|order| order.parse().ok());
+            FlatMethod::Polynomial(order.filter(|order| *order <= HIGHEST_ORDER).ok_or_else(wrong)?)
+        }
+    };
+    Ok(FlatField(Some(method)))
+}
+
+fn parse_lens_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    matches!(ending, Some("yml" | "yaml"))
+        .then_some(path)
+        .ok_or_else(|| format!("\"{text}\" does not end in .yml (OpenCV) or .yaml (ROS camera_info)"))
+}
+
+fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, CliError> {
+    let name = path.display().to_string();
+    if path.extension().is_some_and(|ending| ending == "json") {
+        let estimate = read_calibration_file(path)?.lens.estimate;
+        return Ok(LensKnowledge::File { name, estimate });
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| CliError::Usage(format!("{name}: cannot be read as a lens: {error}")))?;
+    let file =
+        opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
+    let (rows, columns) = (file.rows.unwrap_or(rows), file.columns.unwrap_or(columns));
+    Ok(LensKnowledge::File { name, estimate: LensEstimate::of_a_calibration(file.lens, rows, columns) })
+}
+
+fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {
+    let estimate = &calibration.lens.estimate;
+    let (rows, columns, lens) = (estimate.rows, estimate.columns, estimate.lens);
+    let text = if path.extension().is_some_and(|ending| ending == "yaml") {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        ros_camera_info::CameraInfo::unrectified(&name, rows, columns, lens).to_yaml()
+    } else {
+        opencv_yaml::write(rows, columns, &lens)
+    };
+    super::grab::write(path, text.as_bytes())
+}
+
+/// What a person should know, and may do.
+pub(super) fn tell(calibration: &Calibration, talk: &Talk) {
+    for note in &calibration.notes {
+        talk.say(&format!("note: {note}"));
+    }
+    for need in &calibration.needs {
+        talk.say(&format!("needs: {need}"));
+    }
+}
+
+/// What was found, in a few lines.
+pub(super) fn describe(calibration: &Calibration) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| text.push_str(&format!("{name:<19}{value}\n"));
+    line(
+        "dark level",
+        outcome(&calibration.photometry.dark, |dark| {
+            format!("{:.2} DN, {} frames", dark.level_dn, dark.frames)
+        }),
+    );
+    line(
+        "flat field",
+        outcome(&calibration.photometry.flat_field, |field| {
+            format!(
+                "corners {:.1} % darker, {:.3} % of the cells' means unexplained, {} frames",
+                field.corner_darkening_percent, field.residual_rms_percent, field.frames
+            )
+        }),
+    );
+    line("unusable pixels", outcome(&calibration.photometry.hot_pixels, |pixels| pixels.len().to_string()));
+    line(
+        "frames' brightness",
+        outcome(&calibration.frame_gains, |gains| {
+            format!("varies by {:.3} %, made even", 100.0 * gains.flicker)
+        }),
+    );
+    line("lens", lens(calibration));
+    if let Some(travel) = &calibration.travel {
+        line("roll", format!("{:.4} deg, sigma {:.4}", travel.roll_deg, travel.roll_sigma_deg));
+        line("pan", format!("{:.4} deg, sigma {:.4}", travel.pan_deg, travel.pan_sigma_deg));
+        line(
+            "rows",
+            format!(
+                "straight to {:.4} px RMS ({} corners in {} frames, each known to {:.4} px)",
+                travel.rows_rms_px, travel.corners, travel.frames, travel.corner_sigma_px
+            ),
+        );
+    }
+    let positions = &calibration.positions;
+    line(
+        "positions",
+        match (&positions.audit, positions.source) {
+            (Some(audit), source) => format!(
+                "from the {}: the stage is off by {:.1} um RMS, {:.1} um at most",
+                if source == PositionSource::Target { "target" } else { "texture" },
+                audit.rms_um,
+                audit.largest_um
+            ),
+            (None, PositionSource::Stage) => "the stage's".to_owned(),
+            (None, _) => "measured; the stage's are not known".to_owned(),
+        },
+    );
+    if let Some(scale) = positions.target_scale {
+        line(
+            "scale",
+            format!(
+                "the target's squares make the travel {:+.2} % longer than the stage does",
+                100.0 * scale.contradiction()
+            ),
+        );
+    }
+    let camera = calibration.mapping.camera;
+    line("rectified frames", format!("{} x {}", camera.columns, camera.rows));
+    text
+}
+
+fn lens(calibration: &Calibration) -> String {
+    let record = &calibration.lens;
+    let lens = record.estimate.lens;
+    let focal_length = format!(
+        "{:.1} px, sigma {:.1}; k1 {:+.4}",
+        lens.focal_length_x_px,
+        record.estimate.sigma()[0],
+        lens.distortion.k1
+    );
+    let source = match (record.source, &record.board_frames) {
+        (LensSource::BoardFrames, Some(found)) => {
+            format!("from {} board frames, {:.3} px RMS", found.views.len(), found.rms_px)
+        }
+        (LensSource::File, _) => format!("from {}", record.file.as_deref().unwrap_or("a file")),
+        (LensSource::DataSheet, _) => "from its data sheet".to_owned(),
+        (LensSource::BoardFrames, None) | (LensSource::Unknown, _) => "unknown; assumed".to_owned(),
+    };
+    format!("{focal_length} ({source})")
+}
+
+fn outcome<T>(outcome: &Outcome<T>, describe: impl FnOnce(&T) -> String) -> String {
+    match outcome {
+        Outcome::Applied(found) => describe(found),
+        Outcome::SwitchedOff => "switched off".to_owned(),
+        Outcome::NotApplied(_) => "not corrected".to_owned(),
+    }
+}
