@@ -41,7 +41,7 @@ pub(super) fn check_light(grid: &CellGrid, full_scale: u16) -> Result<(), Photom
     let darkest = grid.cells().iter().min_by(|one, other| one.mean.total_cmp(&other.mean));
     match darkest {
         // Not a number is too dark as well.
-        Some(cell) if !(cell.mean >= least_dn) => {
+        Some(cell) if cell.mean.is_nan() || cell.mean < least_dn => {
             let (x, y) = cell.middle();
             Err(PhotometryError::TooDark { level_dn: cell.mean, least_dn, x, y })
         }
@@ -62,7 +62,7 @@ pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> 
         .max_by(|&a, &b| (levels[a] - typical).abs().total_cmp(&(levels[b] - typical).abs()));
     if let Some(index) = worst {
         let percent = 100.0 * (levels[index] / typical - 1.0);
-        if !(percent.abs() <= MOST_LAMP_PERCENT) {
+        if percent.abs() > MOST_LAMP_PERCENT {
             return Err(PhotometryError::LampUnsteady { index, percent, most_percent: MOST_LAMP_PERCENT });
         }
     }
@@ -73,7 +73,7 @@ pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> 
             let percent = 100.0 * (share / level - 1.0);
             let most_percent = MOST_CHANGE_PERCENT.max(SIGMAS * cell_noise_percent(cell, noise_dn));
             let excess = percent.abs() / most_percent;
-            if !(excess <= worst.as_ref().map_or(1.0, |(excess, _)| *excess)) {
+            if excess > worst.as_ref().map_or(1.0, |(excess, _)| *excess) {
                 let (x, y) = cell.middle();
                 worst = Some((excess, PhotometryError::FrameDiffers { index, percent, most_percent, x, y }));
             }

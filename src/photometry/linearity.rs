@@ -149,7 +149,7 @@ fn check(series: &[ExposureLevel]) -> Result<(), LinearityError> {
             return Err(LinearityError::Cells { index, found, expected });
         }
         let bad = |value: &&f64| !value.is_finite();
-        let negative = Some(&level.relative_exposure).filter(|&&exposure| !(exposure >= 0.0));
+        let negative = Some(&level.relative_exposure).filter(|&&exposure| exposure < 0.0);
         if let Some(&value) =
             negative.or_else(|| [&level.relative_exposure].into_iter().chain(&level.cells_dn).find(bad))
         {

@@ -70,11 +70,11 @@ impl<'a> Band<'a> {
         let mut line = vec![0.0; columns];
         for y in 0..height {
             let mut looked_at = Vec::new();
-            for t in 0..frames {
+            for (t, (sums, saturated)) in sums.iter_mut().zip(&mut saturated).enumerate() {
                 volume.copy_row(first_row + y, t, &mut line);
-                for (x, &value) in line.iter().enumerate() {
-                    sums[t][x + 1] += f64::from(value);
-                    saturated[t][x + 1] += u32::from(value >= full_scale);
+                for ((&value, sum), count) in line.iter().zip(&mut sums[1..]).zip(&mut saturated[1..]) {
+                    *sum += f64::from(value);
+                    *count += u32::from(value >= full_scale);
                 }
                 if y % every == 0 {
                     looked_at.extend_from_slice(&line);
@@ -84,10 +84,10 @@ impl<'a> Band<'a> {
                 rows.push(looked_at);
             }
         }
-        for t in 0..frames {
+        for (sums, saturated) in sums.iter_mut().zip(&mut saturated) {
             for x in 0..columns {
-                sums[t][x + 1] += sums[t][x];
-                saturated[t][x + 1] += saturated[t][x];
+                sums[x + 1] += sums[x];
+                saturated[x + 1] += saturated[x];
             }
         }
         Self { tau: volume.tau().values(), columns, height, full_scale, rows, sums, saturated }
@@ -169,18 +169,18 @@ impl<'a> Band<'a> {
                 let samples = &row[t * self.columns..(t + 1) * self.columns];
                 let (first, right) = (edge as usize, edge.fract());
                 let by_tau = (self.tau[t] - middle) / level;
-                for k in 0..width {
+                for (k, (mean, slope)) in mean.iter_mut().zip(&mut slope).enumerate() {
                     let next = (first + k + 1).min(self.columns - 1);
                     let value =
                         (1.0 - right) * f64::from(samples[first + k]) + right * f64::from(samples[next]);
-                    mean[k] += value / (count * level);
-                    slope[k] += by_tau * value;
+                    *mean += value / (count * level);
+                    *slope += by_tau * value;
                 }
             }
-            for k in 1..width.saturating_sub(1) {
-                let gradient = 0.5 * (mean[k + 1] - mean[k - 1]);
+            for (around, slope) in mean.windows(3).zip(&slope[1..]) {
+                let gradient = 0.5 * (around[2] - around[0]);
                 along += gradient * gradient;
-                across += gradient * slope[k];
+                across += gradient * slope;
             }
         }
         let step = -across / (along * spread);
