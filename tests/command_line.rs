@@ -150,6 +150,7 @@ fn help_has_examples_and_completions_name_the_verbs() {
         "export",
         "decode",
         "simulate",
+        "target",
         "completions",
     ] {
         let help = succeeds(folder.path(), &[verb, "--help"]);

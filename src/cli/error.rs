@@ -19,6 +19,7 @@ use crate::results::ResultsError;
 use crate::sequence::SequenceError;
 use crate::stage::StageError;
 use crate::surface::SurfaceError;
+use crate::target::TargetError;
 use crate::twin::TwinError;
 
 const TROUBLE: u8 = 1;
@@ -67,6 +68,8 @@ pub(super) enum CliError {
     Link(#[from] LinkError),
     #[error(transparent)]
     Camera(#[from] CameraError),
+    #[error(transparent)]
+    Target(#[from] TargetError),
     #[error("{path}: cannot {action}: {source}")]
     File { path: PathBuf, action: &'static str, source: std::io::Error },
     #[error("{0}")]
@@ -132,7 +135,12 @@ impl CliError {
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
                 _ => TROUBLE,
             },
-            Self::Profile(_) | Self::Twin(_) | Self::LeaveOut(_) | Self::Size(_) | Self::Usage(_) => USAGE,
+            Self::Profile(_)
+            | Self::Twin(_)
+            | Self::Target(_)
+            | Self::LeaveOut(_)
+            | Self::Size(_)
+            | Self::Usage(_) => USAGE,
             Self::Stage(error) => stage_code(error),
             Self::Camera(error) => camera_code(error),
             Self::Link(error) => link_code(error),

@@ -25,6 +25,7 @@ mod run;
 mod scan;
 mod simulate;
 mod surface;
+mod target;
 mod verify;
 
 use std::process::ExitCode;
@@ -87,6 +88,7 @@ enum Verb {
     Export(export::Export),
     Decode(decode::Decode),
     Simulate(simulate::Simulate),
+    Target(target::TargetVerb),
     /// Print a completion script for a shell
     #[command(
         after_help = "Example:\n  epirig completions bash > ~/.local/share/bash-completion/completions/epirig"
@@ -128,6 +130,7 @@ pub fn main() -> ExitCode {
         Verb::Export(verb) => verb.run(&talk),
         Verb::Decode(verb) => verb.run(&talk),
         Verb::Simulate(verb) => verb.run(&talk),
+        Verb::Target(verb) => verb.run(&talk),
         Verb::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "epirig", &mut script);

@@ -99,9 +99,9 @@ fn candidates(smooth: &Plane<f32>) -> Vec<Candidate> {
     let mut found = Vec::new();
     for y in 4..rows - 4 {
         let row = responses.row(y);
-        for x in 4..columns - 4 {
-            if row[x] > threshold && is_peak(&responses, x, y) {
-                found.extend(candidate(smooth, x, y, f64::from(row[x])));
+        for (x, &value) in row.iter().enumerate().take(columns - 4).skip(4) {
+            if value > threshold && is_peak(&responses, x, y) {
+                found.extend(candidate(smooth, x, y, f64::from(value)));
             }
         }
     }

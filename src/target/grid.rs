@@ -10,6 +10,10 @@ use super::sampling::bilinear;
 const CELL_PX: f64 = 24.0;
 /// A neighbour is looked for this far, as a share of the image's longer side: boards of 2 x 2 corners fill it.
 const REACH: f64 = 0.3;
+/// Edges are followed in steps of this, in px ...
+const EDGE_STEP_PX: f64 = 3.0;
+/// ... and a neighbour is looked for a little beyond, since an edge is lost where corners are blurred.
+const BEYOND_EDGE: f64 = 1.3;
 /// A neighbour lies within this of an edge's direction, in rad (12 deg): that of smoothed second derivatives is known to some 3 deg.
 const ALONG_RAD: f64 = 0.21;
 /// Edges of neighbours differ by less than this, in rad (25 deg): perspective turns them by some degrees from square to square.
@@ -140,29 +144,38 @@ impl Growing<'_> {
             })
     }
 
-    /// The nearest neighbour from `from` along `direction`.
-    fn first_along(&self, from: usize, direction: f64) -> Option<usize> {
+    /// How far the edge from `from` along `direction` keeps its colours, in px: up to the next corner. `sign` is 1 if a bright square
+    /// follows it, -1 if a dark one does.
+    fn edge_px(&self, from: usize, direction: f64, sign: f32) -> f64 {
         let corner = self.candidate(from);
-        let mut radius = CELL_PX;
-        loop {
-            let mut ahead: Vec<(f64, usize)> = self
-                .near((corner.x, corner.y), radius)
-                .filter(|&index| index != from)
-                .filter_map(|index| {
-                    let (dx, dy) = (self.candidate(index).x - corner.x, self.candidate(index).y - corner.y);
-                    let turned = (dy.atan2(dx) - direction + PI).rem_euclid(2.0 * PI) - PI;
-                    (turned.abs() < ALONG_RAD).then_some((dx.hypot(dy), index))
-                })
-                .collect();
-            ahead.sort_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some(&(_, index)) = ahead.iter().find(|&&(_, index)| self.are_neighbours(from, index)) {
-                return Some(index);
+        let (sin, cos) = direction.sin_cos();
+        let mut along = 4.0;
+        // Aside by 6 deg and more, since directions are not known better.
+        while along < self.reach_px {
+            let aside = (0.1 * along).max(2.0);
+            if sign * self.across((corner.x + along * cos, corner.y + along * sin), direction, aside) <= 0.0 {
+                break;
             }
-            if radius >= self.reach_px {
-                return None;
-            }
-            radius = (2.0 * radius).min(self.reach_px);
+            along += EDGE_STEP_PX;
         }
+        along
+    }
+
+    /// The nearest neighbour from `from` along `direction`; `sign` as in [`Self::edge_px`].
+    fn first_along(&self, from: usize, direction: f64, sign: f32) -> Option<usize> {
+        let corner = self.candidate(from);
+        let radius = BEYOND_EDGE * self.edge_px(from, direction, sign) + 2.0 * EDGE_STEP_PX;
+        let mut ahead: Vec<(f64, usize)> = self
+            .near((corner.x, corner.y), radius)
+            .filter(|&index| index != from)
+            .filter_map(|index| {
+                let (dx, dy) = (self.candidate(index).x - corner.x, self.candidate(index).y - corner.y);
+                let turned = (dy.atan2(dx) - direction + PI).rem_euclid(2.0 * PI) - PI;
+                (turned.abs() < ALONG_RAD).then_some((dx.hypot(dy), index))
+            })
+            .collect();
+        ahead.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ahead.into_iter().map(|(_, index)| index).find(|&index| self.are_neighbours(from, index))
     }
 
     /// The grid around a candidate, itself at (0, 0).
@@ -172,10 +185,14 @@ impl Growing<'_> {
         // From columns to rows as from x to y.
         let second = first + (corner.before_dark_rad - first).rem_euclid(PI);
         let mut members = BTreeMap::from([((0, 0), seed)]);
-        for (offset, direction) in
-            [((1, 0), first), ((0, 1), second), ((-1, 0), first + PI), ((0, -1), second + PI)]
-        {
-            let neighbour = self.first_along(seed, direction);
+        let arms = [
+            ((1, 0), first, 1.0),
+            ((-1, 0), first + PI, 1.0),
+            ((0, 1), second, -1.0),
+            ((0, -1), second + PI, -1.0),
+        ];
+        for (offset, direction, sign) in arms {
+            let neighbour = self.first_along(seed, direction, sign);
             if let Some(index) = neighbour.filter(|index| !members.values().any(|member| member == index)) {
                 members.insert(offset, index);
             }

@@ -16,14 +16,18 @@ const WINDOW: f64 = 0.45;
 const RADIUS_PX: (f64, f64) = (3.0, 14.0);
 /// A fit may move a corner by this share of the distance to the nearest parallel edge.
 const MOVED: f64 = 0.25;
-/// Blur beyond this share of the distance to the nearest parallel edge mixes the squares.
-const BLUR: f64 = 0.35;
+/// Blur beyond this share of the distance to the nearest parallel edge leaves no level ground in the squares; waves have 0.25.
+const BLUR: f64 = 0.16;
+/// Of three corners in a row the middle one is this near to the line through the others, as a share of their distance: a lens bends lines less.
+const STRAIGHT: f64 = 0.03;
+/// And by this, in px, whatever the distance: noise.
+const STRAIGHT_PX: f64 = 0.2;
 /// A corner has at least this share of the contrast around it: where the board ends, a false one has half.
 const CONTRAST: f64 = 0.6;
 /// How often overlooked corners are looked for around those there are.
 const ROUNDS: usize = 4;
-/// Grids that are looked at for each board wanted: texture may have some, too.
-const GRIDS_PER_BOARD: usize = 3;
+/// Grids that are looked at: texture may have some, too.
+const MOST_GRIDS: usize = 12;
 
 type Label = (i32, i32);
 
@@ -31,7 +35,7 @@ type Label = (i32, i32);
 pub(super) fn boards(image: &Plane<f32>, scale: usize, board: &ChessBoard, count: usize) -> Vec<FoundBoard> {
     let scene = if scale == 2 { Scene::new(&halved(image)) } else { Scene::new(image) };
     let mut found: Vec<FoundBoard> = Vec::new();
-    for mut grid in grids(&scene).into_iter().take(GRIDS_PER_BOARD * count) {
+    for mut grid in grids(&scene).into_iter().take(MOST_GRIDS) {
         if scale == 2 {
             grid.corners.values_mut().for_each(|(x, y)| (*x, *y) = (2.0 * *x + 0.5, 2.0 * *y + 0.5));
         }
@@ -184,11 +188,16 @@ impl<'a> Labelled<'a> {
             .filter_map(|(&label, &place)| Some((label, self.refined(image, &self.rough, label, place)?)))
             .collect();
         drop_faint(&mut corners);
+        drop_crooked(&mut corners);
+        if corners.len() < LEAST_CORNERS {
+            return None;
+        }
         for _ in 0..ROUNDS {
             if corners.len() == self.board.corners() || !self.add_overlooked(image, &mut corners) {
                 break;
             }
         }
+        drop_crooked(&mut corners);
         (corners.len() >= LEAST_CORNERS).then(|| self.board_of(corners))
     }
 
@@ -281,4 +290,32 @@ fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
     for label in faint {
         corners.remove(&label);
     }
+}
+
+/// Removes corners that are in fewer straight lines of three than in crooked ones, until there are none: the edges of a board are straight.
+fn drop_crooked(corners: &mut BTreeMap<Label, Corner>) {
+    loop {
+        let mut votes: BTreeMap<Label, i32> = corners.keys().map(|&at| (at, 0)).collect();
+        for (&(column, row), middle) in corners.iter() {
+            for (dc, dr) in [(1, 0), (0, 1)] {
+                let (before, after) = ((column - dc, row - dr), (column + dc, row + dr));
+                if let (Some(a), Some(b)) = (corners.get(&before), corners.get(&after)) {
+                    let vote = if is_straight(a, middle, b) { 1 } else { -1 };
+                    for at in [before, (column, row), after] {
+                        *votes.entry(at).or_default() += vote;
+                    }
+                }
+            }
+        }
+        let worst = votes.into_iter().min_by_key(|&(_, vote)| vote).filter(|&(_, vote)| vote < 0);
+        let Some((label, _)) = worst else { return };
+        corners.remove(&label);
+    }
+}
+
+fn is_straight(a: &Corner, middle: &Corner, b: &Corner) -> bool {
+    let (dx, dy) = (b.x_px - a.x_px, b.y_px - a.y_px);
+    let length = dx.hypot(dy);
+    let off = ((middle.x_px - a.x_px) * dy - (middle.y_px - a.y_px) * dx).abs() / length;
+    off < STRAIGHT * length + STRAIGHT_PX
 }

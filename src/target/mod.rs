@@ -1,7 +1,7 @@
 //! Chess-board targets: found in frames to a hundredth of a pixel, labelled, followed through a sequence, and printed.
 //!
 //! A board is named by its inner corners, columns x rows, as in OpenCV. [`find_boards`] finds boards in one frame, [`track`] says which corner is
-//! which in all frames of a sequence, [`print`] makes the sheet.
+//! which in all frames of a sequence, [`mod@print`] makes the sheet.
 
 mod detect;
 mod grid;
@@ -9,6 +9,8 @@ mod label;
 pub mod print;
 mod refine;
 mod sampling;
+#[cfg(test)]
+mod tests;
 mod tracks;
 
 use thiserror::Error;

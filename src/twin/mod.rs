@@ -249,7 +249,7 @@ impl Twin {
         let paint = || self.paint.reflectance(hit.across_mm, hit.along_mm);
         match self.print.and_then(|print| print.at(hit.across_mm, hit.along_mm)) {
             None => paint(),
-            Some((covered, printed)) if covered >= 1.0 => printed as f32,
+            Some((1.0, printed)) => printed as f32,
             Some((covered, printed)) => {
                 let paint = f64::from(paint());
                 (paint + covered * (printed - paint)) as f32

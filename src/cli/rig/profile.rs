@@ -97,7 +97,7 @@ impl RigArgument {
     fn environment(&self) -> Result<Vec<Override>, CliError> {
         let mut overrides = Vec::new();
         // Whoever names a simulated rig does not want the port of a real one.
-        if !self.rig.as_deref().is_some_and(|path| simulated(path).is_some()) {
+        if self.rig.as_deref().is_none_or(|path| simulated(path).is_none()) {
             for (name, key) in SHORT_NAMES {
                 let value = std::env::var(name).ok().filter(|value| !value.is_empty());
                 overrides.extend(value.map(|value| Override {

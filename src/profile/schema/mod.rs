@@ -239,15 +239,15 @@ pub(super) fn find_key(section: &Section, name: &str) -> Result<(&'static Key, O
     }
     // Of two keys one of which begins like the other, the longer is meant.
     let likely = section.keys.iter().filter(|key| suffix(key).is_some()).max_by_key(|key| key.name.len());
-    if let Some(key) = likely {
-        if let (Kind::Measure { unit, .. }, Some(suffix)) = (key.kind, suffix(key)) {
-            return Err(Problem::UnknownUnitInKey {
-                key: format!("{}.{name}", section.name),
-                suffix: suffix.to_owned(),
-                proposal: format!("{}_{}", key.name, unit.suffix),
-                units: key.kind.units().map(|unit| unit.name).collect::<Vec<_>>().join(", "),
-            });
-        }
+    if let Some(key) = likely
+        && let (Kind::Measure { unit, .. }, Some(suffix)) = (key.kind, suffix(key))
+    {
+        return Err(Problem::UnknownUnitInKey {
+            key: format!("{}.{name}", section.name),
+            suffix: suffix.to_owned(),
+            proposal: format!("{}_{}", key.name, unit.suffix),
+            units: key.kind.units().map(|unit| unit.name).collect::<Vec<_>>().join(", "),
+        });
     }
     // A key that is right elsewhere is more likely meant than one that merely looks alike.
     let elsewhere = SECTIONS

@@ -32,7 +32,7 @@ impl Sheet {
         let table = pdf.len();
         let _ = write!(pdf, "xref\n0 {}\n0000000000 65535 f \n", objects.len() + 1);
         for offset in offsets {
-            let _ = write!(pdf, "{offset:010} 00000 n \n");
+            let _ = writeln!(pdf, "{offset:010} 00000 n ");
         }
         let _ = write!(
             pdf,

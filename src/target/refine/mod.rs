@@ -27,9 +27,9 @@ const START_BLUR_PX: f64 = 0.8;
 const LEAST_BLUR_PX: f64 = 0.2;
 /// Edges that meet at less than this, in rad (15 deg), are those of no board that can be read.
 const LEAST_ANGLE_RAD: f64 = 0.26;
-/// What the model leaves may have this share of the variance of its pattern. Where three squares of one colour and one of the other meet (at the
-/// border of a board) half is left.
-const MOST_UNEXPLAINED: f64 = 0.15;
+/// What the model leaves may have this share of the variance of its pattern: noise of a fifth of the half step. Where three squares of one colour and
+/// one of the other meet (at the border of a board) half is left; texture leaves some hundredths and more.
+const MOST_UNEXPLAINED: f64 = 0.04;
 /// A window counts if this share of it is in the image.
 const LEAST_SHARE: f64 = 0.75;
 

@@ -1,8 +1,8 @@
 //! Which corner is which in all frames of a sequence.
 //!
 //! A board that moves straight and evenly shows a fixed point of the image labels that grow evenly: exactly so if it moves in its own plane, whatever the camera's
-//! direction. So all views share one map from the image to labels, each with its own offset ([`plane_map`]); complete boards have their labels, and partial ones take
-//! the shift for which all offsets lie on one straight line over the stage's position ([`motion`]).
+//! direction. So all views share one map from the image to labels, each with its own offset (`plane_map`); complete boards have their labels, and partial ones take
+//! the shift for which all offsets lie on one straight line over the stage's position (`motion`).
 
 mod motion;
 mod plane_map;

@@ -122,7 +122,7 @@ fn turn_alike(view: &mut View, reference: f64, target: &Target) {
     let direction = view.column_direction();
     let board = &target.board;
     let fits = |quarters: usize| {
-        let (columns, rows) = if quarters % 2 == 0 { (columns, rows) } else { (rows, columns) };
+        let (columns, rows) = if quarters.is_multiple_of(2) { (columns, rows) } else { (rows, columns) };
         columns <= board.columns && rows <= board.rows
     };
     // After a quarter of a turn columns run where rows did.
