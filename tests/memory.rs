@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use epirig::capture::{CapturePlan, PauseSwitch};
 use epirig::epi::MatchOptions;
-use epirig::measure::measure;
+use epirig::measure::{View, measure};
 use epirig::progress::Silent;
 use epirig::results::ResultsFolder;
 use epirig::sequence::{RealDisk, Sequence};
@@ -36,7 +36,7 @@ fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
     scans::scan(&twin, &plan, &path, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     let sequence = Sequence::open(&path).unwrap();
     let results = ResultsFolder::create(&path.join("results"), false).unwrap();
-    measure(&sequence, &MatchOptions::default(), None, None, &results, &Silent).unwrap();
+    measure(&sequence, None, &MatchOptions::default(), View::default(), &results, &Silent).unwrap();
     results.commit().unwrap();
     let ratio = peak_bytes().unwrap() as f64 / (1024.0 * 1024.0 * 100.0);
     println!("peak memory is {ratio:.2} times the frames' bytes");
