@@ -31,6 +31,9 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("capture", &["camera", "frame", "progress", "sequence", "shift", "stage"]),
     ("preflight", &["camera", "capture", "frame", "plane", "progress", "shift", "stage"]),
     ("epi", &["plane", "progress", "tau", "volume"]),
+    ("surface", &["plane"]),
+    ("evaluate", &["epi", "plane", "progress", "tau", "volume"]),
+    ("formats", &["plane"]),
     (
         "calibrate",
         &[
@@ -49,14 +52,23 @@ const ARROWS: &[(&str, &[&str])] = &[
             "volume",
         ],
     ),
-    ("surface", &["plane"]),
-    ("evaluate", &["epi", "plane", "progress", "tau", "volume"]),
-    ("formats", &["plane"]),
-    ("report", &["epi", "plane", "volume"]),
+    ("report", &["calibrate", "epi", "lens", "photometry", "plane", "travel", "volume"]),
     ("results", &["epi", "formats", "plane", "scratch"]),
     (
         "measure",
-        &["epi", "formats", "plane", "progress", "report", "results", "sequence", "surface", "volume"],
+        &[
+            "calibrate",
+            "epi",
+            "formats",
+            "photometry",
+            "plane",
+            "progress",
+            "report",
+            "results",
+            "sequence",
+            "surface",
+            "volume",
+        ],
     ),
 ];
 

@@ -206,9 +206,9 @@ fn write_comparison(
     let y = truth.height_mm.rows() / 2;
     // Measured heights count from the median distance, true ones from the scene's nearest level.
     let offset = true_distance_mm - heights.distance_mm;
-    let line = |name: &str, row: &[f32], offset: f64| Series {
-        name: name.to_owned(),
-        points: row.iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value) + offset)).collect(),
+    let line = |name: &str, row: &[f32], offset: f64| {
+        let points = row.iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value) + offset));
+        Series::line(name, points.collect())
     };
     let chart = Chart {
         title: format!("Height along row {y}"),
@@ -219,6 +219,7 @@ fn write_comparison(
             line("measured", heights.height_mm.row(y), offset),
             line("truth", truth.height_mm.row(y), 0.0),
         ],
+        ..Chart::default()
     };
     results.write_picture("height-along-row.png", &chart.picture()?)?;
     Ok(results.write("height-along-row.csv", chart.csv().as_bytes())?)

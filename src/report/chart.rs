@@ -1,34 +1,87 @@
-//! Line charts, with the same numbers as a table.
+//! Charts of lines and dots, with the same numbers as a table.
 
 use image::RgbImage;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::heading::{COLOURS, Entry, Sample, draw_heading, heading_height};
 use super::{FONT, ReportError, register_font};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 480;
-/// Colours that people with any colour vision tell apart (Wong 2011).
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(60, 60, 60),
-];
+/// Columns left of the axis, in px.
+const LEFT: i32 = 84;
+/// Series with more points than this have small dots, so that they do not merge.
+const MANY: usize = 1000;
 
-/// One line of a chart.
-#[derive(Debug, Clone, PartialEq)]
+/// Of the line along zero: darker than the grid, which may lie beneath it.
+const ZERO: RGBColor = RGBColor(90, 90, 90);
+
+type Axes<'a, 'b> = ChartContext<'a, BitMapBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// How a series is drawn.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum Marks {
+    /// A line through the points, interrupted where y is NaN.
+    #[default]
+    Line,
+    /// A dot for each point.
+    Dots,
+    /// A dot for each point with a bar of one standard deviation to both sides: in the unit of y, one for each point; NaN for no bar.
+    DotsWithBars(Vec<f64>),
+}
+
+/// One line of a chart, or one kind of dots.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
     /// Its name, with the unit where it differs from the axis.
     pub name: String,
-    /// Points (x, y); the line is interrupted where y is NaN.
+    /// Points (x, y); y is NaN where nothing is known.
     pub points: Vec<(f64, f64)>,
+    /// How they are drawn.
+    pub marks: Marks,
+    /// What is written beside each point; empty for nothing.
+    pub labels: Vec<String>,
 }
 
-/// Lines over a common axis.
-#[derive(Debug, Clone, PartialEq)]
+impl Series {
+    /// A line.
+    pub fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, ..Self::default() }
+    }
+
+    /// Dots.
+    pub fn dots(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { marks: Marks::Dots, ..Self::line(name, points) }
+    }
+
+    /// The standard deviation of a point; NaN where there is none.
+    fn sigma(&self, index: usize) -> f64 {
+        match &self.marks {
+            Marks::DotsWithBars(sigmas) => sigmas.get(index).copied().unwrap_or(f64::NAN),
+            Marks::Line | Marks::Dots => f64::NAN,
+        }
+    }
+
+    /// Known points with half the height of their bars.
+    fn known(&self) -> impl Iterator<Item = (usize, (f64, f64), f64)> {
+        let all = self.points.iter().copied().enumerate().filter(|(_, point)| !point.1.is_nan());
+        all.map(|(index, point)| (index, point, self.sigma(index).max(0.0)))
+    }
+
+    fn entry(&self, colour: RGBColor) -> Entry {
+        let sample = match self.marks {
+            Marks::Line => Sample::Line(18),
+            Marks::Dots => Sample::Dot,
+            Marks::DotsWithBars(_) => Sample::DotWithBar,
+        };
+        Entry { name: self.name.clone(), sample, colour }
+    }
+}
+
+/// Series over a common axis.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Chart {
     /// What it shows.
     pub title: String,
@@ -38,7 +91,9 @@ pub struct Chart {
     pub y_label: String,
     /// The vertical axis spans at least this much, so that noise does not look like signal; 0 for no limit.
     pub least_y_span: f64,
-    /// The lines.
+    /// Whether the vertical axis shows 0, with a line along it.
+    pub zero_line: bool,
+    /// What is shown; later ones lie over earlier ones.
     pub series: Vec<Series>,
 }
 
@@ -55,37 +110,47 @@ impl Chart {
             .ok_or_else(|| ReportError::new(&self.title, "its size does not fit"))
     }
 
-    /// The chart's numbers: one line a point with series, x and y; `nan` where unknown.
+    /// The chart's numbers: one line a point with series, x, y, and the standard deviation if any is shown; `nan` where unknown.
     pub fn csv(&self) -> String {
         let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
-        let mut text = format!("series,{},{}\n", quoted(&self.x_label), quoted(&self.y_label));
+        let bars = self.series.iter().any(|series| matches!(series.marks, Marks::DotsWithBars(_)));
+        let last = if bars { ",standard deviation" } else { "" };
+        let mut text = format!("series,{},{}{last}\n", quoted(&self.x_label), quoted(&self.y_label));
         for series in &self.series {
-            for (x, y) in &series.points {
-                let y = if y.is_nan() { "nan".to_owned() } else { y.to_string() };
-                text.push_str(&format!("{},{x},{y}\n", quoted(&series.name)));
+            for (index, (x, y)) in series.points.iter().enumerate() {
+                text.push_str(&format!("{},{x},{}", quoted(&series.name), number(*y)));
+                if bars {
+                    text.push_str(&format!(",{}", number(series.sigma(index))));
+                }
+                text.push('\n');
             }
         }
         text
     }
 
     fn draw(&self, raw: &mut [u8]) -> Result<(), String> {
-        fn say(error: impl std::fmt::Display) -> String {
-            error.to_string()
-        }
-        let known = || self.series.iter().flat_map(|series| &series.points).filter(|point| !point.1.is_nan());
-        let x_range = span(known().map(|point| point.0), 0.0)?;
-        let y_range = span(known().map(|point| point.1), self.least_y_span)?;
+        let known = || self.series.iter().flat_map(Series::known);
+        let x_range = span(known().map(|(_, point, _)| point.0), 0.0)?;
+        let zero = if self.zero_line { known().next().map(|_| 0.0) } else { None };
+        let ends = known().flat_map(|(_, (_, y), sigma)| [y - sigma, y + sigma]);
+        let y_range = span(ends.chain(zero), self.least_y_span)?;
         let (x_format, y_format) = (tick_format(&x_range), tick_format(&y_range));
+        let coloured = || self.series.iter().zip(COLOURS.into_iter().cycle());
+        let legend: Vec<Entry> = match self.series.len() {
+            0 | 1 => Vec::new(),
+            _ => coloured().map(|(series, colour)| series.entry(colour)).collect(),
+        };
         let area = BitMapBackend::with_buffer(raw, (WIDTH, HEIGHT)).into_drawing_area();
-        let mut chart = ChartBuilder::on(&area)
-            .caption(&self.title, (FONT, 20))
+        draw_heading(&area, &self.title, &legend, LEFT)?;
+        let (_, body) = area.split_vertically(heading_height(&legend));
+        let mut axes = ChartBuilder::on(&body)
             .margin(12)
+            .margin_top(4)
             .x_label_area_size(44)
-            .y_label_area_size(72)
-            .build_cartesian_2d(x_range, y_range)
+            .y_label_area_size(LEFT - 12)
+            .build_cartesian_2d(x_range.clone(), y_range)
             .map_err(say)?;
-        chart
-            .configure_mesh()
+        axes.configure_mesh()
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
             .x_label_formatter(&x_format)
@@ -95,32 +160,57 @@ impl Chart {
             .light_line_style(WHITE)
             .draw()
             .map_err(say)?;
-        for (index, series) in self.series.iter().enumerate() {
-            let colour = COLOURS[index % COLOURS.len()];
-            let mut named = false;
-            for piece in series.points.split(|point| point.1.is_nan()).filter(|piece| !piece.is_empty()) {
-                let line = LineSeries::new(piece.iter().copied(), colour.stroke_width(2));
-                let drawn = chart.draw_series(line).map_err(say)?;
-                if !named {
-                    let mark =
-                        move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(2));
-                    drawn.label(&series.name).legend(mark);
-                    named = true;
-                }
-            }
+        if self.zero_line {
+            let line = PathElement::new(vec![(x_range.start, 0.0), (x_range.end, 0.0)], ZERO);
+            axes.draw_series([line]).map_err(say)?;
         }
-        if self.series.len() > 1 {
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
-                .label_font((FONT, 14))
-                .background_style(WHITE.mix(0.8))
-                .border_style(BLACK.mix(0.3))
-                .draw()
-                .map_err(say)?;
+        for (series, colour) in coloured() {
+            series.draw(&mut axes, colour)?;
+            series.draw_labels(&mut axes, colour, 0.1 * x_range.start + 0.9 * x_range.end)?;
         }
         area.present().map_err(say)
     }
+}
+
+impl Series {
+    fn draw(&self, axes: &mut Axes<'_, '_>, colour: RGBColor) -> Result<(), String> {
+        if self.marks == Marks::Line {
+            for piece in self.points.split(|point| point.1.is_nan()).filter(|piece| !piece.is_empty()) {
+                let line = LineSeries::new(piece.iter().copied(), colour.stroke_width(2));
+                axes.draw_series(line).map_err(say)?;
+            }
+            return Ok(());
+        }
+        let bars = self.known().filter(|(_, _, sigma)| *sigma > 0.0).map(|(_, (x, y), sigma)| {
+            PathElement::new(vec![(x, y - sigma), (x, y + sigma)], colour.stroke_width(1))
+        });
+        axes.draw_series(bars).map_err(say)?;
+        let size = if self.points.len() > MANY { 1 } else { 3 };
+        let dots = self.known().map(|(_, point, _)| Circle::new(point, size, colour.filled()));
+        axes.draw_series(dots).map_err(say)?;
+        Ok(())
+    }
+
+    /// Labels stand to the right of their points, beyond `turn` to the left.
+    fn draw_labels(&self, axes: &mut Axes<'_, '_>, colour: RGBColor, turn: f64) -> Result<(), String> {
+        let labels = self.known().filter_map(|(index, point, _)| {
+            let (side, aside) = if point.0 > turn { (HPos::Right, -7) } else { (HPos::Left, 7) };
+            let style = TextStyle::from((FONT, 14)).color(&colour).pos(Pos::new(side, VPos::Center));
+            let label = self.labels.get(index)?.clone();
+            Some(EmptyElement::at(point) + Text::new(label, (aside, 0), style))
+        });
+        axes.draw_series(labels).map_err(say)?;
+        Ok(())
+    }
+}
+
+fn say(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+/// A number for a table.
+pub(super) fn number(value: f64) -> String {
+    if value.is_nan() { "nan".to_owned() } else { value.to_string() }
 }
 
 /// From the least to the greatest value with some air, at least `least` wide; an error if there is none.
@@ -138,30 +228,99 @@ fn span(values: impl Iterator<Item = f64>, least: f64) -> Result<std::ops::Range
 /// Writes a tick with as many decimals as tell it from the next.
 pub(super) fn tick_format(range: &std::ops::Range<f64>) -> impl Fn(&f64) -> String + use<> {
     let decimals = (1.0 - (range.end - range.start).log10()).ceil().clamp(0.0, 6.0) as usize;
-    move |tick| format!("{tick:.decimals$}")
+    move |tick| {
+        // A tick that is zero but for rounding shows no sign.
+        let text = format!("{tick:.decimals$}");
+        if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
+            text.trim_start_matches('-').to_owned()
+        } else {
+            text
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn chart(series: Vec<Series>) -> Chart {
+        let text = |text: &str| text.to_owned();
+        Chart {
+            title: text("t"),
+            x_label: text("x (px)"),
+            y_label: text("y (px)"),
+            series,
+            ..Chart::default()
+        }
+    }
+
+    /// Pixels of a colour below title and legend.
+    fn count(picture: &RgbImage, colour: RGBColor) -> usize {
+        let colour = image::Rgb([colour.0, colour.1, colour.2]);
+        picture.enumerate_pixels().filter(|(_, y, pixel)| *y > 60 && **pixel == colour).count()
+    }
+
     #[test]
     fn a_chart_shows_its_line_and_tells_its_numbers() {
-        let chart = Chart {
-            title: "square".to_owned(),
-            x_label: "x (px)".to_owned(),
-            y_label: "y (px)".to_owned(),
-            least_y_span: 0.0,
-            series: vec![Series {
-                name: "s".to_owned(),
-                points: vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 4.0), (3.0, 9.0)],
-            }],
-        };
-        let picture = chart.picture().unwrap();
-        let blue = image::Rgb([COLOURS[0].0, COLOURS[0].1, COLOURS[0].2]);
-        assert!(picture.pixels().filter(|&&pixel| pixel == blue).count() > 50);
-        assert_eq!(chart.csv().lines().nth(2), Some("\"s\",1,nan"));
+        let chart = chart(vec![Series::line("s", vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 4.0), (3.0, 9.0)])]);
+        assert!(count(&chart.picture().unwrap(), COLOURS[0]) > 50);
+        assert_eq!(
+            chart.csv(),
+            "series,\"x (px)\",\"y (px)\"\n\"s\",0,0\n\"s\",1,nan\n\"s\",2,4\n\"s\",3,9\n"
+        );
         let empty = Chart { series: Vec::new(), ..chart };
         assert!(empty.picture().is_err());
+    }
+
+    #[test]
+    fn dots_stand_apart_and_bars_reach_a_standard_deviation_to_both_sides() {
+        let points = vec![(0.0, 0.0), (1.0, 10.0), (2.0, 5.0), (3.0, f64::NAN)];
+        let dots = chart(vec![Series::dots("a", points.clone())]);
+        // Three discs of radius 3, whose edges may be mixed with the ground.
+        let discs = count(&dots.picture().unwrap(), COLOURS[0]);
+        assert!((3 * 13..=3 * 45).contains(&discs), "{discs}");
+        let bars =
+            Series { marks: Marks::DotsWithBars(vec![f64::NAN, 1.0, 2.0, 1.0]), ..dots.series[0].clone() };
+        let bars = chart(vec![bars]);
+        let picture = bars.picture().unwrap();
+        let column = |x: u32| (60..HEIGHT).filter(|&y| picture.get_pixel(x, y).0 == [0, 114, 178]).count();
+        let tallest = (0..WIDTH).map(column).max().unwrap();
+        // The axis spans 11 by the bar of the second point, with 8 % of air, over about 380 rows: four units are 128 rows.
+        assert!((120..=140).contains(&tallest), "{tallest}");
+        let csv = "series,\"x (px)\",\"y (px)\",standard deviation\n\"a\",0,0,nan\n\"a\",1,10,1\n\"a\",2,5,2\n\"a\",3,nan,1\n";
+        assert_eq!(bars.csv(), csv);
+    }
+
+    #[test]
+    fn the_zero_line_is_shown_even_if_all_values_are_far_from_it() {
+        let far = chart(vec![Series::dots("a", vec![(0.0, 10.0), (1.0, 11.0)])]);
+        let grey = |picture: &RgbImage| {
+            let row = |y: u32| (0..WIDTH).filter(|&x| picture.get_pixel(x, y).0 == [90; 3]).count();
+            (0..HEIGHT).map(row).max().unwrap()
+        };
+        assert!(grey(&far.picture().unwrap()) < 100);
+        let with_zero = Chart { zero_line: true, ..far };
+        assert!(grey(&with_zero.picture().unwrap()) > 800);
+        assert!(Chart { series: Vec::new(), ..with_zero }.picture().is_err());
+    }
+
+    #[test]
+    fn labels_stand_beside_their_points() {
+        let plain = chart(vec![Series::dots("a", vec![(0.0, 0.0), (1.0, 1.0)])]);
+        let mut labelled = plain.clone();
+        labelled.series[0].labels = vec![String::new(), "17".to_owned()];
+        let (plain, labelled) = (plain.picture().unwrap(), labelled.picture().unwrap());
+        let changed: Vec<u32> = plain
+            .enumerate_pixels()
+            .filter(|(x, y, pixel)| labelled.get_pixel(*x, *y) != *pixel)
+            .map(|(x, _, _)| x)
+            .collect();
+        assert!(changed.len() > 20 && changed.iter().all(|&x| x > WIDTH - 100), "{changed:?}");
+    }
+
+    #[test]
+    fn ticks_have_no_negative_zero() {
+        let format = tick_format(&(-0.05..0.05));
+        assert_eq!((format(&-1e-18), format(&-0.02)), ("0.00".to_owned(), "-0.02".to_owned()));
     }
 }

@@ -116,7 +116,7 @@ fn neighbour_profiles(
         let column = x as f64 + shift * lines.tau_before();
         let profile = line_profile(volume, lines, column, y, disparity + shift);
         let points = profile.iter().enumerate().map(|(t, &value)| (t as f64, f64::from(value))).collect();
-        Series { name: name.to_owned(), points }
+        Series::line(name, points)
     });
     let chart = Chart {
         title: format!(
@@ -126,6 +126,7 @@ fn neighbour_profiles(
         y_label: "intensity (DN)".to_owned(),
         least_y_span: 10.0,
         series: series.to_vec(),
+        ..Chart::default()
     };
     Ok(Figure { name: "5a-intensity-profiles", picture: chart.picture()?, csv: chart.csv() })
 }
@@ -145,7 +146,7 @@ fn aligned_profiles(
         let maximum = profile.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
         let columns = lines.offsets().iter().map(|tau| x as f64 + disparity * tau);
         let points = columns.zip(profile.iter().map(|value| f64::from(value / maximum))).collect();
-        Series { name: format!("i = {:.0}", x as f64 - disparity * lines.tau_before()), points }
+        Series::line(format!("i = {:.0}", x as f64 - disparity * lines.tau_before()), points)
     });
     let chart = Chart {
         title: "Intensities along lines, over their maxima, aligned by position in the image".to_owned(),
@@ -153,14 +154,15 @@ fn aligned_profiles(
         y_label: "intensity / maximum".to_owned(),
         least_y_span: 0.3,
         series: series.collect(),
+        ..Chart::default()
     };
     Ok(Figure { name: "5b-aligned-profiles", picture: chart.picture()?, csv: chart.csv() })
 }
 
 fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
-    let along = |map: &Plane<f32>, name: &str| Series {
-        name: name.to_owned(),
-        points: map.row(row.y).iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value))).collect(),
+    let along = |map: &Plane<f32>, name: &str| {
+        let points = map.row(row.y).iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value)));
+        Series::line(name, points.collect())
     };
     let mut series = vec![along(&maps.disparity, "measured")];
     series.extend(row.truth.map(|truth| along(truth, "truth")));
@@ -170,6 +172,7 @@ fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figur
         y_label: "disparity (px)".to_owned(),
         least_y_span: 0.05,
         series,
+        ..Chart::default()
     };
     Ok(Figure { name: "6-disparity-along-row", picture: chart.picture()?, csv: chart.csv() })
 }

@@ -1,15 +1,17 @@
-//! Pictures for people: maps with a scale bar, charts, and the figures of the paper.
+//! Pictures for people: maps with a scale bar, charts, the figures of the paper, and what a calibration has found.
 
 mod calibration;
 mod chart;
 mod cost_image;
 mod figures;
+mod frame_picture;
+mod heading;
 mod map_picture;
 
 use thiserror::Error;
 
 pub use calibration::calibration_figures;
-pub use chart::{Chart, Series};
+pub use chart::{Chart, Marks, Series};
 pub use figures::{Figure, FigureRow, paper_figures};
 pub use map_picture::{ValueRange, map_picture, side_by_side};
 

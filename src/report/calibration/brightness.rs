@@ -1,0 +1,103 @@
+//! The flat field and the brightness of the frames.
+
+use super::cells::{Cells, rgb};
+use crate::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
+use crate::plane::Plane;
+use crate::report::chart::{Chart, Marks, Series};
+use crate::report::{Figure, ReportError, ValueRange, map_picture};
+
+/// Colours of the gain span at least this, in %, so that an even field looks even.
+const LEAST_GAIN_SPAN: f32 = 1.0;
+/// Residuals of this many % have the full colour, unless there are larger ones: it is a tenth of a DN at 100 DN.
+const FULL_COLOUR_PERCENT: f64 = 0.1;
+
+/// The gain over the frame; `None` if its map was not kept.
+pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure>, ReportError> {
+    let percent = |gain: &Plane<f32>| gain.map(|gain| 100.0 * gain);
+    let (percent, range) = match (&field.model, &maps.flat_field) {
+        (FlatModel::Polynomial(polynomial), _) => {
+            let percent = percent(&polynomial.plane());
+            let range = whole_range(&percent);
+            (percent, range)
+        }
+        (FlatModel::PerPixel, Some(map)) => {
+            let percent = percent(map);
+            // A few bad pixels are not to take all colours.
+            let range = ValueRange::of(&percent, LEAST_GAIN_SPAN);
+            (percent, range)
+        }
+        (FlatModel::PerPixel, None) => return Ok(None),
+    };
+    let picture = map_picture(&percent, "Flat field: brightness over its mean", "%", range)?;
+    let mut csv = "first_column,last_column,first_row,last_row,mean_gain_percent\n".to_owned();
+    for cell in CellGrid::of(&percent).cells() {
+        let (columns, rows) = (&cell.columns, &cell.rows);
+        let (right, bottom) = (columns.end - 1, rows.end - 1);
+        csv.push_str(&format!("{},{right},{},{bottom},{}\n", columns.start, rows.start, cell.mean));
+    }
+    Ok(Some(Figure { name: "flat-field", picture, csv }))
+}
+
+/// From the least to the greatest value of a smooth map, so that its darkest corner is told apart, too.
+fn whole_range(map: &Plane<f32>) -> ValueRange {
+    let ends = (f32::INFINITY, f32::NEG_INFINITY);
+    let (low, high) =
+        map.values().iter().fold(ends, |(low, high), value| (low.min(*value), high.max(*value)));
+    let missing = (LEAST_GAIN_SPAN - (high - low)).max(0.0);
+    ValueRange { low: low - 0.5 * missing, high: high + 0.5 * missing }
+}
+
+/// What the model leaves of the cells.
+pub(super) fn flat_field_residuals(
+    field: &FlatField,
+    (rows, columns): (usize, usize),
+) -> Result<Option<Figure>, ReportError> {
+    let values = &field.residual_percent;
+    if values.iter().all(Vec::is_empty) {
+        return Ok(None);
+    }
+    let rms = field.residual_rms_percent;
+    let title = format!("Flat field: flat frames less model in each cell (%), rms {rms:.3} %");
+    let cells = Cells { title, rows, columns, values };
+    let csv = cells.csv("residual_percent");
+    let largest =
+        values.iter().flatten().fold(FULL_COLOUR_PERCENT, |largest, value| largest.max(value.abs()));
+    // Too bright is red.
+    let colour = |value: f64| rgb(colorous::RED_BLUE.eval_continuous(0.5 - 0.5 * value / largest));
+    let picture = cells.picture(colour, |value| signed(value, 2))?;
+    Ok(Some(Figure { name: "flat-field-residuals", picture, csv }))
+}
+
+/// With its sign; what rounds to 0 has none.
+fn signed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:+.decimals$}");
+    if text[1..].chars().all(|c| c == '0' || c == '.') { text[1..].to_owned() } else { text }
+}
+
+/// The brightness of every frame.
+pub(super) fn frame_gains(gains: &FrameGains) -> Result<Option<Figure>, ReportError> {
+    if gains.gain.is_empty() {
+        return Ok(None);
+    }
+    let points = gains.gain.iter().enumerate().map(|(frame, gain)| (frame as f64, 100.0 * (gain - 1.0)));
+    let sigmas: Vec<f64> = gains.sigma.iter().map(|sigma| 100.0 * sigma).collect();
+    let mut csv = "frame,gain,sigma\n".to_owned();
+    for (frame, (gain, sigma)) in gains.gain.iter().zip(&gains.sigma).enumerate() {
+        csv.push_str(&format!("{frame},{gain},{sigma}\n"));
+    }
+    let chart = Chart {
+        title: format!(
+            "Brightness of every frame, which is divided out; rms {:.3} %; bars: one standard deviation",
+            100.0 * gains.flicker
+        ),
+        x_label: "frame".to_owned(),
+        y_label: "too bright by (%)".to_owned(),
+        least_y_span: 0.1,
+        zero_line: true,
+        series: vec![Series {
+            marks: Marks::DotsWithBars(sigmas),
+            ..Series::line("frame", points.collect())
+        }],
+    };
+    Ok(Some(Figure { name: "frame-gains", picture: chart.picture()?, csv }))
+}

@@ -1,0 +1,57 @@
+//! A frame in cells, one number each.
+
+use image::RgbImage;
+use plotters::style::RGBColor;
+
+use crate::report::ReportError;
+use crate::report::frame_picture::{ColouredCell, FramePicture};
+
+/// Numbers of the cells of a frame.
+pub(super) struct Cells<'a> {
+    pub(super) title: String,
+    /// Rows of the frame.
+    pub(super) rows: usize,
+    /// Columns of the frame.
+    pub(super) columns: usize,
+    /// A list for each row of cells; they are as large as each other.
+    pub(super) values: &'a [Vec<f64>],
+}
+
+impl Cells<'_> {
+    /// Each cell in the colour of its value and with the value as text.
+    pub(super) fn picture(
+        self,
+        colour: impl Fn(f64) -> RGBColor,
+        text: impl Fn(f64) -> String,
+    ) -> Result<RgbImage, ReportError> {
+        let edge = |index: usize, count: usize, size: usize| (index * size) as f64 / count as f64 - 0.5;
+        let mut cells = Vec::new();
+        for (y, row) in self.values.iter().enumerate() {
+            let rows_px = edge(y, self.values.len(), self.rows)..edge(y + 1, self.values.len(), self.rows);
+            for (x, &value) in row.iter().enumerate() {
+                cells.push(ColouredCell {
+                    columns_px: edge(x, row.len(), self.columns)..edge(x + 1, row.len(), self.columns),
+                    rows_px: rows_px.clone(),
+                    colour: colour(value),
+                    text: text(value),
+                });
+            }
+        }
+        let (strokes, legend) = (Vec::new(), Vec::new());
+        FramePicture { title: self.title, rows: self.rows, columns: self.columns, cells, strokes, legend }
+            .picture()
+    }
+
+    /// One line a cell: its place, counted in cells from 0, and its value under the name `what`.
+    pub(super) fn csv(&self, what: &str) -> String {
+        let mut csv = format!("cell_column,cell_row,{what}\n");
+        for (y, row) in self.values.iter().enumerate() {
+            row.iter().enumerate().for_each(|(x, value)| csv.push_str(&format!("{x},{y},{value}\n")));
+        }
+        csv
+    }
+}
+
+pub(super) fn rgb(colour: colorous::Color) -> RGBColor {
+    RGBColor(colour.r, colour.g, colour.b)
+}
