@@ -220,10 +220,10 @@ fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
     let along = |height: &dyn Fn(f64) -> f64| {
         profile.points.iter().map(|point| (point.distance_mm, height(point.height_mm))).collect()
     };
-    let mut series = vec![Series { name: "height".to_owned(), points: along(&|height| height) }];
+    let mut series = vec![Series::line("height", along(&|height| height))];
     if let Some(levels) = &summary.levels {
-        series.push(Series { name: "upper level".to_owned(), points: along(&|_| 0.0) });
-        series.push(Series { name: "lower level".to_owned(), points: along(&|_| -levels.depth.depth_mm) });
+        series.push(Series::line("upper level", along(&|_| 0.0)));
+        series.push(Series::line("lower level", along(&|_| -levels.depth.depth_mm)));
     }
     let ((from_x, from_y), (to_x, to_y)) = (profile.line.from_px, profile.line.to_px);
     Chart {
@@ -233,5 +233,6 @@ fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
         // Noise alone should not look like relief.
         least_y_span: 6.0 * summary.roughness.sq_noise_mm,
         series,
+        ..Chart::default()
     }
 }
