@@ -7,9 +7,11 @@ use serde::Serialize;
 
 use super::match_arguments::MatchArguments;
 use super::{CliError, Talk};
+use crate::calibrate::read_calibration;
 use crate::evaluate::{ErrorStatistics, TruthReport, compare_with_truth, leave_out};
+use crate::measure::load;
 use crate::results::{read_map, read_summary};
-use crate::sequence::{Sequence, load_volume};
+use crate::sequence::Sequence;
 
 /// Say how good a disparity map is: against truth, or against frames left out
 ///
@@ -63,7 +65,9 @@ impl Evaluate {
     }
 
     fn leave_out(&self, every: usize, talk: &Talk) -> Result<(), CliError> {
-        let volume = load_volume(&Sequence::open(&self.seq)?, talk)?;
+        let sequence = Sequence::open(&self.seq)?;
+        let calibration = read_calibration(&sequence)?;
+        let volume = load(&sequence, calibration.as_ref(), talk)?;
         let (report, _) = leave_out(&volume, every, &self.matching.options(), talk)?;
         talk.result(&report, || {
             format!(

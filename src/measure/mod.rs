@@ -63,6 +63,21 @@ pub struct Measurement {
     pub summary: MatchSummary,
 }
 
+/// The volume of `sequence`: corrected, rectified and with measured positions if there is a calibration, else as it was captured.
+///
+/// # Errors
+/// [`MeasureError`] naming the frame that cannot be used.
+pub fn load(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    progress: &dyn Progress,
+) -> Result<Volume, MeasureError> {
+    Ok(match calibration {
+        Some((calibration, maps)) => load_calibrated(sequence, calibration, maps, progress)?,
+        None => load_volume(sequence, progress)?,
+    })
+}
+
 /// What pictures show.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct View<'a> {
@@ -85,10 +100,7 @@ pub fn measure(
     folder: &ResultsFolder,
     progress: &dyn Progress,
 ) -> Result<Measurement, MeasureError> {
-    let volume = match calibration {
-        Some((calibration, maps)) => load_calibrated(sequence, calibration, maps, progress)?,
-        None => load_volume(sequence, progress)?,
-    };
+    let volume = load(sequence, calibration, progress)?;
     let calibration = calibration.map(|(calibration, _)| calibration);
     let begun = Instant::now();
     let maps = match_volume(&volume, options, progress)?;
