@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Newton's iteration ends when a step is shorter than this, in units of X / Z: far below a millionth of a pixel.
-const SHORT: f64 = 1e-13;
+/// Newton's iteration ends with a step that is shorter than this, in units of X / Z: what it leaves is the square of it times the
+/// curvature of the lens, at most a few times 1e-14.
+const SHORT: f64 = 1e-7;
 /// Newton doubles the digits with each step; where it has not ended after so many, there is nothing to find.
 const STEPS: usize = 40;
 /// An area may shrink to this share of what a pinhole would make of it. Lenses stay above a half; where it reaches zero the

@@ -3,9 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::chess::{Chess, SOFTNESS_PX, step};
-use super::render::GROUND;
+use super::rays::Rays;
+use super::render::{self, GROUND};
 use super::sight::Sight;
 use super::{Optics, TwinError};
+use crate::plane::Plane;
 
 /// Least and largest tilt of the board against the image plane, in rad: 20 and 35 degrees.
 const TILT_RAD: (f64, f64) = (0.349, 0.611);
@@ -165,18 +167,18 @@ impl HandBoard {
         self.chess(1.0).corners().map(projected).collect()
     }
 
-    /// Reflectance of what the ray of an image point meets, with the board in a pose.
-    pub(super) fn shade(&self, optics: &Optics, pose: BoardPose) -> impl Fn(f64, f64) -> f32 + Sync {
+    /// The light on the sensor with the board in a pose, as a share of full scale at reflectance 1.
+    pub(super) fn irradiance(&self, optics: &Optics, pose: BoardPose) -> Plane<f32> {
         let sight = Sight::new(optics);
         let softness_mm = SOFTNESS_PX * pose.centre_mm[2] / optics.focal_length_px;
         let chess = self.chess(softness_mm);
         let (half_u, half_v) = self.half_plate_mm();
-        move |x, y| {
-            let (u, v) = pose.met_by(sight.raw_ray(x, y));
+        render::irradiance(optics, &Rays::new(optics, |x, y| sight.raw_ray(x, y)), |ray| {
+            let (u, v) = pose.met_by(ray);
             let plate = step(half_u - u.abs(), softness_mm) * step(half_v - v.abs(), softness_mm);
             let ground = f64::from(GROUND);
             (ground + plate * (chess.reflectance(u, v) - ground)) as f32
-        }
+        })
     }
 }
 

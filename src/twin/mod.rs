@@ -17,6 +17,7 @@ mod lamp;
 mod optics;
 mod pinhole;
 mod presets;
+mod rays;
 mod render;
 mod scene;
 mod sensor;
@@ -40,6 +41,8 @@ pub use sensor::Sensor;
 pub use step_error::StepError;
 pub use texture::Texture;
 pub use truth::Truth;
+
+use rays::Rays;
 
 use crate::frame::Frame;
 use crate::plane::Plane;
@@ -238,9 +241,9 @@ impl Twin {
     fn irradiance_at_offset(&self, offset_mm: f64) -> Plane<f32> {
         let sight = sight::Sight::new(&self.config.optics);
         let scene = self.config.scene;
-        render::irradiance(&self.config.optics, |x, y| {
-            scene.hit(sight.ray(x, y), offset_mm).map_or(render::GROUND, |hit| self.reflectance(&hit))
-        })
+        let shade = |ray| scene.hit(ray, offset_mm).map_or(render::GROUND, |hit| self.reflectance(&hit));
+        let optics = &self.config.optics;
+        render::irradiance(optics, &Rays::new(optics, |x, y| sight.ray(x, y)), shade)
     }
 
     /// Reflectance of a point of the scene's surface.
@@ -263,7 +266,7 @@ impl Twin {
     pub fn board_irradiance(&self, pose: usize) -> Plane<f32> {
         let optics = &self.config.optics;
         match self.config.board {
-            Some(board) => render::irradiance(optics, board.shade(optics, board.pose(optics, pose))),
+            Some(board) => board.irradiance(optics, board.pose(optics, pose)),
             None => self.uniform_irradiance(render::GROUND),
         }
     }
@@ -278,9 +281,10 @@ impl Twin {
     pub fn uniform_irradiance(&self, reflectance: f32) -> Plane<f32> {
         let optics = &self.config.optics;
         let mut light = Plane::filled(optics.rows, optics.columns, reflectance);
+        let transmission = optics.transmissions();
         for y in 0..optics.rows {
             for (x, value) in light.row_mut(y).iter_mut().enumerate() {
-                *value *= optics.transmission(x as f64, y as f64) as f32;
+                *value *= transmission(x as f64, y as f64) as f32;
             }
         }
         light

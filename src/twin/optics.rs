@@ -156,15 +156,19 @@ impl Optics {
     /// Share of the light that pixel (x, y) receives: 1 / (1 + k r^2)^2, which is cos^4 of the ray's angle to the axis for
     /// the k that loses `corner_darkening` in the farthest corner.
     pub fn transmission(&self, x: f64, y: f64) -> f64 {
-        let square = |x: f64, y: f64| {
-            (x - self.principal_point_x_px).powi(2) + (y - self.principal_point_y_px).powi(2)
-        };
+        self.transmissions()(x, y)
+    }
+
+    /// [`transmission`](Self::transmission), made ready for many pixels.
+    pub(super) fn transmissions(&self) -> impl Fn(f64, f64) -> f64 + Sync {
+        let middle = (self.principal_point_x_px, self.principal_point_y_px);
+        let square = move |x: f64, y: f64| (x - middle.0).powi(2) + (y - middle.1).powi(2);
         let (right, bottom) = (self.columns as f64 - 1.0, self.rows as f64 - 1.0);
         let corner = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)]
             .iter()
             .fold(f64::MIN_POSITIVE, |farthest, &(x, y)| farthest.max(square(x, y)));
         let k = ((1.0 - self.corner_darkening).powf(-0.5) - 1.0) / corner;
-        (1.0 + k * square(x, y)).powi(-2)
+        move |x, y| (1.0 + k * square(x, y)).powi(-2)
     }
 }
 

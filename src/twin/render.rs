@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::Optics;
+use super::rays::Rays;
 use crate::plane::Plane;
 
 /// Samples along each side of a pixel. Texture is band-limited (see [`Texture`](super::Texture)), so three suffice.
@@ -13,14 +14,26 @@ const STRIP_ROWS: usize = 32;
 pub(super) const GROUND: f32 = 0.03;
 
 /// Irradiance of every pixel as a share of the sensor's full scale at reflectance 1; rows x columns, in [0, 1]. `shade` is the
-/// reflectance of what the ray of an image point meets.
-pub(super) fn irradiance(optics: &Optics, shade: impl Fn(f64, f64) -> f32 + Sync) -> Plane<f32> {
+/// reflectance of what a ray meets.
+pub(super) fn irradiance<F: Fn(f64, f64) -> (f64, f64) + Sync>(
+    optics: &Optics,
+    rays: &Rays<F>,
+    shade: impl Fn((f64, f64)) -> f32 + Sync,
+) -> Plane<f32> {
     let (rows, columns) = (optics.rows, optics.columns);
     let kernel = aperture(optics.point_spread_sigma_px);
     let mut image = Plane::filled(rows, columns, 0.0);
     image.values_mut().par_chunks_mut(STRIP_ROWS * columns).enumerate().for_each(|(strip, out)| {
-        render_strip(optics, &shade, strip * STRIP_ROWS, &kernel, out);
+        render_strip(columns, rays, &shade, strip * STRIP_ROWS, &kernel, out);
     });
+    if optics.corner_darkening > 0.0 {
+        let transmission = optics.transmissions();
+        image.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, row)| {
+            row.iter_mut()
+                .enumerate()
+                .for_each(|(x, value)| *value *= transmission(x as f64, y as f64) as f32);
+        });
+    }
     image
 }
 
@@ -42,26 +55,28 @@ fn aperture(sigma_px: f64) -> Vec<f32> {
     weights.iter().map(|weight| (weight / sum) as f32).collect()
 }
 
-fn render_strip(
-    optics: &Optics,
-    shade: &impl Fn(f64, f64) -> f32,
+fn render_strip<F: Fn(f64, f64) -> (f64, f64)>(
+    columns: usize,
+    rays: &Rays<F>,
+    shade: &impl Fn((f64, f64)) -> f32,
     first_row: usize,
     kernel: &[f32],
     out: &mut [f32],
 ) {
-    let columns = optics.columns;
     let rows = out.len() / columns;
     let reach = kernel.len() / 2;
     // Sample `reach` lies in the middle of the strip's first pixel.
     let coordinate = |index: usize| (index as f64 - reach as f64) / SAMPLES as f64;
     let wide = (columns - 1) * SAMPLES + 1 + 2 * reach;
     let high = (rows - 1) * SAMPLES + 1 + 2 * reach;
+    let mut seen = vec![(0.0, 0.0); wide];
     let mut samples = vec![0.0_f32; wide];
     let mut narrowed = vec![0.0_f32; high * columns];
     for (index, target) in narrowed.chunks_exact_mut(columns).enumerate() {
         let y = first_row as f64 + coordinate(index);
-        for (index, sample) in samples.iter_mut().enumerate() {
-            *sample = shade(coordinate(index), y);
+        rays.fill(&mut seen, coordinate, y, SAMPLES as f64);
+        for (sample, &ray) in samples.iter_mut().zip(&seen) {
+            *sample = shade(ray);
         }
         for (x, value) in target.iter_mut().enumerate() {
             let window = &samples[x * SAMPLES..x * SAMPLES + kernel.len()];
@@ -73,12 +88,6 @@ fn render_strip(
         for (index, weight) in kernel.iter().enumerate() {
             let source = &narrowed[(row * SAMPLES + index) * columns..][..columns];
             target.iter_mut().zip(source).for_each(|(sum, value)| *sum += weight * value);
-        }
-        if optics.corner_darkening > 0.0 {
-            let y = (first_row + row) as f64;
-            for (x, value) in target.iter_mut().enumerate() {
-                *value *= optics.transmission(x as f64, y) as f32;
-            }
         }
     }
 }

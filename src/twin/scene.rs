@@ -9,11 +9,6 @@ use serde::{Deserialize, Serialize};
 use super::TwinError;
 use super::bands::Bands;
 
-/// The depth of a bowed tile is solved until it changes by less than this, in mm ...
-const BOW_SOLVED_MM: f64 = 1e-10;
-/// ... and each step must at least halve what is left, so that this many are enough for any tile.
-const BOW_STEPS: usize = 64;
-
 /// A surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
@@ -166,12 +161,8 @@ impl Scene {
                 let across_mm = (a * depth_mm - offset_mm) * (1.0 + slope * slope).sqrt();
                 Some(Hit { depth_mm, across_mm, along_mm: b * depth_mm })
             }
-            Self::Tile { side_mm, bow_mm, .. } => {
-                let depth_mm = if bow_mm == 0.0 {
-                    self.tile_depth((a, b), offset_mm, 0.0)
-                } else {
-                    self.bowed_depth((a, b), offset_mm)
-                };
+            Self::Tile { side_mm, .. } => {
+                let depth_mm = self.tile_depth((a, b), offset_mm);
                 let (u, v) = (a * depth_mm - offset_mm, b * depth_mm);
                 let inside = u.abs() <= 0.5 * side_mm && v.abs() <= 0.5 * side_mm;
                 inside.then_some(Hit { depth_mm, across_mm: u, along_mm: v })
@@ -191,78 +182,97 @@ impl Scene {
         }
     }
 
-    /// Where the ray meets a bowed tile: the flat tile at the depth that the bow has there, again and again.
-    fn bowed_depth(&self, (a, b): (f64, f64), offset_mm: f64) -> f64 {
-        let mut deeper_mm = 0.0;
-        for _ in 0..BOW_STEPS {
-            let depth_mm = self.tile_depth((a, b), offset_mm, deeper_mm);
-            let next = self.raised_depth(a * depth_mm - offset_mm, b * depth_mm) - self.distance_mm();
-            let change = next - deeper_mm;
-            deeper_mm = next;
-            if change.abs() < BOW_SOLVED_MM {
-                break;
-            }
-        }
-        self.tile_depth((a, b), offset_mm, deeper_mm)
-    }
-
-    /// Depth at which the ray meets the tile without bow, `deeper_mm` farther away than it is.
+    /// Depth at which the ray meets the tile; NaN if it passes the bowl of a bowed one. Beyond the tile's edges, where nothing is, the bow
+    /// goes on.
     ///
     /// The depth of a hollow is that of its stripe or of the wall before the band, whichever is less deep, and the ray meets
     /// the two where it meets the surface of each.
-    fn tile_depth(&self, (a, b): (f64, f64), offset_mm: f64, deeper_mm: f64) -> f64 {
-        let Self::Tile { distance_mm, side_mm, hollow_depth_mm, wall_mm, bands, .. } = *self else {
+    fn tile_depth(&self, (a, b): (f64, f64), offset_mm: f64) -> f64 {
+        let Self::Tile { distance_mm, side_mm, hollow_depth_mm, wall_mm, bow_mm, bands, .. } = *self else {
             return self.distance_mm();
         };
-        let raised_mm = distance_mm + deeper_mm;
-        let stripes = self.relief(a, offset_mm, raised_mm);
-        let Some(bands) = bands else { return raised_mm + stripes };
-        let ends = relief_before_band(b.abs(), raised_mm, hollow_depth_mm, bands.start_mm(side_mm), wall_mm);
-        raised_mm + if hollow_depth_mm > 0.0 { stripes.min(ends) } else { stripes.max(ends) }
+        let b = b.abs();
+        let bend = bow_mm / (0.25 * side_mm * side_mm);
+        let met = Met { a, b, offset_mm, distance_mm, bend, steep: bend * (a * a + b * b) };
+        let bottom_mm = met.level(hollow_depth_mm);
+        let Some(bands) = bands else { return self.stripe_depth(&met, bottom_mm) };
+        let start_mm = bands.start_mm(side_mm);
+        if b * bottom_mm <= start_mm - wall_mm {
+            return self.stripe_depth(&met, bottom_mm);
+        }
+        let raised_mm = met.level(0.0);
+        if b * raised_mm >= start_mm {
+            return raised_mm;
+        }
+        // The wall: depth hollow_depth (start - |v|) / wall.
+        let slope = hollow_depth_mm / wall_mm;
+        let end_mm = met.depth(slope * start_mm, 0.0, -slope);
+        let stripe_mm = self.stripe_depth(&met, bottom_mm);
+        if hollow_depth_mm > 0.0 { stripe_mm.min(end_mm) } else { stripe_mm.max(end_mm) }
     }
 
-    /// How much deeper than the raised stripes, at depth `raised_mm`, the ray with X / Z = a meets the tile's stripes, in mm.
+    /// Depth at which the ray meets the tile's stripes as if they were endless; it meets the bottom of hollows at `bottom_mm`.
     ///
-    /// On a stretch where the depth is distance + c + m u the ray's u is (a (distance + c) - s) / (1 - m a); the one stretch
-    /// that contains its own solution is the one that is hit.
-    fn relief(&self, a: f64, offset_mm: f64, raised_mm: f64) -> f64 {
+    /// The one stretch that contains its own solution is the one that is hit.
+    fn stripe_depth(&self, met: &Met, bottom_mm: f64) -> f64 {
         let Self::Tile { hollow_depth_mm, hollow_width_mm, pitch_mm, wall_mm, .. } = *self else {
-            return 0.0;
+            return self.distance_mm();
         };
         let inner = 0.5 * (hollow_width_mm - wall_mm);
         let outer = 0.5 * (hollow_width_mm + wall_mm);
-        // Distance of the nearest hollow's middle, from the raised level's u; levels differ by less than a wall.
-        let raised_u = a * raised_mm - offset_mm;
-        let middle = (raised_u / pitch_mm).round() * pitch_mm;
-        let from_middle = |c: f64, m: f64| (a * (raised_mm + c) - offset_mm - middle) / (1.0 - m * a);
-        let bottom = from_middle(hollow_depth_mm, 0.0);
-        if bottom.abs() <= inner {
-            return hollow_depth_mm;
+        let middle = |u: f64| (u / pitch_mm + 0.5).floor() * pitch_mm;
+        let bottom_u = met.across(bottom_mm);
+        if (bottom_u - middle(bottom_u)).abs() <= inner {
+            return bottom_mm;
         }
-        let raised = raised_u - middle;
+        // The nearest hollow is that of the raised level's u; levels differ by less than a wall.
+        let raised_mm = met.level(0.0);
+        let raised_u = met.across(raised_mm);
+        let middle = middle(raised_u);
+        let (bottom, raised) = (bottom_u - middle, raised_u - middle);
         if raised.abs() >= outer {
-            return 0.0;
+            return raised_mm;
         }
         // A wall: depth hollow_depth (outer - |w|) / wall, w = u - middle.
         let side = if raised + bottom < 0.0 { -1.0 } else { 1.0 };
         let slope = -side * hollow_depth_mm / wall_mm;
-        let w = from_middle(hollow_depth_mm * outer / wall_mm, slope);
-        hollow_depth_mm * (outer - side * w) / wall_mm
+        met.depth(hollow_depth_mm * outer / wall_mm - slope * middle, slope, 0.0)
     }
 }
 
-/// How much deeper than the raised level, at depth `raised_mm`, the ray with |Y / Z| = b meets an endless hollow that a wall ends where
-/// the bands begin, at |v| = `start_mm`; in mm.
-fn relief_before_band(b: f64, raised_mm: f64, hollow_depth_mm: f64, start_mm: f64, wall_mm: f64) -> f64 {
-    if b * (raised_mm + hollow_depth_mm) <= start_mm - wall_mm {
-        return hollow_depth_mm;
+/// A ray on its way to a bowed tile.
+struct Met {
+    a: f64,
+    /// |Y / Z|: the tile is alike above and below.
+    b: f64,
+    offset_mm: f64,
+    distance_mm: f64,
+    /// The bow's depth per square of the distance from the tile's middle, in 1/mm.
+    bend: f64,
+    /// bend (a^2 + b^2), in 1/mm.
+    steep: f64,
+}
+
+impl Met {
+    /// Where the ray meets what lies `deeper_mm` below the raised level, in mm.
+    fn level(&self, deeper_mm: f64) -> f64 {
+        if self.bend == 0.0 { self.distance_mm + deeper_mm } else { self.depth(deeper_mm, 0.0, 0.0) }
     }
-    if b * raised_mm >= start_mm {
-        return 0.0;
+
+    /// Where the ray meets the surface of depth distance + c + m u + n |v| + bend (u^2 + v^2), in mm: with u = a Z - s and |v| = |b| Z the
+    /// nearer root of steep Z^2 - (1 - m a - n |b| + 2 bend a s) Z + distance + c - m s + bend s^2 = 0, in the form that
+    /// holds without bow as well.
+    fn depth(&self, c: f64, m: f64, n: f64) -> f64 {
+        let (a, s) = (self.a, self.offset_mm);
+        let linear = 1.0 - m * a - n * self.b + 2.0 * self.bend * a * s;
+        let constant = self.distance_mm + c - m * s + self.bend * s * s;
+        2.0 * constant / (linear + (linear * linear - 4.0 * self.steep * constant).sqrt())
     }
-    // The wall: depth hollow_depth (start - v) / wall, v = b Z.
-    let slope = hollow_depth_mm / wall_mm;
-    slope * (start_mm - b * raised_mm) / (1.0 + slope * b)
+
+    /// u at a depth, in mm.
+    fn across(&self, depth_mm: f64) -> f64 {
+        self.a * depth_mm - self.offset_mm
+    }
 }
 
 #[cfg(test)]

@@ -94,7 +94,8 @@ impl Sensor {
             let mut gain = self.gains(y);
             for (level, &light) in out.iter_mut().zip(irradiance.row(y)) {
                 let signal = light * WHITE * scale * lamp * gain();
-                *level = (black + signal + noise(signal)).round().clamp(0.0, scale) as u16;
+                // A conversion cuts off what follows the point, and what is negative; `round` is a call for each pixel.
+                *level = (f64::from((black + signal + noise(signal)).min(scale)) + 0.5) as u16;
             }
         });
         for place in self.hot_places(levels.len()) {
