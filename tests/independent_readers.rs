@@ -33,7 +33,9 @@ rest = cv2.imread(surface + "/height_mm.tiff", cv2.IMREAD_UNCHANGED)
 field, metadata = gsffile.read_gsf(surface + "/height.gsf")
 assert field.shape == (24, 64) and metadata["XYUnits"] == metadata["ZUnits"] == "m", metadata
 assert numpy.allclose(1000 * field, rest, rtol=1e-6, atol=0, equal_nan=True)
-assert (numpy.isfinite(field) == known).all()
+used = cv2.imread(surface + "/used.png", cv2.IMREAD_UNCHANGED)
+assert (numpy.isfinite(field) == (used >= 160)).all() and ((used > 0) == known).all()
+assert 0.3 < (used >= 160).mean() < 1.0
 # A pixel is Z / f = 240 mm / 128 px wide.
 assert abs(metadata["XReal"] / 64 - 1.875e-3) < 5e-6 and abs(metadata["YReal"] / 24 - 1.875e-3) < 5e-6, metadata
 ply = plyfile.PlyData.read(surface + "/surface.ply")
@@ -47,8 +49,10 @@ first, second = corners[1] - corners[0], corners[2] - corners[0]
 # Seen from the camera, which is where z points, corners go round against the clock.
 assert (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] > 0).all()
 profile = numpy.genfromtxt(surface + "/profile.csv", delimiter=",", names=True)
-assert profile.dtype.names == ("x_px", "y_px", "distance_mm", "height_mm", "sigma_mm") and len(profile) == 64
-assert numpy.allclose(profile["height_mm"], rest[12], rtol=1e-6, atol=0, equal_nan=True)
+assert profile.dtype.names == ("x_px", "y_px", "distance_mm", "height_mm", "sigma_mm") and len(profile) > 40
+row, columns = int(profile["y_px"][0]), profile["x_px"].astype(int)
+assert (profile["y_px"] == row).all() and columns[0] == numpy.nonzero(used >= 160)[1].min()
+assert numpy.allclose(profile["height_mm"], rest[row, columns], rtol=1e-6, atol=0, equal_nan=True)
 frame = cv2.imread(sys.argv[2], cv2.IMREAD_UNCHANGED)
 assert frame.shape == (24, 64) and frame.dtype == numpy.uint8
 "#;

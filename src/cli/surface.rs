@@ -9,7 +9,7 @@ use crate::calibrate::{Calibration, read_calibration};
 use crate::measure::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface};
 use crate::results::{ResultsFolder, read_map, read_summary};
 use crate::sequence::Sequence;
-use crate::surface::{StepsOptions, TrendKind, heights};
+use crate::surface::{Rectangle, StepsOptions, TrendKind, heights};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum TrendName {
@@ -32,10 +32,13 @@ enum TrendName {
     after_help = "Examples:
   epirig surface seq
   epirig surface seq --profile 100,512,900,512 --profile-width 9
+  epirig surface seq --region 240,330,715,665
   epirig surface seq --trend plane --overwrite
 
-The folder results/surface holds height_mm.tiff and height.gsf (after the trend), surface.ply (points as they are), hollows.csv,
-profile.csv, surface.json, and pictures."
+Everything is said of one field: the largest that hangs together, without answers that are far less certain than the others and without
+its rim. The folder results/surface holds height_mm.tiff and height.gsf (that field after the trend), surface.ply (all points as they
+are), hollows.csv, profile.csv, surface.json, and pictures; used.png is white where a height was used, light grey at walls and outliers,
+and dark grey where it was left out."
 )]
 pub(super) struct Surface {
     /// Folder of the sequence
@@ -52,7 +55,10 @@ pub(super) struct Surface {
     /// What is removed from the heights
     #[arg(long, value_enum, default_value = "quadric")]
     trend: TrendName,
-    /// Ends of a profile, in px [default: the middle row]
+    /// Part of the picture to look at, by two corners in px [default: all of it]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_delimiter = ',', num_args = 4)]
+    region: Option<Vec<usize>>,
+    /// Ends of a profile, in px [default: the middle row of the field]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_delimiter = ',', num_args = 4)]
     profile: Option<Vec<f64>>,
     /// Over how many px across its line the profile is averaged
@@ -101,6 +107,18 @@ impl Surface {
                 results.display()
             ))
         })?;
+        let region = match self.region.as_deref() {
+            Some(&[x0, y0, x1, y1]) => Some(Rectangle::between((x0, y0), (x1, y1))),
+            _ => None,
+        };
+        let (rows, columns) = (disparity.rows(), disparity.columns());
+        if region.is_some_and(|region| !region.fits(rows, columns)) {
+            return Err(CliError::Usage(format!(
+                "--region reaches outside the picture, whose last pixel is {},{}",
+                columns - 1,
+                rows - 1
+            )));
+        }
         let trend = match self.trend {
             TrendName::None => TrendKind::Constant,
             TrendName::Plane => TrendKind::Plane,
@@ -110,6 +128,7 @@ impl Surface {
         let window_px = matched.settings.window_px.max(matched.settings.fit_window_px);
         let questions = SurfaceQuestions {
             steps: StepsOptions::for_window(trend, window_px),
+            region,
             line,
             profile_width_px: self.profile_width as usize,
         };
@@ -135,10 +154,21 @@ fn calibration_of(sequence: &Sequence, hash: &str) -> Result<Calibration, CliErr
 }
 
 fn describe(summary: &SurfaceSummary) -> String {
+    let field = &summary.field;
     let mut text = format!(
-        "distance           {:.2} mm, a pixel is {:.4} mm wide\n\
+        "field              {:.1} % of {} heights; left out: {} uncertain, {} apart from it, {} at its rim (used.png)\n\
+         distance           {:.2} mm, a pixel is {:.4} mm wide\n\
          trend              tilt {:.4} deg along x, {:.4} deg along y; bow {:.4} mm over the field\n",
-        summary.distance_mm, summary.pixel_mm, summary.tilt_deg.0, summary.tilt_deg.1, summary.bow_mm,
+        100.0 * field.used_px as f64 / field.answered_px as f64,
+        field.answered_px,
+        field.uncertain_px,
+        field.apart_px,
+        field.rim_px,
+        summary.distance_mm,
+        summary.pixel_mm,
+        summary.tilt_deg.0,
+        summary.tilt_deg.1,
+        summary.bow_mm,
     );
     if let Some(levels) = &summary.levels {
         let depth = &levels.depth;
@@ -158,6 +188,12 @@ fn describe(summary: &SurfaceSummary) -> String {
                 depth.scale_sigma_mm
             ));
         }
+        if let Some(wider) = levels.by_margin.last().filter(|wider| wider.margin_px > levels.margin_px) {
+            text.push_str(&format!(
+                "                   {:.4} mm from {} px on beside the walls instead of {} px\n",
+                wider.depth_mm, wider.margin_px, levels.margin_px
+            ));
+        }
         if let Some(rough) = &levels.roughness {
             text.push_str(&format!(
                 "about the levels   Sa {:.4} mm, Sq {:.4} mm; noise alone would give Sq {:.4} mm\n",
@@ -170,7 +206,7 @@ fn describe(summary: &SurfaceSummary) -> String {
     }
     let rough = &summary.roughness;
     text + &format!(
-        "whole field        Sa {:.4} mm, Sq {:.4} mm, Sz {:.4} mm; noise alone would give Sq {:.4} mm\n",
+        "field              Sa {:.4} mm, Sq {:.4} mm, Sz {:.4} mm; noise alone would give Sq {:.4} mm\n",
         rough.sa_mm, rough.sq_mm, rough.sz_mm, rough.sq_noise_mm
     )
 }

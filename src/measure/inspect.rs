@@ -8,8 +8,8 @@ use crate::plane::Plane;
 use crate::report::{Chart, Series, ValueRange, map_picture};
 use crate::results::ResultsFolder;
 use crate::surface::{
-    Depth, Heights, Line, Part, Profile, Roughness, Steps, StepsOptions, SurfaceError, Trend, find_steps,
-    fit_trend, profile, roughness,
+    Depth, DepthAtMargin, Extent, Heights, Line, Part, Profile, Rectangle, Roughness, Steps, StepsOptions,
+    SurfaceError, Trend, find_extent, find_steps, fit_trend, profile, roughness,
 };
 
 /// Version of `surface.json`.
@@ -20,7 +20,9 @@ const FORMAT_VERSION: u32 = 1;
 pub struct SurfaceQuestions {
     /// Trend and what the search for two levels has to know.
     pub steps: StepsOptions,
-    /// Line of the profile; `None` takes the middle row.
+    /// Part of the picture that is asked about; `None` is all of it.
+    pub region: Option<Rectangle>,
+    /// Line of the profile; `None` takes the middle row of the field that is used.
     pub line: Option<((f64, f64), (f64, f64))>,
     /// Over how many px across the line the profile is averaged.
     pub profile_width_px: usize,
@@ -39,6 +41,8 @@ pub struct SurfaceSummary {
     pub distance_mm: f64,
     /// Width of a pixel there, in mm.
     pub pixel_mm: f64,
+    /// Which of the heights all of this is about.
+    pub field: FieldSummary,
     /// What was removed from the heights: the trend of the upper level if there are two, else of the whole field.
     pub trend: Trend,
     /// Its tilt along x and y, in deg.
@@ -49,8 +53,25 @@ pub struct SurfaceSummary {
     pub levels: Option<LevelsSummary>,
     /// Why there are no levels.
     pub no_levels: Option<String>,
-    /// Roughness of the whole field after the trend; hollows are part of it.
+    /// Roughness of the field after the trend; hollows are part of it.
     pub roughness: Roughness,
+}
+
+/// What was used of the heights; `used.png` shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FieldSummary {
+    /// Part of the picture that was asked about, if not all of it.
+    pub region: Option<Rectangle>,
+    /// Pixels there that have a height.
+    pub answered_px: usize,
+    /// Those of the largest field that hangs together, which all other numbers come from.
+    pub used_px: usize,
+    /// Left out, because their sigma is far above the usual.
+    pub uncertain_px: usize,
+    /// Left out, because they do not hang together with the field.
+    pub apart_px: usize,
+    /// Left out at the rim of the field.
+    pub rim_px: usize,
 }
 
 /// The two levels of a surface.
@@ -62,6 +83,8 @@ pub struct LevelsSummary {
     pub raised: bool,
     /// Distance from the walls that was left out, in px.
     pub margin_px: usize,
+    /// What other distances would have given: a depth that still grows says that windows reach over the walls.
+    pub by_margin: Vec<DepthAtMargin>,
     /// Pixels further apart than this err by themselves.
     pub correlation_reach_px: usize,
     /// Roughness about the levels, of the pixels clear of the walls; with the noise that their sigmas state.
@@ -80,6 +103,9 @@ pub fn inspect_surface(
     questions: &SurfaceQuestions,
     folder: &ResultsFolder,
 ) -> Result<SurfaceSummary, MeasureError> {
+    let all = heights;
+    let extent = find_extent(all, questions.region, questions.steps.margin_px)?;
+    let heights = &all.only(&extent.used);
     let (trend, steps) = match find_steps(heights, &questions.steps) {
         Ok(steps) => (steps.trend.clone(), Ok(steps)),
         Err(reason @ (SurfaceError::OneLevel { .. } | SurfaceError::TooNarrow { .. })) => {
@@ -95,6 +121,14 @@ pub fn inspect_surface(
         sequence_uid: sequence_uid.to_owned(),
         distance_mm: heights.distance_mm,
         pixel_mm: heights.pixel_mm(),
+        field: FieldSummary {
+            region: questions.region,
+            answered_px: extent.answered_px,
+            used_px: extent.used_px,
+            uncertain_px: extent.uncertain_px,
+            apart_px: extent.apart_px,
+            rim_px: extent.rim_px,
+        },
         tilt_deg: trend.tilt_deg(),
         bow_mm: trend.bow_mm(),
         levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights, questions.steps.margin_px)),
@@ -103,13 +137,36 @@ pub fn inspect_surface(
             .ok_or(SurfaceError::TooFewPixels { pixels: 0, what: "the roughness" })?,
         trend,
     };
-    let last = ((rest_mm.columns() - 1) as f64, 0.5 * (rest_mm.rows() - 1) as f64);
-    let (from_px, to_px) = questions.line.unwrap_or(((0.0, last.1.round()), (last.0, last.1.round())));
+    let (from_px, to_px) = questions.line.unwrap_or_else(|| middle_row(&extent.used));
     let line = Line { from_px, to_px, width_px: questions.profile_width_px };
     let correlation_px = steps.map_or(f64::INFINITY, |steps| steps.correlation.length_px());
     let profile = profile(heights, &rest_mm, line, correlation_px)?;
-    write(folder, heights, &rest_mm, &profile, &summary)?;
+    write(folder, all, &rest_mm, &profile, &summary)?;
+    folder.write_grey("used.png", &used_values(all, &extent, steps.ok()))?;
     Ok(summary)
+}
+
+/// The row that has as many used pixels above as below, from the first to the last column of the field.
+fn middle_row(used: &Plane<bool>) -> ((f64, f64), (f64, f64)) {
+    let columns = used.columns();
+    let places: Vec<usize> = (0..used.values().len()).filter(|&index| used.values()[index]).collect();
+    let y = places.get(places.len() / 2).map_or(0, |index| index / columns) as f64;
+    let left = places.iter().map(|index| index % columns).min().unwrap_or(0);
+    let right = places.iter().map(|index| index % columns).max().unwrap_or(0);
+    ((left as f64, y), (right as f64, y))
+}
+
+/// Grey values of `used.png`: 0 no height, 80 a height that is not used, 160 used, but not for the levels (too near to a wall, or an outlier),
+/// 255 used.
+fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Plane<u8> {
+    let mut values = heights.height_mm.map(|height| if height.is_finite() { 80 } else { 0 });
+    for (index, value) in values.values_mut().iter_mut().enumerate() {
+        if extent.used.values()[index] {
+            let on_level = steps.is_none_or(|steps| steps.used.values()[index]);
+            *value = if on_level { 255 } else { 160 };
+        }
+    }
+    values
 }
 
 fn levels(steps: &Steps, rest_mm: &Plane<f32>, heights: &Heights, margin_px: usize) -> LevelsSummary {
@@ -121,6 +178,7 @@ fn levels(steps: &Steps, rest_mm: &Plane<f32>, heights: &Heights, margin_px: usi
         depth: steps.depth,
         raised: steps.raised,
         margin_px,
+        by_margin: steps.by_margin.clone(),
         correlation_reach_px: steps.correlation.reach_px(),
         roughness: roughness(&about, &heights.sigma_mm, |x, y| steps.used.at(x, y)),
         parts: steps.parts.clone(),

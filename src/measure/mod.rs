@@ -26,7 +26,7 @@ use crate::sequence::{Sequence, SequenceError, load_volume};
 use crate::surface::{Geometry, Heights, SurfaceError, heights};
 use crate::volume::Volume;
 
-pub use inspect::{LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
+pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
 
 /// Why a sequence has no results.
 #[derive(Debug, Error)]

@@ -24,7 +24,7 @@ pub fn mask_value(answer: Answer) -> u8 {
 }
 
 /// Files and folders that results consist of; a folder that holds anything else is never replaced.
-const OWN_NAMES: [&str; 25] = [
+const OWN_NAMES: [&str; 26] = [
     "match.json",
     "disparity.pfm",
     "disparity.tiff",
@@ -50,6 +50,7 @@ const OWN_NAMES: [&str; 25] = [
     "hollows.csv",
     "profile.csv",
     "profile.png",
+    "used.png",
 ];
 
 /// Whether results may be put at `target`: nothing is there, or an empty folder, or results that may be replaced.
@@ -150,9 +151,16 @@ impl ResultsFolder {
     /// # Errors
     /// [`ResultsError`] if it cannot be encoded or written.
     pub fn write_mask(&self, name: &str, answers: &Plane<Answer>) -> Result<(), ResultsError> {
-        let values = answers.values().iter().map(|&answer| mask_value(answer)).collect();
-        let size = (answers.columns() as u32, answers.rows() as u32);
-        let mask = GrayImage::from_raw(size.0, size.1, values).unwrap_or_default();
+        self.write_grey(name, &answers.map(mask_value))
+    }
+
+    /// Writes grey values as PNG.
+    ///
+    /// # Errors
+    /// [`ResultsError`] if it cannot be encoded or written.
+    pub fn write_grey(&self, name: &str, values: &Plane<u8>) -> Result<(), ResultsError> {
+        let size = (values.columns() as u32, values.rows() as u32);
+        let mask = GrayImage::from_raw(size.0, size.1, values.values().to_vec()).unwrap_or_default();
         self.write_image(name, |bytes| mask.write_to(bytes, image::ImageFormat::Png))
     }
 

@@ -16,6 +16,15 @@ pub enum SurfaceError {
         /// What was to be fitted.
         what: &'static str,
     },
+    /// No part of the heights is wide enough.
+    #[error(
+        "no heights hang together over a square of {side_px} px, which it takes to tell two levels apart; look at mask.png for what the \
+         matcher could not answer, or choose another region"
+    )]
+    NoExtent {
+        /// Side of the square that was looked for, in px.
+        side_px: usize,
+    },
     /// The pixels lie so that the trend is open, such as all in one row.
     #[error("the pixels that have a height do not determine {what}; choose a simpler trend")]
     Undetermined {

@@ -56,6 +56,19 @@ impl Heights {
         (from(x, self.geometry.principal_point_x_px), from(y, self.geometry.principal_point_y_px))
     }
 
+    /// The heights where `chosen`, which has their size; unknown elsewhere.
+    #[must_use]
+    pub fn only(&self, chosen: &Plane<bool>) -> Self {
+        let masked = |map: &Plane<f32>| {
+            let mut masked = map.clone();
+            for (value, &chosen) in masked.values_mut().iter_mut().zip(chosen.values()) {
+                *value = if chosen { *value } else { f32::NAN };
+            }
+            masked
+        };
+        Self { height_mm: masked(&self.height_mm), sigma_mm: masked(&self.sigma_mm), ..*self }
+    }
+
     /// Width of what a pixel sees of the level at `distance_mm`, in mm.
     pub fn pixel_mm(&self) -> f64 {
         self.distance_mm / self.geometry.focal_length_px

@@ -1,19 +1,23 @@
 //! From disparity to what is asked of a surface: heights, the trend of the field, the depth of its hollows, profiles and roughness.
 
 mod blocks;
+mod connected;
 mod error;
+mod extent;
 mod height;
 mod normal;
 mod profile;
 mod roughness;
 mod smooth;
+mod start;
 mod steps;
 mod trend;
 
 pub use blocks::{Correlation, student_t_95};
 pub use error::SurfaceError;
+pub use extent::{Extent, Rectangle, find_extent};
 pub use height::{Geometry, Heights, heights};
 pub use profile::{Line, Profile, ProfilePoint, profile};
 pub use roughness::{Roughness, roughness};
-pub use steps::{Depth, Part, Steps, StepsOptions, find_steps};
+pub use steps::{Depth, DepthAtMargin, Part, Steps, StepsOptions, find_steps};
 pub use trend::{Trend, TrendKind, fit_trend};

@@ -18,12 +18,18 @@ pub(super) struct Fit {
     pub(super) levels: Levels,
     /// The pixels that took part.
     pub(super) used: Plane<Level>,
-    pub(super) correlation: Correlation,
-    pub(super) scatter_mm: f64,
+    pub(super) pixels: usize,
     solution: Solution,
-    scatter: Vec<Option<Scatter>>,
-    pixels: usize,
     outliers: usize,
+}
+
+/// How well a fit is known.
+pub(super) struct Certainty {
+    pub(super) correlation: Correlation,
+    /// Standard deviation of the heights used about their level, in mm.
+    pub(super) scatter_mm: f64,
+    /// Of the trend's coefficients, and of the depth.
+    scatter: Vec<Option<Scatter>>,
 }
 
 /// The terms of the trend, and -1 on the lower level.
@@ -47,21 +53,17 @@ pub(super) fn fit(
     }
     let mut used = clear.clone();
     let mut solution = solve(field, &used)?;
-    let off = |solution: &Solution, sample: &Sample, level| {
-        let row = row(sample, terms, level);
-        sample.height_mm
-            - row[..=terms].iter().zip(&solution.values).map(|(term, value)| term * value).sum::<f64>()
-    };
     // A few far off hold the first fit back; without them the second is right, and finds the others.
     for _ in 0..2 {
         let level = |sample: &Sample| clear.at(sample.x, sample.y);
         let known = || field.samples().filter(|sample| level(sample) != Level::Unknown);
-        let mut sizes: Vec<f64> =
-            known().map(|sample| off(&solution, &sample, level(&sample)).abs() / sample.sigma_mm).collect();
+        let mut sizes: Vec<f64> = known()
+            .map(|sample| off(&solution, &sample, terms, level(&sample)).abs() / sample.sigma_mm)
+            .collect();
         let limit = OUTLIER * SIGMA_OF_MEDIAN * quantile(&mut sizes, 0.5).unwrap_or(0.0);
         for sample in known() {
             let level = level(&sample);
-            let inside = off(&solution, &sample, level).abs() <= limit * sample.sigma_mm;
+            let inside = off(&solution, &sample, terms, level).abs() <= limit * sample.sigma_mm;
             used.row_mut(sample.y)[sample.x] = if inside { level } else { Level::Unknown };
         }
         solution = solve(field, &used)?;
@@ -70,32 +72,18 @@ pub(super) fn fit(
     let pixels = count(&used);
     let outliers = count(clear) - pixels;
 
-    let mut residuals = Plane::filled(used.rows(), used.columns(), f32::NAN);
-    let mut squares = 0.0;
-    for sample in field.samples() {
-        let level = used.at(sample.x, sample.y);
-        if level != Level::Unknown {
-            let off = off(&solution, &sample, level);
-            residuals.row_mut(sample.y)[sample.x] = (off / sample.sigma_mm) as f32;
-            squares += off * off;
-        }
-    }
-    let correlation = Correlation::of(&residuals);
-    let mut blocks = Blocks::new(used.rows(), used.columns(), &correlation);
-    for sample in field.samples() {
-        let level = used.at(sample.x, sample.y);
-        if level != Level::Unknown {
-            let row = row(&sample, terms, level);
-            blocks.of(sample.x, sample.y).add(&row[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
-        }
-    }
-    let scatter = blocks.scatter(&solution, terms + 1);
     let levels = Levels {
         coefficients: solution.values.as_slice()[..terms].to_vec(),
         depth_mm: solution.values[terms],
     };
-    let scatter_mm = (squares / pixels.max(1) as f64).sqrt();
-    Ok(Fit { levels, used, correlation, scatter_mm, solution, scatter, pixels, outliers })
+    Ok(Fit { levels, used, solution, pixels, outliers })
+}
+
+/// How far a pixel lies over its level, in mm.
+fn off(solution: &Solution, sample: &Sample, terms: usize, level: Level) -> f64 {
+    let row = row(sample, terms, level);
+    sample.height_mm
+        - row[..=terms].iter().zip(&solution.values).map(|(term, value)| term * value).sum::<f64>()
 }
 
 fn solve(field: &Field<'_>, used: &Plane<Level>) -> Result<Solution, SurfaceError> {
@@ -111,20 +99,41 @@ fn solve(field: &Field<'_>, used: &Plane<Level>) -> Result<Solution, SurfaceErro
 }
 
 impl Fit {
-    pub(super) fn depth(&self, scale_sigma: f64) -> Depth {
-        let scatter = self.scatter.last().copied().flatten();
-        depth(self.levels.depth_mm, scatter, scale_sigma)
+    pub(super) fn certainty(&self, field: &Field<'_>) -> Certainty {
+        let terms = field.basis.terms();
+        let (rows, columns) = (self.used.rows(), self.used.columns());
+        let level = |sample: &Sample| self.used.at(sample.x, sample.y);
+        let used = || field.samples().filter(|sample| level(sample) != Level::Unknown);
+        let mut residuals = Plane::filled(rows, columns, f32::NAN);
+        let mut squares = 0.0;
+        for sample in used() {
+            let off = off(&self.solution, &sample, terms, level(&sample));
+            residuals.row_mut(sample.y)[sample.x] = (off / sample.sigma_mm) as f32;
+            squares += off * off;
+        }
+        let correlation = Correlation::of(&residuals);
+        let mut blocks = Blocks::new(rows, columns, &correlation);
+        for sample in used() {
+            let row = row(&sample, terms, level(&sample));
+            blocks.of(sample.x, sample.y).add(&row[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
+        }
+        let scatter = blocks.scatter(&self.solution, terms + 1);
+        Certainty { correlation, scatter_mm: (squares / self.pixels.max(1) as f64).sqrt(), scatter }
     }
 
-    pub(super) fn trend(&self, field: &Field<'_>) -> Trend {
-        field.trend(&self.solution, &self.scatter, self.pixels, self.outliers)
+    pub(super) fn depth(&self, certainty: &Certainty, scale_sigma: f64) -> Depth {
+        depth(self.levels.depth_mm, certainty.scatter.last().copied().flatten(), scale_sigma)
+    }
+
+    pub(super) fn trend(&self, field: &Field<'_>, certainty: &Certainty) -> Trend {
+        field.trend(&self.solution, &certainty.scatter, self.pixels, self.outliers)
     }
 
     /// By what factor errors that go together raise the variance of a depth over what it would be if pixels were independent and had their sigma.
-    fn raised_by(&self) -> Option<Scatter> {
-        let last = self.scatter.len() - 1;
+    fn raised_by(&self, certainty: &Certainty) -> Option<Scatter> {
+        let last = certainty.scatter.len() - 1;
         let alone = self.solution.inverse[(last, last)];
-        self.scatter[last].map(|scatter| Scatter { variance: scatter.variance / alone, ..scatter })
+        certainty.scatter[last].map(|scatter| Scatter { variance: scatter.variance / alone, ..scatter })
     }
 }
 
@@ -147,17 +156,25 @@ pub(super) fn parts(
     field: &Field<'_>,
     levels: &Plane<Level>,
     fit: &Fit,
+    certainty: &Certainty,
     raised: bool,
     options: &StepsOptions,
 ) -> Vec<Part> {
+    let raised_by = fit.raised_by(certainty);
     let wanted = if raised { Level::Upper } else { Level::Lower };
-    let found = regions(levels).into_iter().filter(|region| region.level == wanted);
-    found.filter_map(|region| part(field, &region, fit, options)).collect()
+    let found = regions(levels).into_iter().filter(|region| region.value == wanted);
+    found.filter_map(|region| part(field, &region, fit, raised_by, options)).collect()
 }
 
 /// A part and a plane of its own under it and the ground around it, so that what the trend leaves tilts nothing; `None` if nothing of it or
 /// of its surroundings is clear of the walls.
-fn part(field: &Field<'_>, region: &Region, fit: &Fit, options: &StepsOptions) -> Option<Part> {
+fn part(
+    field: &Field<'_>,
+    region: &Region,
+    fit: &Fit,
+    raised_by: Option<Scatter>,
+    options: &StepsOptions,
+) -> Option<Part> {
     let area_px = region.pixels.len();
     let mean = |of: fn(&(usize, usize)) -> usize| {
         region.pixels.iter().map(of).sum::<usize>() as f64 / area_px as f64
@@ -180,7 +197,7 @@ fn part(field: &Field<'_>, region: &Region, fit: &Fit, options: &StepsOptions) -
     around(region, fit, options).into_iter().for_each(|(x, y)| add(x, y, false));
     let solution = sums.solve(4)?;
     let alone = solution.inverse[(3, 3)];
-    let scatter = fit.raised_by().map(|factor| Scatter { variance: factor.variance * alone, ..factor });
+    let scatter = raised_by.map(|factor| Scatter { variance: factor.variance * alone, ..factor });
     Some(Part {
         centre_x_px,
         centre_y_px,
@@ -216,7 +233,7 @@ fn around(region: &Region, fit: &Fit, options: &StepsOptions) -> Vec<(usize, usi
         }
         let on_ground = |&&(x, y): &&(usize, usize)| {
             let level = fit.used.at(x, y);
-            level != Level::Unknown && level != region.level
+            level != Level::Unknown && level != region.value
         };
         found.extend(next.iter().filter(on_ground));
         front = next;

@@ -1,6 +1,8 @@
 //! Where a field lies high and where low, before anything is known of it: a trend and two levels, found together.
 
-use super::super::normal::Normal;
+use nalgebra::DVector;
+
+use super::super::normal::{Normal, Solution};
 use super::super::smooth::{SIGMA_OF_MEDIAN, quantile};
 
 /// So many rounds settle whatever has two levels; what has one may wander for longer, and is refused later.
@@ -74,9 +76,10 @@ pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
         let mean = about.iter().sum::<f64>() / about.len() as f64;
         starts.push(below(&about, mean));
     }
+    let whole = Whole::new(points, middle.coefficients.len())?;
     starts
         .into_iter()
-        .filter_map(|low| mixture(points, middle.coefficients.len(), low))
+        .filter_map(|low| mixture(points, &whole, low))
         .max_by(|one, other| one.1.total_cmp(&other.1))
         .map(|(levels, _)| levels)
 }
@@ -98,7 +101,7 @@ fn sided(points: &[Point], mut trend: Levels, weight_above: f64) -> Option<Level
 }
 
 /// Levels and the logarithm of their likelihood; `low` is how probably each point is low.
-fn mixture(points: &[Point], terms: usize, mut low: Vec<f64>) -> Option<(Levels, f64)> {
+fn mixture(points: &[Point], whole: &Whole, mut low: Vec<f64>) -> Option<(Levels, f64)> {
     let count = points.len() as f64;
     let mut found = None;
     for _ in 0..ROUNDS {
@@ -106,27 +109,28 @@ fn mixture(points: &[Point], terms: usize, mut low: Vec<f64>) -> Option<(Levels,
         if !(LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share) {
             return found;
         }
-        let levels = fit(points, terms, &low)?;
-        let below = |point: &Point| levels.upper_mm(&point.row) - point.height_mm;
-        let mut variance = 0.0;
-        for (point, low) in points.iter().zip(&low) {
-            let below = below(point);
-            variance += (1.0 - low) * below.powi(2) + low * (below - levels.depth_mm).powi(2);
+        let levels = whole.levels(points, &low)?;
+        let depth_mm = levels.depth_mm;
+        let below: Vec<f64> =
+            points.iter().map(|point| levels.upper_mm(&point.row) - point.height_mm).collect();
+        let mut squares = 0.0;
+        for (&below, &low) in below.iter().zip(&low) {
+            squares += below * below + low * depth_mm * (depth_mm - 2.0 * below);
         }
-        variance = (variance / count).max(f64::MIN_POSITIVE);
-        let mut likelihood = -0.5 * count * variance.ln();
-        for (point, low) in points.iter().zip(&mut low) {
-            let below = below(point);
-            let high_part = (1.0 - share).ln() - 0.5 * below.powi(2) / variance;
-            let low_part = share.ln() - 0.5 * (below - levels.depth_mm).powi(2) / variance;
-            let larger = high_part.max(low_part);
-            let sum = (high_part - larger).exp() + (low_part - larger).exp();
-            *low = (low_part - larger).exp() / sum;
-            likelihood += larger + sum.ln();
+        let variance = (squares / count).max(f64::MIN_POSITIVE);
+        let prior = (share / (1.0 - share)).ln();
+        let mut likelihood = count * ((1.0 - share).ln() - 0.5 * variance.ln());
+        for (&below, low) in below.iter().zip(&mut low) {
+            // By how much low is more likely than high, as a logarithm.
+            let odds = prior + 0.5 * depth_mm * (2.0 * below - depth_mm) / variance;
+            let less_likely = (-odds.abs()).exp();
+            let probability_of_likelier = 1.0 / (1.0 + less_likely);
+            *low = if odds > 0.0 { probability_of_likelier } else { 1.0 - probability_of_likelier };
+            likelihood += odds.max(0.0) + less_likely.ln_1p() - 0.5 * below * below / variance;
         }
         let settled =
             found.as_ref().is_some_and(|(_, before): &(Levels, f64)| likelihood - before < 1e-5 * count);
-        if levels.depth_mm > 0.0 {
+        if depth_mm > 0.0 {
             found = Some((levels, likelihood));
         }
         if settled {
@@ -136,22 +140,37 @@ fn mixture(points: &[Point], terms: usize, mut low: Vec<f64>) -> Option<(Levels,
     found
 }
 
-fn fit(points: &[Point], terms: usize, low: &[f64]) -> Option<Levels> {
-    let mut sums = Normal::empty();
-    for (point, &low) in points.iter().zip(low) {
-        let mut row = [0.0; 7];
-        row[..terms].copy_from_slice(&point.row[..terms]);
-        if low < 1.0 {
-            sums.add(&row[..=terms], point.height_mm, 1.0 - low);
-        }
-        if low > 0.0 {
-            row[terms] = -1.0;
-            sums.add(&row[..=terms], point.height_mm, low);
-        }
+/// What of the normal equations does not depend on which points are low: each point counts once, whichever level it is on.
+struct Whole {
+    terms: usize,
+    solution: Solution,
+}
+
+impl Whole {
+    fn new(points: &[Point], terms: usize) -> Option<Self> {
+        let mut sums = Normal::empty();
+        points.iter().for_each(|point| sums.add(&point.row[..terms], point.height_mm, 1.0));
+        Some(Self { terms, solution: sums.solve(terms)? })
     }
-    let solution = sums.solve(terms + 1)?;
-    Some(Levels {
-        coefficients: solution.values.as_slice()[..terms].to_vec(),
-        depth_mm: solution.values[terms],
-    })
+
+    /// Trend and depth that fit best. The low points' terms sum to s, so the trend is that of the whole, raised by depth times A^-1 s (A from
+    /// the whole's normal equations), and the depth follows from what is left of its own equation.
+    fn levels(&self, points: &[Point], low: &[f64]) -> Option<Levels> {
+        let mut terms = DVector::zeros(self.terms);
+        let (mut weights, mut heights) = (0.0, 0.0);
+        for (point, &low) in points.iter().zip(low) {
+            terms.iter_mut().zip(&point.row).for_each(|(sum, term)| *sum += low * term);
+            weights += low;
+            heights += low * point.height_mm;
+        }
+        let raised = &self.solution.inverse * &terms;
+        let rest = weights - raised.dot(&terms);
+        // As little of the depth's own as this is nothing: the trend could stand in for it.
+        if rest <= 1e-10 * weights {
+            return None;
+        }
+        let depth_mm = (self.solution.values.dot(&terms) - heights) / rest;
+        let coefficients = &self.solution.values + raised * depth_mm;
+        Some(Levels { coefficients: coefficients.as_slice().to_vec(), depth_mm })
+    }
 }

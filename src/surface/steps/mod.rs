@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::SurfaceError;
 use super::blocks::Correlation;
 use super::height::Heights;
-use super::smooth::{mean_around, quantile, without_spikes};
+use super::smooth::{SIGMA_OF_MEDIAN, mean_around, quantile, without_spikes};
 use super::trend::{Field, Trend, TrendKind};
 use crate::plane::Plane;
 use depth::{Fit, fit, parts};
@@ -34,6 +34,8 @@ const ROUNDS: usize = 12;
 const POINTS: usize = 8_000;
 /// The lower level is the ground, and the upper one stands on it, if it is this share of the field.
 const GROUND: f64 = 0.6;
+/// So many pixels more than asked for are left out at the walls to see whether the depth still changes.
+const MORE_MARGIN: usize = 2;
 /// A pixel this many times its neighbourhood's scatter off is a wrong answer, not a wall.
 const SPIKE: f64 = 8.0;
 
@@ -89,6 +91,17 @@ pub struct Part {
     pub depth: Depth,
 }
 
+/// The depth that pixels at least so far from the walls show.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DepthAtMargin {
+    /// Distance from the walls that is left out, in px.
+    pub margin_px: usize,
+    /// How far the lower level lies below the upper one, in mm.
+    pub depth_mm: f64,
+    /// Pixels that are left.
+    pub used_px: usize,
+}
+
 /// The two levels of a field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steps {
@@ -98,6 +111,9 @@ pub struct Steps {
     pub raised: bool,
     /// Each hollow (or what stands on the ground), from top to bottom.
     pub parts: Vec<Part>,
+    /// What other distances from the walls would give: windows that reach over a wall make hollows shallower, so the depth grows with the
+    /// distance until they no longer do.
+    pub by_margin: Vec<DepthAtMargin>,
     /// Of the upper level.
     pub trend: Trend,
     /// True on the lower level; meaningful where there is a height.
@@ -144,18 +160,29 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
         count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
     };
     let raised = lower_share > GROUND;
-    let depth = divided.fit.depth(heights.geometry.scale_sigma);
-    let parts = parts(&field, &divided.levels, &divided.fit, raised, options);
+    let fit = &divided.fit;
+    let certainty = fit.certainty(&field);
     Ok(Steps {
-        depth,
+        depth: fit.depth(&certainty, heights.geometry.scale_sigma),
         raised,
-        parts,
-        trend: divided.fit.trend(&field),
+        parts: parts(&field, &divided.levels, fit, &certainty, raised, options),
+        by_margin: by_margin(&field, &divided.levels, options),
+        trend: fit.trend(&field, &certainty),
         lower: divided.levels.map(|level| level == Level::Lower),
-        used: divided.fit.used.map(|level| level != Level::Unknown),
-        scatter_mm: divided.fit.scatter_mm,
-        correlation: divided.fit.correlation,
+        used: fit.used.map(|level| level != Level::Unknown),
+        scatter_mm: certainty.scatter_mm,
+        correlation: certainty.correlation,
     })
+}
+
+/// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is left.
+fn by_margin(field: &Field<'_>, levels: &Plane<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
+    (0..=options.margin_px + MORE_MARGIN)
+        .map_while(|margin_px| {
+            let fit = fit(field, &clear_of_walls(levels, margin_px), options).ok()?;
+            Some(DepthAtMargin { margin_px, depth_mm: fit.levels.depth_mm, used_px: fit.pixels })
+        })
+        .collect()
 }
 
 /// A field divided into two levels, and what was fitted to them.
@@ -172,8 +199,8 @@ fn divide(
     reach: usize,
     options: &StepsOptions,
 ) -> Result<(Divided, f64), SurfaceError> {
-    let one_level = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 };
     let points = points(field, smoothed);
+    let one_level = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: scatter_about(start, &points) };
     let mut levels = two_levels(&points, start).ok_or(one_level.clone())?;
     // What is smaller than the square of the smoothing cannot be told from its noise.
     let least_area_px = options.least_area_px.max(2 * (2 * reach + 1).pow(2));
@@ -215,6 +242,14 @@ fn points(field: &Field<'_>, smoothed: &Plane<f32>) -> Vec<Point> {
     points
 }
 
+/// How far points scatter about a trend, in mm, unless they are few that lie far off.
+fn scatter_about(trend: &[f64], points: &[Point]) -> f64 {
+    let trend = Levels { coefficients: trend.to_vec(), depth_mm: 0.0 };
+    let mut off: Vec<f64> =
+        points.iter().map(|point| (point.height_mm - trend.upper_mm(&point.row)).abs()).collect();
+    SIGMA_OF_MEDIAN * quantile(&mut off, 0.5).unwrap_or(0.0)
+}
+
 fn label(field: &Field<'_>, smoothed: &Plane<f32>, levels: &Levels) -> Plane<Level> {
     let mut map = Plane::filled(smoothed.rows(), smoothed.columns(), Level::Unknown);
     for sample in field.samples() {
@@ -249,7 +284,7 @@ fn spike_limit(heights: &Heights) -> f32 {
         .flat_map(|y| map.row(y).windows(2).map(|pair| f64::from((pair[1] - pair[0]).abs())))
         .filter(|difference| difference.is_finite())
         .collect();
-    let neighbours = super::smooth::SIGMA_OF_MEDIAN * quantile(&mut differences, 0.5).unwrap_or(0.0);
+    let neighbours = SIGMA_OF_MEDIAN * quantile(&mut differences, 0.5).unwrap_or(0.0);
     let mut sigmas: Vec<f64> = heights
         .sigma_mm
         .values()

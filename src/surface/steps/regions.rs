@@ -1,5 +1,6 @@
 //! Connected parts of a level, and what of them lies clear of the walls.
 
+use super::super::connected::{Part, connected};
 use super::super::smooth::count_around;
 use crate::plane::Plane;
 
@@ -21,47 +22,19 @@ impl Level {
     }
 }
 
-/// Pixels of one level that hang together by their sides.
-#[derive(Debug, Clone)]
-pub(super) struct Region {
-    pub(super) level: Level,
-    /// Columns and rows.
-    pub(super) pixels: Vec<(usize, usize)>,
-}
+/// Pixels of one level that hang together.
+pub(super) type Region = Part<Level>;
 
 /// All connected parts, from top to bottom by their first pixel.
 pub(super) fn regions(levels: &Plane<Level>) -> Vec<Region> {
-    let (rows, columns) = (levels.rows(), levels.columns());
-    let mut seen = levels.map(|level| level == Level::Unknown);
-    let mut found = Vec::new();
-    for (first_x, first_y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-        if seen.at(first_x, first_y) {
-            continue;
-        }
-        let level = levels.at(first_x, first_y);
-        seen.row_mut(first_y)[first_x] = true;
-        let mut pixels = vec![(first_x, first_y)];
-        let mut next = 0;
-        while let Some(&(x, y)) = pixels.get(next) {
-            next += 1;
-            let beside = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
-            for (x, y) in beside.into_iter().filter(|&(x, y)| x < columns && y < rows) {
-                if !seen.at(x, y) && levels.at(x, y) == level {
-                    seen.row_mut(y)[x] = true;
-                    pixels.push((x, y));
-                }
-            }
-        }
-        found.push(Region { level, pixels });
-    }
-    found
+    connected(levels, |level| level != Level::Unknown)
 }
 
 /// Gives parts of fewer than `least_area_px` pixels to the other level: they are noise, not hollows.
 pub(super) fn without_small_parts(levels: &mut Plane<Level>, least_area_px: usize) {
     for region in regions(levels).into_iter().filter(|region| region.pixels.len() < least_area_px) {
         for (x, y) in region.pixels {
-            levels.row_mut(y)[x] = region.level.other();
+            levels.row_mut(y)[x] = region.value.other();
         }
     }
 }
@@ -98,7 +71,7 @@ mod tests {
     fn parts_hang_together_by_their_sides() {
         let levels = picture(&["##.#", "#..#", "? #."]);
         let found: Vec<(Level, usize)> =
-            regions(&levels).iter().map(|region| (region.level, region.pixels.len())).collect();
+            regions(&levels).iter().map(|region| (region.value, region.pixels.len())).collect();
         let (lower, upper) = (Level::Lower, Level::Upper);
         assert_eq!(found, [(lower, 3), (upper, 3), (lower, 2), (lower, 1), (upper, 1)]);
     }
