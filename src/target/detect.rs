@@ -100,7 +100,9 @@ fn candidates(smooth: &Plane<f32>) -> Vec<Candidate> {
     for y in 4..rows - 4 {
         let row = responses.row(y);
         for (x, &value) in row.iter().enumerate().take(columns - 4).skip(4) {
-            if value > threshold && is_peak(&responses, x, y) {
+            // Neighbours in the row refuse most places before a whole window is looked at.
+            let may_be = value > threshold && row[x - 1] < value && row[x + 1] <= value;
+            if may_be && is_peak(&responses, x, y) {
                 found.extend(candidate(smooth, x, y, f64::from(value)));
             }
         }

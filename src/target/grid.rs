@@ -140,7 +140,8 @@ impl Growing<'_> {
             .copied()
             .filter(move |&index| {
                 let candidate = self.candidate(index);
-                !self.taken[index] && (candidate.x - x).hypot(candidate.y - y) <= radius
+                let (dx, dy) = (candidate.x - x, candidate.y - y);
+                !self.taken[index] && dx * dx + dy * dy <= radius * radius
             })
     }
 

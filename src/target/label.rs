@@ -26,6 +26,8 @@ const STRAIGHT_PX: f64 = 0.2;
 const CONTRAST: f64 = 0.6;
 /// How often overlooked corners are looked for around those there are.
 const ROUNDS: usize = 4;
+/// Of three corners two that are no corners are too many: after so many of them a grid is given up as texture.
+const MOST_REFUSED: usize = 12;
 /// Grids that are looked at: texture may have some, too.
 const MOST_GRIDS: usize = 12;
 
@@ -182,11 +184,18 @@ impl<'a> Labelled<'a> {
     }
 
     fn finish(self, image: &Plane<f32>) -> Option<FoundBoard> {
-        let mut corners: BTreeMap<Label, Corner> = self
-            .rough
-            .iter()
-            .filter_map(|(&label, &place)| Some((label, self.refined(image, &self.rough, label, place)?)))
-            .collect();
+        let mut corners: BTreeMap<Label, Corner> = BTreeMap::new();
+        let mut refused = 0;
+        // Each third is from the whole grid, so that a bad end of a board does not stand for all of it.
+        for (&label, &place) in (0..3).flat_map(|third| self.rough.iter().skip(third).step_by(3)) {
+            match self.refined(image, &self.rough, label, place) {
+                Some(corner) => _ = corners.insert(label, corner),
+                None => refused += 1,
+            }
+            if refused >= MOST_REFUSED && refused > 2 * corners.len() {
+                return None;
+            }
+        }
         drop_faint(&mut corners);
         drop_crooked(&mut corners);
         if corners.len() < LEAST_CORNERS {

@@ -198,6 +198,9 @@ impl Target {
     }
 }
 
+/// Edges that are blurred less are found at full size, in px: detection smooths them as much again.
+const SHARP_PX: f64 = 1.4;
+
 /// Finds up to `count` boards in a frame, those with most corners first. Parts of boards count from six corners on.
 ///
 /// A complete board is labelled by this rule. Column to row turns as x to y, so boards are never mirrored. If the sum of columns and rows is odd, half
@@ -210,7 +213,9 @@ pub fn find_boards(frame: &Frame, board: &ChessBoard, count: usize) -> Vec<Found
     frame.samples().copy_to_f32(0, &mut samples);
     let Some(image) = Plane::from_values(frame.rows(), frame.columns(), samples) else { return Vec::new() };
     let found = label::boards(&image, 1, board, count);
-    let enough = found.len() >= count && found.iter().all(|found| found.complete);
+    // What is sharp at full size is not found better at half of it: the rest of the board is out of view.
+    let as_seen = |found: &FoundBoard| found.complete || found.blur_px < SHARP_PX;
+    let enough = found.len() >= count && found.iter().all(as_seen);
     if enough || board.check().is_err() {
         return found;
     }

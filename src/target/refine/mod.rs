@@ -14,12 +14,17 @@ use nalgebra::{SMatrix, SVector};
 use crate::plane::Plane;
 
 const UNKNOWNS: usize = 9;
+/// The first of those that are levels: mean, half step, growth of light.
+const LEVELS: usize = 5;
 /// Steps, at most; five are usual.
 const STEPS: usize = 30;
 /// A step that moves the centre by less than this ends the fit, in px: a hundredth of the best standard deviation.
 const FINE_PX: f64 = 1e-5;
 /// Variance by rounding to whole DN, in squared DN.
 const ROUNDING_DN2: f64 = 1.0 / 12.0;
+/// After so many steps a fit that leaves so many times more than [`MOST_UNEXPLAINED`] is given up: corners are down to it after two or three,
+/// texture takes all [`STEPS`].
+const HOPELESS: (usize, f64) = (6, 4.0);
 /// Beyond so many blurs an edge is 1 to six digits.
 const FAR: f64 = 5.0;
 /// Blur of a start and of the sharpest edge that pixels can show, in px: that of a square pixel alone is sqrt(1/12) = 0.29.
@@ -136,6 +141,21 @@ fn beyond_product(z1: f64, z2: f64, correlation: f64) -> f64 {
     correlation * NODES.iter().map(|(node, weight)| weight * joint(z1, z2, node * correlation)).sum::<f64>()
 }
 
+/// Adds one pixel to the upper half of the normal matrix and to the right side; its derivatives by unknowns before `FIRST` are 0.
+fn add<const FIRST: usize>(
+    upper: &mut [[f64; UNKNOWNS]; UNKNOWNS],
+    side: &mut [f64; UNKNOWNS],
+    row: &[f64; UNKNOWNS],
+    residual: f64,
+) {
+    for i in FIRST..UNKNOWNS {
+        side[i] += row[i] * residual;
+        for j in i..UNKNOWNS {
+            upper[i][j] += row[i] * row[j];
+        }
+    }
+}
+
 fn normal(window: &Window, at: &Unknowns) -> Normal {
     let [x, y, one, two, blur, mean, step, light_x, light_y] = at.data.0[0];
     let ((sin1, cos1), (sin2, cos2)) = (one.sin_cos(), two.sin_cos());
@@ -172,11 +192,11 @@ fn normal(window: &Window, at: &Unknowns) -> Normal {
             px * pattern,
             py * pattern,
         ];
-        for i in 0..UNKNOWNS {
-            side[i] += row[i] * residual;
-            for j in i..UNKNOWNS {
-                upper[i][j] += row[i] * row[j];
-            }
+        // Far from both edges only the levels are told: half of the pixels, and a fifth of the products.
+        if d1 > 0.0 || d2 > 0.0 {
+            add::<0>(&mut upper, &mut side, &row, residual);
+        } else {
+            add::<LEVELS>(&mut upper, &mut side, &row, residual);
         }
     }
     let matrix = SMatrix::from_fn(|i, j| if i <= j { upper[i][j] } else { upper[j][i] });
@@ -200,7 +220,11 @@ fn fit(
     let mut at = start;
     let mut here = normal(window, &at);
     let mut damping = 1e-3;
-    for _ in 0..STEPS {
+    let count = window.pixels.len() as f64;
+    for taken in 0..STEPS {
+        if taken >= HOPELESS.0 && here.squares > HOPELESS.1 * MOST_UNEXPLAINED * at[6] * at[6] * count {
+            return None;
+        }
         let mut damped = here.matrix;
         for k in 0..UNKNOWNS {
             damped[(k, k)] *= 1.0 + damping;
