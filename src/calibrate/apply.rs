@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::find::set_gains;
-use super::{CalibrateError, Calibration};
+use super::{CALIBRATION, CalibrateError, Calibration};
 use crate::photometry::{Correction, Maps};
 use crate::progress::Progress;
 use crate::rectify::{Mapping, Rectifier};
@@ -21,9 +21,18 @@ pub fn load_calibrated(
     maps: &Maps,
     progress: &dyn Progress,
 ) -> Result<Volume, CalibrateError> {
-    let correction = calibration.photometry.correction(maps)?;
-    let tau = Tau::from_positions(&calibration.positions.tau)?;
-    let mut volume = load(sequence, &calibration.mapping, correction, tau, progress)?;
+    // The frames were not rejected when the calibration was made, so it is the record that is wrong now.
+    let bad = |error: CalibrateError| match error {
+        error @ (CalibrateError::Photometry(_)
+        | CalibrateError::Positions(_)
+        | CalibrateError::Rectify(_)) => {
+            CalibrateError::BadRecord { path: sequence.folder().join(CALIBRATION), reason: error.to_string() }
+        }
+        other => other,
+    };
+    let correction = calibration.photometry.correction(maps).map_err(|error| bad(error.into()))?;
+    let tau = Tau::from_positions(&calibration.positions.tau).map_err(|error| bad(error.into()))?;
+    let mut volume = load(sequence, &calibration.mapping, correction, tau, progress).map_err(bad)?;
     if let Some(gains) = calibration.frame_gains.applied() {
         set_gains(&mut volume, gains);
     }

@@ -34,7 +34,8 @@ pub enum CalibrateError {
     Photometry(#[from] PhotometryError),
     /// Board frames without a description of the board.
     #[error(
-        "there are {frames} board frames, but the board is not described; write square, columns and rows (inner corners) into [board] of the rig's profile"
+        "there are {frames} board frames, but the board is not described; write square, columns and rows (inner corners) into [board] of the rig's profile, \
+         or say it with --set board.square=\"16 mm\" --set board.columns=9 --set board.rows=6"
     )]
     BoardNotDescribed {
         /// Board frames.
@@ -42,8 +43,13 @@ pub enum CalibrateError {
     },
     /// Too few board frames in which a board is found.
     #[error(
-        "a board of {columns} x {rows} inner corners is found in {found} of {frames} board frames ({blurred} of the others are blurred), at least {needed} are needed; \
-         hold the whole board into view and still, tilted in different directions, and check the number of inner corners"
+        "a board of {columns} x {rows} inner corners is found well in {found} of {frames} board frames{}, at least {needed} are needed; {}",
+        if *blurred > 0 { format!(" (it is blurred in {blurred} others)") } else { String::new() },
+        if 2 * blurred > *frames {
+            "focus the camera on the board, hold it still, and take them again"
+        } else {
+            "hold the whole board into view and still, tilted in different directions, and check columns and rows of [board] (inner corners)"
+        }
     )]
     BoardsNotFound {
         /// Inner corners along a row.
@@ -60,8 +66,24 @@ pub enum CalibrateError {
         needed: usize,
     },
     /// Boards that do not tell the lens.
-    #[error("the board frames do not tell the lens: {0}")]
-    Lens(#[from] LensError),
+    #[error("the board frames do not tell the lens: {}", source.with_view_named(file))]
+    Lens {
+        /// Why.
+        source: LensError,
+        /// The frame that it is about, if it is about one.
+        file: String,
+    },
+    /// Dark frames that are lighter than flat frames.
+    #[error(
+        "the dark frames have {dark_dn:.0} DN in the mean, the flat frames {flat_dn:.0} DN: they seem to have been exchanged; give dark frames as \
+         dark and flat frames as flat"
+    )]
+    Exchanged {
+        /// Mean of the dark frames, in DN.
+        dark_dn: f64,
+        /// Mean of the flat frames, in DN.
+        flat_dn: f64,
+    },
     /// A lens that does not describe the boards.
     #[error(
         "the lens leaves {rms_px:.2} px of the corners' places unexplained (limit {limit_px} px); check that the board is flat and stiff, that [board] describes it, \
@@ -107,6 +129,20 @@ pub enum CalibrateError {
         "positions from the target are asked for, but no [target] is described; write square, columns, rows (inner corners) into the rig's profile"
     )]
     NoTarget,
+    /// A target that is at the same place in all frames.
+    #[error(
+        "the target moves by {moved_px:.2} px at most from the first frame to the last: the stage or the target did not move, or all frames show one \
+         place; look at the frames and take them again"
+    )]
+    StandsStill {
+        /// How far a corner moves at most, in px.
+        moved_px: f64,
+    },
+    /// Measured positions without a scale.
+    #[error(
+        "the positions were measured, but nothing tells how many mm they are; import the frames with --step-mm or --positions, and calibrate again"
+    )]
+    NoBaseline,
     /// Tracks that do not tell the travel.
     #[error("the target on the object does not tell the travel: {0}")]
     Travel(#[from] TravelError),
@@ -140,7 +176,7 @@ pub enum CalibrateError {
     #[error(transparent)]
     Rectify(#[from] RectifyError),
     /// The record cannot be read.
-    #[error("{}: {reason}; run `epirig calibrate` again", path.display())]
+    #[error("{}: {reason}; run `epirig calibrate --overwrite` again", path.display())]
     BadRecord {
         /// The file.
         path: PathBuf,
@@ -148,7 +184,7 @@ pub enum CalibrateError {
         reason: String,
     },
     /// A map that belongs to the record.
-    #[error("{}: {source}; run `epirig calibrate` again", path.display())]
+    #[error("{}: {source}; run `epirig calibrate --overwrite` again", path.display())]
     Map {
         /// The file.
         path: PathBuf,
@@ -156,7 +192,7 @@ pub enum CalibrateError {
         source: FormatError,
     },
     /// The record is of other frames.
-    #[error("{} is stale: {what} since it was made; run `epirig calibrate --overwrite` again, or ignore it with `match --as-captured`", path.display())]
+    #[error("{} is stale: {what}; run `epirig calibrate --overwrite` again, or ignore it with `match --as-captured`", path.display())]
     Stale {
         /// The file.
         path: PathBuf,
@@ -170,7 +206,7 @@ pub enum CalibrateError {
         path: PathBuf,
     },
     /// The operating system refused.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}: {source}; check the disk, and that you may write to the sequence's folder", path.display())]
     Io {
         /// What was tried.
         action: &'static str,

@@ -11,8 +11,10 @@ use super::{
     CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensSource, PositionSource,
     PositionsRecord,
 };
-use crate::frame::Frame;
-use crate::photometry::{FrameGains, Maps, Outcome, Photometry, dominant_disparity, frame_gains};
+use crate::frame::{Frame, full_scale};
+use crate::photometry::{
+    FrameGains, Linearity, Maps, Outcome, Photometry, dominant_disparity, frame_gains, linearity,
+};
 use crate::progress::Progress;
 use crate::rectify::Mapping;
 use crate::sequence::{FrameKind, FrameRecord, Sequence};
@@ -53,10 +55,12 @@ pub fn calibrate(
         read_all(sequence, &sequence.calibration_frames(FrameKind::Dark), "reading dark frames", progress)?;
     let flat =
         read_all(sequence, &sequence.calibration_frames(FrameKind::Flat), "reading flat frames", progress)?;
+    refuse_exchanged(&dark, &flat)?;
     let (photometry, maps) = Photometry::find(&dark, &flat, size, plan.photometry)?;
     drop((dark, flat));
     remarks.of_photometry(&photometry);
     let correction = photometry.correction(&maps)?;
+    let linearity = judge_linearity(plan, record.bit_depth, &mut remarks);
 
     let mut lens = find_lens(sequence, plan, &mut remarks, progress)?;
     let found = match &plan.target {
@@ -111,6 +115,7 @@ pub fn calibrate(
         sequence_uid: record.uid.clone(),
         inputs,
         photometry,
+        linearity,
         frame_gains: gains,
         lens,
         travel,
@@ -134,11 +139,47 @@ impl Remarks {
         for (what, reason) in [
             ("dark level", not_applied(&photometry.dark)),
             ("darkening", not_applied(&photometry.flat_field)),
-            ("hot pixels", not_applied(&photometry.hot_pixels)),
+            ("pixels that cannot be used", not_applied(&photometry.hot_pixels)),
         ] {
             if let Some(reason) = reason {
-                self.needs.push(format!("the {what} is not corrected: {reason}"));
+                self.needs.push(format!("{what} not corrected: {reason}"));
             }
+        }
+    }
+}
+
+/// Refuses dark frames that are lighter than flat frames: what would be said of either by itself points elsewhere.
+fn refuse_exchanged(dark: &[Frame], flat: &[Frame]) -> Result<(), CalibrateError> {
+    let mean = |frames: &[Frame]| {
+        frames.iter().map(|frame| frame.samples().mean()).sum::<f64>() / frames.len() as f64
+    };
+    let (dark_dn, flat_dn) = (mean(dark), mean(flat));
+    // NaN, of no frames, is not larger.
+    match dark_dn > flat_dn {
+        true => Err(CalibrateError::Exchanged { dark_dn, flat_dn }),
+        false => Ok(()),
+    }
+}
+
+/// How straight the sensor's response is, if frames at several exposures tell; that they do not is no reason to refuse the others.
+fn judge_linearity(plan: &CalibrationPlan, bit_depth: u8, remarks: &mut Remarks) -> Option<Linearity> {
+    if plan.exposures.is_empty() {
+        return None;
+    }
+    match linearity(&plan.exposures, full_scale(bit_depth), Linearity::USUAL_LIMIT_PERCENT) {
+        Ok(found) => {
+            if !found.is_linear() {
+                remarks.needs.push(format!(
+                    "the sensor's response is not a straight line: it departs by {:.2} % of full scale at {:.0} DN ({:.2} % are allowed); switch \
+                     the camera's gamma and contrast off, or stay below the level where it bends",
+                    found.largest_departure_percent, found.at_dn, found.limit_percent
+                ));
+            }
+            Some(found)
+        }
+        Err(error) => {
+            remarks.notes.push(format!("nothing can be said of the linearity: {error}"));
+            None
         }
     }
 }

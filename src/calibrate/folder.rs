@@ -29,13 +29,15 @@ impl CalibrationFolder {
     /// Of a sequence.
     ///
     /// # Errors
-    /// [`CalibrateError::Exists`] if it has a calibration and `overwrite` is not set.
+    /// [`CalibrateError::Exists`] if it has a calibration and `overwrite` is not set; [`CalibrateError::Io`] if nothing can be written there.
     pub fn of(sequence: &Path, overwrite: bool) -> Result<Self, CalibrateError> {
         let path = sequence.join(CALIBRATION);
-        match path.exists() && !overwrite {
-            true => Err(CalibrateError::Exists { path }),
-            false => Ok(Self { sequence: sequence.to_owned() }),
+        if path.exists() && !overwrite {
+            return Err(CalibrateError::Exists { path });
         }
+        // A folder that cannot be written is better known before the work than after it.
+        AtomicWriteFile::open(&path).and_then(AtomicWriteFile::discard).map_err(io("write", &path))?;
+        Ok(Self { sequence: sequence.to_owned() })
     }
 
     /// The folder of maps and pictures.
@@ -58,14 +60,19 @@ impl CalibrationFolder {
     /// # Errors
     /// [`CalibrateError`] naming the file that cannot be written.
     pub fn commit(self, calibration: &Calibration, maps: &Maps) -> Result<(), CalibrateError> {
+        let path = self.sequence.join(CALIBRATION);
+        // Whoever ends the program between two files is not to leave an older record with newer maps.
+        remove(&path)?;
         for (name, map) in [(DARK_MAP, &maps.dark), (FLAT_MAP, &maps.flat_field)] {
-            if let Some(map) = map {
-                let bytes = MapFormat::Tiff.encode(map);
-                let path = self.pictures().join(name);
-                self.write(name, &bytes.map_err(|source| CalibrateError::Map { path, source })?)?;
+            let place = self.pictures().join(name);
+            match map {
+                Some(map) => {
+                    let bytes = MapFormat::Tiff.encode(map);
+                    self.write(name, &bytes.map_err(|source| CalibrateError::Map { path: place, source })?)?;
+                }
+                None => remove(&place)?,
             }
         }
-        let path = self.sequence.join(CALIBRATION);
         let mut text = serde_json::to_vec_pretty(calibration)
             .map_err(|error| CalibrateError::BadRecord { path: path.clone(), reason: error.to_string() })?;
         text.push(b'\n');
@@ -86,11 +93,15 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
     let now = InputHashes::of(sequence);
     let other = calibration.sequence_uid != sequence.record().uid;
     let what = match calibration.inputs.difference(&now) {
-        _ if other => Some("it was made for another sequence, not".to_owned()),
+        _ if other => Some("it was made for another sequence".to_owned()),
         stale => stale.map(|stale| stale.to_string()),
     };
     if let Some(what) = what {
         return Err(CalibrateError::Stale { path, what });
+    }
+    let record = sequence.record();
+    if let Some(reason) = calibration.contradiction(sequence.frames().len(), record.rows, record.columns) {
+        return Err(CalibrateError::BadRecord { path, reason });
     }
     let folder = sequence.folder().join(FOLDER);
     let needs = calibration.photometry.needs_maps();
@@ -117,8 +128,20 @@ pub fn read_calibration_file(path: &Path) -> Result<Calibration, CalibrateError>
 }
 
 fn read_map(path: &Path) -> Result<Plane<f32>, CalibrateError> {
-    let bytes = fs::read(path).map_err(io("read", path))?;
+    let bytes = fs::read(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => {
+            CalibrateError::BadRecord { path: path.to_owned(), reason: "it is missing".to_owned() }
+        }
+        _ => io("read", path)(error),
+    })?;
     MapFormat::Tiff.decode(&bytes).map_err(|source| CalibrateError::Map { path: path.to_owned(), source })
+}
+
+fn remove(path: &Path) -> Result<(), CalibrateError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(io("remove", path)(error)),
+        _ => Ok(()),
+    }
 }
 
 fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> CalibrateError {

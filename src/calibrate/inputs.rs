@@ -40,9 +40,9 @@ impl std::fmt::Display for Stale {
             FrameKind::Board => "board frames",
         };
         if self.before == self.now {
-            write!(formatter, "the {kind} have changed")
+            write!(formatter, "the {kind} have changed since it was made")
         } else {
-            write!(formatter, "there were {} {kind}, now there are {}", self.before, self.now)
+            write!(formatter, "it was made of {} {kind}, now there are {}", self.before, self.now)
         }
     }
 }

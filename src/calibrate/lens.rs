@@ -3,7 +3,7 @@
 use super::find::{Remarks, read_all};
 use super::plan::{from_data_sheet, unknown};
 use super::{CalibrateError, CalibrationPlan, LensKnowledge, LensRecord, LensSource};
-use crate::lens::views::{LensCalibration, PlanarPoint, View, choose_terms};
+use crate::lens::views::{LensCalibration, LensError, PlanarPoint, View, choose_terms};
 use crate::progress::Progress;
 use crate::sequence::{FrameKind, Sequence};
 use crate::target::{ChessBoard, FoundBoard, find_boards};
@@ -14,6 +14,8 @@ pub(super) const MOST_BLUR_PX: f64 = 3.0;
 const MOST_RMS_PX: f64 = 1.0;
 /// Board frames without which no lens is searched.
 const LEAST_VIEWS: usize = 3;
+/// One view of so many may contradict the others; if more do, nobody knows which are right.
+const LEAST_AGREEING: usize = 4;
 /// Corners of a view without which it is left out: twice those of a homography.
 const LEAST_CORNERS: usize = 8;
 
@@ -25,7 +27,13 @@ pub(super) fn find_lens(
 ) -> Result<LensRecord, CalibrateError> {
     let (rows, columns) = (sequence.record().rows, sequence.record().columns);
     let boards = sequence.calibration_frames(FrameKind::Board);
-    let known = |source, estimate| LensRecord { source, file: None, estimate, board_frames: None };
+    let known = |source, estimate| LensRecord {
+        source,
+        file: None,
+        estimate,
+        board_frames: None,
+        board_files: Vec::new(),
+    };
     match (&plan.lens, boards.len()) {
         (Some(LensKnowledge::File { name, estimate }), _) => {
             if (estimate.rows, estimate.columns) != (rows, columns) {
@@ -48,9 +56,10 @@ pub(super) fn find_lens(
         (None, 0) => Ok(known(LensSource::Unknown, unknown(rows, columns))),
         (_, frames) => {
             let board = plan.board.ok_or(CalibrateError::BoardNotDescribed { frames })?;
-            let found = from_boards(sequence, &board, remarks, progress)?;
+            let (found, board_files) = from_boards(sequence, &board, remarks, progress)?;
             let estimate = found.estimate.clone();
-            Ok(LensRecord { board_frames: Some(found), ..known(LensSource::BoardFrames, estimate) })
+            let known = known(LensSource::BoardFrames, estimate);
+            Ok(LensRecord { board_frames: Some(found), board_files, ..known })
         }
     }
 }
@@ -60,7 +69,7 @@ fn from_boards(
     board: &ChessBoard,
     remarks: &mut Remarks,
     progress: &dyn Progress,
-) -> Result<LensCalibration, CalibrateError> {
+) -> Result<(LensCalibration, Vec<String>), CalibrateError> {
     let records = sequence.calibration_frames(FrameKind::Board);
     let frames = read_all(sequence, &records, "reading board frames", progress)?;
     progress.begin("looking for the board", frames.len() as u64);
@@ -77,21 +86,27 @@ fn from_boards(
     let mut views: Vec<View> = Vec::new();
     // Where each view is from: messages of the lens count views, a person counts files.
     let mut files: Vec<&str> = Vec::new();
-    let mut blurred = 0;
+    let (mut empty, mut blurred): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
     for (record, found) in records.iter().zip(&found) {
         match found {
-            None => remarks.notes.push(format!("{}: no board is found", record.file)),
-            Some(found) if found.blur_px > MOST_BLUR_PX => {
-                blurred += 1;
-                remarks
-                    .notes
-                    .push(format!("{}: blurred over {:.1} px, left out", record.file, found.blur_px));
-            }
+            None => empty.push(&record.file),
+            Some(found) if found.blur_px > MOST_BLUR_PX => blurred.push(&record.file),
             Some(found) => {
                 views.push(view(found, board));
                 files.push(&record.file);
             }
         }
+    }
+    let of = |files: &[&str]| format!("{} of {} board frames", files.len(), records.len());
+    if !empty.is_empty() {
+        remarks.notes.push(format!("no board is found in {}: {}", of(&empty), empty.join(", ")));
+    }
+    if !blurred.is_empty() {
+        remarks.notes.push(format!(
+            "{} left out, blurred over more than {MOST_BLUR_PX} px: {}",
+            of(&blurred),
+            blurred.join(", ")
+        ));
     }
     if views.len() < LEAST_VIEWS {
         return Err(CalibrateError::BoardsNotFound {
@@ -99,20 +114,50 @@ fn from_boards(
             rows: board.rows,
             found: views.len(),
             frames: records.len(),
-            blurred,
+            blurred: blurred.len(),
             needed: LEAST_VIEWS,
         });
     }
     progress.begin("calibrating the lens", 1);
     let (rows, columns) = (sequence.record().rows, sequence.record().columns);
-    let calibration = choose_terms(&views, rows, columns)?;
+    let calibration = without_wrong_views(&mut views, &mut files, (rows, columns), remarks)?;
     progress.end();
     if calibration.rms_px > MOST_RMS_PX {
         return Err(CalibrateError::LensDoesNotFit { rms_px: calibration.rms_px, limit_px: MOST_RMS_PX });
     }
-    remarks.notes.push(format!("views of the lens are, from 0: {}", files.join(", ")));
-    remarks.needs.extend(calibration.warnings.iter().map(ToString::to_string));
-    Ok(calibration)
+    let name = |view: Option<usize>| view.and_then(|view| files.get(view)).copied().unwrap_or_default();
+    let warnings = calibration.warnings.iter();
+    remarks.needs.extend(warnings.map(|warning| warning.with_view_named(name(warning.view()))));
+    Ok((calibration, files.into_iter().map(str::to_owned).collect()))
+}
+
+/// The lens that most views agree on. A view that fits to none together with the others is left out and named: one frame that shows another
+/// board, or was labelled wrongly, is not to cost all the others.
+fn without_wrong_views(
+    views: &mut Vec<View>,
+    files: &mut Vec<&str>,
+    (rows, columns): (usize, usize),
+    remarks: &mut Remarks,
+) -> Result<LensCalibration, CalibrateError> {
+    let mut may_go = views.len() / LEAST_AGREEING;
+    loop {
+        let error = match choose_terms(views, rows, columns) {
+            Ok(calibration) => return Ok(calibration),
+            Err(error) => error,
+        };
+        let file = error.view().and_then(|view| files.get(view)).map_or(String::new(), ToString::to_string);
+        match error {
+            LensError::ViewWrong { view, rejected, points } if may_go > 0 && views.len() > LEAST_VIEWS => {
+                remarks.notes.push(format!(
+                    "{file} is left out: it fits to no lens together with the others ({rejected} of its {points} corners are off); look at it"
+                ));
+                views.remove(view);
+                files.remove(view);
+                may_go -= 1;
+            }
+            source => return Err(CalibrateError::Lens { source, file }),
+        }
+    }
 }
 
 fn view(found: &FoundBoard, board: &ChessBoard) -> View {

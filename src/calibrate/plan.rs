@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::lens::{Distortion, Lens, LensEstimate};
-use crate::photometry::PhotometryOptions;
+use crate::photometry::{ExposureLevel, PhotometryOptions};
 use crate::target::{ChessBoard, Target};
 
 /// What is known of a rig before its frames are looked at.
@@ -19,6 +19,8 @@ pub struct CalibrationPlan {
     pub photometry: PhotometryOptions,
     /// Where the position of every frame comes from.
     pub positions: PositionSource,
+    /// Flat frames at several exposures, to judge the sensor's linearity by; may be empty.
+    pub exposures: Vec<ExposureLevel>,
 }
 
 /// Where the position of every frame comes from.

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::{InputHashes, PositionSource};
 use crate::lens::LensEstimate;
 use crate::lens::views::LensCalibration;
-use crate::photometry::{FrameGains, Outcome, Photometry};
+use crate::photometry::{FrameGains, Linearity, Outcome, Photometry};
 use crate::rectify::Mapping;
+use crate::tau::Tau;
 use crate::travel::{Audit, Direction, TargetScale};
 
 /// Version of `calibration.json`.
@@ -31,6 +32,9 @@ pub struct Calibration {
     pub inputs: InputHashes,
     /// Dark level, flat field, bad pixels.
     pub photometry: Photometry,
+    /// How straight the sensor's response is, if frames at several exposures were given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub linearity: Option<Linearity>,
     /// Brightness of every frame.
     pub frame_gains: Outcome<FrameGains>,
     /// The lens.
@@ -53,6 +57,41 @@ impl Calibration {
         // Numbers and text always become JSON.
         let text = serde_json::to_vec(self).unwrap_or_default();
         blake3::hash(&text).to_hex().to_string()
+    }
+
+    /// What in the record cannot be true of a sequence of `frames` frames of `rows` x `columns`; `None` if nothing contradicts.
+    pub fn contradiction(&self, frames: usize, rows: usize, columns: usize) -> Option<String> {
+        let Self { mapping, photometry, positions, .. } = self;
+        if let Err(error) = Tau::from_positions(&positions.tau) {
+            return Some(format!("its positions are wrong ({error})"));
+        }
+        let gains = self.frame_gains.applied().map_or(frames, |gains| gains.gain.len());
+        for (what, found) in [
+            ("positions", positions.tau.len()),
+            ("their sigmas", positions.tau_sigma.len()),
+            ("gains", gains),
+        ] {
+            if found != frames {
+                return Some(format!("it has {found} {what} for {frames} frames"));
+            }
+        }
+        for (what, size) in [
+            ("mapping", (mapping.raw_rows, mapping.raw_columns)),
+            ("photometry", (photometry.rows, photometry.columns)),
+        ] {
+            if size != (rows, columns) {
+                return Some(format!(
+                    "its {what} is of frames of {} x {}, these are {columns} x {rows}",
+                    size.1, size.0
+                ));
+            }
+        }
+        // Rectified frames show a part of the raw ones, in pixels about as large.
+        let camera = mapping.camera;
+        let fits = |size: usize, raw: usize| (1..=2 * raw).contains(&size);
+        let longer = rows.max(columns);
+        (!fits(camera.rows, longer) || !fits(camera.columns, longer))
+            .then(|| format!("its rectified frames are {} x {}", camera.columns, camera.rows))
     }
 }
 
@@ -82,6 +121,9 @@ pub struct LensRecord {
     pub estimate: LensEstimate,
     /// What the board frames have told.
     pub board_frames: Option<LensCalibration>,
+    /// The frame that each of its views is from.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub board_files: Vec<String>,
 }
 
 /// The direction of travel and how well the tracks fit.

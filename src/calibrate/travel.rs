@@ -42,6 +42,10 @@ pub(super) fn find_travel(
     refuse_blurred(&found)?;
     let reported_mm = sequence.positions_mm();
     let tracks = track(&found, target, reported_mm.as_deref())?;
+    let moved_px = longest_px(&tracks);
+    if moved_px < LEAST_MOTION_PX {
+        return Err(CalibrateError::StandsStill { moved_px });
+    }
     let positions = reported_mm.unwrap_or_else(|| (0..records.len()).map(|index| index as f64).collect());
     // Frames that stand at one place, or two of them in the wrong order, make no baseline.
     crate::tau::Tau::from_positions(&positions)?;
@@ -55,6 +59,26 @@ pub(super) fn find_travel(
     }
     let baseline_by_target_mm = baseline_by_target(&travel.points, &tracks, target);
     Ok(FoundTravel { travel, tracks, baseline_by_target_mm })
+}
+
+/// A target that moves by less over the whole scan tells nothing: a corner's place, good to a hundredth of a pixel, would leave a percent of the
+/// motion open in every frame.
+const LEAST_MOTION_PX: f64 = 1.0;
+
+/// Longest diagonal of the places at which a corner was seen, in px.
+fn longest_px(tracks: &Tracks) -> f64 {
+    let mut reach =
+        vec![[f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY]; tracks.corners.len()];
+    for seen in &tracks.observations {
+        let [left, right, top, bottom] = reach[seen.corner];
+        reach[seen.corner] =
+            [left.min(seen.x_px), right.max(seen.x_px), top.min(seen.y_px), bottom.max(seen.y_px)];
+    }
+    reach
+        .iter()
+        .map(|[left, right, top, bottom]| (right - left).hypot(bottom - top))
+        .filter(|px| px.is_finite())
+        .fold(0.0, f64::max)
 }
 
 fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {

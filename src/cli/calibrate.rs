@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use super::linearity::read_exposures;
 use super::rig::{RigArgument, calibration_plan, recorded_options};
 use super::{CliError, Talk};
 use crate::calibrate::{
@@ -29,6 +30,7 @@ use crate::sequence::Sequence;
   epirig calibrate seq --positions texture               no target: positions from the object itself
   epirig calibrate seq --flat-field paper                the correction of the 2001 paper
   epirig calibrate seq --export-lens camera.yml          for OpenCV (.yml); .yaml is for ROS
+  epirig calibrate seq --linearity exposures.csv         is twice the light twice the number?
 
 No frames yet? `epirig target print` makes the target; [plan] dark, flat and board of a rig's profile let `epirig capture` ask for the \
 frames; `epirig import --dark DIR --flat DIR --board DIR` takes those of other software.")]
@@ -57,6 +59,9 @@ pub(super) struct CalibrateVerb {
     /// Do not make the frames equally bright
     #[arg(long)]
     no_frame_gain: bool,
+    /// Table of flat images at several exposures, with the columns file and exposure (any unit), to judge the sensor's linearity by
+    #[arg(long, value_name = "TABLE.csv")]
+    linearity: Option<PathBuf>,
     /// Where the position of every frame is from
     #[arg(long, value_enum, default_value_t = Positions::Auto)]
     positions: Positions,
@@ -83,6 +88,13 @@ enum Positions {
 impl CalibrateVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let sequence = Sequence::open(&self.seq)?;
+        let folder = self.export_lens.as_deref().and_then(Path::parent);
+        if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            return Err(CliError::Usage(format!(
+                "{}: there is no such folder for --export-lens; make it first",
+                folder.display()
+            )));
+        }
         let plan = self.plan(&sequence)?;
         let found = calibrate_sequence(&sequence, &plan, self.overwrite, talk)?;
         let calibration = &found.calibration;
@@ -92,7 +104,7 @@ impl CalibrateVerb {
         tell(calibration, talk);
         talk.result(calibration, || {
             format!(
-                "{}wrote {}\nlook at {}\nnext: epirig match {}\n",
+                "{}wrote {}\nlook at {}\nnext: epirig match {} --reference middle\n",
                 describe(calibration),
                 self.seq.join(CALIBRATION).display(),
                 self.seq.join("calibration").display(),
@@ -113,6 +125,9 @@ impl CalibrateVerb {
         plan.photometry.hot_pixels = !self.no_hot_pixels;
         plan.photometry.frame_gain = !self.no_frame_gain;
         plan.photometry.flat_field = self.flat_field.0;
+        if let Some(path) = &self.linearity {
+            plan.exposures = read_exposures(path, record)?;
+        }
         plan.positions = match self.positions {
             Positions::Auto => PositionSource::Automatic,
             Positions::Target => PositionSource::Target,
@@ -153,11 +168,16 @@ fn parse_lens_file(text: &str) -> Result<PathBuf, String> {
 fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, CliError> {
     let name = path.display().to_string();
     if path.extension().is_some_and(|ending| ending == "json") {
+        if !path.is_file() {
+            return Err(CliError::Usage(format!(
+                "{name}: there is no such file to take the lens from; check the path"
+            )));
+        }
         let estimate = read_calibration_file(path)?.lens.estimate;
         return Ok(LensKnowledge::File { name, estimate });
     }
     let text = std::fs::read_to_string(path)
-        .map_err(|error| CliError::Usage(format!("{name}: cannot be read as a lens: {error}")))?;
+        .map_err(|error| CliError::Usage(format!("{name}: cannot be read as a lens: {error}; give a YAML file of OpenCV or ROS, or a calibration.json")))?;
     let file =
         opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
     let (rows, columns) = (file.rows.unwrap_or(rows), file.columns.unwrap_or(columns));
@@ -200,12 +220,30 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         "flat field",
         outcome(&calibration.photometry.flat_field, |field| {
             format!(
-                "corners {:.1} % darker, {:.3} % of the cells' means unexplained, {} frames",
-                field.corner_darkening_percent, field.residual_rms_percent, field.frames
+                "corners {:.1} % darker{}, {} frames",
+                field.corner_darkening_percent,
+                unexplained(field.residual_rms_percent),
+                field.frames
             )
         }),
     );
-    line("unusable pixels", outcome(&calibration.photometry.hot_pixels, |pixels| pixels.len().to_string()));
+    line(
+        "unusable pixels",
+        outcome(&calibration.photometry.hot_pixels, |pixels| {
+            format!("{}, replaced by their neighbours", pixels.len())
+        }),
+    );
+    if let Some(linearity) = &calibration.linearity {
+        line(
+            "linearity",
+            format!(
+                "{}: departs by {:.2} % of full scale at most ({:.2} % are allowed)",
+                if linearity.is_linear() { "good" } else { "NOT LINEAR" },
+                linearity.largest_departure_percent,
+                linearity.limit_percent
+            ),
+        );
+    }
     line(
         "frames' brightness",
         outcome(&calibration.frame_gains, |gains| {
@@ -214,8 +252,8 @@ pub(super) fn describe(calibration: &Calibration) -> String {
     );
     line("lens", lens(calibration));
     if let Some(travel) = &calibration.travel {
-        line("roll", format!("{:.4} deg, sigma {:.4}", travel.roll_deg, travel.roll_sigma_deg));
-        line("pan", format!("{:.4} deg, sigma {:.4}", travel.pan_deg, travel.pan_sigma_deg));
+        line("roll", with_sigma(travel.roll_deg, travel.roll_sigma_deg, "deg"));
+        line("pan", with_sigma(travel.pan_deg, travel.pan_sigma_deg, "deg"));
         line(
             "rows",
             format!(
@@ -242,8 +280,11 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         line(
             "scale",
             format!(
-                "the target's squares make the travel {:+.2} % longer than the stage does",
-                100.0 * scale.contradiction()
+                "by the target's squares the travel is {:.2} mm, by the stage {:.2} mm ({:.2} % {})",
+                scale.baseline_mm,
+                scale.reported_mm,
+                100.0 * scale.contradiction().abs(),
+                if scale.contradiction() < 0.0 { "less" } else { "more" }
             ),
         );
     }
@@ -256,9 +297,8 @@ fn lens(calibration: &Calibration) -> String {
     let record = &calibration.lens;
     let lens = record.estimate.lens;
     let focal_length = format!(
-        "{:.1} px, sigma {:.1}; k1 {:+.4}",
-        lens.focal_length_x_px,
-        record.estimate.sigma()[0],
+        "{}; k1 {:+.4}",
+        with_sigma(lens.focal_length_x_px, record.estimate.sigma()[0], "px"),
         lens.distortion.k1
     );
     let source = match (record.source, &record.board_frames) {
@@ -267,9 +307,28 @@ fn lens(calibration: &Calibration) -> String {
         }
         (LensSource::File, _) => format!("from {}", record.file.as_deref().unwrap_or("a file")),
         (LensSource::DataSheet, _) => "from its data sheet".to_owned(),
-        (LensSource::BoardFrames, None) | (LensSource::Unknown, _) => "unknown; assumed".to_owned(),
+        (LensSource::BoardFrames, None) | (LensSource::Unknown, _) => {
+            return "unknown; rows need none, heights in mm do".to_owned();
+        }
     };
     format!("{focal_length} ({source})")
+}
+
+/// A value with as many digits as its standard deviation is worth: two of the latter.
+fn with_sigma(value: f64, sigma: f64, unit: &str) -> String {
+    let digits = if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(0.0, 7.0) as usize } else { 4 };
+    if sigma >= 10.0 {
+        return format!("{value:.0} {unit}, sigma {sigma:.0} {unit}");
+    }
+    format!("{value:.digits$} {unit}, sigma {sigma:.digits$} {unit}")
+}
+
+/// What a model leaves, if a person would call it anything: a per-pixel map leaves nothing.
+fn unexplained(rms_percent: f64) -> String {
+    match rms_percent < 5e-4 {
+        true => String::new(),
+        false => format!(", {rms_percent:.3} % of the cells' means unexplained"),
+    }
 }
 
 fn outcome<T>(outcome: &Outcome<T>, describe: impl FnOnce(&T) -> String) -> String {

@@ -174,7 +174,11 @@ fn capture_code(error: &CaptureError) -> u8 {
 fn calibrate_code(error: &CalibrateError) -> u8 {
     match error {
         CalibrateError::Sequence(error) => sequence_code(error),
-        CalibrateError::Exists { .. } | CalibrateError::NoTarget | CalibrateError::LensSize { .. } => USAGE,
+        CalibrateError::Exists { .. }
+        | CalibrateError::NoTarget
+        | CalibrateError::NoBaseline
+        | CalibrateError::BoardNotDescribed { .. }
+        | CalibrateError::LensSize { .. } => USAGE,
         CalibrateError::Io { .. } => TROUBLE,
         error if error.is_rejection() => REJECTED,
         _ => INTEGRITY,

@@ -1,6 +1,6 @@
 //! `epirig import`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -106,7 +106,7 @@ impl Import {
                 "note: plan.step of the profile is not taken to be the images'; if it was, give --step-mm {step_mm}"
             ));
         }
-        if self.board.is_some() && profile.is_none_or(|profile| profile.board.is_none()) {
+        if self.board.is_some() && profile.as_ref().is_none_or(|profile| profile.board.is_none()) {
             talk.say(
                 "note: which chess-board --board shows is not known; say it in [board] of a profile (--rig), or import again with --set \
                  board.square=..., board.columns and board.rows",
@@ -117,14 +117,14 @@ impl Import {
         }
         talk.result(&imported, || {
             format!(
-                "{}: {} frames of {} x {}, {} bit{}\nnext: epirig match {} --reference middle\n",
+                "{}: {} frames of {} x {}, {} bit{}\nnext: epirig {}\n",
                 self.out.display(),
                 imported.frames,
                 imported.columns,
                 imported.rows,
                 imported.bit_depth,
                 calibration_frames(&imported),
-                self.out.display()
+                next(&self.out, profile.as_ref(), &imported)
             )
         })
     }
@@ -145,6 +145,15 @@ impl Import {
             None => (String::new(), String::new()),
         };
         Ok(Some(options.profile(&text, &source)?))
+    }
+}
+
+/// What comes next: calibration, if there is anything to calibrate with.
+fn next(out: &Path, profile: Option<&Profile>, imported: &Imported) -> String {
+    let has_target = profile.is_some_and(|profile| profile.target.print.is_some());
+    match has_target || !imported.calibration_frames.is_empty() {
+        true => format!("calibrate {}", out.display()),
+        false => format!("match {} --reference middle", out.display()),
     }
 }
 

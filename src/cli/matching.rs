@@ -6,10 +6,10 @@ use clap::Args;
 
 use super::match_arguments::MatchArguments;
 use super::{CliError, Talk};
-use crate::calibrate::read_calibration;
+use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::measure::{Measurement, View, measure};
 use crate::results::ResultsFolder;
-use crate::sequence::{ExitStatus, Sequence};
+use crate::sequence::{ExitStatus, FrameKind, Sequence};
 
 /// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
 #[derive(Debug, Args)]
@@ -48,6 +48,7 @@ impl Match {
         let options = self.matching.options();
         let sequence = Sequence::open(&self.seq)?;
         let calibration = if self.as_captured { None } else { read_calibration(&sequence)? };
+        self.tell_calibration(&sequence, calibration.is_some(), talk);
         let record = sequence.record();
         let (rows, columns) =
             calibration.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
@@ -80,6 +81,29 @@ impl Match {
                 None => format!("{}no pixel has an answer\n", describe(&measurement)),
             }
         })
+    }
+}
+
+impl Match {
+    /// Whether the frames are matched as they were captured, where there was a choice.
+    fn tell_calibration(&self, sequence: &Sequence, calibrated: bool, talk: &Talk) {
+        let path = self.seq.join(CALIBRATION);
+        let has_frames =
+            FrameKind::CALIBRATION.iter().any(|&kind| !sequence.calibration_frames(kind).is_empty());
+        if calibrated {
+            talk.say(&format!(
+                "note: corrected and rectified by {}; --as-captured does without",
+                path.display()
+            ));
+        } else if self.as_captured && path.exists() {
+            talk.say(&format!("note: {} is not used, because of --as-captured", path.display()));
+        } else if !self.as_captured && has_frames {
+            talk.say(&format!(
+                "note: the sequence has calibration frames and no {CALIBRATION}; run `epirig calibrate {}` first, or the frames are matched as \
+                 they were captured",
+                self.seq.display()
+            ));
+        }
     }
 }
 

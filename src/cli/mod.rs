@@ -14,11 +14,13 @@ mod grab;
 mod import;
 mod init;
 mod interrupt;
+mod linearity;
 mod match_arguments;
 mod matching;
 mod motion;
 mod plan;
 mod progress;
+mod rectify;
 mod resume;
 mod rig;
 mod run;
@@ -81,6 +83,7 @@ enum Verb {
     Where(motion::Where),
     Import(import::Import),
     Calibrate(calibrate::CalibrateVerb),
+    Rectify(rectify::Rectify),
     Verify(verify::Verify),
     Match(matching::Match),
     Surface(surface::Surface),
@@ -123,6 +126,7 @@ pub fn main() -> ExitCode {
         Verb::Where(verb) => verb.run(&talk),
         Verb::Import(verb) => verb.run(&talk),
         Verb::Calibrate(verb) => verb.run(&talk),
+        Verb::Rectify(verb) => verb.run(&talk),
         Verb::Verify(verb) => verb.run(&talk),
         Verb::Match(verb) => verb.run(&talk),
         Verb::Surface(verb) => verb.run(&talk),

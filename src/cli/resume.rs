@@ -54,7 +54,7 @@ impl Resume {
         let folder = self.sequence.display();
         let profile = match sequence.record().origin {
             Origin::Captured { .. } => Profile::of_sequence(&sequence)?,
-            Origin::Imported { .. } => None,
+            Origin::Imported { .. } | Origin::Rectified { .. } => None,
         };
         profile.ok_or_else(|| {
             CliError::Usage(format!("{folder} was not made by `epirig capture`; it cannot be resumed"))

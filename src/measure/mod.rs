@@ -3,6 +3,7 @@
 mod calibration;
 
 mod inspect;
+mod rectified;
 
 use std::time::Instant;
 
@@ -27,6 +28,7 @@ use crate::surface::{Geometry, Heights, SurfaceError, heights};
 use crate::volume::Volume;
 
 pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
+pub use rectified::rectify_sequence;
 
 /// Why a sequence has no results.
 #[derive(Debug, Error)]

@@ -3,6 +3,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::CellGrid;
+use super::average::as_plane;
+use crate::frame::Frame;
+
 /// Cells from this share of full scale on do not count: noise begins to be cut off there. Standard EMVA 1288 judges linearity up to
 /// the same share.
 const MOST_LEVEL: f64 = 0.95;
@@ -16,6 +20,14 @@ pub struct ExposureLevel {
     pub relative_exposure: f64,
     /// Means of the cells, in DN, in the same order for all exposures; see [`CellGrid`](super::CellGrid).
     pub cells_dn: Vec<f64>,
+}
+
+impl ExposureLevel {
+    /// Of a flat frame.
+    pub fn of(relative_exposure: f64, frame: &Frame) -> Self {
+        let grid = CellGrid::of(&as_plane(frame));
+        Self { relative_exposure, cells_dn: grid.cells().iter().map(|cell| cell.mean).collect() }
+    }
 }
 
 /// How straight the sensor's response is.

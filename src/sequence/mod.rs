@@ -4,6 +4,7 @@
 //! event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes one frame by frame,
 //! [`import`] makes one of images that other software took, [`Sequence`] reads it and [`verify`] checks every byte.
 
+mod derived;
 mod disk;
 mod error;
 pub mod import;
@@ -17,6 +18,7 @@ mod resume;
 mod verify;
 mod writer;
 
+pub use derived::{Derived, write_derived};
 pub use disk::{Disk, DiskFault, FaultyDisk, RealDisk};
 pub use error::SequenceError;
 pub use load::load_volume;

@@ -40,6 +40,17 @@ pub enum Origin {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         rig: Option<serde_json::Value>,
     },
+    /// Corrected and rectified frames of another sequence. A sample of 32768 is what one step above full scale was there.
+    Rectified {
+        /// The folder of that sequence.
+        folder: String,
+        /// Its uid.
+        sequence_uid: String,
+        /// BLAKE3 of the calibration that was applied.
+        calibration: String,
+        /// What a sample of 1 is worth in the original frames, in DN.
+        dn_per_sample: f64,
+    },
 }
 
 impl Origin {
@@ -47,6 +58,8 @@ impl Origin {
     pub fn rig(&self) -> Option<&serde_json::Value> {
         match self {
             Self::Captured { rig, .. } | Self::Imported { rig, .. } => rig.as_ref(),
+            // The rig's lens is not that of rectified frames.
+            Self::Rectified { .. } => None,
         }
     }
 }

@@ -18,6 +18,7 @@ pub(in crate::cli) fn calibration_plan(profile: &Profile, columns: usize, rows: 
             .map(|lens| LensKnowledge::DataSheet { lens, focal_length_sigma: optics.focal_length_sigma }),
         photometry: PhotometryOptions::default(),
         positions: PositionSource::Automatic,
+        exposures: Vec::new(),
     }
 }
 
@@ -38,8 +39,9 @@ pub(in crate::cli) fn recorded_options(profile: &Profile) -> Options {
     for (name, value) in [("k1", k1), ("k2", k2), ("p1", p1), ("p2", p2), ("k3", k3)] {
         add(&format!("optics.{name}"), (value != 0.0).then_some(value));
     }
-    let sigma_percent = format!("{} %", 100.0 * optics.focal_length_sigma);
-    options.add("optics.focal_length_sigma", "sequence.json", Some(sigma_percent));
+    // It means nothing without a focal length, and a profile that says it alone is refused.
+    let sigma_percent = optics.focal_length.map(|_| format!("{} %", 100.0 * optics.focal_length_sigma));
+    options.add("optics.focal_length_sigma", "sequence.json", sigma_percent);
     let mut add_board = |section: &str, board: BoardProfile| {
         options.add(&format!("{section}.square_mm"), "sequence.json", Some(board.square_mm));
         options.add(&format!("{section}.columns"), "sequence.json", Some(board.columns));

@@ -79,7 +79,12 @@ impl RigArgument {
             self.rig.as_deref().map_or_else(|| Ok((String::new(), String::new())), named_profile)?;
         let mut overrides = if self.rig.is_some() { Vec::new() } else { recorded.0 };
         for text in &self.set {
-            overrides.push(Override::parse(text, "--set")?);
+            let given = Override::parse(text, "--set")?;
+            if given.key == "target.bands" && given.value == "1" {
+                // Nobody can leave out what was recorded, and one band has no distance.
+                overrides.retain(|recorded| !recorded.key.starts_with("target.band_distance"));
+            }
+            overrides.push(given);
         }
         Ok(Profile::read(&text, &source, &overrides)?)
     }

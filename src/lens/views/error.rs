@@ -80,6 +80,43 @@ pub enum LensError {
     Search(#[source] AdjustError),
 }
 
+impl LensError {
+    /// The view that it is about, if it is about one.
+    pub fn view(&self) -> Option<usize> {
+        match *self {
+            Self::TooFewPoints { view, .. }
+            | Self::OnALine { view }
+            | Self::NotAPoint { view, .. }
+            | Self::ViewWrong { view, .. } => Some(view),
+            Self::TooFewViews { .. } | Self::PosesAlike { .. } | Self::Search(_) => None,
+        }
+    }
+
+    /// The message with `name` instead of the number of its view.
+    pub fn with_view_named(&self, name: &str) -> String {
+        named(self.to_string(), self.view(), name)
+    }
+}
+
+impl LensWarning {
+    /// The view that it is about, if it is about one.
+    pub fn view(&self) -> Option<usize> {
+        match *self {
+            Self::ViewStandsOut { view, .. } => Some(view),
+            Self::FocalLengthOpen { .. } | Self::CornersNotReached { .. } => None,
+        }
+    }
+
+    /// The message with `name` instead of the number of its view.
+    pub fn with_view_named(&self, name: &str) -> String {
+        named(self.to_string(), self.view(), name)
+    }
+}
+
+fn named(message: String, view: Option<usize>, name: &str) -> String {
+    view.map_or(message.clone(), |view| message.replacen(&format!("view {view}"), name, 1))
+}
+
 impl From<AdjustError> for LensError {
     fn from(error: AdjustError) -> Self {
         match error {

@@ -1,0 +1,67 @@
+//! Flat images at several exposures, by a table.
+
+use std::path::Path;
+
+use super::CliError;
+use crate::photometry::ExposureLevel;
+use crate::sequence::{SequenceRecord, decode_grey};
+
+/// Reads a CSV with the columns file and exposure, in any order, and the images that it names, from its own folder. They must be like the frames of
+/// `record`.
+pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec<ExposureLevel>, CliError> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        CliError::Usage(format!("{name}: cannot be read as a table of exposures: {error}; check the path"))
+    })?;
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let bad = |line: u64, reason: String| {
+        CliError::Integrity(format!(
+            "{name}, line {line}: {reason}; write a line \"file,exposure\" and below it a line for each flat image, such as \"flat-1.png,2000\""
+        ))
+    };
+    let headers = reader.headers().map_err(|error| bad(1, error.to_string()))?.clone();
+    let column = |wanted: &str| {
+        let found = headers.iter().position(|header| header == wanted);
+        found.ok_or_else(|| bad(1, format!("there is no column {wanted}")))
+    };
+    let (file, exposure) = (column("file")?, column("exposure")?);
+    let mut levels = Vec::new();
+    for row in reader.records() {
+        let row =
+            row.map_err(|error| bad(error.position().map_or(1, csv::Position::line), error.to_string()))?;
+        let line = row.position().map_or(1, csv::Position::line);
+        let exposure: f64 = row[exposure]
+            .parse()
+            .ok()
+            .filter(|value: &f64| value.is_finite() && *value >= 0.0)
+            .ok_or_else(|| bad(line, format!("\"{}\" is no exposure", &row[exposure])))?;
+        let image = path.parent().unwrap_or(Path::new("")).join(&row[file]);
+        let bytes = std::fs::read(&image)
+            .map_err(|error| bad(line, format!("cannot read {}: {error}", image.display())))?;
+        let frame = decode_grey(&bytes)
+            .map_err(|reason| bad(line, format!("{} is damaged or no image: {reason}", image.display())))?
+            .frame;
+        let found = (frame.columns(), frame.rows());
+        if found != (record.columns, record.rows) || (frame.bit_depth() <= 8) != (record.bit_depth <= 8) {
+            return Err(bad(
+                line,
+                format!(
+                    "{} is {} x {} of {} bit, the frames are {} x {} of {} bit: take it with the same setting of the camera",
+                    image.display(),
+                    found.0,
+                    found.1,
+                    frame.bit_depth(),
+                    record.columns,
+                    record.rows,
+                    record.bit_depth
+                ),
+            ));
+        }
+        levels.push(ExposureLevel::of(exposure, &frame));
+    }
+    if levels.is_empty() {
+        return Err(bad(1, "it names no image".to_owned()));
+    }
+    Ok(levels)
+}

@@ -1,0 +1,63 @@
+//! `epirig rectify`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{CliError, Talk};
+use crate::calibrate::{CALIBRATION, read_calibration};
+use crate::measure::rectify_sequence;
+use crate::sequence::Sequence;
+
+/// Write the frames of a calibrated sequence, corrected and rectified, as a sequence of their own
+///
+/// `epirig match` does this by itself, in memory. Here the frames become 16 bit PNG files, in which the object moves exactly along the rows: for other
+/// software, or to look at. Dark level, flat field and lamp are corrected, the lens's distortion is undone; 32768 is what full scale was before. The
+/// positions are the measured ones, the lens is that of the rectified frames.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig rectify tile --out tile-rectified
+  epirig match tile-rectified --reference middle         finds what `epirig match tile --reference middle` finds")]
+pub(super) struct Rectify {
+    /// Folder of the sequence, which `epirig calibrate` has calibrated
+    seq: PathBuf,
+    /// Folder of the new sequence
+    #[arg(long, value_name = "SEQ")]
+    out: PathBuf,
+}
+
+impl Rectify {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let sequence = Sequence::open(&self.seq)?;
+        let calibration = read_calibration(&sequence)?.ok_or_else(|| {
+            CliError::Usage(format!(
+                "{0} has no {CALIBRATION}, so nobody knows how to rectify it; run `epirig calibrate {0}` first",
+                self.seq.display()
+            ))
+        })?;
+        let derived = rectify_sequence(&sequence, &calibration, &self.out, talk)?;
+        if derived.intrinsics.is_none() {
+            talk.say("note: the lens is not known, so heights in mm cannot be told of these frames either");
+        }
+        let summary = serde_json::json!({
+            "out": self.out.display().to_string(),
+            "frames": derived.sources.len(),
+            "rows": derived.rows,
+            "columns": derived.columns,
+            "bit_depth": derived.bit_depth,
+            "positions_mm": derived.positions_mm,
+            "intrinsics": derived.intrinsics,
+            "origin": derived.origin,
+        });
+        talk.result(&summary, || {
+            format!(
+                "{0}: {1} frames of {2} x {3}, {4} bit\nnext: epirig match {0} --reference middle\n",
+                self.out.display(),
+                derived.sources.len(),
+                derived.columns,
+                derived.rows,
+                derived.bit_depth
+            )
+        })
+    }
+}
