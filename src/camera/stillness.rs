@@ -4,7 +4,7 @@
 //! block by block: nine blocks in ten tell the noise, and no block may differ by much more than that. (Nine, not five: of a small bright
 //! object before a black ground most blocks have no noise at all.)
 
-use crate::frame::{Frame, Samples};
+use crate::frame::{Frame, Samples, full_scale};
 
 /// Rows of a block: few, because a torn frame may differ in few rows.
 const BLOCK_ROWS: usize = 4;
@@ -16,6 +16,9 @@ const EVERY: usize = 2;
 
 /// No camera that can be used has noise of this share of the brightest sample; a picture that changes all over has.
 const MOST_NOISE: f64 = 0.1;
+/// Without light, which a cap on the lens takes away, the noise of the electronics is left: two frames of the worst differ by this share of full scale
+/// (37 dB; cameras for machines have 45 dB and better).
+const MOST_DARK_NOISE: f64 = 0.02;
 /// Any block may differ by so many times what nine in ten do: shot noise grows with the root of the intensity, so between blocks
 /// of 1/9 of the brightest's light and it by 3, and a block's own value scatters by 13 % (32 samples).
 const BLOCK_OVER_TYPICAL: f64 = 4.0;
@@ -42,6 +45,10 @@ pub struct Difference {
     pub column: usize,
     /// The brightest sample of the second frame, as far as one row in four tells.
     pub brightest_dn: u16,
+    /// The brightest that a sample can be.
+    pub full_scale_dn: u16,
+    /// By what share the second frame is lighter than the first, as far as one row in four tells.
+    pub lighter: f64,
 }
 
 impl Difference {
@@ -62,9 +69,13 @@ impl Difference {
             return None;
         }
         let columns = one.columns();
-        let (squares, brightest_dn) = match (one.samples(), other.samples()) {
-            (Samples::U8(a), Samples::U8(b)) => (block_squares(a, b, columns), brightest(b, columns)),
-            (Samples::U16(a), Samples::U16(b)) => (block_squares(a, b, columns), brightest(b, columns)),
+        let (squares, brightest_dn, lighter) = match (one.samples(), other.samples()) {
+            (Samples::U8(a), Samples::U8(b)) => {
+                (block_squares(a, b, columns), brightest(b, columns), lighter(a, b, columns))
+            }
+            (Samples::U16(a), Samples::U16(b)) => {
+                (block_squares(a, b, columns), brightest(b, columns), lighter(a, b, columns))
+            }
             _ => return None,
         };
         let across = one.columns().div_ceil(BLOCK_COLUMNS);
@@ -78,6 +89,8 @@ impl Difference {
             row: largest / across * BLOCK_ROWS,
             column: largest % across * BLOCK_COLUMNS,
             brightest_dn,
+            full_scale_dn: full_scale(one.bit_depth()),
+            lighter,
         })
     }
 
@@ -85,8 +98,10 @@ impl Difference {
     /// known.
     pub fn objection(&self, steady_dn: Option<f64>) -> Option<String> {
         let brightest = f64::from(self.brightest_dn);
+        let dark_limit = (MOST_DARK_NOISE * f64::from(self.full_scale_dn)).max(LEVEL_DN);
         let typical_limit = steady_dn
-            .map_or((MOST_NOISE * brightest).max(LEVEL_DN), |steady| OVER_STEADY * steady + HALF_LEVEL_DN);
+            .map_or((MOST_NOISE * brightest).max(dark_limit), |steady| OVER_STEADY * steady + HALF_LEVEL_DN)
+            + self.lighter.abs().min(FLICKER) * brightest;
         if self.typical_dn > typical_limit {
             return Some(format!(
                 "two frames in a row differ by {:.1} DN all over the image, {typical_limit:.1} DN are allowed",
@@ -101,6 +116,15 @@ impl Difference {
             )
         })
     }
+}
+
+/// A lamp that flickers makes all of a frame lighter; what moves makes parts of it lighter and others darker.
+fn lighter<T: Copy + Into<u16>>(one: &[T], other: &[T], columns: usize) -> f64 {
+    let light = |samples: &[T]| -> u64 {
+        let rows = samples.chunks(columns).step_by(BLOCK_ROWS);
+        rows.flatten().map(|&sample| u64::from(sample.into())).sum()
+    };
+    light(other) as f64 / light(one).max(1) as f64 - 1.0
 }
 
 fn brightest<T: Copy + Into<u16> + Ord>(samples: &[T], columns: usize) -> u16 {
@@ -182,6 +206,27 @@ mod tests {
                 let pair = (frame(0.0, noise, seed), frame(0.0, noise, seed + 100));
                 assert_eq!(objection(&pair.0, &pair.1, Some(steady)), None, "noise {noise}, seed {seed}");
             }
+        }
+    }
+
+    #[test]
+    fn a_lamp_that_flickers_by_a_hundredth_is_no_movement() {
+        let lit = |level: u8| Frame::new(ROWS, COLUMNS, 8, Samples::U8(vec![level; ROWS * COLUMNS])).unwrap();
+        // Without noise; 2 of 220 DN are 0.9 %, 6 are 2.7 %.
+        assert_eq!(objection(&lit(220), &lit(222), Some(0.0)), None);
+        assert!(objection(&lit(220), &lit(226), Some(0.0)).is_some());
+    }
+
+    #[test]
+    fn a_dark_frame_may_have_the_noise_of_its_electronics() {
+        let normal = Normal::new(3.0_f64, 1.43).unwrap();
+        let dark = |seed| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let noise = |_| normal.sample(&mut random).round().clamp(0.0, 255.0) as u8;
+            Frame::new(ROWS, COLUMNS, 8, Samples::U8((0..ROWS * COLUMNS).map(noise).collect())).unwrap()
+        };
+        for seed in 0..20 {
+            assert_eq!(objection(&dark(seed), &dark(seed + 100), None), None, "seed {seed}");
         }
     }
 

@@ -142,8 +142,15 @@ fn bare() -> Calibrated {
             flat_field: Outcome::NotApplied(nothing()),
             hot_pixels: Outcome::SwitchedOff,
         },
+        linearity: None,
         frame_gains: Outcome::SwitchedOff,
-        lens: LensRecord { source: LensSource::Unknown, file: None, estimate, board_frames: None },
+        lens: LensRecord {
+            source: LensSource::Unknown,
+            file: None,
+            estimate,
+            board_frames: None,
+            board_files: Vec::new(),
+        },
         travel: None,
         positions: PositionsRecord {
             source: PositionSource::Stage,
