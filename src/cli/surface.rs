@@ -188,9 +188,10 @@ fn describe(summary: &SurfaceSummary) -> String {
                 depth.scale_sigma_mm
             ));
         }
-        if let Some(wider) = levels.by_margin.last().filter(|wider| wider.margin_px > levels.margin_px) {
+        for wider in levels.by_margin.iter().filter(|wider| wider.margin_px > levels.margin_px) {
+            let interval = wider.half_width_95_mm.map_or(String::new(), |half| format!(" +- {half:.4} mm"));
             text.push_str(&format!(
-                "                   {:.4} mm from {} px on beside the walls instead of {} px\n",
+                "                   {:.4} mm{interval} from {} px on beside the walls instead of {}\n",
                 wider.depth_mm, wider.margin_px, levels.margin_px
             ));
         }

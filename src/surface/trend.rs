@@ -9,9 +9,9 @@ use super::normal::{Normal, Solution};
 use super::smooth::{SIGMA_OF_MEDIAN, quantile};
 use crate::plane::Plane;
 
-/// Residuals beyond so many standard deviations count by their size, no longer by their square: Huber's choice, which loses 5 % with Gaussian
-/// errors.
-const HUBER: f64 = 1.345;
+/// Residuals beyond so many standard deviations do not count, and nearer ones the less the larger they are: Tukey's biweight, which loses 5 %
+/// with Gaussian errors. Weights that only fall, as Huber's, let a rim of wrong answers pull a quadric after it, since nothing holds it there.
+const BIWEIGHT: f64 = 4.685;
 /// Pixels beyond so many standard deviations are outliers; of a million Gaussian ones 63 are.
 const OUTLIER: f64 = 4.0;
 /// Rounds after which weights have settled: each takes the effect of outliers down by half at least.
@@ -177,6 +177,16 @@ impl<'a> Field<'a> {
         }
         let median = quantile(&mut sigmas, 0.5).ok_or(too_few)?;
         let half_extent = (0.5 * (high.0 - low.0), 0.5 * (high.1 - low.1));
+        // A plane needs two columns and rows, a quadric three: less are only told apart by how their heights shift them. Half a pixel is left
+        // for that shift.
+        let least_px = match kind {
+            TrendKind::Constant => 0.0,
+            TrendKind::Plane => 0.5,
+            TrendKind::Quadric => 1.5,
+        };
+        if 2.0 * half_extent.0.min(half_extent.1) < least_px * heights.pixel_mm() {
+            return Err(SurfaceError::Undetermined { what: kind.name() });
+        }
         let basis = Basis {
             kind,
             centre: (0.5 * (low.0 + high.0), 0.5 * (low.1 + high.1)),
@@ -214,19 +224,23 @@ impl<'a> Field<'a> {
         SurfaceError::Undetermined { what: self.basis.kind.name() }
     }
 
-    /// Coefficients (in the units of the terms) that few pixels far off hardly change.
+    /// Coefficients (in the units of the terms) that few pixels far off hardly change: from a start that bears them, with the scatter about
+    /// that (an MM-estimate, Yohai 1987).
     pub(super) fn robust(&self) -> Result<Vec<f64>, SurfaceError> {
-        let terms = self.basis.terms();
         let mut coefficients = self.start()?;
+        let scatter = self.scatter(&coefficients);
         for _ in 0..ROUNDS {
-            let scatter = self.scatter(&coefficients);
             let weight = |sample: &Sample| {
-                let off = self.off(&coefficients, sample);
-                if off > HUBER * scatter { HUBER * scatter / off } else { 1.0 }
+                // Of a field without any scatter all pixels count that lie on the trend.
+                let off = self.off(&coefficients, sample) / (BIWEIGHT * scatter).max(f64::MIN_POSITIVE);
+                if off < 1.0 { (1.0 - off * off).powi(2) } else { 0.0 }
             };
             let next = self.solve(weight)?;
-            let change =
-                (0..terms).map(|index| (next[index] - coefficients[index]).abs()).fold(0.0, f64::max);
+            let change = next
+                .iter()
+                .zip(&coefficients)
+                .map(|(next, before)| (next - before).abs())
+                .fold(0.0, f64::max);
             coefficients = next;
             if change < 1e-3 * scatter * self.least_sigma {
                 break;

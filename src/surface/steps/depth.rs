@@ -13,6 +13,10 @@ use crate::plane::Plane;
 /// Pixels beyond so many standard deviations from their level are outliers; of a million Gaussian ones 63 are.
 const OUTLIER: f64 = 4.0;
 
+/// A plane of its own makes the variance of a part's depth little larger if there is ground on all sides. Where it makes it this many times
+/// larger, as at the border of a field, its tilt could stand in for the depth, and turns what is wrong at the border into depth.
+const STANDS_IN: f64 = 4.0;
+
 /// Depth and trend of a divided field.
 pub(super) struct Fit {
     pub(super) levels: Levels,
@@ -166,7 +170,8 @@ pub(super) fn parts(
     found.filter_map(|region| part(field, &region, fit, raised_by, options)).collect()
 }
 
-/// A part and a plane of its own under it and the ground around it, so that what the trend leaves tilts nothing; `None` if nothing of it or
+/// A part and a plane of its own under it and the ground around it, so that what the trend leaves tilts nothing (a level, where
+/// ground lies on one side only); `None` if nothing of it or
 /// of its surroundings is clear of the walls.
 fn part(
     field: &Field<'_>,
@@ -189,14 +194,16 @@ fn part(
             let rest = sample.height_mm - fit.levels.upper_mm(&sample.row);
             let (u, v) = ((x as f64 - centre_x_px) / scale, (y as f64 - centre_y_px) / scale);
             let lowered = if level == Level::Lower { -1.0 } else { 0.0 };
-            sums.add(&[1.0, u, v, lowered], rest, sample.sigma_mm.powi(-2));
+            sums.add(&[1.0, lowered, u, v], rest, sample.sigma_mm.powi(-2));
             used_px += usize::from(inside);
         }
     };
     region.pixels.iter().for_each(|&(x, y)| add(x, y, true));
     around(region, fit, options).into_iter().for_each(|(x, y)| add(x, y, false));
-    let solution = sums.solve(4)?;
-    let alone = solution.inverse[(3, 3)];
+    let level = sums.solve(2)?;
+    let tilted = sums.solve(4).filter(|tilted| tilted.inverse[(1, 1)] < STANDS_IN * level.inverse[(1, 1)]);
+    let solution = tilted.unwrap_or(level);
+    let alone = solution.inverse[(1, 1)];
     let scatter = raised_by.map(|factor| Scatter { variance: factor.variance * alone, ..factor });
     Some(Part {
         centre_x_px,
@@ -204,7 +211,7 @@ fn part(
         area_px,
         area_mm2: area_px as f64 * field.heights.pixel_mm().powi(2),
         used_px,
-        depth: depth(solution.values[3], scatter, field.heights.geometry.scale_sigma),
+        depth: depth(solution.values[1], scatter, field.heights.geometry.scale_sigma),
     })
 }
 

@@ -98,6 +98,8 @@ pub struct DepthAtMargin {
     pub margin_px: usize,
     /// How far the lower level lies below the upper one, in mm.
     pub depth_mm: f64,
+    /// Half the width of the interval that holds it with 95 % confidence, in mm; `None` if too few independent parts are left.
+    pub half_width_95_mm: Option<f64>,
     /// Pixels that are left.
     pub used_px: usize,
 }
@@ -180,7 +182,13 @@ fn by_margin(field: &Field<'_>, levels: &Plane<Level>, options: &StepsOptions) -
     (0..=options.margin_px + MORE_MARGIN)
         .map_while(|margin_px| {
             let fit = fit(field, &clear_of_walls(levels, margin_px), options).ok()?;
-            Some(DepthAtMargin { margin_px, depth_mm: fit.levels.depth_mm, used_px: fit.pixels })
+            let depth = fit.depth(&fit.certainty(field), field.heights.geometry.scale_sigma);
+            Some(DepthAtMargin {
+                margin_px,
+                depth_mm: depth.depth_mm,
+                half_width_95_mm: depth.half_width_95_mm,
+                used_px: fit.pixels,
+            })
         })
         .collect()
 }
