@@ -7,8 +7,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use epirig::frame::{Frame, Samples};
 use epirig::lens::views::{LensCalibration, PlanarPoint, Terms, View, calibrate, choose_terms};
 use epirig::lens::{Lens, opencv_yaml};
+use epirig::target::{ChessBoard, find_boards};
 
 const ROWS: usize = 480;
 const COLUMNS: usize = 640;
@@ -92,6 +94,17 @@ fn view(corners: &[f64]) -> View {
     corners.chunks_exact(2).enumerate().map(point).collect()
 }
 
+/// Our own corners of a photograph.
+fn our_view(path: &Path) -> View {
+    let grey = image::open(path).unwrap().into_luma8();
+    let frame = Frame::new(ROWS, COLUMNS, 8, Samples::U8(grey.into_raw())).unwrap();
+    let found = find_boards(&frame, &ChessBoard { columns: 9, rows: 6, square_mm: 25.0 }, 1);
+    assert!(found.first().is_some_and(|found| found.complete), "{}", path.display());
+    let corners: Vec<f64> =
+        found[0].corners.iter().flat_map(|seen| [seen.corner.x_px, seen.corner.y_px]).collect();
+    view(&corners)
+}
+
 /// Holds our calibration of `views`, from whatever corners, to what OpenCV has said of its own corners.
 fn agrees_with_opencv(views: &[View], said: &str) -> LensCalibration {
     let (lens, sigma) = (&numbers(said, "lens")[0], &numbers(said, "sigma")[0]);
@@ -135,6 +148,21 @@ fn the_same_corners_give_the_lens_that_opencv_finds() {
     let chosen = choose_terms(&views, ROWS, COLUMNS).unwrap();
     println!("{:#?}", chosen.cross_validation);
     assert!(chosen.terms >= Terms::K1K2, "a lens of 60 deg bends lines: {:?}", chosen.cross_validation);
+}
+
+#[test]
+fn our_corners_fit_better_and_give_the_same_lens() {
+    const TEST: &str = "our_corners_fit_better_and_give_the_same_lens";
+    if !(photographs_are_there(TEST) && python_is_there(TEST)) {
+        return;
+    }
+    let said = python(CORNERS, &photographs());
+    let views: Vec<View> = photographs().iter().map(|path| our_view(path)).collect();
+    let found = agrees_with_opencv(&views, &said);
+    let rms = numbers(&said, "rms")[0][0];
+    println!("residuals of our corners {} px, of OpenCV's {rms} px", found.rms_px);
+    assert!(found.rejected.is_empty(), "{:?}", found.rejected);
+    assert!(found.rms_px <= rms, "{} {rms}", found.rms_px);
 }
 
 #[test]

@@ -27,7 +27,7 @@ const CONTRAST: f64 = 0.6;
 /// How often overlooked corners are looked for around those there are.
 const ROUNDS: usize = 4;
 /// Of three corners two that are no corners are too many: after so many of them a grid is given up as texture.
-const MOST_REFUSED: usize = 12;
+const MOST_REFUSED: usize = 8;
 /// Grids that are looked at: texture may have some, too.
 const MOST_GRIDS: usize = 12;
 

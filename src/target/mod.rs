@@ -198,6 +198,33 @@ impl Target {
     }
 }
 
+impl FoundBoard {
+    /// Whether corners fill a rectangle of labels, and the next columns or rows, where the board has more, are beyond the image's border.
+    fn is_cut_off(&self, board: &ChessBoard, (rows, columns): (usize, usize)) -> bool {
+        let span = |of: fn(&BoardCorner) -> i32| {
+            let labels = || self.corners.iter().map(of);
+            labels().max().zip(labels().min()).map_or(0, |(last, first)| (last - first + 1) as usize)
+        };
+        let (wide, high) = (span(|corner| corner.column), span(|corner| corner.row));
+        let outside =
+            |x: f64, y: f64| !((0.0..columns as f64).contains(&x) && (0.0..rows as f64).contains(&y));
+        let leaves = |dc: i32, dr: i32| {
+            self.corners.iter().any(|here| {
+                let is_next =
+                    |other: &&BoardCorner| (other.column, other.row) == (here.column + dc, here.row + dr);
+                self.corners.iter().find(is_next).is_some_and(|next| {
+                    let (a, b) = (&here.corner, &next.corner);
+                    outside(2.0 * a.x_px - b.x_px, 2.0 * a.y_px - b.y_px)
+                        || outside(2.0 * b.x_px - a.x_px, 2.0 * b.y_px - a.y_px)
+                })
+            })
+        };
+        self.corners.len() == wide * high
+            && (wide >= board.columns || leaves(1, 0))
+            && (high >= board.rows || leaves(0, 1))
+    }
+}
+
 /// Edges that are blurred less are found at full size, in px: detection smooths them as much again.
 const SHARP_PX: f64 = 1.4;
 
@@ -214,8 +241,10 @@ pub fn find_boards(frame: &Frame, board: &ChessBoard, count: usize) -> Vec<Found
     let Some(image) = Plane::from_values(frame.rows(), frame.columns(), samples) else { return Vec::new() };
     let found = label::boards(&image, 1, board, count);
     // What is sharp at full size is not found better at half of it: the rest of the board is out of view.
-    let as_seen = |found: &FoundBoard| found.complete || found.blur_px < SHARP_PX;
-    let enough = found.len() >= count && found.iter().all(as_seen);
+    let size = (frame.rows(), frame.columns());
+    let all_in_view =
+        |found: &FoundBoard| found.complete || (found.blur_px < SHARP_PX && found.is_cut_off(board, size));
+    let enough = found.len() >= count && found.iter().all(all_in_view);
     if enough || board.check().is_err() {
         return found;
     }
