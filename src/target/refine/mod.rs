@@ -22,8 +22,8 @@ const STEPS: usize = 30;
 const FINE_PX: f64 = 1e-5;
 /// Variance by rounding to whole DN, in squared DN.
 const ROUNDING_DN2: f64 = 1.0 / 12.0;
-/// After so many steps a fit that leaves so many times more than [`MOST_UNEXPLAINED`] is given up: corners are down to it after two or three,
-/// texture takes all [`STEPS`].
+/// After so many steps a fit that leaves so many times more than [`MOST_UNEXPLAINED`] is given up: one more than corners usually take in all, while
+/// texture may take all [`STEPS`].
 const HOPELESS: (usize, f64) = (6, 4.0);
 /// Beyond so many blurs an edge is 1 to six digits.
 const FAR: f64 = 5.0;
@@ -196,7 +196,7 @@ fn normal(window: &Window, at: &Unknowns) -> Normal {
             px * pattern,
             py * pattern,
         ];
-        // Far from both edges only the levels are told: half of the pixels, and a fifth of the products.
+        // Far from both edges only the levels are told: ten of 45 products.
         if d1 > 0.0 || d2 > 0.0 {
             add::<0>(&mut upper, &mut side, &row, residual);
         } else {
