@@ -1,6 +1,7 @@
 //! `epirig surface`.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
@@ -56,11 +57,11 @@ pub(super) struct Surface {
     #[arg(long, value_enum, default_value = "quadric")]
     trend: TrendName,
     /// Part of the picture to look at, by two corners in px [default: all of it]
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_delimiter = ',', num_args = 4)]
-    region: Option<Vec<usize>>,
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>)]
+    region: Option<[usize; 4]>,
     /// Ends of a profile, in px [default: the middle row of the field]
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_delimiter = ',', num_args = 4)]
-    profile: Option<Vec<f64>>,
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<f64>)]
+    profile: Option<[f64; 4]>,
     /// Over how many px across its line the profile is averaged
     #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     profile_width: u32,
@@ -89,10 +90,7 @@ impl Surface {
                 self.seq.display()
             ))
         })?;
-        let line = match self.profile.as_deref() {
-            Some(&[from_x, from_y, to_x, to_y]) => Some(((from_x, from_y), (to_x, to_y))),
-            _ => None,
-        };
+        let line = self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1)));
         let disparity = read_map(&results.join("disparity.tiff"))?;
         let sigma = read_map(&results.join("sigma.tiff"))?;
         if (disparity.rows(), disparity.columns()) != (sigma.rows(), sigma.columns()) {
@@ -107,10 +105,7 @@ impl Surface {
                 results.display()
             ))
         })?;
-        let region = match self.region.as_deref() {
-            Some(&[x0, y0, x1, y1]) => Some(Rectangle::between((x0, y0), (x1, y1))),
-            _ => None,
-        };
+        let region = self.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
         let (rows, columns) = (disparity.rows(), disparity.columns());
         if region.is_some_and(|region| !region.fits(rows, columns)) {
             return Err(CliError::Usage(format!(
@@ -140,6 +135,14 @@ impl Surface {
             format!("{}look at {}\n", describe(&summary), out.join("profile.png").display())
         })
     }
+}
+
+/// Four numbers with commas between them.
+fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
+    let numbers: Option<Vec<T>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| "give two points as X0,Y0,X1,Y1, such as 100,512,900,512".to_owned())
 }
 
 /// The calibration that results were made with.
