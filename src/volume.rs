@@ -126,6 +126,33 @@ impl Volume {
         Ok(())
     }
 
+    /// Puts the counts of a [fine](Self::fine) volume, as samples of 16 bit, at place `index`.
+    ///
+    /// # Errors
+    /// [`VolumeError`] if the samples are not 16 bit wide or of another size, the volume is not fine, or the index is not in it.
+    pub fn insert_counts(&mut self, index: usize, counts: &Frame) -> Result<(), VolumeError> {
+        let (frames, columns) = (self.frames(), self.columns);
+        if index >= frames {
+            return Err(VolumeError::NoSuchFrame { index, frames });
+        }
+        let alike = self.fine && counts.rows() == self.rows && counts.columns() == columns;
+        match (&mut self.samples, counts.samples()) {
+            (Samples::U16(target), Samples::U16(source)) if alike => {
+                scatter(target, source, index, frames, columns);
+                Ok(())
+            }
+            _ => Err(VolumeError::Unlike {
+                index,
+                rows: counts.rows(),
+                columns: counts.columns(),
+                bit_depth: counts.bit_depth(),
+                expected_rows: self.rows,
+                expected_columns: self.columns,
+                expected_bit_depth: 16,
+            }),
+        }
+    }
+
     /// Number of rows, which is the number of EPIs.
     pub fn rows(&self) -> usize {
         self.rows
@@ -256,6 +283,22 @@ mod tests {
         let wrong = Frame::new(3, 2, 8, Samples::U8(vec![0; 6])).unwrap();
         assert!(volume.insert(0, &wrong).is_err());
         assert!(matches!(volume.insert(2, &wrong), Err(VolumeError::NoSuchFrame { .. })));
+    }
+
+    #[test]
+    fn counts_of_a_fine_volume_go_in_as_they_are() {
+        let mut volume = Volume::fine(1, 2, 8, Tau::equidistant(2).unwrap());
+        let counts = Frame::new(1, 2, 16, Samples::U16(vec![32768, 65535])).unwrap();
+        volume.insert_counts(1, &counts).unwrap();
+        let mut row = [0.0; 2];
+        volume.copy_row(0, 1, &mut row);
+        // 32768 counts are 256 DN.
+        assert_eq!(row, [256.0, 65535.0 / 128.0]);
+        let narrow = Frame::new(1, 2, 8, Samples::U8(vec![1, 2])).unwrap();
+        assert!(matches!(volume.insert_counts(0, &narrow), Err(VolumeError::Unlike { bit_depth: 8, .. })));
+        assert!(matches!(volume.insert_counts(2, &counts), Err(VolumeError::NoSuchFrame { .. })));
+        let mut plain = Volume::new(1, 2, 16, Tau::equidistant(2).unwrap());
+        assert!(plain.insert_counts(0, &counts).is_err());
     }
 
     #[test]

@@ -104,10 +104,10 @@ impl CalibrateVerb {
         tell(calibration, talk);
         talk.result(calibration, || {
             format!(
-                "{}wrote {}\nlook at {}\nnext: epirig match {} --reference middle\n",
+                "{}wrote {}\n{}next: epirig match {} --reference middle\n",
                 describe(calibration),
                 self.seq.join(CALIBRATION).display(),
-                self.seq.join("calibration").display(),
+                look_at(&self.seq.join("calibration")),
                 self.seq.display()
             )
         })
@@ -136,6 +136,11 @@ impl CalibrateVerb {
         };
         Ok(plan)
     }
+}
+
+/// Where pictures and maps are, if there are any.
+fn look_at(folder: &Path) -> String {
+    if folder.is_dir() { format!("look at {}\n", folder.display()) } else { String::new() }
 }
 
 fn parse_flat_field(text: &str) -> Result<FlatField, String> {
@@ -272,6 +277,9 @@ pub(super) fn describe(calibration: &Calibration) -> String {
                 audit.rms_um,
                 audit.largest_um
             ),
+            (None, PositionSource::Stage) if positions.baseline_mm.is_none() => {
+                "not known; taken as evenly spaced".to_owned()
+            }
             (None, PositionSource::Stage) => "the stage's".to_owned(),
             (None, _) => "measured; the stage's are not known".to_owned(),
         },

@@ -35,6 +35,7 @@ pub fn rectify_sequence(
             sequence_uid: sequence.record().uid.clone(),
             calibration: calibration.hash(),
             dn_per_sample: f64::from(dn_per_sample),
+            original_bit_depth: volume.bit_depth(),
         },
         rows: volume.rows(),
         columns: volume.columns(),

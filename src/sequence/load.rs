@@ -2,11 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::{Sequence, SequenceError};
+use super::reader::START;
+use super::{Origin, Sequence, SequenceError};
 use crate::progress::Progress;
 use crate::volume::Volume;
 
-/// Reads all frames of `sequence` into a volume: a few at a time, so that besides the volume only those are in memory.
+/// Reads all frames of `sequence` into a volume: a few at a time, so that besides the volume only those are in memory. Frames that were rectified have
+/// the DN of their originals: noise and cost mean the same in both.
 ///
 /// # Errors
 /// [`SequenceError`] naming the first frame that cannot be used.
@@ -17,13 +19,31 @@ pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volum
     if let Some(first) = sequence.frames().first() {
         sequence.read(first)?;
     }
-    let mut volume = Volume::new(record.rows, record.columns, record.bit_depth, tau);
+    let original_bits = match record.origin {
+        Origin::Rectified { original_bit_depth, .. } => Some(original_bit_depth),
+        Origin::Captured { .. } | Origin::Imported { .. } => None,
+    };
+    let mut volume = match original_bits {
+        Some(bits @ 1..=16) => Volume::fine(record.rows, record.columns, bits, tau),
+        Some(bits) => {
+            return Err(SequenceError::BadRecord {
+                path: sequence.folder().join(START),
+                line: None,
+                reason: format!("the original frames cannot have had {bits} bits"),
+            });
+        }
+        None => Volume::new(record.rows, record.columns, record.bit_depth, tau),
+    };
     progress.begin("reading frames", sequence.frames().len() as u64);
     let together = rayon::current_num_threads().max(1);
     for (chunk, records) in sequence.frames().chunks(together).enumerate() {
         let frames: Vec<_> = records.par_iter().map(|record| sequence.read(record)).collect();
         for (offset, frame) in frames.into_iter().enumerate() {
-            volume.insert(chunk * together + offset, &frame?)?;
+            let index = chunk * together + offset;
+            match original_bits {
+                Some(_) => volume.insert_counts(index, &frame?)?,
+                None => volume.insert(index, &frame?)?,
+            }
             progress.advance(1);
         }
     }

@@ -50,6 +50,8 @@ pub enum Origin {
         calibration: String,
         /// What a sample of 1 is worth in the original frames, in DN.
         dn_per_sample: f64,
+        /// Bits of the original frames, in whose DN these are matched.
+        original_bit_depth: u8,
     },
 }
 
