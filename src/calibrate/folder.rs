@@ -61,6 +61,10 @@ impl CalibrationFolder {
     /// [`CalibrateError`] naming the file that cannot be written.
     pub fn commit(self, calibration: &Calibration, maps: &Maps) -> Result<(), CalibrateError> {
         let path = self.sequence.join(CALIBRATION);
+        if maps.dark.is_some() || maps.flat_field.is_some() {
+            let folder = self.pictures();
+            fs::create_dir_all(&folder).map_err(io("make", &folder))?;
+        }
         // Whoever ends the program between two files is not to leave an older record with newer maps.
         remove(&path)?;
         for (name, map) in [(DARK_MAP, &maps.dark), (FLAT_MAP, &maps.flat_field)] {
