@@ -347,19 +347,22 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
 
     let [first, second] = ["calibrated", "again"].map(|name| map(&path.join(name).join("disparity.tiff")));
     let sigma = map(&path.join("calibrated/sigma.tiff"));
-    // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: a disparity may move by 0.0016 of its sigma, and
-    // six times that is beyond doubt. Windows that change sides for as little are the exception.
-    let mut answered = 0;
-    let mut apart = 0;
+    // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: a disparity moves by 0.0016 of its sigma, so the middle one
+    // by less. Where a window or a verdict hangs on as little, it may move by more than six times that, or come and go: at depth edges, which
+    // are less than a tenth.
+    let known = |value: f32| !value.is_nan();
+    let mut off: Vec<f32> = Vec::new();
     for ((first, second), sigma) in first.values().iter().zip(second.values()).zip(sigma.values()) {
-        assert!(first.is_nan() || !second.is_nan() || *sigma > 0.3, "an answer has gone");
-        if !first.is_nan() && !second.is_nan() {
-            answered += 1;
-            apart += usize::from((first - second).abs() > 0.01 * sigma + 1e-5);
+        match (known(*first), known(*second)) {
+            (true, true) => off.push((first - second).abs() / sigma),
+            (false, false) => {}
+            _ => off.push(f32::INFINITY),
         }
     }
-    assert!(answered > first.values().len() / 4, "{answered}");
-    assert!(apart * 100 <= answered, "{apart} of {answered}");
+    assert!(off.len() > first.values().len() / 4, "{}", off.len());
+    off.sort_unstable_by(f32::total_cmp);
+    assert!(off[off.len() / 2] < 0.0016, "{}", off[off.len() / 2]);
+    assert!(off[off.len() * 9 / 10] < 0.01, "{}", off[off.len() * 9 / 10]);
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
     assert!(heights("calibrated") && heights("again") && heights("raw"));
 }
