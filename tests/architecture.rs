@@ -60,6 +60,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "calibrate",
             "epi",
             "formats",
+            "frame",
             "photometry",
             "plane",
             "progress",

@@ -98,7 +98,9 @@ fn what_will_not_do_is_refused_with_a_reason_and_nothing_is_written() {
     let photos = images(FrameKind::Scan);
     let photos = photos.to_str().unwrap();
     // Photographs, options of import, options of calibrate, exit code, words.
-    let cases: [(&str, &[&str], &[&str], i32, &[&str]); 14] = [
+    /// What is done to the sequence, options before and after, exit code, words of the message.
+    type Case<'a> = (&'a str, &'a [&'a str], &'a [&'a str], i32, &'a [&'a str]);
+    let cases: [Case<'_>; 14] = [
         (photos, &[], &[], 6, &["nothing to calibrate with", "--lens"]),
         (photos, &["--board", board], &[], 2, &["6 board frames", "[board]", "--set board.columns"]),
         (photos, &["--board", "two"], &BOARD, 6, &["in 2 of 2", "at least 3"]),

@@ -45,7 +45,7 @@ pub(super) fn find_lens(
                     expected_rows: rows,
                 });
             }
-            Ok(LensRecord { file: Some(name.clone()), ..known(LensSource::File, estimate.clone()) })
+            Ok(LensRecord { file: Some(name.clone()), ..known(LensSource::File, estimate.as_ref().clone()) })
         }
         (Some(LensKnowledge::DataSheet { lens, focal_length_sigma }), 0) => {
             remarks.needs.push(

@@ -46,7 +46,7 @@ pub enum LensKnowledge {
         /// Name of the file.
         name: String,
         /// The lens with its covariance.
-        estimate: LensEstimate,
+        estimate: Box<LensEstimate>,
     },
     /// From a data sheet: board frames tell better.
     DataSheet {

@@ -179,14 +179,17 @@ fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, 
             )));
         }
         let estimate = read_calibration_file(path)?.lens.estimate;
-        return Ok(LensKnowledge::File { name, estimate });
+        return Ok(LensKnowledge::File { name, estimate: Box::new(estimate) });
     }
     let text = std::fs::read_to_string(path)
         .map_err(|error| CliError::Usage(format!("{name}: cannot be read as a lens: {error}; give a YAML file of OpenCV or ROS, or a calibration.json")))?;
     let file =
         opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
     let (rows, columns) = (file.rows.unwrap_or(rows), file.columns.unwrap_or(columns));
-    Ok(LensKnowledge::File { name, estimate: LensEstimate::of_a_calibration(file.lens, rows, columns) })
+    Ok(LensKnowledge::File {
+        name,
+        estimate: Box::new(LensEstimate::of_a_calibration(file.lens, rows, columns)),
+    })
 }
 
 fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {

@@ -9,8 +9,9 @@ use crate::frame::Frame;
 use crate::plane::Plane;
 
 /// If more than this share of the samples are 0, the sensor may have cut off what was below, and the mean is too high. With Gaussian
-/// noise and this share the mean errs by 1 % of the noise; beyond, soon by all of it.
-const MOST_ZEROS: f64 = 0.025;
+/// noise and this share, 1.28 standard deviations from the end, the mean errs by 5 % of the noise at most, and by less where noise is of the size of a
+/// DN, because what is rounded to 0 is not cut off; beyond, soon by all of it.
+const MOST_ZEROS: f64 = 0.1;
 /// A hot pixel departs from its neighbours by more than this, in DN: less is lost in the rounding ...
 const LEAST_DEPARTURE_DN: f64 = 1.0;
 /// ... and by more than this over the root of the number of frames: six times half a DN, which noise may have where rounding hides it from

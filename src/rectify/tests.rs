@@ -148,8 +148,11 @@ fn frames_are_corrected_before_they_are_resampled() {
     let correction = Correction { subtract: of(&dark), multiply: of(&gain), hot: Vec::new() };
     let raw = frame(16, |x, y| scene(x, y) / gain(x, y) + dark(x, y));
     let clean = frame(16, scene);
-    let found = rectified(rig(), correction.clone(), &[raw.clone()]);
-    assert_eq!(plane(&found, 0), plane(&rectified(rig(), Correction::default(), &[clean.clone()]), 0));
+    let found = rectified(rig(), correction.clone(), std::slice::from_ref(&raw));
+    assert_eq!(
+        plane(&found, 0),
+        plane(&rectified(rig(), Correction::default(), std::slice::from_ref(&clean)), 0)
+    );
     let straight = Mapping::fitting(Lens::pinhole(555.0, 103.0, 77.0), 0.0, 0.0, ROWS, COLUMNS).unwrap();
     // Counts of 16 bit frames are 2 DN.
     let found = plane(&rectified(straight, correction, &[raw]), 0);
@@ -254,7 +257,10 @@ fn what_does_not_go_together_is_refused() {
     let late = rectifier.insert(&mut fine, 1, &[frame.clone(), frame.clone()]);
     assert!(matches!(late, Err(RectifyError::Volume { needed: 3, frames: 2, .. })));
     let mut plain = Volume::new(mapping.camera.rows, mapping.camera.columns, 12, tau());
-    assert!(matches!(rectifier.insert(&mut plain, 0, &[frame.clone()]), Err(RectifyError::Volume { .. })));
+    assert!(matches!(
+        rectifier.insert(&mut plain, 0, std::slice::from_ref(&frame)),
+        Err(RectifyError::Volume { .. })
+    ));
     let mut shallow = rectifier.volume(8, tau());
     let error = rectifier.insert(&mut shallow, 1, &[frame]);
     assert!(matches!(error, Err(RectifyError::Frame { index: 1, bit_depth: 12, .. })));

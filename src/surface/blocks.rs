@@ -28,13 +28,16 @@ pub struct Correlation {
     pub along_y: Vec<f64>,
 }
 
+/// Gives the two values of all pairs that lie this far apart.
+type Pairs<'a> = &'a dyn Fn(usize, &mut dyn FnMut(f64, f64));
+
 impl Correlation {
     /// Of a field whose values scatter about 0; NaN does not count. Lags up to an eighth of the field are looked at, beyond which too few
     /// independent parts would be left.
     pub fn of(residual: &Plane<f32>) -> Self {
         let (rows, columns) = (residual.rows(), residual.columns());
         let at = |x: usize, y: usize| f64::from(residual.at(x, y));
-        let along = |size: usize, pairs: &dyn Fn(usize, &mut dyn FnMut(f64, f64))| {
+        let along = |size: usize, pairs: Pairs<'_>| {
             let mut kept = vec![1.0];
             for lag in 1..(size / 8).max(2) {
                 let (mut products, mut squares) = (0.0, 0.0);

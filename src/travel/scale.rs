@@ -31,7 +31,7 @@ impl TargetScale {
 pub fn baseline_by_target(points: &[TravelPoint], tracks: &Tracks, target: &Target) -> Option<f64> {
     let (mut stated, mut seen) = (0.0, 0.0);
     for band in 0..target.bands {
-        let of_band: Vec<(Vector3<f64>, Vector3<f64>)> = points
+        let of_band: Vec<[Vector3<f64>; 2]> = points
             .iter()
             .filter(|point| tracks.corners[point.corner].band == band)
             .map(|point| {
@@ -39,19 +39,19 @@ pub fn baseline_by_target(points: &[TravelPoint], tracks: &Tracks, target: &Targ
                 let square = target.board.square_mm;
                 let printed =
                     Vector3::new(f64::from(corner.column) * square, f64::from(corner.row) * square, 0.0);
-                (printed, Vector3::new(point.x, point.y, 1.0) / point.disparity.abs())
+                [printed, Vector3::new(point.x, point.y, 1.0) / point.disparity.abs()]
             })
             .collect();
         if of_band.is_empty() {
             continue;
         }
-        let count = of_band.len() as f64;
-        let mean = |of: &dyn Fn(&(Vector3<f64>, Vector3<f64>)) -> Vector3<f64>| {
-            of_band.iter().map(of).sum::<Vector3<f64>>() / count
-        };
-        let (printed, placed) = (mean(&|pair| pair.0), mean(&|pair| pair.1));
-        stated += of_band.iter().map(|pair| (pair.0 - printed).norm_squared()).sum::<f64>();
-        seen += of_band.iter().map(|pair| (pair.1 - placed).norm_squared()).sum::<f64>();
+        // How far all points lie from their middle, squared: as printed, and as placed.
+        let [printed, placed] = [0, 1].map(|of| {
+            let middle = of_band.iter().map(|pair| pair[of]).sum::<Vector3<f64>>() / of_band.len() as f64;
+            of_band.iter().map(|pair| (pair[of] - middle).norm_squared()).sum::<f64>()
+        });
+        stated += printed;
+        seen += placed;
     }
     (stated > 0.0 && seen > 0.0).then(|| (stated / seen).sqrt())
 }

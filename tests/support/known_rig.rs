@@ -100,6 +100,7 @@ pub fn plan(config: &TwinConfig) -> CalibrationPlan {
         board,
         lens: None,
         photometry: PhotometryOptions::default(),
+        exposures: Vec::new(),
         positions: PositionSource::Automatic,
     }
 }

@@ -51,7 +51,7 @@ pub(super) fn fit(
     options: &StepsOptions,
 ) -> Result<Fit, SurfaceError> {
     let terms = field.basis.terms();
-    let present = |wanted: Level| clear.values().iter().any(|&level| level == wanted);
+    let present = |wanted: Level| clear.values().contains(&wanted);
     if !(present(Level::Upper) && present(Level::Lower)) {
         return Err(SurfaceError::TooNarrow { margin_px: options.margin_px });
     }

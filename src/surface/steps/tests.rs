@@ -117,7 +117,8 @@ fn assert_finds(name: &str, heights: &Heights, trend: TrendKind, truth_mm: f64) 
 
 #[test]
 fn hollows_of_all_shapes_are_found() {
-    let shapes: [(&str, fn(usize, usize) -> bool); 5] = [
+    type Shape = fn(usize, usize) -> bool;
+    let shapes: [(&str, Shape); 5] = [
         ("along y", |x, _| stripes(x)),
         ("along x", |_, y| stripes(y)),
         ("oblique", |x, y| (2 * x + y) / 45 % 2 == 1),
