@@ -97,8 +97,7 @@ fn what_will_not_do_is_refused_with_a_reason_and_nothing_is_written() {
     let rig = rig.to_str().unwrap();
     let photos = images(FrameKind::Scan);
     let photos = photos.to_str().unwrap();
-    // Photographs, options of import, options of calibrate, exit code, words.
-    /// What is done to the sequence, options before and after, exit code, words of the message.
+    /// Photographs, options of import, options of calibrate, exit code, words.
     type Case<'a> = (&'a str, &'a [&'a str], &'a [&'a str], i32, &'a [&'a str]);
     let cases: [Case<'_>; 14] = [
         (photos, &[], &[], 6, &["nothing to calibrate with", "--lens"]),

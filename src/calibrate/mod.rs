@@ -2,7 +2,7 @@
 //!
 //! Each station looks at what is there and says what it has found or what it lacks: [`photometry`](crate::photometry) from dark and flat frames,
 //! [`lens`](crate::lens) from board frames or from what is known of it, [`travel`](crate::travel) and the position of every frame from the target on
-//! the object (or positions from its texture), and the [`Mapping`] that makes rows of it all. [`Calibration`] is the record, and everything
+//! the object (or positions from its texture), and the [`Mapping`](crate::rectify::Mapping) that makes rows of it all. [`Calibration`] is the record, and everything
 //! that is needed to apply it ([`load_calibrated`]).
 
 mod apply;
