@@ -222,7 +222,13 @@ fn divide(
         if divided.as_ref().is_some_and(|divided| divided.levels == map) {
             break;
         }
-        let fit = fit(field, &clear_of_walls(&map, options.margin_px), options)?;
+        // Smoothing moves a wall by up to its reach, to where the noise that is then measured puts it.
+        let fit = match fit(field, &clear_of_walls(&map, options.margin_px + reach), options) {
+            Err(SurfaceError::TooNarrow { .. }) if reach > 0 => {
+                fit(field, &clear_of_walls(&map, options.margin_px), options)?
+            }
+            fitted => fitted?,
+        };
         if fit.levels.depth_mm <= 0.0 {
             return Err(one_level);
         }
