@@ -19,9 +19,9 @@ const BAND_ROWS: usize = 8;
 /// Costs that a band holds at most, unless one row has more; 64 MiB.
 const BAND_COSTS: usize = 1 << 24;
 /// Where texture is weak the window of the fit grows as far as this.
-const LARGEST_FIT_WINDOW_PX: usize = 15;
+const LARGEST_FIT_WINDOW_PX: usize = 21;
 /// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
-const FIT_STEPS: usize = 3;
+const FIT_STEPS: usize = 2;
 
 /// Disparity of every pixel of the reference frame.
 ///
@@ -72,11 +72,10 @@ pub fn match_volume(
     let steps = if options.refine { FIT_STEPS } else { 0 };
     let fit_options = Fit {
         window_px: options.refine_window_px,
-        wanted_sigma_px: options.maximum_sigma_px,
+        wanted_sigma_px: options.wanted_sigma_px,
         largest_window_px: LARGEST_FIT_WINDOW_PX.max(options.refine_window_px),
         steps,
         rule,
-        depth_edges: ordering == OrderingUsed::Free,
     };
     progress.begin("refining", (rows * steps.max(1)) as u64);
     let fitted = fit(volume, &lines, &guess, fit_options, || progress.advance(1));

@@ -100,8 +100,10 @@ pub struct MatchOptions {
     /// Whether the fit over all frames moves the disparity off the raster. Without it the vertex of the parabola through
     /// three costs does, as far as half the raster. The fit presumes equal intensities, as `Method::Variance` does.
     pub refine: bool,
-    /// Side of the square window of the fit, in px, odd.
+    /// Side of the smallest window of the fit, in px, odd.
     pub refine_window_px: usize,
+    /// The fit's window grows where it leaves a larger sigma than this, in px; infinite: all windows are the smallest.
+    pub wanted_sigma_px: f64,
     /// A pixel whose sigma exceeds this has no answer, in px.
     pub maximum_sigma_px: f64,
     /// With free ordering, a pixel whose confidence is lower has no answer; [0, 1].
@@ -128,7 +130,8 @@ impl MatchOptions {
             hidden_points: HiddenPoints::Automatic,
             ordering: Ordering::Automatic,
             refine: method == Method::Variance,
-            refine_window_px: 5,
+            refine_window_px: 3,
+            wanted_sigma_px: 0.005,
             maximum_sigma_px: 1.0,
             minimum_confidence: 0.03,
         }

@@ -11,27 +11,46 @@
 //! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
 //! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)).
 
+mod moments;
+mod planes;
+mod spline;
+mod stretch;
+mod support;
+mod visibility;
 mod votes;
-mod window;
 
+use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::interpolation::{Interpolation, SampledEpi};
 use super::lines::{Lines, SeenRule};
+use super::options::HiddenPoints;
 use crate::plane::Plane;
 use crate::volume::Volume;
-use votes::{NO_VOTE, pixel_vote};
-use window::{surrounds, window_fit};
+use planes::{PAD, Padded, SurfacePlanes, VotePlanes};
+use spline::{SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
+use stretch::take_off_drift;
+use support::{Joining, best_window, doubt_row, join_row};
+use visibility::stretches;
+use votes::{NO_VOTE, Stretches, row_votes};
 
 /// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
 const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
+/// Texture must raise the mean squared gradient this far above what noise alone does.
+const TEXTURE_OVER_NOISE: f64 = 4.0;
+/// Reaches of the rounds, in px.
+const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
+const SURVEYED_REACHES: [(usize, usize); 3] = [(3, 3), (3, 10), (10, 3)];
+const STRIPS: [(usize, usize); 2] = [(0, 7), (7, 0)];
+const MAP_REACHES: [usize; 1] = [5];
+const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
+const NO_SLACK: (f32, f32) = (0.0, 0.0);
 
 /// How the fit is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
-    /// Side of the window, in px, odd.
+    /// Side of the smallest window, in px, odd.
     pub window_px: usize,
-    /// Where the window leaves a larger sigma than this, in px, it grows in the last step as long as it has to ...
+    /// Where a window leaves a larger sigma than this, in px, it grows as long as it has to ...
     pub wanted_sigma_px: f64,
     /// ... and as far as this side, in px, odd.
     pub largest_window_px: usize,
@@ -39,8 +58,6 @@ pub struct Fit {
     pub steps: usize,
     /// Which frames count.
     pub rule: SeenRule,
-    /// Whether neighbours may lie on other surfaces: then only those near the pixel's own disparity vote.
-    pub depth_edges: bool,
 }
 
 /// A fitted pixel.
@@ -61,45 +78,138 @@ pub fn fit(
     report: impl Fn() + Sync,
 ) -> Plane<Fitted> {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let mut disparity = guess.clone();
-    let mut fitted = Plane::filled(rows, columns, Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN });
+    let spline = Spline::new();
+    let level = Level::new();
+    let origin = middle(guess);
+    let mut current = guess.clone();
+    let mut surface = SurfacePlanes::unknown(rows, columns);
     let passes = options.steps.max(1);
     for pass in 1..=passes {
-        let mut votes = Plane::filled(rows, columns, NO_VOTE);
-        votes.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
-            let epi = SampledEpi::new(volume, y, Interpolation::BSpline, 0);
-            for (x, vote) in out.iter_mut().enumerate() {
-                *vote = pixel_vote(&epi, lines, x, disparity.at(x, y).into(), options.rule);
-            }
-            report();
-        });
-        fitted.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
-            let mut window = Vec::with_capacity(options.window_px * options.window_px);
-            for (x, value) in out.iter_mut().enumerate() {
-                let mut side = options.window_px;
-                *value = window_fit(&votes, &disparity, (x, y), side, options.depth_edges, &mut window);
-                // A NaN is no sigma that anyone wants.
-                let wanted = |value: &Fitted| f64::from(value.sigma_px) <= options.wanted_sigma_px;
-                let last_step = pass == passes && !disparity.at(x, y).is_nan();
-                while last_step && !wanted(value) && side < options.largest_window_px {
-                    side = (2 * side + 1).min(options.largest_window_px);
-                    *value = window_fit(&votes, &disparity, (x, y), side, options.depth_edges, &mut window);
-                    if !surrounds(&window, side) {
-                        value.sigma_px = f32::NAN;
-                    }
+        let mut planes = VotePlanes::empty(rows, columns);
+        planes.par_rows().enumerate().for_each_init(
+            || (SplineEpi::default(), vec![NO_VOTE; columns]),
+            |(epi, votes), (y, out)| {
+                epi.take(&spline, volume, y);
+                let guesses = current.row(y);
+                let hidden =
+                    (options.rule.hidden_points == HiddenPoints::OneSide).then(|| stretches(guesses, lines));
+                let seen = Stretches {
+                    // Near an occluder frames are given away, so as not to take its blur for the point.
+                    minimum_frames: options.rule.minimum_frames / if hidden.is_some() { 2 } else { 1 },
+                    stretches: hidden.as_deref(),
+                };
+                row_votes((&spline, level), epi, lines, guesses, seen, votes);
+                out.put(votes, origin);
+                report();
+            },
+        );
+        let last = pass == passes;
+        surface = join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
+        if !last {
+            for y in 0..rows {
+                let found = &surface.disparity.row(y)[PAD..PAD + columns];
+                for (value, found) in current.row_mut(y).iter_mut().zip(found) {
+                    // NaN stays NaN; a step beyond a pixel is no step of a linearisation.
+                    *value += (found + origin - *value).clamp(-1.0, 1.0);
                 }
             }
-        });
-        if pass < passes {
-            disparity = fitted.map(|value| value.disparity_px);
         }
     }
-    if options.steps == 0 {
-        for (value, &guess) in fitted.values_mut().iter_mut().zip(guess.values()) {
-            // What the fit would have moved it by is a part of its error.
-            value.sigma_px = value.sigma_px.hypot(value.disparity_px - guess);
-            value.disparity_px = guess;
+    let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
+    let mut fitted = Plane::filled(rows, columns, Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN });
+    for y in 0..rows {
+        let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
+        for x in 0..columns {
+            let guess = current.at(x, y);
+            if guess.is_nan() {
+                continue;
+            }
+            let found = row(&surface.disparity, x) + origin;
+            let variance = row(&surface.variance, x);
+            let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
+            let sigma = if textured { variance.sqrt() } else { f32::NAN };
+            fitted.row_mut(y)[x] = if options.steps == 0 {
+                // What the fit would have moved it by is a part of its error.
+                Fitted { disparity_px: guess, sigma_px: sigma.hypot(found - guess) }
+            } else {
+                Fitted { disparity_px: found, sigma_px: sigma }
+            };
         }
     }
     fitted
+}
+
+/// The surface through the votes: supports of the smallest window, or as `options` say.
+fn join_votes(
+    level: Level,
+    votes: &mut VotePlanes,
+    guess: &Plane<f32>,
+    origin: f32,
+    options: Option<Fit>,
+) -> SurfacePlanes {
+    let (rows, columns) = (guess.rows(), guess.columns());
+    let noise_gain = VALUE_NOISE_GAIN as f32;
+    let joining =
+        |reach, slack| Joining { reach, noise_gain, least_noise: QUANTISATION_VARIANCE as f32, slack };
+    let joined = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining| {
+        let mut next = SurfacePlanes::unknown(rows, columns);
+        next.par_rows().enumerate().for_each(|(y, out)| {
+            join_row(level, (votes, map), joining, y, None, out);
+        });
+        next
+    };
+    let guesses = SurfacePlanes::of_guesses(votes, guess, origin, noise_gain);
+    let Some(options) = options else {
+        let windows = [(joined(votes, &guesses, joining((3, 3), GUESS_SLACK)), (3, 3))];
+        let mut map = SurfacePlanes::unknown(rows, columns);
+        map.par_rows().enumerate().for_each(|(y, out)| best_window(level, &windows, y, out));
+        return joined(votes, &map, joining((3, 3), NO_SLACK));
+    };
+    let survey = |votes: &VotePlanes| {
+        let windows: Vec<(SurfacePlanes, (usize, usize))> = SURVEYED_REACHES
+            .into_iter()
+            .map(|reach| (joined(votes, &guesses, joining(reach, GUESS_SLACK)), reach))
+            .collect();
+        let mut map = SurfacePlanes::unknown(rows, columns);
+        map.par_rows().enumerate().for_each(|(y, out)| best_window(level, &windows, y, out));
+        map
+    };
+    let mut map = survey(votes);
+    take_off_drift(votes, &map);
+    map = survey(votes);
+    for reach in MAP_REACHES {
+        map = joined(votes, &map, joining((reach, reach), NO_SLACK));
+    }
+    let votes = &*votes;
+    let smallest = options.window_px / 2;
+    let mut surface = joined(votes, &map, joining((smallest, smallest), NO_SLACK));
+    let wanted = options.wanted_sigma_px.powi(2) as f32;
+    for reach in
+        REACHES.into_iter().filter(|&reach| reach > smallest && 2 * reach < options.largest_window_px)
+    {
+        surface.par_rows().enumerate().for_each(|(y, out)| {
+            join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
+        });
+    }
+    let strips = STRIPS.map(|reach| joined(votes, &guesses, joining(reach, GUESS_SLACK)));
+    surface.par_rows().enumerate().for_each(|(y, out)| doubt_row(&strips, y, out));
+    surface
+}
+
+/// The weights that noise of variance 1 alone makes, over the degrees of freedom, for points seen in all frames.
+fn texture_of_noise(lines: &Lines) -> f64 {
+    let count = lines.frames() as f64;
+    let mean = lines.offsets().iter().sum::<f64>() / count;
+    let spread: f64 = lines.offsets().iter().map(|tau| (tau - mean).powi(2)).sum();
+    SLOPE_NOISE_GAIN / count * spread / (count - 2.0)
+}
+
+/// A disparity in the middle of all, so that sums of differences from it are exact enough in single precision.
+fn middle(guess: &Plane<f32>) -> f32 {
+    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+    for &value in guess.values().iter().filter(|value| !value.is_nan()) {
+        low = low.min(value);
+        high = high.max(value);
+    }
+    if low <= high { 0.5 * (low + high) } else { 0.0 }
 }

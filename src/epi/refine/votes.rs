@@ -1,172 +1,160 @@
 //! What each pixel by itself says of its disparity: the regression of its intensities on tau.
 
-use super::QUANTISATION_VARIANCE;
-use crate::epi::interpolation::{Interpolation, SampledEpi, TAPS};
-use crate::epi::lines::{Lines, SeenRule};
-use crate::epi::options::HiddenPoints;
+use fearless_simd::Level;
 
-/// Variance of the value of a cubic B-spline through white noise, over that of the noise, mean over the positions between
-/// pixels: 1 at a pixel, 0.76 halfway (the squared response of weights and prefilter, integrated; see the tests).
-pub(super) const VALUE_NOISE_GAIN: f64 = 0.874;
-/// The same for its derivative, per px^2: 1.39 at a pixel, 3.42 halfway.
-const GRADIENT_NOISE_GAIN: f64 = 2.475;
+use super::moments::{FrameSample, LANES, Moments, SeenStretch, block_moments};
+use super::spline::{FRACTIONS, Spline, SplineEpi};
+use crate::epi::lines::Lines;
+
+/// The series around a block's common disparity is used this far, in px of shift in the frame farthest from the reference: the
+/// third term that it lacks is then below 0.0007 px for texture of 4 px wavelength (omega^2 shift^3 / 6).
+const SERIES_REACH_PX: f32 = 0.125;
 
 /// One pixel's share in the fits of the windows that contain it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Vote {
+    /// Disparity that the vote is counted from, in px.
+    pub(super) base: f32,
     /// g^2 S, the weight in the fit.
     pub(super) weight: f32,
-    /// Weight times (voted disparity - d0).
+    /// Weight times (voted disparity - base).
     pub(super) moment: f32,
     /// Sum of squared residuals of the regression, in DN^2.
     pub(super) residual: f32,
     /// Degrees of freedom of that sum.
     pub(super) freedom: f32,
-    /// What the weight would be on average without texture, over the noise variance.
-    pub(super) noise_weight: f32,
+    /// First and second derivative of the template along x, in DN per px and per px^2.
+    pub(super) gradient: f32,
+    pub(super) bend: f32,
 }
 
 pub(super) const NO_VOTE: Vote =
-    Vote { weight: 0.0, moment: 0.0, residual: 0.0, freedom: 0.0, noise_weight: 0.0 };
+    Vote { base: 0.0, weight: 0.0, moment: 0.0, residual: 0.0, freedom: 0.0, gradient: 0.0, bend: 0.0 };
 
-/// Sums over the frames that see one pixel's line.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    count: f64,
-    tau: f64,
-    tau_tau: f64,
-    value: f64,
-    value_tau: f64,
-    value_value: f64,
-    slope: f64,
+/// Which frames count.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stretches<'a> {
+    /// A pixel seen in fewer frames has no vote.
+    pub(super) minimum_frames: usize,
+    /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in the image.
+    pub(super) stretches: Option<&'a [(f32, f32)]>,
 }
 
-impl Sums {
-    #[inline(always)]
-    fn add(&mut self, tau: f64, value: f64, slope: f64) {
-        self.count += 1.0;
-        self.tau += tau;
-        self.tau_tau += tau * tau;
-        self.value += value;
-        self.value_tau += value * tau;
-        self.value_value += value * value;
-        self.slope += slope;
-    }
-
-    fn joined(self, other: Self) -> Self {
-        Self {
-            count: self.count + other.count,
-            tau: self.tau + other.tau,
-            tau_tau: self.tau_tau + other.tau_tau,
-            value: self.value + other.value,
-            value_tau: self.value_tau + other.value_tau,
-            value_value: self.value_value + other.value_value,
-            slope: self.slope + other.slope,
+/// Fills `votes` for the row in `epi` from the `guesses`; NaN guesses have no vote.
+pub(super) fn row_votes(
+    (spline, level): (&Spline, Level),
+    epi: &SplineEpi,
+    lines: &Lines,
+    guesses: &[f32],
+    frames: Stretches<'_>,
+    votes: &mut [Vote],
+) {
+    let columns = lines.columns();
+    votes.fill(NO_VOTE);
+    let reach = SERIES_REACH_PX / lines.tau_before().max(lines.tau_after()) as f32;
+    let mut samples = Vec::with_capacity(lines.frames());
+    let mut start = 0;
+    while start < columns {
+        let block = start..(start + LANES).min(columns);
+        // Lanes beyond the row's end have no guess and are never seen.
+        let mut open: [f32; LANES] = [f32::NAN; LANES];
+        open[..block.len()].copy_from_slice(&guesses[block.clone()]);
+        let mut anchor = [0.0; LANES];
+        let own = spline.weights(0);
+        let taps = epi.taps(lines.reference(), start as isize);
+        for (lane, anchor) in anchor.iter_mut().enumerate() {
+            *anchor = own[0].iter().zip(&taps[lane..]).map(|(weight, tap)| weight * tap).sum();
         }
-    }
-
-    fn vote(self) -> Vote {
-        let spread = self.tau_tau - self.tau * self.tau / self.count;
-        if self.count < 3.0 || spread <= 0.0 {
-            return NO_VOTE;
+        loop {
+            let lowest = open.iter().copied().fold(f32::NAN, f32::min);
+            if lowest.is_nan() {
+                break;
+            }
+            let within = |guess: f32| guess <= lowest + 2.0 * reach;
+            let highest = open.iter().copied().filter(|&guess| within(guess)).fold(lowest, f32::max);
+            let common = 0.5 * (f64::from(lowest) + f64::from(highest));
+            let served = open.map(within);
+            let seen = in_view(lines, (start, common), &served, frames.stretches, &mut samples);
+            let moments =
+                block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
+            for lane in 0..block.len() {
+                if served[lane] {
+                    votes[start + lane] = vote(&moments, lane, common, open[lane], frames.minimum_frames);
+                    open[lane] = f32::NAN;
+                }
+            }
         }
-        let covariance = self.value_tau - self.value * self.tau / self.count;
-        let gradient = self.slope / self.count;
-        let energy = self.value_value - self.value * self.value / self.count;
-        Vote {
-            weight: (gradient * gradient * spread) as f32,
-            moment: (-gradient * covariance) as f32,
-            residual: (energy - covariance * covariance / spread).max(0.0) as f32,
-            freedom: (self.count - 2.0) as f32,
-            noise_weight: (GRADIENT_NOISE_GAIN / self.count * spread) as f32,
-        }
-    }
-
-    fn residual_variance(self) -> f64 {
-        let vote = self.vote();
-        if vote.freedom > 0.0 { f64::from(vote.residual / vote.freedom) } else { f64::INFINITY }
+        start += LANES;
     }
 }
 
-/// The vote of pixel `x` of the row in `epi`, whose guess is `disparity`.
-pub(super) fn pixel_vote(epi: &SampledEpi, lines: &Lines, x: usize, disparity: f64, rule: SeenRule) -> Vote {
-    if disparity.is_nan() {
+/// The frames that see any of the `served` pixels of the block from column `start` on, whose disparity is about `common`; and, unless all see
+/// all, each pixel's stretch.
+fn in_view(
+    lines: &Lines,
+    (start, common): (usize, f64),
+    served: &[bool; LANES],
+    stretches: Option<&[(f32, f32)]>,
+    samples: &mut Vec<FrameSample>,
+) -> Option<SeenStretch> {
+    // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
+    let (low, high) = (1.0, (lines.columns() - 2) as f64);
+    let mut seen = SeenStretch { first: [f32::INFINITY; LANES], last: [f32::NEG_INFINITY; LANES] };
+    let (mut earliest, mut latest) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut everywhere = true;
+    for lane in (0..LANES).filter(|&lane| served[lane]) {
+        let x = (start + lane) as f64;
+        let (mut first, mut last) = if common == 0.0 {
+            if x >= low && x <= high { (-1.0, 1.0) } else { (f64::INFINITY, f64::NEG_INFINITY) }
+        } else {
+            let ends = ((low - x) / common, (high - x) / common);
+            (ends.0.min(ends.1), ends.0.max(ends.1))
+        };
+        if let Some((from, to)) = stretches.map(|stretches| stretches[start + lane]) {
+            first = first.max(f64::from(from) - 1e-6);
+            last = last.min(f64::from(to) + 1e-6);
+        }
+        seen.first[lane] = first as f32;
+        seen.last[lane] = last as f32;
+        earliest = earliest.min(first);
+        latest = latest.max(last);
+        everywhere &= first <= -lines.tau_before() && last >= lines.tau_after();
+    }
+    samples.clear();
+    for (t, &tau) in lines.offsets().iter().enumerate() {
+        if tau >= earliest && tau <= latest {
+            let steps = (common * tau * FRACTIONS as f64).round() as isize;
+            let whole = steps.div_euclid(FRACTIONS as isize);
+            let fraction = steps.rem_euclid(FRACTIONS as isize) as usize;
+            samples.push(FrameSample { frame: t, column: start as isize + whole, tau: tau as f32, fraction });
+        }
+    }
+    (!everywhere).then_some(seen)
+}
+
+/// The vote of one pixel of a block around `common`, counted from its guess.
+fn vote(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames: usize) -> Vote {
+    let count = moments.count[lane];
+    let spread = moments.tau_tau[lane] - moments.tau[lane] * moments.tau[lane] / count;
+    if count < minimum_frames as f32 || spread <= 0.0 {
         return NO_VOTE;
     }
-    let reference = lines.reference();
-    let (anchor, anchor_slope) = sample(epi.taps(reference, x as isize, 1), 0.0);
-    // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
-    let sound = |position: f64| position >= 1.0 && position <= (lines.columns() - 2) as f64;
-    let mut sides = [Sums::default(); 2];
-    for (t, &tau) in lines.offsets().iter().enumerate() {
-        let position = x as f64 + disparity * tau;
-        if t == reference || !sound(position) {
-            continue;
-        }
-        let whole = position.floor();
-        let (value, slope) = sample(epi.taps(t, whole as isize, 1), (position - whole) as f32);
-        sides[usize::from(t > reference)].add(tau, f64::from(value - anchor), slope.into());
-    }
-    let mut own = Sums::default();
-    if sound(x as f64) {
-        own.add(0.0, 0.0, anchor_slope.into());
-    }
-    let [before, after] = sides;
-    let all = before.joined(after).joined(own);
-    let mut best = all;
-    if rule.hidden_points == HiddenPoints::OneSide {
-        // A side that fits far better than all frames together says that the point is hidden on the other one: twice the
-        // residual variance is beyond chance for some ten frames.
-        for side in [before.joined(own), after.joined(own)] {
-            let clearly_better =
-                2.0 * side.residual_variance() + QUANTISATION_VARIANCE < best.residual_variance();
-            if rule.suffices(side.count as usize) && clearly_better {
-                best = side;
-            }
-        }
-    }
-    if rule.suffices(best.count as usize) { best.vote() } else { NO_VOTE }
-}
-
-#[inline(always)]
-fn sample(taps: &[f32], fraction: f32) -> (f32, f32) {
-    let values = Interpolation::bspline_weights(fraction);
-    let slopes = Interpolation::bspline_slope_weights(fraction);
-    let taps: &[f32; TAPS] = taps.first_chunk().unwrap_or(&[0.0; TAPS]);
-    let dot = |weights: [f32; TAPS]| {
-        weights[0] * taps[0] + weights[1] * taps[1] + weights[2] * taps[2] + weights[3] * taps[3]
-    };
-    (dot(values), dot(slopes))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Mean over the positions between pixels of the squared frequency response of `weights` and the prefilter, integrated
-    /// over the frequencies: the variance that white noise is left with.
-    fn noise_gain(weights: fn(f32) -> [f32; TAPS]) -> f64 {
-        let (steps, fractions) = (2000, 200);
-        let mut sum = 0.0;
-        for index in 0..fractions {
-            let weights = weights((index as f32 + 0.5) / fractions as f32);
-            for step in 0..steps {
-                let omega = std::f64::consts::TAU * (f64::from(step) + 0.5) / f64::from(steps);
-                let (mut real, mut imaginary) = (0.0, 0.0);
-                for (tap, weight) in weights.iter().enumerate() {
-                    real += f64::from(*weight) * (omega * tap as f64).cos();
-                    imaginary += f64::from(*weight) * (omega * tap as f64).sin();
-                }
-                let prefilter = 6.0 / (4.0 + 2.0 * omega.cos());
-                sum += (real * real + imaginary * imaginary) * prefilter * prefilter;
-            }
-        }
-        sum / (f64::from(steps) * f64::from(fractions))
-    }
-
-    #[test]
-    fn noise_gains_are_those_of_the_frequency_response() {
-        assert!((noise_gain(Interpolation::bspline_weights) - VALUE_NOISE_GAIN).abs() < 0.001);
-        assert!((noise_gain(Interpolation::bspline_slope_weights) - GRADIENT_NOISE_GAIN).abs() < 0.002);
+    let mean_tau = moments.tau[lane] / count;
+    let e = (f64::from(guess) - common) as f32;
+    // The regression's numerator and the template's gradient along the pixel's own line.
+    let at_common = moments.tau_value[lane] - mean_tau * moments.value[lane];
+    let first = moments.tau_tau_slope[lane] - mean_tau * moments.tau_slope[lane];
+    let second = moments.tau_tau_tau_bend[lane] - mean_tau * moments.tau_tau_bend[lane];
+    let covariance = at_common + e * (first + 0.5 * e * second);
+    let gradient = (moments.slope[lane] + e * moments.tau_bend[lane]) / count;
+    let energy = moments.value_value[lane] - moments.value[lane] * moments.value[lane] / count;
+    Vote {
+        base: guess,
+        weight: gradient * gradient * spread,
+        moment: -gradient * covariance,
+        residual: (energy - at_common * at_common / spread).max(0.0),
+        freedom: count - 2.0,
+        gradient,
+        bend: moments.bend[lane] / count,
     }
 }

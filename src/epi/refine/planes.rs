@@ -1,0 +1,176 @@
+//! Votes and planes of all pixels, laid out so that neighbours of sixteen pixels are loaded at once.
+
+use rayon::prelude::*;
+
+use super::QUANTISATION_VARIANCE;
+use super::moments::LANES;
+use super::votes::Vote;
+use crate::plane::Plane;
+
+/// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach and a block.
+pub(super) const PAD: usize = 32;
+
+/// One number for each pixel, with room around each row.
+#[derive(Debug, Clone)]
+pub(super) struct Padded {
+    stride: usize,
+    values: Vec<f32>,
+}
+
+impl Padded {
+    fn filled(rows: usize, columns: usize, value: f32) -> Self {
+        let stride = columns.next_multiple_of(LANES) + 2 * PAD;
+        Self { stride, values: vec![value; rows * stride] }
+    }
+
+    /// Row `y` with the room on both sides.
+    pub(super) fn row(&self, y: usize) -> &[f32] {
+        &self.values[y * self.stride..(y + 1) * self.stride]
+    }
+
+    fn row_mut(&mut self, y: usize) -> &mut [f32] {
+        &mut self.values[y * self.stride..(y + 1) * self.stride]
+    }
+
+    pub(super) fn par_rows(&mut self) -> rayon::slice::ChunksMut<'_, f32> {
+        self.values.par_chunks_mut(self.stride)
+    }
+}
+
+/// What the votes of all pixels are. Disparities are counted from a common origin.
+#[derive(Debug, Clone)]
+pub(super) struct VotePlanes {
+    pub(super) weight: Padded,
+    /// Weight times voted disparity.
+    pub(super) moment: Padded,
+    /// One over the weight; 0 where there is none.
+    pub(super) inverse: Padded,
+    pub(super) residual: Padded,
+    pub(super) freedom: Padded,
+    /// Derivatives of the template along x.
+    pub(super) gradient: Padded,
+    pub(super) bend: Padded,
+}
+
+/// A row of vote planes to be filled.
+pub(super) struct VoteRow<'a> {
+    planes: [&'a mut [f32]; 7],
+}
+
+impl VoteRow<'_> {
+    pub(super) fn put(self, votes: &[Vote], origin: f32) {
+        let [weight, moment, inverse, residual, freedom, gradient, bend] = self.planes;
+        for (x, vote) in votes.iter().enumerate() {
+            let place = PAD + x;
+            weight[place] = vote.weight;
+            moment[place] = vote.moment + vote.weight * (vote.base - origin);
+            inverse[place] = if vote.weight > 0.0 { 1.0 / vote.weight } else { 0.0 };
+            residual[place] = vote.residual;
+            freedom[place] = vote.freedom;
+            gradient[place] = vote.gradient;
+            bend[place] = vote.bend;
+        }
+    }
+}
+
+impl VotePlanes {
+    pub(super) fn empty(rows: usize, columns: usize) -> Self {
+        let plane = || Padded::filled(rows, columns, 0.0);
+        Self {
+            weight: plane(),
+            moment: plane(),
+            inverse: plane(),
+            residual: plane(),
+            freedom: plane(),
+            gradient: plane(),
+            bend: plane(),
+        }
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.weight.values.len() / self.weight.stride
+    }
+
+    pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = VoteRow<'_>> {
+        let first = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
+        let second = first.zip(self.residual.par_rows()).zip(self.freedom.par_rows());
+        let all = second.zip(self.gradient.par_rows()).zip(self.bend.par_rows());
+        all.map(|((((((a, b), c), d), e), f), g)| VoteRow { planes: [a, b, c, d, e, f, g] })
+    }
+}
+
+/// A plane d + p u + q v for each pixel, and how well it is known.
+#[derive(Debug, Clone)]
+pub(super) struct SurfacePlanes {
+    pub(super) disparity: Padded,
+    pub(super) slant_x: Padded,
+    pub(super) slant_y: Padded,
+    /// Variance of d, in px^2; infinite where nothing is known.
+    pub(super) variance: Padded,
+    /// Scatter of the votes about the plane over what their noise lets expect.
+    pub(super) misfit: Padded,
+    /// Sum of the weights over noise variance and degrees of freedom: how far texture stands out.
+    pub(super) texture: Padded,
+}
+
+/// One row of planes to be filled.
+pub(super) struct PlaneRow<'a> {
+    pub(super) disparity: &'a mut [f32],
+    pub(super) slant_x: &'a mut [f32],
+    pub(super) slant_y: &'a mut [f32],
+    pub(super) variance: &'a mut [f32],
+    pub(super) misfit: &'a mut [f32],
+    pub(super) texture: &'a mut [f32],
+}
+
+impl SurfacePlanes {
+    pub(super) fn unknown(rows: usize, columns: usize) -> Self {
+        let plane = |value| Padded::filled(rows, columns, value);
+        Self {
+            disparity: plane(0.0),
+            slant_x: plane(0.0),
+            slant_y: plane(0.0),
+            variance: plane(f32::INFINITY),
+            misfit: plane(f32::INFINITY),
+            texture: plane(0.0),
+        }
+    }
+
+    /// The guesses that the votes are counted from, as planes without slant.
+    pub(super) fn of_guesses(votes: &VotePlanes, guess: &Plane<f32>, origin: f32, noise_gain: f32) -> Self {
+        let (rows, columns) = (guess.rows(), guess.columns());
+        let mut planes = Self::unknown(rows, columns);
+        for y in 0..rows {
+            for (place, &guess) in planes.disparity.row_mut(y)[PAD..].iter_mut().zip(guess.row(y)) {
+                *place = if guess.is_nan() { 0.0 } else { guess - origin };
+            }
+            let (inverse, residual, freedom) =
+                (votes.inverse.row(y), votes.residual.row(y), votes.freedom.row(y));
+            for (place, variance) in planes.variance.row_mut(y).iter_mut().enumerate() {
+                if inverse[place] > 0.0 {
+                    let noise = residual[place] / (freedom[place] * noise_gain);
+                    *variance = noise.max(QUANTISATION_VARIANCE as f32) * inverse[place];
+                }
+            }
+        }
+        planes
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.disparity.values.len() / self.disparity.stride
+    }
+
+    pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = PlaneRow<'_>> {
+        let first = self.disparity.par_rows().zip(self.slant_x.par_rows()).zip(self.slant_y.par_rows());
+        let all =
+            first.zip(self.variance.par_rows()).zip(self.misfit.par_rows()).zip(self.texture.par_rows());
+        all.map(|(((((disparity, slant_x), slant_y), variance), misfit), texture)| PlaneRow {
+            disparity,
+            slant_x,
+            slant_y,
+            variance,
+            misfit,
+            texture,
+        })
+    }
+}

@@ -1,0 +1,295 @@
+//! Windows that follow the surface.
+//!
+//! The votes around a pixel are joined by a plane (disparity and slant) as far as they belong to the pixel's own surface. Which ones do
+//! is told by a map of planes, one for each pixel: a neighbour belongs if its own plane's disparity lies on the
+//! pixel's plane, within what both of their sigmas let expect (propagation and separation; Polzehl and Spokoiny
+//! 2006). On one plane everything within reach takes part, so nothing of the information is lost; at a step or a ridge the
+//! support ends.
+
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
+
+use super::moments::LANES;
+use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
+
+/// Two disparities belong to one plane if they differ by less than this many of their common sigmas: beyond it chance goes once in
+/// a thousand.
+const BELONGS_SIGMAS: f32 = 3.3;
+/// A strip contradicts a plane if it misses it by more than this many sigmas.
+const MISSED_SIGMAS: f32 = 2.6;
+/// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
+const EXPECTED_SLANT: f32 = 0.1;
+
+/// Which votes are joined, and how.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Joining {
+    /// Neighbours up to this many columns and rows away take part.
+    pub(super) reach: (usize, usize),
+    /// Variance of the residuals over that of the noise.
+    pub(super) noise_gain: f32,
+    /// Least variance of the noise, in DN^2.
+    pub(super) least_noise: f32,
+    /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
+    pub(super) slack: (f32, f32),
+}
+
+/// Joins the votes around each pixel of row `y`, as far as the planes of `map` say that they belong to its surface, into the row `after`.
+/// Pixels whose variance in `settled` is at most `wanted` px^2 keep what `after` holds.
+pub(super) fn join_row(
+    level: Level,
+    (votes, map): (&VotePlanes, &SurfacePlanes),
+    joining: Joining,
+    y: usize,
+    wanted: Option<f32>,
+    after: PlaneRow<'_>,
+) {
+    dispatch!(level, simd => join_row_simd(simd, (votes, map), joining, y, wanted, after));
+}
+
+#[inline(always)]
+fn join_row_simd<S: Simd>(
+    simd: S,
+    (votes, map): (&VotePlanes, &SurfacePlanes),
+    joining: Joining,
+    y: usize,
+    wanted: Option<f32>,
+    after: PlaneRow<'_>,
+) {
+    let PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture } = after;
+    let mut out = [disparity, slant_x, slant_y, variance, misfit, texture];
+    let mut start = PAD;
+    while start + PAD < out[0].len() {
+        let block = start..start + LANES;
+        if let Some(wanted) = wanted {
+            let variances = f32x16::from_slice(simd, &out[3][block.clone()]);
+            let settled = variances.simd_le(f32x16::splat(simd, wanted));
+            if out[3][block.clone()].iter().any(|&variance| variance > wanted) {
+                let joined = join_block(simd, votes, map, joining, y, start);
+                for (plane, value) in out.iter_mut().zip(joined) {
+                    let old = f32x16::from_slice(simd, &plane[block.clone()]);
+                    settled.select(old, value).store_slice(&mut plane[block.clone()]);
+                }
+            }
+        } else {
+            let joined = join_block(simd, votes, map, joining, y, start);
+            for (plane, value) in out.iter_mut().zip(joined) {
+                value.store_slice(&mut plane[block.clone()]);
+            }
+        }
+        start += LANES;
+    }
+}
+
+/// Columns of the widest window.
+const WIDEST: usize = 21;
+
+/// Sums over the votes that belong to the pixels of a block.
+struct Sums<S: Simd> {
+    residual: f32x16<S>,
+    freedom: f32x16<S>,
+    /// Weights, moments, and weights times v, of each column.
+    columns: [[f32x16<S>; 3]; WIDEST],
+    /// Weights, moments, and weights times u, of each row.
+    rows: [[f32x16<S>; 3]; WIDEST],
+}
+
+#[inline(always)]
+fn join_block<S: Simd>(
+    simd: S,
+    votes: &VotePlanes,
+    map: &SurfacePlanes,
+    joining: Joining,
+    y: usize,
+    start: usize,
+) -> [f32x16<S>; 6] {
+    let zero = f32x16::splat(simd, 0.0);
+    let own = |plane: &Padded| f32x16::from_slice(simd, &plane.row(y)[start..start + LANES]);
+    let (d, p, q) = (own(&map.disparity), own(&map.slant_x), own(&map.slant_y));
+    let variance = own(&map.variance);
+    let (reach_u, reach_v) = (joining.reach.0 as isize, joining.reach.1 as isize);
+    let limit = f32x16::splat(simd, BELONGS_SIGMAS * BELONGS_SIGMAS);
+    let mut sums =
+        Sums { residual: zero, freedom: zero, columns: [[zero; 3]; WIDEST], rows: [[zero; 3]; WIDEST] };
+    let first = (y as isize - reach_v).max(0);
+    let last = (y as isize + reach_v).min(votes.rows() as isize - 1);
+    for row in first..=last {
+        let v = (row - y as isize) as f32;
+        let row_sums = &mut sums.rows[(row - y as isize + reach_v) as usize];
+        let row = row as usize;
+        let line = q.mul_add(v, d);
+        for offset in -reach_u..=reach_u {
+            let u = offset as f32;
+            let place = (start as isize + offset) as usize;
+            let load = |plane: &Padded| f32x16::from_slice(simd, &plane.row(row)[place..place + LANES]);
+            let expected = p.mul_add(u, line);
+            let difference = load(&map.disparity) - expected;
+            let slack = joining.slack.0 + joining.slack.1 * u.hypot(v);
+            let allowed = (variance + load(&map.variance)).mul_add(limit, slack * slack);
+            let belongs = if offset == 0 && v == 0.0 {
+                zero.simd_le(zero)
+            } else {
+                (difference * difference).simd_le(allowed)
+            };
+            let weight = belongs.select(load(&votes.weight), zero);
+            // The vote less the pixel's own disparity.
+            let moment = belongs.select(load(&votes.moment), zero) - weight * d;
+            row_sums[0] += weight;
+            row_sums[1] += moment;
+            row_sums[2] = weight.mul_add(u, row_sums[2]);
+            let column_sums = &mut sums.columns[(offset + reach_u) as usize];
+            column_sums[0] += weight;
+            column_sums[1] += moment;
+            column_sums[2] = weight.mul_add(v, column_sums[2]);
+            sums.residual += belongs.select(load(&votes.residual), zero);
+            sums.freedom += belongs.select(load(&votes.freedom), zero);
+        }
+    }
+    solve(simd, &sums, joining, [d, p, q])
+}
+
+/// Disparity, slants, variance, misfit and texture of the plane through the votes.
+#[inline(always)]
+fn solve<S: Simd>(simd: S, sums: &Sums<S>, joining: Joining, [d, p, q]: [f32x16<S>; 3]) -> [f32x16<S>; 6] {
+    let splat = |value| f32x16::splat(simd, value);
+    let zero = splat(0.0);
+    let (reach_u, reach_v) = joining.reach;
+    let columns = &sums.columns[..2 * reach_u + 1];
+    let rows = &sums.rows[..2 * reach_v + 1];
+    let place = |index: usize, reach: usize| index as f32 - reach as f32;
+    let [mut s0, mut su, mut sv, mut suu, mut suv, mut svv] = [zero; 6];
+    let [mut t0, mut tu, mut tv] = [zero; 3];
+    for (index, [weight, moment, crossed]) in columns.iter().enumerate() {
+        let u = place(index, reach_u);
+        s0 += *weight;
+        su = weight.mul_add(u, su);
+        suu = weight.mul_add(u * u, suu);
+        suv = crossed.mul_add(u, suv);
+        t0 += *moment;
+        tu = moment.mul_add(u, tu);
+    }
+    for (index, [weight, moment, _]) in rows.iter().enumerate() {
+        let v = place(index, reach_v);
+        sv = weight.mul_add(v, sv);
+        svv = weight.mul_add(v * v, svv);
+        tv = moment.mul_add(v, tv);
+    }
+    let noise = (sums.residual / (sums.freedom * joining.noise_gain).max(splat(1e-6)))
+        .max(splat(joining.least_noise));
+    // A slant of zero is a weak observation that keeps the system regular.
+    let prior = noise * (1.0 / (EXPECTED_SLANT * EXPECTED_SLANT));
+    let (suu, svv) = (suu + prior, svv + prior);
+    let minor_dd = suu * svv - suv * suv;
+    let minor_dp = sv * suv - su * svv;
+    let minor_dq = su * suv - sv * suu;
+    let determinant = s0 * minor_dd + su * minor_dp + sv * minor_dq;
+    let one_over = splat(1.0) / determinant;
+    let step = (minor_dd * t0 + minor_dp * tu + minor_dq * tv) * one_over;
+    let slant_x = (minor_dp * t0 + (s0 * svv - sv * sv) * tu + (su * sv - s0 * suv) * tv) * one_over;
+    let slant_y = (minor_dq * t0 + (su * sv - s0 * suv) * tu + (s0 * suu - su * su) * tv) * one_over;
+
+    // Means of columns and of rows about the plane: what a step or a bend moves most.
+    let (mut misfit, mut number) = (zero, zero);
+    for (lines, reach, along, across) in
+        [(columns, reach_u, slant_x, slant_y), (rows, reach_v, slant_y, slant_x)]
+    {
+        for (index, [weight, moment, crossed]) in lines.iter().enumerate() {
+            let expected = *weight * along.mul_add(place(index, reach), step) + *crossed * across;
+            let deviation = *moment - expected;
+            let there = weight.simd_gt(zero);
+            misfit += there.select(deviation * deviation / *weight, zero);
+            number += there.select(splat(1.0), zero);
+        }
+    }
+    // A plane takes three degrees of freedom, from columns and from rows.
+    let spare = (number - 6.0).max(splat(1.0));
+    let ratio = misfit / (noise * spare);
+    // What chance lets the ratio exceed one by is no misfit: twice its standard deviation.
+    let chance = (splat(2.0) / spare).sqrt() * 2.0 + 1.0;
+    let inflation = ratio.simd_gt(chance).select(ratio, splat(1.0));
+    let variance = noise * minor_dd * one_over * inflation;
+    let known = determinant.simd_gt(zero);
+    [
+        known.select(d + step, d),
+        known.select(slant_x, p),
+        known.select(slant_y, q),
+        known.select(variance, splat(f32::INFINITY)),
+        known.select(ratio, splat(f32::INFINITY)),
+        known.select(s0 / (noise * sums.freedom.max(splat(1.0))), zero),
+    ]
+}
+
+/// For each pixel of row `y` the most credible plane among those of windows that contain it: centred on it, and with it in the middle of a side or in a
+/// corner (after Nagao and Matsuyama 1979), of each of the shapes in `windows`. Credible is what is well known and fits its votes; it is carried to
+/// the pixel.
+pub(super) fn best_window(
+    level: Level,
+    windows: &[(SurfacePlanes, (usize, usize))],
+    y: usize,
+    after: PlaneRow<'_>,
+) {
+    dispatch!(level, simd => best_window_simd(simd, windows, y, after));
+}
+
+#[inline(always)]
+fn best_window_simd<S: Simd>(
+    simd: S,
+    windows: &[(SurfacePlanes, (usize, usize))],
+    y: usize,
+    after: PlaneRow<'_>,
+) {
+    let one = f32x16::splat(simd, 1.0);
+    let mut start = PAD;
+    while start + PAD < after.disparity.len() {
+        let mut least = f32x16::splat(simd, f32::INFINITY);
+        let mut best = [f32x16::splat(simd, 0.0), f32x16::splat(simd, 0.0), f32x16::splat(simd, 0.0), least];
+        for (planes, (reach_u, reach_v)) in windows {
+            let (reach_u, reach_v) = (*reach_u as isize, *reach_v as isize);
+            // The variance of an evenly filled window's plane grows from its middle by u^2 / mean(u^2).
+            let spread = |reach: isize| ((reach * (reach + 1)) as f32 / 3.0).max(1.0);
+            for v in [0, -reach_v, reach_v] {
+                let row = y as isize + v;
+                if row < 0 || row >= planes.rows() as isize {
+                    continue;
+                }
+                for u in [0, -reach_u, reach_u] {
+                    let place = (start as isize + u) as usize;
+                    let load = |plane: &Padded| {
+                        f32x16::from_slice(simd, &plane.row(row as usize)[place..place + LANES])
+                    };
+                    let growth = 1.0 + (u * u) as f32 / spread(reach_u) + (v * v) as f32 / spread(reach_v);
+                    let variance = load(&planes.variance) * growth;
+                    let misfit = load(&planes.misfit).max(one);
+                    let (p, q) = (load(&planes.slant_x), load(&planes.slant_y));
+                    let disparity = load(&planes.disparity) - p * u as f32 - q * v as f32;
+                    let score = variance * misfit * misfit * misfit;
+                    let better = score.simd_lt(least);
+                    least = better.select(score, least);
+                    for (best, value) in best.iter_mut().zip([disparity, p, q, variance]) {
+                        *best = better.select(value, *best);
+                    }
+                }
+            }
+        }
+        let block = start..start + LANES;
+        best[0].store_slice(&mut after.disparity[block.clone()]);
+        best[1].store_slice(&mut after.slant_x[block.clone()]);
+        best[2].store_slice(&mut after.slant_y[block.clone()]);
+        best[3].store_slice(&mut after.variance[block]);
+        start += LANES;
+    }
+}
+
+/// Adds to the variances of row `y` what strips through the pixels, a pixel wide, miss the pixels' planes by beyond chance: where two levels meet, a
+/// pixel may belong to neither.
+pub(super) fn doubt_row(strips: &[SurfacePlanes], y: usize, after: PlaneRow<'_>) {
+    for strip in strips {
+        let (disparity, variance) = (strip.disparity.row(y), strip.variance.row(y));
+        for place in PAD..after.disparity.len() - PAD {
+            let missed = (disparity[place] - after.disparity[place]).powi(2);
+            // The strip's votes are a part of the window's, so only what it knows less explains a difference.
+            let expected = (variance[place] - after.variance[place]).max(0.0);
+            if missed > MISSED_SIGMAS * MISSED_SIGMAS * expected && variance[place].is_finite() {
+                after.variance[place] += missed - expected;
+            }
+        }
+    }
+}
