@@ -16,6 +16,20 @@ pub struct Shift {
     pub end: usize,
 }
 
+impl Shift {
+    /// The shift by `exact` px in images `columns` wide.
+    pub(super) fn by(exact: f64, columns: usize) -> Self {
+        // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the image by that.
+        let nearest = exact.round();
+        let shift = if (exact - nearest).abs() < 1e-6 { nearest } else { exact };
+        let whole = shift.floor();
+        let last = (columns - 1) as f64;
+        let first = (-shift).ceil().clamp(0.0, last + 1.0);
+        let end = ((last - shift).floor() + 1.0).clamp(first, last + 1.0);
+        Self { whole: whole as isize, fraction: shift - whole, first: first as usize, end: end as usize }
+    }
+}
+
 /// The lines through the pixels of one reference frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lines {
@@ -68,15 +82,7 @@ impl Lines {
 
     /// Shift of frame `t` under disparity `disparity_px`.
     pub fn shift(&self, disparity_px: f64, t: usize) -> Shift {
-        // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the image by that.
-        let exact = disparity_px * self.offsets[t];
-        let nearest = exact.round();
-        let shift = if (exact - nearest).abs() < 1e-6 { nearest } else { exact };
-        let whole = shift.floor();
-        let last = (self.columns - 1) as f64;
-        let first = (-shift).ceil().clamp(0.0, last + 1.0);
-        let end = ((last - shift).floor() + 1.0).clamp(first, last + 1.0);
-        Shift { whole: whole as isize, fraction: shift - whole, first: first as usize, end: end as usize }
+        Shift::by(disparity_px * self.offsets[t], self.columns)
     }
 }
 

@@ -21,10 +21,13 @@ mod positions;
 mod profile;
 pub mod range;
 pub mod refine;
+mod search;
 mod winner;
 
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{match_volume, row_costs};
-pub use options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering, ReferenceFrame};
+pub use options::{
+    DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering, ReferenceFrame, Search,
+};
 pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

@@ -53,7 +53,7 @@ impl CostTable {
         self.values[k * self.columns + x]
     }
 
-    fn row_mut(&mut self, k: usize) -> &mut [f32] {
+    pub(super) fn row_mut(&mut self, k: usize) -> &mut [f32] {
         &mut self.values[k * self.columns..(k + 1) * self.columns]
     }
 }

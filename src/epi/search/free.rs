@@ -1,0 +1,222 @@
+//! Rows whose points need not keep their order: each pixel takes its best candidate.
+//!
+//! Depth edges stay where they are because a pixel's cost is the least over all windows that contain it, so that one of them lies on
+//! its own surface (Kang, Szeliski and Chai 2001); and points that are hidden in part of the sequence are answered because a
+//! frame that disagrees costs a limited amount, whatever it shows.
+
+use std::ops::Range;
+
+use fearless_simd::Level;
+
+use super::best::Best;
+use super::kernels;
+use super::limits::limits;
+use super::plan::Plan;
+use super::sweep::{Consumer, Window, sweep};
+use super::{RowAnswers, Searched, bracketed, rival_distance};
+use crate::epi::lines::Lines;
+use crate::epi::maps::Answer;
+use crate::epi::options::MatchOptions;
+use crate::volume::Volume;
+
+/// Neighbours within this disparity of a pixel are taken to lie on its surface, in px ...
+const SAME_SURFACE_PX: f32 = 1.0;
+/// ... and of those at most this far away, in px, ...
+const NEIGHBOUR_REACH: usize = 2;
+/// ... so many must: a surface seen through a gap two pixels wide still has them.
+const LEAST_NEIGHBOURS: usize = 6;
+
+/// What is searched.
+pub(super) struct Search<'a> {
+    pub(super) volume: &'a Volume,
+    pub(super) lines: &'a Lines,
+    pub(super) plan: &'a Plan,
+    pub(super) window: Window,
+    /// Whether points may be hidden in part of the sequence.
+    pub(super) hidden: bool,
+    pub(super) options: &'a MatchOptions,
+}
+
+impl Search<'_> {
+    /// Answers of the rows of `band`.
+    pub(super) fn rows(&self, band: Range<usize>) -> Vec<RowAnswers> {
+        let (rows, columns) = (self.volume.rows(), self.plan.columns);
+        let shift = self.window.rows;
+        let centres = band.start.saturating_sub(shift)..(band.end + shift).min(rows);
+        let first = centres.start.saturating_sub(shift);
+        let held = first..(centres.end + shift).min(rows);
+        let resolution = self.options.method.resolution();
+        let limits =
+            if self.hidden { limits(self.volume, self.plan.reference, held, resolution) } else { Vec::new() };
+        let apart = rival_distance(self.lines, self.plan.hypotheses.raster_px()).max(2);
+        let mut rows = FreeRows {
+            search: self,
+            band: band.clone(),
+            shift,
+            first,
+            limits,
+            typical: Vec::new(),
+            inverse: vec![1.0; columns],
+            level: Level::new(),
+            minima: vec![f32::INFINITY; columns],
+            recent: vec![vec![f32::INFINITY; columns * self.plan.hypotheses.count()]; 2 * shift + 1],
+            apart,
+            best: Best::new(columns, apart),
+            answers: Vec::new(),
+        };
+        sweep(self.volume, self.plan, self.window, centres.clone(), &mut rows);
+        // The last rows of the image wait for rows that do not come.
+        for y in band.start + rows.answers.len()..band.end {
+            for k in 0..self.plan.hypotheses.count() {
+                rows.decide(y, k, y.saturating_sub(shift)..centres.end);
+            }
+            rows.answer(y);
+        }
+        rows.answers
+    }
+}
+
+struct FreeRows<'a> {
+    search: &'a Search<'a>,
+    band: Range<usize>,
+    /// How far windows may be shifted.
+    shift: usize,
+    /// The first row that has limits.
+    first: usize,
+    /// Limits of single costs, for each row; none if costs are not truncated.
+    limits: Vec<Vec<f32>>,
+    /// Mean limit of the windows around the pixels of each row of centres, in the order in which they come.
+    typical: Vec<Vec<f32>>,
+    /// One over the last of these.
+    inverse: Vec<f32>,
+    level: Level,
+    minima: Vec<f32>,
+    /// Least costs of windows shifted along the row, for the last rows: hypotheses x columns each.
+    recent: Vec<Vec<f32>>,
+    apart: usize,
+    best: Best,
+    answers: Vec<RowAnswers>,
+}
+
+impl FreeRows<'_> {
+    fn first_centre(&self) -> usize {
+        self.band.start.saturating_sub(self.shift)
+    }
+
+    /// Mean limits around the pixels of row `y`.
+    fn begin_centre(&mut self, y: usize) {
+        let columns = self.inverse.len();
+        let mut typical = vec![1.0; columns];
+        if !self.limits.is_empty() {
+            let window = self.search.window;
+            let first = y.saturating_sub(window.rows) - self.first;
+            let end = (y + window.rows + 1 - self.first).min(self.limits.len());
+            let mut sums = vec![0.0; columns];
+            for limits in &self.limits[first..end] {
+                sums.iter_mut().zip(limits).for_each(|(sum, limit)| *sum += limit);
+            }
+            kernels::box_means(self.level, &sums, window.columns, &mut typical);
+            typical.iter_mut().for_each(|limit| *limit /= (end - first) as f32);
+        }
+        self.inverse.iter_mut().zip(&typical).for_each(|(inverse, limit)| *inverse = 1.0 / limit);
+        self.typical.push(typical);
+    }
+
+    /// Takes hypothesis `k` of row `y` from the windows around the rows `centres`.
+    fn decide(&mut self, y: usize, k: usize, centres: Range<usize>) {
+        let columns = self.inverse.len();
+        let height = self.recent.len();
+        debug_assert!(centres.contains(&y));
+        let runs = &self.search.plan.candidates[k].runs;
+        for run in runs {
+            let place = k * columns + run.start..k * columns + run.end;
+            let minima = &mut self.minima[run.clone()];
+            minima.copy_from_slice(&self.recent[centres.start % height][place.clone()]);
+            for centre in centres.start + 1..centres.end {
+                kernels::keep_lesser(self.level, &self.recent[centre % height][place.clone()], minima);
+            }
+        }
+        self.best.take(runs.iter().map(|run| (run.clone(), &self.minima[run.clone()])));
+    }
+
+    fn answer(&mut self, y: usize) {
+        let Search { plan, options, .. } = *self.search;
+        let columns = self.inverse.len();
+        let count = plan.hypotheses.count();
+        let typical = &self.typical[y - self.first_centre()];
+        let mut row = RowAnswers::unknown(columns);
+        for x in 0..columns {
+            let Some((k, cost)) = self.best.winner(x) else { continue };
+            row.cost[x] = cost * typical[x];
+            row.confidence[x] = self.best.confidence(x, options.method.resolution() / typical[x]);
+            // Truncated costs are shares of the frames that disagree.
+            let dear = !self.limits.is_empty() && f64::from(cost) > 1.0 - options.minimum_visible;
+            row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
+            if row.answer[x] == Answer::Found && dear {
+                row.answer[x] = Answer::Ambiguous;
+            }
+            row.place(x, &plan.hypotheses, k as f64 + self.best.vertex(x));
+        }
+        self.answers.push(row);
+        self.best.restart();
+    }
+
+    /// The row whose windows are complete with those around row `centre`.
+    fn completed(&self, centre: usize) -> Option<usize> {
+        centre.checked_sub(self.shift).filter(|y| self.band.contains(y))
+    }
+}
+
+impl Consumer for FreeRows<'_> {
+    fn limit(&self, y: usize) -> Option<&[f32]> {
+        self.limits.get(y - self.first).map(Vec::as_slice)
+    }
+
+    fn take(&mut self, y: usize, k: usize, costs: &mut [f32]) {
+        let columns = self.inverse.len();
+        let height = self.recent.len();
+        if k == 0 {
+            self.begin_centre(y);
+        }
+        for run in &self.search.plan.candidates[k].runs {
+            let costs = &mut costs[run.clone()];
+            kernels::multiply(self.level, &self.inverse[run.clone()], costs);
+            let out = &mut self.recent[y % height][k * columns + run.start..k * columns + run.end];
+            kernels::box_minima(self.level, costs, self.shift, out);
+        }
+        if let Some(done) = self.completed(y) {
+            self.decide(done, k, done.saturating_sub(self.shift)..y + 1);
+        }
+    }
+
+    fn row_done(&mut self, y: usize) {
+        if let Some(done) = self.completed(y) {
+            self.answer(done);
+        }
+    }
+}
+
+/// Takes back what too few neighbours agree with: a candidate that fits by chance.
+pub(super) fn drop_lonely(searched: &mut Searched) {
+    let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
+    let guess = searched.guess.clone();
+    for y in 0..rows {
+        for x in 0..columns {
+            let own = guess.at(x, y);
+            if own.is_nan() {
+                continue;
+            }
+            let near = x.saturating_sub(NEIGHBOUR_REACH)..(x + NEIGHBOUR_REACH + 1).min(columns);
+            let around = y.saturating_sub(NEIGHBOUR_REACH)..(y + NEIGHBOUR_REACH + 1).min(rows);
+            let like = |value: &&f32| (**value - own).abs() <= SAME_SURFACE_PX;
+            let agree: usize =
+                around.clone().map(|v| guess.row(v)[near.clone()].iter().filter(like).count()).sum();
+            // At the borders of the image there are fewer neighbours.
+            let side = 2 * NEIGHBOUR_REACH + 1;
+            if (agree - 1) * side * side < LEAST_NEIGHBOURS * near.len() * around.len() {
+                searched.guess.row_mut(y)[x] = f32::NAN;
+                searched.answer.row_mut(y)[x] = Answer::Ambiguous;
+            }
+        }
+    }
+}

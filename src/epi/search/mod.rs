@@ -1,0 +1,171 @@
+//! The search: every pixel's best candidate on a raster, or why there is none.
+//!
+//! Two ways lead there. The exhaustive one is the paper's: the cost of each candidate from the samples of all frames
+//! ([`cost`](super::cost)). The factorised one makes most of the sums once for many candidates:
+//!
+//! 1. [`groups`]: neighbouring frames form a dozen groups, whose mean and variance are summed up under a few slopes.
+//! 2. [`kernels`]: the variance along a candidate is the variance between the groups' means plus the mean of the variances
+//!    within the groups. Where points may be hidden, each group's share in it is truncated.
+//! 3. [`sweep`]: windows by running sums, so that any window costs about the same.
+//! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over windows that may lie to
+//!    one side of it.
+
+mod best;
+mod exhaustive;
+mod free;
+mod groups;
+mod kernels;
+mod limits;
+mod ordered;
+mod plan;
+mod sweep;
+
+use rayon::prelude::*;
+
+use super::lines::{Hypotheses, Lines, SeenRule};
+use super::maps::{Answer, OrderingUsed};
+use super::options::{DisparityRange, HiddenPoints, MatchOptions, Search};
+use crate::plane::Plane;
+use crate::progress::Progress;
+use crate::volume::Volume;
+use plan::Plan;
+
+/// Rows that a thread searches in one go; windows reach a little beyond them.
+const BAND_ROWS: usize = 32;
+/// The factorised search has a coarser raster by this factor: the vertex of a parabola is good to a fraction of it.
+const COARSER: f64 = 2.0;
+
+/// What the search has found for each pixel of the reference frame; rows x columns.
+pub(super) struct Searched {
+    /// Disparity in px; NaN where there is none.
+    pub(super) guess: Plane<f32>,
+    /// Cost of the chosen candidate, in the method's unit; NaN where it has none.
+    pub(super) cost: Plane<f32>,
+    /// How much better it is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
+    pub(super) confidence: Plane<f32>,
+    /// Whether there is a disparity.
+    pub(super) answer: Plane<Answer>,
+}
+
+/// What is to be searched.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    /// The frames.
+    pub(super) volume: &'a Volume,
+    /// The lines through the pixels of the reference frame.
+    pub(super) lines: &'a Lines,
+    /// Disparities.
+    pub(super) range: DisparityRange,
+    /// The ordering to be applied.
+    pub(super) ordering: OrderingUsed,
+    /// By which candidates are seen.
+    pub(super) rule: SeenRule,
+    /// The caller's choices.
+    pub(super) options: &'a MatchOptions,
+}
+
+/// Searches all rows. `progress` is told each row.
+pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Searched {
+    let rows = match task.options.search_used() {
+        Search::Exhaustive => exhaustive::rows(task, progress),
+        Search::Factorised => factorised_rows(task, progress),
+    };
+    let (count, columns) = (task.volume.rows(), task.volume.columns());
+    let mut planes: [Plane<f32>; 3] = std::array::from_fn(|_| Plane::filled(count, columns, f32::NAN));
+    let mut answer = Plane::filled(count, columns, Answer::LeavesImage);
+    for (y, row) in rows.iter().enumerate() {
+        for (plane, values) in planes.iter_mut().zip([&row.disparity, &row.cost, &row.confidence]) {
+            plane.row_mut(y).copy_from_slice(values);
+        }
+        answer.row_mut(y).copy_from_slice(&row.answer);
+    }
+    let [guess, cost, confidence] = planes;
+    let mut searched = Searched { guess, cost, confidence, answer };
+    if task.ordering == OrderingUsed::Free && task.options.search_used() == Search::Factorised {
+        free::drop_lonely(&mut searched);
+    }
+    searched
+}
+
+fn factorised_rows(task: Task<'_>, progress: &dyn Progress) -> Vec<RowAnswers> {
+    let Task { volume, lines, range, ordering, rule, options } = task;
+    let raster_px = (COARSER * options.raster_px).min(1.0);
+    let plan = Plan::new(lines, Hypotheses::covering(range, raster_px), rule);
+    let rows = volume.rows();
+    let half = options.window_px / 2;
+    let window = sweep::Window { rows: half, columns: half };
+    let resolution = options.method.resolution();
+    let bands: Vec<_> = (0..rows).step_by(BAND_ROWS).map(|y| y..(y + BAND_ROWS).min(rows)).collect();
+    bands
+        .into_par_iter()
+        .flat_map_iter(|band| {
+            let count = band.len() as u64;
+            let answers = match ordering {
+                OrderingUsed::Strict => {
+                    let mut consumer = ordered::Ordered::new(&plan, lines, resolution);
+                    sweep::sweep(volume, &plan, window, band, &mut consumer);
+                    consumer.answers
+                }
+                OrderingUsed::Free => {
+                    let hidden = rule.hidden_points == HiddenPoints::OneSide;
+                    let search = free::Search { volume, lines, plan: &plan, window, hidden, options };
+                    search.rows(band)
+                }
+            };
+            progress.advance(count);
+            answers
+        })
+        .collect()
+}
+
+/// The answers of one row.
+struct RowAnswers {
+    disparity: Vec<f32>,
+    cost: Vec<f32>,
+    confidence: Vec<f32>,
+    answer: Vec<Answer>,
+}
+
+impl RowAnswers {
+    fn unknown(columns: usize) -> Self {
+        let unknown = || vec![f32::NAN; columns];
+        let answer = vec![Answer::LeavesImage; columns];
+        Self { disparity: unknown(), cost: unknown(), confidence: unknown(), answer }
+    }
+
+    /// Column `x` has the disparity of a hypothesis, fractional, if it has an answer.
+    fn place(&mut self, x: usize, hypotheses: &Hypotheses, index: f64) {
+        if self.answer[x] == Answer::Found {
+            self.disparity[x] = hypotheses.disparity_px(index) as f32;
+        }
+    }
+}
+
+/// How many hypotheses apart rivals are: they end at least a pixel from each other.
+fn rival_distance(lines: &Lines, raster_px: f64) -> usize {
+    let apart = (1.0 / (raster_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
+    apart.max(1)
+}
+
+/// Whether the candidates around `k` of `count` show it to be the best, `reach` of them on each side.
+///
+/// Near a candidate that leaves the image (`gone`) nothing shows that: the right one may have left. Nor is it shown if `k` is `dear`, costs
+/// more than an unknown candidate is taken to cost, while others have left the image, or if it is an end of the
+/// range; a range of one or two candidates has only ends, and is believed.
+fn bracketed(count: usize, k: usize, reach: usize, gone: impl Fn(usize) -> bool, dear: bool) -> Answer {
+    let last = count - 1;
+    let mut near = k.saturating_sub(reach)..=(k + reach).min(last);
+    let some_gone = gone(0) || gone(last);
+    if near.any(&gone) || (some_gone && dear) {
+        Answer::LeavesImage
+    } else if last > 1 && (k == 0 || k == last) {
+        Answer::BeyondRange
+    } else {
+        Answer::Found
+    }
+}
+
+fn median(values: &mut [f32]) -> Option<f32> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
+}

@@ -1,0 +1,158 @@
+//! Costs of all candidates, row after row, averaged over windows by running sums.
+
+use std::ops::Range;
+
+use fearless_simd::Level;
+
+use super::kernels::{self, Rows, Terms};
+use super::plan::{Plan, Slab};
+use crate::volume::Volume;
+
+/// Half sides of a window, rounded down, in px.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Window {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+}
+
+/// What becomes of the costs.
+pub(super) trait Consumer {
+    /// Where single costs are to be truncated in row `y`; `None` asks for plain variances.
+    fn limit(&self, y: usize) -> Option<&[f32]>;
+
+    /// Mean costs over the windows around the pixels of row `y` under hypothesis `k`, in the runs of the candidate; they may be
+    /// changed. Hypotheses come in their order, and all of them for a row before the next row.
+    fn take(&mut self, y: usize, k: usize, costs: &mut [f32]);
+
+    /// All costs of row `y` have been taken.
+    fn row_done(&mut self, y: usize);
+}
+
+/// The sums over groups of one row, and the buffers on the way to costs.
+struct RowCosts<'a> {
+    volume: &'a Volume,
+    plan: &'a Plan,
+    level: Level,
+    /// Frames x (columns + 1).
+    epi: Vec<f32>,
+    /// Groups x (columns + 1), for one slab.
+    means: Vec<f32>,
+    spreads: Vec<f32>,
+    frames: Vec<f32>,
+}
+
+impl<'a> RowCosts<'a> {
+    fn new(volume: &'a Volume, plan: &'a Plan) -> Self {
+        let stride = plan.columns + 1;
+        let groups = &plan.groups.groups;
+        Self {
+            volume,
+            plan,
+            level: Level::new(),
+            epi: vec![0.0; stride * volume.frames()],
+            means: vec![0.0; stride * groups.len()],
+            spreads: vec![0.0; stride * groups.len()],
+            frames: groups.iter().map(|group| group.frames.len() as f32).collect(),
+        }
+    }
+
+    fn load_row(&mut self, y: usize) {
+        let columns = self.plan.columns;
+        for (t, row) in self.epi.chunks_exact_mut(columns + 1).enumerate() {
+            self.volume.copy_row(y, t, &mut row[..columns]);
+        }
+    }
+
+    fn load_slab(&mut self, slab: &Slab) {
+        let stride = self.plan.columns + 1;
+        let epi = Rows { values: &self.epi, stride };
+        let rows = self.means.chunks_exact_mut(stride).zip(self.spreads.chunks_exact_mut(stride));
+        for ((group, seen), (mean, spread)) in self.plan.groups.groups.iter().zip(&slab.seen).zip(rows) {
+            let middle = (group.frames.start + group.frames.end) / 2;
+            let anchor = &self.epi[middle * stride..(middle + 1) * stride];
+            let frames = (group.frames.clone(), slab.shifts.as_slice());
+            kernels::group_sums(self.level, epi, frames, anchor, seen.clone(), [mean, spread]);
+        }
+    }
+
+    /// Costs of single pixels under hypothesis `k` of the loaded slab, at the columns where it has any.
+    fn single(&self, k: usize, limit: Option<&[f32]>, out: &mut [f32]) {
+        let stride = self.plan.columns + 1;
+        let candidate = &self.plan.candidates[k];
+        let reference = self.plan.reference * stride;
+        let terms = Terms {
+            means: Rows { values: &self.means, stride },
+            spreads: Rows { values: &self.spreads, stride },
+            frames: &self.frames,
+            before: self.plan.groups.before,
+            anchor: &self.epi[reference..reference + stride],
+            shifts: &candidate.shifts,
+        };
+        for segment in &candidate.segments {
+            match limit {
+                None => kernels::variance(self.level, terms, segment, out),
+                Some(limit) => kernels::truncated(self.level, terms, segment, limit, out),
+            }
+        }
+    }
+}
+
+/// Hands the costs of the windows around all pixels of rows `centres` to `consumer`.
+pub(super) fn sweep(
+    volume: &Volume,
+    plan: &Plan,
+    window: Window,
+    centres: Range<usize>,
+    consumer: &mut impl Consumer,
+) {
+    let columns = plan.columns;
+    let count = plan.hypotheses.count();
+    let height = 2 * window.rows + 1;
+    let mut costs = RowCosts::new(volume, plan);
+    let level = costs.level;
+    let (mut single, mut boxed, mut out) = (vec![0.0; columns], vec![0.0; columns], vec![0.0; columns]);
+    // Means over columns of the rows in the window, and their sums: hypotheses x columns each.
+    let mut ring = vec![vec![0.0_f32; count * columns]; height];
+    let mut totals = vec![0.0_f32; count * columns];
+    for entering in centres.start.saturating_sub(window.rows)..centres.end + window.rows {
+        let enters = entering < volume.rows();
+        let centre = entering.checked_sub(window.rows).filter(|&y| y >= centres.start);
+        let first = (entering + 1).saturating_sub(height);
+        let scale = 1.0 / ((entering + 1).min(volume.rows()) - first) as f32;
+        let leaving = &mut ring[entering % height];
+        if enters {
+            costs.load_row(entering);
+        } else {
+            boxed.fill(0.0);
+        }
+        for slab in &plan.slabs {
+            if enters {
+                costs.load_slab(slab);
+            }
+            for k in slab.hypotheses.clone() {
+                if enters {
+                    costs.single(k, consumer.limit(entering), &mut single);
+                }
+                for run in &plan.candidates[k].runs {
+                    let place = k * columns + run.start..k * columns + run.end;
+                    if enters {
+                        kernels::box_means(
+                            level,
+                            &single[run.clone()],
+                            window.columns,
+                            &mut boxed[run.clone()],
+                        );
+                    }
+                    let (leaving, total) = (&mut leaving[place.clone()], &mut totals[place]);
+                    kernels::slide(level, &boxed[run.clone()], leaving, total, scale, &mut out[run.clone()]);
+                }
+                if let Some(y) = centre {
+                    consumer.take(y, k, &mut out);
+                }
+            }
+        }
+        if let Some(y) = centre {
+            consumer.row_done(y);
+        }
+    }
+}
