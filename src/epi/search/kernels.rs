@@ -6,13 +6,13 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::plan::{GroupShift, Segment};
+use super::plan::{GroupShift, PAD, Segment};
 use crate::epi::lines::Shift;
 
 /// Columns of a chunk.
 const CHUNK: usize = 32;
 
-/// Rows of equal length behind each other.
+/// Rows of equal length behind each other, each with its pads.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rows<'a> {
     pub(super) values: &'a [f32],
@@ -23,7 +23,7 @@ impl<'a> Rows<'a> {
     /// `count` values of row `index` from column `start` on.
     #[inline(always)]
     fn part(&self, index: usize, start: isize, count: usize) -> &'a [f32] {
-        let first = (index * self.stride) as isize + start;
+        let first = (index * self.stride + PAD) as isize + start;
         &self.values[first as usize..first as usize + count]
     }
 }

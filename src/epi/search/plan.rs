@@ -6,6 +6,10 @@ use super::groups::Groups;
 use crate::epi::lines::{Hypotheses, Lines, SeenRule, Shift, Sightings};
 use crate::epi::options::HiddenPoints;
 
+/// Pixels that rows are continued by beyond each border. A sample at the border is interpolated between a line in view and its neighbour,
+/// less than a pixel farther, which misalignment may take a little beyond that.
+pub(super) const PAD: usize = 2;
+
 /// Hypotheses that are made of the same sums over groups.
 #[derive(Debug)]
 pub(super) struct Slab {
@@ -13,7 +17,7 @@ pub(super) struct Slab {
     pub(super) hypotheses: Range<usize>,
     /// Of each frame, relative to the middle of its group.
     pub(super) shifts: Vec<Shift>,
-    /// Of each group: the columns that all of its frames see, at the group's middle.
+    /// Of each group: the columns that all of its frames see, pads included, at the group's middle.
     pub(super) seen: Vec<Range<usize>>,
 }
 
@@ -87,12 +91,14 @@ fn slab(lines: &Lines, groups: &Groups, hypotheses: &Hypotheses, range: Range<us
     let mut shifts = vec![Shift::by(0.0, lines.columns()); lines.frames()];
     let mut seen = Vec::with_capacity(groups.groups.len());
     for group in &groups.groups {
-        let mut columns = 0..lines.columns();
+        // One more than there are columns, for the interpolation.
+        let (pad, mut first, mut end) = (PAD as isize, 0, lines.columns() as isize + 1);
         for t in group.frames.clone() {
             shifts[t] = Shift::by(middle * (lines.offsets()[t] - group.offset), lines.columns());
-            columns = columns.start.max(shifts[t].first)..columns.end.min(shifts[t].end);
+            first = first.max(-pad - shifts[t].whole);
+            end = end.min(lines.columns() as isize + pad - 1 - shifts[t].whole);
         }
-        seen.push(columns.start..columns.end.max(columns.start));
+        seen.push(first as usize..end.max(first) as usize);
     }
     Slab { hypotheses: range, shifts, seen }
 }
@@ -109,13 +115,18 @@ fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rul
             nearest: shift.whole + isize::from(shift.fraction >= 0.5),
         })
         .collect();
-    // Columns of the reference frame at which both neighbours of a group's sample are seen.
-    let visible: Vec<Range<isize>> = exact
+    // Columns of the reference frame whose line all frames of a group see, and whose sums there are.
+    let visible: Vec<Range<isize>> = groups
+        .groups
         .iter()
-        .zip(&slab.seen)
-        .map(|(shift, seen)| {
-            let beyond = isize::from(shift.fraction > 0.0);
-            seen.start as isize - shift.whole..seen.end as isize - shift.whole - beyond
+        .zip(exact.iter().zip(&slab.seen))
+        .map(|(group, (shift, seen))| {
+            let ends = [group.frames.start, group.frames.end - 1].map(|t| lines.shift(disparity_px, t));
+            let [first, end] = [seen.start as isize - shift.whole, seen.end as isize - shift.whole - 1];
+            let (first, end) = ends.iter().fold((first, end), |(first, end), frame| {
+                (first.max(frame.first as isize), end.min(frame.end as isize))
+            });
+            first..end
         })
         .collect();
     let sightings = Sightings::count(lines, disparity_px);
