@@ -1,20 +1,23 @@
 //! The range of disparities, found from the data.
 //!
 //! A few rows, spread over the image, are searched over all disparities that keep a point in view (at most 1.25 times the
-//! image's width), on a coarse raster and with few frames. Pixels whose best candidate stands out vote; the range is what the votes cover, without stragglers.
+//! image's width), on a coarse raster. Pixels whose best candidate stands out vote; the range is what the votes cover, without stragglers.
 
 use rayon::prelude::*;
 
 use super::cost::{Band, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
-use super::options::{DisparityRange, HiddenPoints, MatchOptions, Ordering};
+use super::options::{DisparityRange, HiddenPoints, MatchOptions, Ordering, Search};
+use super::search::votes::Votes;
 use super::winner::{confidences, winners};
 use crate::tau::Tau;
 use crate::volume::Volume;
 
 /// Rows that are searched.
 const SAMPLED_ROWS: usize = 24;
-/// Frames that are searched: enough that chance does not find a line.
+/// Half of the columns over which costs are averaged, with three rows, rounded down.
+const HALF_WINDOW_COLUMNS: usize = 3;
+/// Frames that an exhaustive search looks at: enough that chance does not find a line.
 const SAMPLED_FRAMES: usize = 33;
 /// A vote counts if its candidate is this much better than the best one elsewhere ...
 const CLEAR_CONFIDENCE: f32 = 0.5;
@@ -45,10 +48,6 @@ pub struct Survey {
 ///
 /// A range given in `options` is kept and only the order is looked at.
 pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<Survey> {
-    let frames = sampled_frames(volume.frames(), lines.reference());
-    let thinned = thin(volume, &frames, options.window_px.max(5))?;
-    let reference = frames.iter().position(|&t| t == lines.reference())?;
-    let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
     // Beyond 1.25 image widths few points stay in view; 15000 px keep the candidates' indices in 16 bit.
@@ -56,19 +55,20 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
         options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
     let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
     let hypotheses = Hypotheses::covering(whole, step);
-    let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
     // Until the order is known, points may be hidden on one side.
     let hidden_points = match (options.hidden_points, options.ordering) {
         (HiddenPoints::Automatic, Ordering::Strict) => HiddenPoints::None,
         (HiddenPoints::Automatic, _) => HiddenPoints::OneSide,
         (stated, _) => stated,
     };
-    let rule = SeenRule::new(frames.len(), options.minimum_visible, hidden_points);
-    let candidates: Vec<Vec<Vote>> = thinned
-        .centres
-        .par_iter()
-        .map(|&y| row_votes(&thinned.volume, y, &survey_lines, &hypotheses, rule, &survey_options))
-        .collect();
+    let mut candidates = match options.search_used() {
+        Search::Factorised => factorised(volume, lines, hypotheses, hidden_points, options),
+        Search::Exhaustive => exhaustive(volume, lines, hypotheses, hidden_points, options)?,
+    };
+    if hypotheses.count() <= 3 {
+        // A search over so few candidates has no rivals to stand out from.
+        candidates.iter_mut().flatten().flatten().for_each(|vote| vote.1 = 1.0);
+    }
     let clear = |least: f32| -> Vec<Vec<Option<f64>>> {
         let admitted = |vote: &Vote| vote.filter(|vote| vote.1 >= least).map(|vote| vote.0);
         candidates.iter().map(|row| row.iter().map(admitted).collect()).collect()
@@ -93,30 +93,74 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
 /// Disparity in px of a pixel's best candidate, and how much better it is than its rivals.
 type Vote = Option<(f64, f32)>;
 
+/// Votes from all frames: none are left out, since equidistant ones in between would show a repetitive texture at wrong disparities.
+fn factorised(
+    volume: &Volume,
+    lines: &Lines,
+    hypotheses: Hypotheses,
+    hidden_points: HiddenPoints,
+    options: &MatchOptions,
+) -> Vec<Vec<Vote>> {
+    let rule = SeenRule::new(volume.frames(), options.minimum_visible, hidden_points);
+    let half_columns = (options.window_px / 2).max(HALF_WINDOW_COLUMNS);
+    let votes = Votes::new(volume, lines, hypotheses, rule, half_columns);
+    sampled_rows(volume.rows(), 3).into_par_iter().map(|y| votes.of_row(y)).collect()
+}
+
+/// Votes by any method, from some frames; `None` if the frames sampled are no sequence.
+fn exhaustive(
+    volume: &Volume,
+    lines: &Lines,
+    hypotheses: Hypotheses,
+    hidden_points: HiddenPoints,
+    options: &MatchOptions,
+) -> Option<Vec<Vec<Vote>>> {
+    let frames = sampled_frames(volume.frames(), lines.reference());
+    let thinned = thin(volume, &frames, options.window_px.max(5))?;
+    let reference = frames.iter().position(|&t| t == lines.reference())?;
+    let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
+    let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
+    let rule = SeenRule::new(frames.len(), options.minimum_visible, hidden_points);
+    let votes = |&y: &usize| row_votes(&thinned.volume, y, &survey_lines, &hypotheses, rule, &survey_options);
+    Some(thinned.centres.par_iter().map(votes).collect())
+}
+
 struct Thinned {
     volume: Volume,
     /// Rows of the thinned volume in the middle of each sampled band.
     centres: Vec<usize>,
 }
 
-/// Frames spread evenly over the sequence, with the reference frame and both ends among them.
+/// Frames spread over the sequence, with the reference frame and both ends among them. They are not equidistant if any are left
+/// out: multiples of a common step would show a repetitive texture at wrong disparities.
 fn sampled_frames(frames: usize, reference: usize) -> Vec<usize> {
     let count = frames.min(SAMPLED_FRAMES);
-    let mut chosen: Vec<usize> = (0..count).map(|index| index * (frames - 1) / (count - 1)).collect();
+    let step = (frames - 1) as f64 / (count - 1) as f64;
+    // Fractions of multiples of the golden ratio never repeat.
+    let astray = |index: usize| (0.618_034 * index as f64).fract() - 0.5;
+    let place = |index: usize| {
+        let inner = index > 0 && index + 1 < count;
+        (step * index as f64 + if inner { (step - 1.0) * astray(index) } else { 0.0 }).round() as usize
+    };
+    let mut chosen: Vec<usize> = (0..count).map(place).collect();
     if let Err(place) = chosen.binary_search(&reference) {
         chosen.insert(place, reference);
     }
     chosen
 }
 
+/// Rows spread evenly over the image, whose windows of `window_px` rows hardly overlap.
+fn sampled_rows(rows: usize, window_px: usize) -> Vec<usize> {
+    let bands = SAMPLED_ROWS.min(rows.div_ceil(window_px)).max(1);
+    (0..bands).map(|band| (2 * band + 1) * rows / (2 * bands)).collect()
+}
+
 /// Copies the sampled rows, with the rows around them that windows reach, and the sampled frames into a small volume.
 fn thin(volume: &Volume, frames: &[usize], window_px: usize) -> Option<Thinned> {
     let half = window_px / 2;
-    let bands = SAMPLED_ROWS.min(volume.rows().div_ceil(window_px)).max(1);
     let mut rows = Vec::new();
     let mut centres = Vec::new();
-    for band in 0..bands {
-        let y = (2 * band + 1) * volume.rows() / (2 * bands);
+    for y in sampled_rows(volume.rows(), window_px) {
         let first = y.saturating_sub(half);
         centres.push(rows.len() + y - first);
         rows.extend(first..(y + half + 1).min(volume.rows()));
@@ -139,11 +183,8 @@ fn row_votes(
     let winners = winners(&tables[0]);
     let chosen: Vec<u16> = winners.iter().map(|winner| winner.unwrap_or(0)).collect();
     let confidences = confidences(&tables[0], &chosen, 3, options.method.resolution());
-    // A search over so few candidates has no rivals to stand out from.
-    let confidence = |confidence: f32| if hypotheses.count() <= 3 { 1.0 } else { confidence };
-    let vote = |(winner, &own): (&Option<u16>, &f32)| {
-        winner.map(|k| (hypotheses.disparity_px(k.into()), confidence(own)))
-    };
+    let vote =
+        |(winner, &own): (&Option<u16>, &f32)| winner.map(|k| (hypotheses.disparity_px(k.into()), own));
     winners.iter().zip(&confidences).map(vote).collect()
 }
 

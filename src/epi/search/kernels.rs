@@ -9,8 +9,9 @@ use fearless_simd::{Level, Simd, dispatch};
 use super::plan::{GroupShift, PAD, Segment};
 use crate::epi::lines::Shift;
 
-/// Columns of a chunk.
-const CHUNK: usize = 32;
+/// Columns of a chunk. Rows are followed by as many values of any kind, so that the last chunk of a row may be a whole one, too; what it has
+/// made beyond the row's end is left out.
+pub(super) const CHUNK: usize = 64;
 
 /// Rows of equal length behind each other, each with its pads.
 #[derive(Debug, Clone, Copy)]
@@ -50,26 +51,25 @@ fn group_rows<S: Simd>(
     columns: Range<usize>,
     [mean, spread]: [&mut [f32]; 2],
 ) {
-    let mut x = columns.start;
-    while x + CHUNK <= columns.end {
-        let out = [&mut mean[x..x + CHUNK], &mut spread[x..x + CHUNK]];
-        group_chunk::<CHUNK>(epi, (frames.clone(), shifts), &anchor[x..x + CHUNK], x, out);
-        x += CHUNK;
-    }
-    for x in x..columns.end {
-        let out = [&mut mean[x..x + 1], &mut spread[x..x + 1]];
-        group_chunk::<1>(epi, (frames.clone(), shifts), &anchor[x..x + 1], x, out);
+    for x in columns.clone().step_by(CHUNK) {
+        let (mut chunk_mean, mut chunk_spread) = ([0.0; CHUNK], [0.0; CHUNK]);
+        group_chunk(epi, (frames.clone(), shifts), &anchor[x..], x, [&mut chunk_mean, &mut chunk_spread]);
+        let count = CHUNK.min(columns.end - x);
+        mean[x..x + count].copy_from_slice(&chunk_mean[..count]);
+        spread[x..x + count].copy_from_slice(&chunk_spread[..count]);
     }
 }
 
 #[inline(always)]
-fn group_chunk<const N: usize>(
+fn group_chunk(
     epi: Rows<'_>,
     (frames, shifts): (Range<usize>, &[Shift]),
     anchor: &[f32],
     x: usize,
-    [mean, spread]: [&mut [f32]; 2],
+    [mean, spread]: [&mut [f32; CHUNK]; 2],
 ) {
+    const N: usize = CHUNK;
+    let anchor = &anchor[..N];
     let scale = 1.0 / frames.len() as f32;
     let (mut sum, mut squares) = ([0.0_f32; N], [0.0_f32; N]);
     for t in frames {
@@ -113,38 +113,21 @@ pub(super) fn variance(level: Level, terms: Terms<'_>, segment: &Segment, out: &
 
 #[inline(always)]
 fn variance_row<S: Simd>(_simd: S, terms: Terms<'_>, segment: &Segment, out: &mut [f32]) {
-    let Range { start, end } = segment.columns;
-    let mut x = start;
-    while x + CHUNK <= end {
-        variance_chunk::<CHUNK>(terms, segment, x, &mut out[x..x + CHUNK]);
-        x += CHUNK;
-    }
-    for x in x..end {
-        variance_chunk::<1>(terms, segment, x, &mut out[x..x + 1]);
+    let columns = segment.columns.clone();
+    for x in columns.clone().step_by(CHUNK) {
+        let mut chunk = [0.0; CHUNK];
+        variance_chunk(terms, segment, x, &mut chunk);
+        let count = CHUNK.min(columns.end - x);
+        out[x..x + count].copy_from_slice(&chunk[..count]);
     }
 }
 
 #[inline(always)]
-fn variance_chunk<const N: usize>(terms: Terms<'_>, segment: &Segment, x: usize, out: &mut [f32]) {
-    let anchor = &terms.anchor[x..x + N];
-    let sums = |groups: Range<usize>| {
-        let (mut sum, mut squares, mut count) = ([0.0_f32; N], [0.0_f32; N], 0.0_f32);
-        for g in groups {
-            let (deviations, spreads, frames) =
-                (terms.samples::<N>(g, x), terms.spreads::<N>(g, x), terms.frames[g]);
-            count += frames;
-            let (left, right, fraction) = deviations;
-            for i in 0..N {
-                let deviation = left[i] + fraction * (right[i] - left[i]) - anchor[i];
-                sum[i] += frames * deviation;
-                squares[i] += frames * (deviation * deviation + spreads[i]);
-            }
-        }
-        (sum, squares, count)
-    };
+fn variance_chunk(terms: Terms<'_>, segment: &Segment, x: usize, out: &mut [f32; CHUNK]) {
+    const N: usize = CHUNK;
     let [all, alone_before, alone_after] = segment.allowed;
-    let (sum, squares, frames) = sums(segment.groups.start..terms.before);
-    let (sum_after, squares_after, frames_after) = sums(terms.before..segment.groups.end);
+    let (sum, squares, frames) = terms.sums::<N>(segment.groups.start..terms.before, x);
+    let (sum_after, squares_after, frames_after) = terms.sums::<N>(terms.before..segment.groups.end, x);
     // The reference frame deviates by nothing from itself; it counts on both sides.
     let both = [1.0 + frames, 1.0 + frames_after, 1.0 + frames + frames_after];
     let scales = both.map(|count| 1.0 / (count - 1.0).max(1.0));
@@ -168,6 +151,24 @@ fn variance_chunk<const N: usize>(terms: Terms<'_>, segment: &Segment, x: usize,
 }
 
 impl<'a> Terms<'a> {
+    /// Sums over `groups` of the deviations from the reference frame and of their squares, and the frames.
+    #[inline(always)]
+    fn sums<const N: usize>(&self, groups: Range<usize>, x: usize) -> ([f32; N], [f32; N], f32) {
+        let anchor = &self.anchor[x..x + N];
+        let (mut sum, mut squares, mut count) = ([0.0_f32; N], [0.0_f32; N], 0.0_f32);
+        for g in groups {
+            let (left, right, fraction) = self.samples::<N>(g, x);
+            let (spreads, frames) = (self.spreads::<N>(g, x), self.frames[g]);
+            count += frames;
+            for i in 0..N {
+                let deviation = left[i] + fraction * (right[i] - left[i]) - anchor[i];
+                sum[i] += frames * deviation;
+                squares[i] += frames * (deviation * deviation + spreads[i]);
+            }
+        }
+        (sum, squares, count)
+    }
+
     #[inline(always)]
     fn samples<const N: usize>(&self, g: usize, x: usize) -> (&'a [f32], &'a [f32], f32) {
         let shift = self.shifts[g];
@@ -197,25 +198,19 @@ pub(super) fn truncated(level: Level, terms: Terms<'_>, segment: &Segment, limit
 
 #[inline(always)]
 fn truncated_row<S: Simd>(_simd: S, terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
-    let Range { start, end } = segment.columns;
-    let mut x = start;
-    while x + CHUNK <= end {
-        truncated_chunk::<CHUNK>(terms, segment, x, &limit[x..x + CHUNK], &mut out[x..x + CHUNK]);
-        x += CHUNK;
-    }
-    for x in x..end {
-        truncated_chunk::<1>(terms, segment, x, &limit[x..x + 1], &mut out[x..x + 1]);
+    let columns = segment.columns.clone();
+    for x in columns.clone().step_by(CHUNK) {
+        let mut chunk = [0.0; CHUNK];
+        truncated_chunk(terms, segment, x, &limit[x..], &mut chunk);
+        let count = CHUNK.min(columns.end - x);
+        out[x..x + count].copy_from_slice(&chunk[..count]);
     }
 }
 
 #[inline(always)]
-fn truncated_chunk<const N: usize>(
-    terms: Terms<'_>,
-    segment: &Segment,
-    x: usize,
-    limit: &[f32],
-    out: &mut [f32],
-) {
+fn truncated_chunk(terms: Terms<'_>, segment: &Segment, x: usize, limit: &[f32], out: &mut [f32; CHUNK]) {
+    const N: usize = CHUNK;
+    let limit = &limit[..N];
     let anchor = &terms.anchor[x..x + N];
     let (mut sum, mut count) = ([0.0_f32; N], [1.0_f32; N]);
     let mut all = 1.0;
@@ -387,5 +382,19 @@ fn keep_row_rivals<S: Simd>(
     for i in 0..count {
         let rival = (k - chosen[i]).abs() >= apart && values[i] < least[i];
         least[i] = if rival { values[i] } else { least[i] };
+    }
+}
+
+/// `out += values * scale`.
+pub(super) fn add_scaled(level: Level, values: &[f32], scale: f32, out: &mut [f32]) {
+    dispatch!(level, simd => add_scaled_row(simd, values, scale, out));
+}
+
+#[inline(always)]
+fn add_scaled_row<S: Simd>(_simd: S, values: &[f32], scale: f32, out: &mut [f32]) {
+    let count = values.len();
+    let out = &mut out[..count];
+    for i in 0..count {
+        out[i] += values[i] * scale;
     }
 }

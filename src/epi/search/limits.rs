@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::kernels::CHUNK;
 use crate::volume::Volume;
 
 /// Half of the columns over which contrast is measured.
@@ -11,12 +12,13 @@ const REACH: usize = 4;
 ///
 /// It is the variance of the intensities around the pixel in its row: two points of one texture differ by twice that in the
 /// mean of squares, so most wrong samples exceed it, while noise and small misalignments stay below. `least` is added,
-/// so that it is never zero.
+/// so that it is never zero. Each row is followed by the values that a last chunk reads beyond it.
 pub(super) fn limits(volume: &Volume, reference: usize, held: Range<usize>, least: f32) -> Vec<Vec<f32>> {
     let mut row = vec![0.0; volume.columns()];
     held.map(|y| {
         volume.copy_row(y, reference, &mut row);
-        contrast(&row).map(|variance| variance + least).collect()
+        let beyond = std::iter::repeat_n(least, CHUNK);
+        contrast(&row).map(|variance| variance + least).chain(beyond).collect()
     })
     .collect()
 }

@@ -18,7 +18,9 @@ mod kernels;
 mod limits;
 mod ordered;
 mod plan;
+mod row_costs;
 mod sweep;
+pub(super) mod votes;
 
 use rayon::prelude::*;
 

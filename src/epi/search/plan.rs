@@ -69,20 +69,40 @@ impl Plan {
         let groups = Groups::new(lines);
         let size = groups.slab(&hypotheses);
         let starts = (0..hypotheses.count()).step_by(size);
-        let slabs: Vec<Slab> = starts
+        let mut slabs: Vec<Slab> = starts
             .map(|first| slab(lines, &groups, &hypotheses, first..(first + size).min(hypotheses.count())))
             .collect();
-        let candidates = slabs
+        let candidates: Vec<Candidate> = slabs
             .iter()
             .flat_map(|slab| slab.hypotheses.clone().map(move |k| (slab, k)))
             .map(|(slab, k)| candidate(lines, &groups, slab, hypotheses.disparity_px(k as f64), rule))
             .collect();
+        slabs.iter_mut().for_each(|slab| slab.keep_needed(&candidates));
         Self { columns: lines.columns(), reference: lines.reference(), groups, hypotheses, slabs, candidates }
     }
 
     /// Whether hypothesis `k` has a cost at column `x`.
     pub(super) fn knows(&self, k: usize, x: usize) -> bool {
         self.candidates[k].runs.iter().any(|run| run.contains(&x))
+    }
+}
+
+impl Slab {
+    /// Leaves out the columns of groups that no candidate of the slab asks for.
+    fn keep_needed(&mut self, candidates: &[Candidate]) {
+        for (g, seen) in self.seen.iter_mut().enumerate() {
+            let of_group = |candidate: &'_ Candidate| {
+                let whole = candidate.shifts[g].whole;
+                let place = move |x: usize| (x as isize + whole) as usize;
+                let used = candidate.segments.iter().filter(move |segment| segment.groups.contains(&g));
+                // The last sample lies between the last column and the next.
+                let ends = used.map(move |used| (place(used.columns.start), place(used.columns.end) + 1));
+                ends.collect::<Vec<_>>()
+            };
+            let needed = candidates[self.hypotheses.clone()].iter().flat_map(of_group);
+            let whole = needed.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((0, 0));
+            *seen = whole.0.max(seen.start)..whole.1.min(seen.end).max(whole.0.max(seen.start));
+        }
     }
 }
 

@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use fearless_simd::Level;
-
-use super::kernels::{self, Rows, Terms};
-use super::plan::{PAD, Plan, Slab};
+use super::kernels;
+use super::plan::Plan;
+use super::row_costs::RowCosts;
 use crate::volume::Volume;
 
 /// Half sides of a window, rounded down, in px.
@@ -26,78 +25,6 @@ pub(super) trait Consumer {
 
     /// All costs of row `y` have been taken.
     fn row_done(&mut self, y: usize);
-}
-
-/// The sums over groups of one row, and the buffers on the way to costs.
-struct RowCosts<'a> {
-    volume: &'a Volume,
-    plan: &'a Plan,
-    level: Level,
-    /// Frames x (columns + pads).
-    epi: Vec<f32>,
-    /// Groups x (columns + pads), for one slab.
-    means: Vec<f32>,
-    spreads: Vec<f32>,
-    frames: Vec<f32>,
-}
-
-impl<'a> RowCosts<'a> {
-    fn new(volume: &'a Volume, plan: &'a Plan) -> Self {
-        let stride = plan.columns + 2 * PAD;
-        let groups = &plan.groups.groups;
-        Self {
-            volume,
-            plan,
-            level: Level::new(),
-            epi: vec![0.0; stride * volume.frames()],
-            means: vec![0.0; stride * groups.len()],
-            spreads: vec![0.0; stride * groups.len()],
-            frames: groups.iter().map(|group| group.frames.len() as f32).collect(),
-        }
-    }
-
-    fn load_row(&mut self, y: usize) {
-        let columns = self.plan.columns;
-        for (t, row) in self.epi.chunks_exact_mut(columns + 2 * PAD).enumerate() {
-            self.volume.copy_row(y, t, &mut row[PAD..PAD + columns]);
-            let (first, last) = (row[PAD], row[PAD + columns - 1]);
-            row[..PAD].fill(first);
-            row[PAD + columns..].fill(last);
-        }
-    }
-
-    fn load_slab(&mut self, slab: &Slab) {
-        let stride = self.plan.columns + 2 * PAD;
-        let epi = Rows { values: &self.epi, stride };
-        let rows = self.means.chunks_exact_mut(stride).zip(self.spreads.chunks_exact_mut(stride));
-        for ((group, seen), (mean, spread)) in self.plan.groups.groups.iter().zip(&slab.seen).zip(rows) {
-            let middle = (group.frames.start + group.frames.end) / 2;
-            let anchor = &self.epi[middle * stride + PAD..(middle + 1) * stride];
-            let frames = (group.frames.clone(), slab.shifts.as_slice());
-            kernels::group_sums(self.level, epi, frames, anchor, seen.clone(), [&mut mean[PAD..], &mut spread[PAD..]]);
-        }
-    }
-
-    /// Costs of single pixels under hypothesis `k` of the loaded slab, at the columns where it has any.
-    fn single(&self, k: usize, limit: Option<&[f32]>, out: &mut [f32]) {
-        let stride = self.plan.columns + 2 * PAD;
-        let candidate = &self.plan.candidates[k];
-        let reference = self.plan.reference * stride + PAD;
-        let terms = Terms {
-            means: Rows { values: &self.means, stride },
-            spreads: Rows { values: &self.spreads, stride },
-            frames: &self.frames,
-            before: self.plan.groups.before,
-            anchor: &self.epi[reference..reference + self.plan.columns],
-            shifts: &candidate.shifts,
-        };
-        for segment in &candidate.segments {
-            match limit {
-                None => kernels::variance(self.level, terms, segment, out),
-                Some(limit) => kernels::truncated(self.level, terms, segment, limit, out),
-            }
-        }
-    }
 }
 
 /// Hands the costs of the windows around all pixels of rows `centres` to `consumer`.
