@@ -2,7 +2,8 @@
 //!
 //! Depth edges stay where they are because a pixel's cost is the least over all windows that contain it, so that one of them lies on
 //! its own surface (Kang, Szeliski and Chai 2001); and points that are hidden in part of the sequence are answered because a
-//! frame that disagrees costs a limited amount, whatever it shows.
+//! frame that disagrees costs a limited amount, whatever it shows. The pixel's own cost counts as much as that of its best window,
+//! so that a point which is soon hidden does not join the surface that hides it.
 
 use std::ops::Range;
 
@@ -47,8 +48,9 @@ impl Search<'_> {
         let held = first..(centres.end + shift).min(rows);
         let resolution = self.options.method.resolution();
         let limits =
-            if self.hidden { limits(self.volume, self.plan.reference, held, resolution) } else { Vec::new() };
+            if self.hidden { limits(self.volume, self.plan, held, resolution) } else { Vec::new() };
         let apart = rival_distance(self.lines, self.plan.hypotheses.raster_px()).max(2);
+        let own_size = if self.hidden { columns * self.plan.hypotheses.count() } else { 0 };
         let mut rows = FreeRows {
             search: self,
             band: band.clone(),
@@ -59,6 +61,7 @@ impl Search<'_> {
             inverse: vec![1.0; columns],
             level: Level::new(),
             minima: vec![f32::INFINITY; columns],
+            own: vec![vec![f32::INFINITY; own_size]; self.window.rows + shift + 1],
             recent: vec![vec![f32::INFINITY; columns * self.plan.hypotheses.count()]; 2 * shift + 1],
             apart,
             best: Best::new(columns, apart),
@@ -93,6 +96,8 @@ struct FreeRows<'a> {
     minima: Vec<f32>,
     /// Least costs of windows shifted along the row, for the last rows: hypotheses x columns each.
     recent: Vec<Vec<f32>>,
+    /// Truncated costs of single pixels over their limits, for the last rows: hypotheses x columns each.
+    own: Vec<Vec<f32>>,
     apart: usize,
     best: Best,
     answers: Vec<RowAnswers>,
@@ -135,6 +140,10 @@ impl FreeRows<'_> {
             for centre in centres.start + 1..centres.end {
                 kernels::keep_lesser(self.level, &self.recent[centre % height][place.clone()], minima);
             }
+            if !self.limits.is_empty() {
+                let own = &self.own[y % self.own.len()][place];
+                minima.iter_mut().zip(own).for_each(|(cost, own)| *cost = 0.5 * (*cost + own));
+            }
         }
         self.best.take(runs.iter().map(|run| (run.clone(), &self.minima[run.clone()])));
     }
@@ -170,6 +179,17 @@ impl FreeRows<'_> {
 impl Consumer for FreeRows<'_> {
     fn limit(&self, y: usize) -> Option<&[f32]> {
         self.limits.get(y - self.first).map(Vec::as_slice)
+    }
+
+    fn enter(&mut self, y: usize, k: usize, single: &[f32]) {
+        let Some(limits) = self.limits.get(y - self.first) else { return };
+        let columns = self.inverse.len();
+        let slot = y % self.own.len();
+        for run in &self.search.plan.candidates[k].runs {
+            let out = &mut self.own[slot][k * columns + run.start..k * columns + run.end];
+            let values = single[run.clone()].iter().zip(&limits[run.clone()]);
+            out.iter_mut().zip(values).for_each(|(out, (cost, limit))| *out = cost / limit);
+        }
     }
 
     fn take(&mut self, y: usize, k: usize, costs: &mut [f32]) {

@@ -3,22 +3,35 @@
 use std::ops::Range;
 
 use super::kernels::CHUNK;
+use super::median;
+use super::plan::Plan;
+use super::row_costs::RowCosts;
 use crate::volume::Volume;
 
 /// Half of the columns over which contrast is measured.
 const REACH: usize = 4;
+/// Share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by twice the contrast in the mean of
+/// squares; below 0.15 of it come 22 % of them (normal distribution).
+const SHARE: f32 = 0.15;
+/// Times the variance of the noise that is allowed for: four standard deviations of a group's mean of some ten frames, the reference
+/// frame's own noise and that within the group.
+const NOISE: f32 = 4.0;
 
 /// The limit of squared deviations in DN^2 for each pixel of the rows `held` of the reference frame.
 ///
-/// It is the variance of the intensities around the pixel in its row: two points of one texture differ by twice that in the
-/// mean of squares, so most wrong samples exceed it, while noise and small misalignments stay below. `least` is added,
-/// so that it is never zero. Each row is followed by the values that a last chunk reads beyond it.
-pub(super) fn limits(volume: &Volume, reference: usize, held: Range<usize>, least: f32) -> Vec<Vec<f32>> {
+/// It is a share of the contrast around the pixel in its row, and what noise does, and at least `least`. Each row is followed by the
+/// values that a last chunk reads beyond it.
+pub(super) fn limits(volume: &Volume, plan: &Plan, held: Range<usize>, least: f32) -> Vec<Vec<f32>> {
     let mut row = vec![0.0; volume.columns()];
+    let noise = noise_variance(volume, plan, (held.start + held.end) / 2);
     held.map(|y| {
-        volume.copy_row(y, reference, &mut row);
-        let beyond = std::iter::repeat_n(least, CHUNK);
-        contrast(&row).map(|variance| variance + least).chain(beyond).collect()
+        volume.copy_row(y, plan.reference, &mut row);
+        let limit = |contrast: f32| match noise {
+            Some(noise) => SHARE * contrast + NOISE * noise + least,
+            // Where frames stand alone noise cannot be told from contrast, so all of it is allowed for.
+            None => contrast + least,
+        };
+        contrast(&row).map(limit).chain(std::iter::repeat_n(least, CHUNK)).collect()
     })
     .collect()
 }
@@ -33,4 +46,27 @@ fn contrast(row: &[f32]) -> impl Iterator<Item = f32> + '_ {
         });
         ((squares - sum * sum / count) / (count - 1.0)).max(0.0)
     })
+}
+
+/// Variance of the noise in row `y`: within the group next to the reference frame, under the slope that suits each column best;
+/// the median of the columns. `None` if that group is a single frame.
+fn noise_variance(volume: &Volume, plan: &Plan, y: usize) -> Option<f32> {
+    let groups = &plan.groups;
+    let near = [groups.before.checked_sub(1), Some(groups.before)].into_iter().flatten();
+    let group = near.filter(|&g| g < groups.groups.len()).max_by_key(|&g| groups.groups[g].frames.len())?;
+    let frames = groups.groups[group].frames.len() as f32;
+    if frames < 2.0 {
+        return None;
+    }
+    let mut costs = RowCosts::new(volume, plan);
+    costs.load_row(y);
+    let mut least = vec![f32::INFINITY; plan.columns];
+    for slab in &plan.slabs {
+        costs.load_slab(slab);
+        let seen = slab.seen[group].start..slab.seen[group].end.min(plan.columns);
+        let spreads = &costs.spreads(group)[seen.clone()];
+        least[seen].iter_mut().zip(spreads).for_each(|(least, &spread)| *least = least.min(spread));
+    }
+    let mut known: Vec<f32> = least.into_iter().filter(|spread| spread.is_finite()).collect();
+    median(&mut known).map(|spread| spread * frames / (frames - 1.0))
 }

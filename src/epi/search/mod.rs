@@ -20,6 +20,8 @@ mod ordered;
 mod plan;
 mod row_costs;
 mod sweep;
+#[cfg(test)]
+mod tests;
 pub(super) mod votes;
 
 use rayon::prelude::*;

@@ -65,6 +65,12 @@ impl<'a> RowCosts<'a> {
         }
     }
 
+    /// Variances within group `g` of the loaded slab.
+    pub(super) fn spreads(&self, g: usize) -> &[f32] {
+        let start = g * (self.plan.columns + 2 * PAD) + PAD;
+        &self.spreads[start..start + self.plan.columns]
+    }
+
     /// Costs of single pixels under hypothesis `k` of the loaded slab, at the columns where it has any: plain variances, or truncated at
     /// `limit`.
     pub(super) fn single(&self, k: usize, limit: Option<&[f32]>, out: &mut [f32]) {

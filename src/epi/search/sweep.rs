@@ -19,6 +19,9 @@ pub(super) trait Consumer {
     /// Where single costs are to be truncated in row `y`; `None` asks for plain variances.
     fn limit(&self, y: usize) -> Option<&[f32]>;
 
+    /// Costs of the single pixels of row `y` under hypothesis `k`, in the runs of the candidate, on their way into windows.
+    fn enter(&mut self, _y: usize, _k: usize, _single: &[f32]) {}
+
     /// Mean costs over the windows around the pixels of row `y` under hypothesis `k`, in the runs of the candidate; they may be
     /// changed. Hypotheses come in their order, and all of them for a row before the next row.
     fn take(&mut self, y: usize, k: usize, costs: &mut [f32]);
@@ -62,6 +65,7 @@ pub(super) fn sweep(
             for k in slab.hypotheses.clone() {
                 if enters {
                     costs.single(k, consumer.limit(entering), &mut single);
+                    consumer.enter(entering, k, &single);
                 }
                 for run in &plan.candidates[k].runs {
                     let place = k * columns + run.start..k * columns + run.end;
