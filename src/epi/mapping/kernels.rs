@@ -4,14 +4,14 @@
 //! that slides along the hypotheses. It is never found one value at a time: eight or more neighbours are found together, from
 //! shifted copies of the column.
 
-use fearless_simd::{Simd, SimdBase, f32x8};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 
 use crate::epi::cost::CostTable;
 
 /// Hypotheses that are treated together; a column's length is a multiple of this.
 pub(super) const LANES: usize = 8;
 /// Columns that are taken out of the cost table together.
-pub(super) const BLOCK: usize = 2 * LANES;
+pub(super) const BLOCK: usize = 4 * LANES;
 
 /// The lesser of two numbers. Unlike `f32::min` it says nothing of NaN, and so is one instruction.
 #[inline(always)]
@@ -30,6 +30,26 @@ pub(super) fn least(values: &[f32]) -> f32 {
         }
     }
     rest.iter().chain(&lanes).fold(f32::INFINITY, |low, &value| lesser(low, value))
+}
+
+/// The first index of the least of `values`, or its last one; 0 if there are none.
+#[inline(always)]
+pub(super) fn place_of_least<S: Simd>(simd: S, values: &[f32], last: bool) -> usize {
+    let low = least(values);
+    let is_least = |&value: &f32| value == low;
+    // A window that begins far below is sought through whole vectors; from its end on the way is short.
+    if last {
+        return values.iter().rposition(is_least).unwrap_or(0);
+    }
+    let sought = f32x8::splat(simd, low);
+    let mut start = 0;
+    for chunk in values.chunks_exact(LANES) {
+        if f32x8::from_slice(simd, chunk).simd_eq(sought).any_true() {
+            break;
+        }
+        start += LANES;
+    }
+    start + values[start..].iter().position(is_least).unwrap_or(0)
 }
 
 /// Costs of up to [`BLOCK`] columns of `costs` from `first` on, a column of `length` after the other.

@@ -16,7 +16,7 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use super::cost::CostTable;
 use super::lines::Lines;
-use kernels::{BLOCK, LANES, least, step_unlimited, step_within, take_columns};
+use kernels::{BLOCK, LANES, least, place_of_least, step_unlimited, step_within, take_columns};
 
 pub use neutral::neutral_cost;
 
@@ -138,11 +138,8 @@ impl MappingSearch {
         let mut mapping = vec![0; columns];
         for x in (0..columns).rev() {
             let sums = &self.reached[x * way.length..][window.clone()];
-            let low = dispatch!(self.level, _simd => least(sums));
-            let is_least = |&sum: &f32| sum == low;
-            let place =
-                if way.reversed { sums.iter().rposition(is_least) } else { sums.iter().position(is_least) };
-            let place = window.start + place.unwrap_or(0);
+            let place = dispatch!(self.level, simd => place_of_least(simd, sums, way.reversed));
+            let place = window.start + place;
             mapping[x] = (if way.reversed { way.count - 1 - place } else { place }) as u16;
             // It was reached from no more than `rise` below and `fall` above.
             window = place.saturating_sub(way.rise)..(place + way.fall + 1).min(way.count);
