@@ -1,7 +1,9 @@
-//! How good a disparity map is: against truth, or against frames that the matcher was not shown.
+//! How good a disparity map is: against truth, against frames that the matcher was not shown, or against another match.
 
+mod consistency;
 mod leave_out;
 mod truth;
 
+pub use consistency::{BothWaysReport, Differences, SplitHalfError, SplitHalfReport, both_ways, split_half};
 pub use leave_out::{LeaveOutError, LeaveOutReport, leave_out};
 pub use truth::{ErrorStatistics, SizeMismatch, TruthReport, compare_with_truth, median_step};
