@@ -1,5 +1,8 @@
 //! The rectified spatio-temporal block f(x, y, t), laid out so that an EPI is contiguous.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::frame::{Frame, Samples, full_scale};
@@ -244,6 +247,33 @@ impl Volume {
         selected
     }
 
+    /// A volume of the same size and tau, whose samples `fill` gives in DN of `bit_depth`; [fine](Self::fine) if asked for.
+    ///
+    /// `fill` is called for up to `band_rows` rows of each frame, in any order and from any thread: with the rows, the frame and room for its
+    /// rows x columns values. Samples are rounded to whole counts and clipped to those that there are.
+    pub fn filled_alike(
+        &self,
+        (bit_depth, fine): (u8, bool),
+        band_rows: usize,
+        fill: impl Fn(Range<usize>, usize, &mut [f32]) + Sync,
+    ) -> Self {
+        let mut filled = Self::of_zeros(self.rows, self.columns, bit_depth, self.tau.clone(), fine);
+        let counts_per_dn = 1.0 / filled.dn_per_count();
+        let (frames, columns) = (self.frames(), self.columns);
+        // Casts round towards zero and clip to what the type holds; a bit depth may hold less.
+        let largest = if fine { u16::MAX } else { full_scale(bit_depth) };
+        let count = move |value: f32| (value * counts_per_dn + 0.5).min(largest.into());
+        match &mut filled.samples {
+            Samples::U8(samples) => {
+                fill_bands(samples, (frames, columns), band_rows, fill, |v| count(v) as u8)
+            }
+            Samples::U16(samples) => {
+                fill_bands(samples, (frames, columns), band_rows, fill, |v| count(v) as u16)
+            }
+        }
+        filled
+    }
+
     /// Bytes that the samples occupy.
     pub fn bytes(&self) -> usize {
         match &self.samples {
@@ -257,6 +287,26 @@ fn scatter<T: Copy>(target: &mut [T], source: &[T], index: usize, frames: usize,
     for (epi, row) in target.chunks_exact_mut(frames * columns).zip(source.chunks_exact(columns)) {
         epi[index * columns..(index + 1) * columns].copy_from_slice(row);
     }
+}
+
+fn fill_bands<T: Copy + Send>(
+    samples: &mut [T],
+    (frames, columns): (usize, usize),
+    band_rows: usize,
+    fill: impl Fn(Range<usize>, usize, &mut [f32]) + Sync,
+    convert: impl Fn(f32) -> T + Sync,
+) {
+    samples.par_chunks_mut(band_rows * frames * columns).enumerate().for_each(|(index, band)| {
+        let rows = band.len() / (frames * columns);
+        let mut values = vec![0.0; rows * columns];
+        for t in 0..frames {
+            fill(index * band_rows..index * band_rows + rows, t, &mut values);
+            for (epi, row) in band.chunks_exact_mut(frames * columns).zip(values.chunks_exact(columns)) {
+                let out = &mut epi[t * columns..(t + 1) * columns];
+                out.iter_mut().zip(row).for_each(|(out, &value)| *out = convert(value));
+            }
+        }
+    });
 }
 
 fn copy_rows<T: Copy>(target: &mut [T], source: &[T], columns: usize, starts: impl Iterator<Item = usize>) {
@@ -316,6 +366,28 @@ mod tests {
         for (bit_depth, dn) in [(8, 1.0 / 128.0), (15, 1.0), (16, 2.0)] {
             assert_eq!(Volume::fine(1, 3, bit_depth, Tau::equidistant(2).unwrap()).dn_per_count(), dn);
         }
+    }
+
+    #[test]
+    fn bands_fill_a_volume_with_rounded_and_clipped_counts() {
+        let like = Volume::new(5, 2, 12, Tau::equidistant(3).unwrap());
+        // Row y of frame t holds 10 y + t + 0.4 and a value that no sample can hold.
+        let fill = |rows: Range<usize>, t: usize, band: &mut [f32]| {
+            assert_eq!(band.len(), 2 * rows.len());
+            for (y, row) in rows.zip(band.chunks_exact_mut(2)) {
+                row.copy_from_slice(&[(10 * y + t) as f32 + 0.4, if t == 0 { -7.0 } else { 1e6 }]);
+            }
+        };
+        let mut row = [0.0; 2];
+        let coarse = like.filled_alike((8, false), 2, fill);
+        coarse.copy_row(4, 2, &mut row);
+        assert_eq!((row, coarse.bytes()), ([42.0, 255.0], 30));
+        coarse.copy_row(1, 0, &mut row);
+        assert_eq!(row, [10.0, 0.0]);
+        let fine = like.filled_alike((8, true), 2, fill);
+        fine.copy_row(4, 2, &mut row);
+        // 42.4 DN are 5427.2 counts of 1/128 DN.
+        assert_eq!(row, [5427.0 / 128.0, 65535.0 / 128.0]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::calibrate::CalibrateError;
 use crate::camera::CameraError;
 use crate::capture::CaptureError;
 use crate::epi::MatchError;
-use crate::evaluate::{LeaveOutError, SizeMismatch};
+use crate::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
 use crate::link::LinkError;
 use crate::measure::MeasureError;
 use crate::preflight::PreflightError;
@@ -60,6 +60,8 @@ pub(super) enum CliError {
     Capture(#[from] CaptureError),
     #[error(transparent)]
     LeaveOut(#[from] LeaveOutError),
+    #[error(transparent)]
+    SplitHalf(#[from] SplitHalfError),
     #[error(transparent)]
     Size(#[from] SizeMismatch),
     #[error("{0}")]
@@ -124,7 +126,9 @@ impl CliError {
             },
             Self::Calibrate(error) => calibrate_code(error),
             Self::NotReady(_) => DEVICE,
-            Self::Match(error) | Self::LeaveOut(LeaveOutError::Match(error)) => match error {
+            Self::Match(error)
+            | Self::LeaveOut(LeaveOutError::Match(error))
+            | Self::SplitHalf(SplitHalfError::Match(error)) => match error {
                 MatchError::TooSmall { .. } | MatchError::NoRange => INTEGRITY,
                 _ => USAGE,
             },
@@ -139,6 +143,7 @@ impl CliError {
             | Self::Twin(_)
             | Self::Target(_)
             | Self::LeaveOut(_)
+            | Self::SplitHalf(_)
             | Self::Size(_)
             | Self::Usage(_) => USAGE,
             Self::Stage(error) => stage_code(error),

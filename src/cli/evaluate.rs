@@ -8,22 +8,30 @@ use serde::Serialize;
 use super::match_arguments::MatchArguments;
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
-use crate::evaluate::{ErrorStatistics, TruthReport, compare_with_truth, leave_out};
+use crate::evaluate::{
+    BothWaysReport, Differences, ErrorStatistics, SplitHalfReport, TruthReport, both_ways,
+    compare_with_truth, leave_out, split_half,
+};
 use crate::measure::load;
 use crate::results::{read_map, read_summary};
 use crate::sequence::Sequence;
+use crate::volume::Volume;
 
-/// Say how good a disparity map is: against truth, or against frames left out
+/// Say how good a disparity map is: against truth, frames left out, or another match
 ///
-/// --truth compares results that are there. --leave-out matches anew without every Kth frame, predicts those frames from
-/// the disparity and shows the error beside that of repeating the nearest frame: a check that needs no truth.
+/// --truth compares results that are there. The other checks match anew and need no truth. --leave-out matches without every Kth
+/// frame, predicts those frames from the disparity and shows the error beside that of repeating the nearest frame. --split-half matches
+/// odd and even frames apart: their difference is twice the error that noise leaves in a match of all frames. --both-ways matches
+/// from the first frame and from the last: what disagrees is wrong or hidden.
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("check").required(true).args(["truth", "leave_out"]))]
+#[command(group = ArgGroup::new("check").required(true).args(["truth", "leave_out", "split_half", "both_ways"]))]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
-  epirig evaluate seq --leave-out 5 --reference middle --ordering free"
+  epirig evaluate seq --leave-out 5 --reference middle --ordering free
+  epirig evaluate seq --split-half --reference middle
+  epirig evaluate seq --both-ways"
 )]
 pub(super) struct Evaluate {
     /// Folder of the sequence
@@ -32,11 +40,17 @@ pub(super) struct Evaluate {
     #[arg(long, value_name = "FILE", conflicts_with = "MatchArguments")]
     truth: Option<PathBuf>,
     /// Folder of the results to compare [default: SEQ/results]
-    #[arg(long, value_name = "DIR", requires = "truth", conflicts_with = "leave_out")]
+    #[arg(long, value_name = "DIR", requires = "truth")]
     results: Option<PathBuf>,
     /// Leave out every Kth frame
     #[arg(long, value_name = "K")]
     leave_out: Option<usize>,
+    /// Match odd and even frames apart
+    #[arg(long)]
+    split_half: bool,
+    /// Match from the first and from the last frame
+    #[arg(long, conflicts_with = "reference")]
+    both_ways: bool,
     #[command(flatten)]
     matching: MatchArguments,
 }
@@ -51,8 +65,19 @@ impl Evaluate {
         if let Some(every) = self.leave_out {
             return self.leave_out(every, talk);
         }
+        if self.split_half {
+            let report = split_half(&self.volume(talk)?, &self.matching.options(), talk)?;
+            return talk.result(&report, || split_half_table(&report));
+        }
+        if self.both_ways {
+            let report = both_ways(&self.volume(talk)?, &self.matching.options(), talk)?;
+            return talk.result(&report, || both_ways_table(&report));
+        }
         let Some(truth_file) = &self.truth else {
-            return Err(CliError::Usage("give --truth FILE or --leave-out K".to_owned()));
+            return Err(CliError::Usage(
+                "say what to compare with: --truth FILE, --leave-out K, --split-half or --both-ways"
+                    .to_owned(),
+            ));
         };
         let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
         let summary = read_summary(&folder)?;
@@ -64,11 +89,14 @@ impl Evaluate {
         talk.result(&TruthOutput { truth: &report }, || table(&report))
     }
 
-    fn leave_out(&self, every: usize, talk: &Talk) -> Result<(), CliError> {
+    fn volume(&self, talk: &Talk) -> Result<Volume, CliError> {
         let sequence = Sequence::open(&self.seq)?;
         let calibration = read_calibration(&sequence)?;
-        let volume = load(&sequence, calibration.as_ref(), talk)?;
-        let (report, _) = leave_out(&volume, every, &self.matching.options(), talk)?;
+        Ok(load(&sequence, calibration.as_ref(), talk)?)
+    }
+
+    fn leave_out(&self, every: usize, talk: &Talk) -> Result<(), CliError> {
+        let (report, _) = leave_out(&self.volume(talk)?, every, &self.matching.options(), talk)?;
         talk.result(&report, || {
             format!(
                 "left out           {} frames\n\
@@ -84,6 +112,46 @@ impl Evaluate {
             )
         })
     }
+}
+
+fn split_half_table(report: &SplitHalfReport) -> String {
+    let row = |name: &str, value: fn(&Differences) -> f64| {
+        format!("{name:<34}{:>12.4}{:>16.4}\n", value(&report.answered), value(&report.textured))
+    };
+    let [even, odd] = report.frames;
+    [
+        format!(
+            "{:<34}{:>12}{:>16}\n",
+            format!("{even} frames against {odd}"),
+            "answered",
+            "sigma <= 0.1 px"
+        ),
+        row("share of the pixels", |differences| differences.pixels),
+        row("median |difference|, px", |differences| differences.median_px),
+        row("68 % of |differences| below, px", |differences| differences.percentile_68_px),
+        row("95 % of |differences| below, px", |differences| differences.percentile_95_px),
+        row("spread over sigma (1)", |differences| differences.spread),
+        row("within 1 sigma (0.68)", |differences| differences.within_1_sigma),
+        row("within 2 sigma (0.95)", |differences| differences.within_2_sigma),
+    ]
+    .concat()
+}
+
+fn both_ways_table(report: &BothWaysReport) -> String {
+    format!(
+        "carried to the last frame {:.1} % of the first frame's pixels\n\
+         answered there, too       {:.1} % of them\n\
+         agree within 3 sigma      {:.2} % of these\n\
+         agree within 0.1 px       {:.2} %\n\
+         agree within 1 px         {:.2} %\n\
+         median |difference|       {:.4} px\n",
+        100.0 * report.carried,
+        100.0 * report.compared,
+        100.0 * report.within_3_sigma,
+        100.0 * report.within_0_1_px,
+        100.0 * report.within_1_px,
+        report.median_px,
+    )
 }
 
 /// Errors against truth as a table.

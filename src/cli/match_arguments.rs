@@ -9,6 +9,8 @@ use crate::epi::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering, R
 enum MethodName {
     /// Variance of the intensities along the line; needs equal illumination
     Variance,
+    /// Variance of locally normalised frames: for light that varies from frame to frame and over the image
+    Normalised,
     /// Correlation of windows with the reference frame's window
     NccFirst,
     /// Correlation of windows with their mean
@@ -60,7 +62,7 @@ pub(super) struct MatchArguments {
     /// Step between the disparities tried, in px
     #[arg(long, value_name = "PX", default_value_t = 0.25)]
     raster: f64,
-    /// Side of the cost's window, odd, in px [default: 3 for variance, 7 for correlation]
+    /// Side of the cost's window, odd, in px [default: 3 for variance and normalised, 7 for correlation]
     #[arg(long, value_name = "PX")]
     window: Option<usize>,
     /// How frames are sampled between pixels
@@ -93,6 +95,7 @@ impl MatchArguments {
     pub(super) fn options(&self) -> MatchOptions {
         let method = match self.method {
             MethodName::Variance => Method::Variance,
+            MethodName::Normalised => Method::Normalised,
             MethodName::NccFirst => Method::NccFirst,
             MethodName::NccMean => Method::NccMean,
         };

@@ -1,9 +1,12 @@
 //! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, verdict for each pixel.
 
+use std::borrow::Cow;
+
 use super::cost::{Band, CostTable, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
-use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Ordering};
+use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
+use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
 use super::range::{Survey, survey};
 use super::refine::{Fit, Fitted, fit};
 use super::search::{Searched, Task, search};
@@ -28,6 +31,7 @@ pub fn match_volume(
     progress: &dyn Progress,
 ) -> Result<DisparityMaps, MatchError> {
     options.check(volume.rows(), volume.columns(), volume.frames())?;
+    let volume = &*compared_samples(volume, options);
     let reference = options.reference_index(volume)?;
     let lines = Lines::new(volume.tau(), reference, volume.columns());
     let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
@@ -90,12 +94,22 @@ pub fn row_costs(
     options: &MatchOptions,
 ) -> Result<(Hypotheses, CostTable), MatchError> {
     options.check(volume.rows(), volume.columns(), volume.frames())?;
+    let volume = &*compared_samples(volume, options);
     let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
     let hypotheses = Hypotheses::covering(maps.range, options.raster_px);
     let rule = seen_rule(volume, options, maps.ordering);
     let band = Band::new(volume, y..y + 1, options);
     let costs = band_costs(&band, &lines, &hypotheses, rule, options).swap_remove(0);
     Ok((hypotheses, costs))
+}
+
+/// The volume whose samples are compared along lines.
+fn compared_samples<'a>(volume: &'a Volume, options: &MatchOptions) -> Cow<'a, Volume> {
+    if options.method == Method::Normalised {
+        Cow::Owned(locally_normalised(volume, NORMALISING_WINDOW_PX))
+    } else {
+        Cow::Borrowed(volume)
+    }
 }
 
 fn seen_rule(volume: &Volume, options: &MatchOptions, ordering: OrderingUsed) -> SeenRule {

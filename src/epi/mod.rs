@@ -16,6 +16,7 @@ pub mod lines;
 pub mod mapping;
 mod maps;
 mod matcher;
+pub mod normalise;
 mod options;
 mod positions;
 mod profile;

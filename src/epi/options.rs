@@ -11,6 +11,9 @@ use crate::volume::Volume;
 pub enum Method {
     /// the variance of the intensities along the candidate (paper, section 4), averaged over the window.
     Variance,
+    /// the same of frames that are [normalised locally](super::normalise), so that gains and offsets that change from frame to frame and slowly over
+    /// the image do not count. Costs are in units of a 32nd of the local standard deviation, squared.
+    Normalised,
     /// one minus the normalised correlation of a window with the reference frame's window, averaged over the frames.
     /// With the first frame as reference this is the paper's own choice of model.
     NccFirst,
@@ -19,10 +22,15 @@ pub enum Method {
 }
 
 impl Method {
+    /// Whether the cost is a variance of intensities, or of what stands for them: what the fit presumes.
+    pub fn compares_intensities(self) -> bool {
+        matches!(self, Self::Variance | Self::Normalised)
+    }
+
     /// A difference of costs that means nothing: the variance of quantisation in DN^2, or a correlation of 0.999.
     pub(super) fn resolution(self) -> f32 {
         match self {
-            Self::Variance => 1.0 / 12.0,
+            Self::Variance | Self::Normalised => 1.0 / 12.0,
             Self::NccFirst | Self::NccMean => 1e-3,
         }
     }
@@ -111,7 +119,7 @@ pub struct MatchOptions {
     /// Whether the mapping must be strictly increasing.
     pub ordering: Ordering,
     /// Whether the fit over all frames moves the disparity off the raster. Without it the vertex of the parabola through
-    /// three costs does, as far as half the raster. The fit presumes equal intensities, as `Method::Variance` does.
+    /// three costs does, as far as half the raster. The fit presumes equal intensities, as `Method::Variance` does and `Method::Normalised` brings about.
     pub refine: bool,
     /// Side of the smallest window of the fit, in px, odd.
     pub refine_window_px: usize,
@@ -138,12 +146,12 @@ impl MatchOptions {
             interpolation: Interpolation::BSpline,
             range: None,
             raster_px: 0.25,
-            window_px: if method == Method::Variance { 3 } else { 7 },
+            window_px: if method.compares_intensities() { 3 } else { 7 },
             reference: ReferenceFrame::First,
             minimum_visible: 0.5,
             hidden_points: HiddenPoints::Automatic,
             ordering: Ordering::Automatic,
-            refine: method == Method::Variance,
+            refine: method.compares_intensities(),
             refine_window_px: 3,
             wanted_sigma_px: 0.005,
             maximum_sigma_px: 1.0,

@@ -230,6 +230,7 @@ fn summarise(
 fn settings(options: &MatchOptions) -> MatchSettings {
     let method = match options.method {
         Method::Variance => "variance",
+        Method::Normalised => "normalised",
         Method::NccFirst => "ncc-first",
         Method::NccMean => "ncc-mean",
     };

@@ -16,7 +16,7 @@ use crate::volume::Volume;
 
 /// Costs of all candidates of one EPI: hypotheses x columns; NaN where too few frames see the candidate.
 ///
-/// `Method::Variance`: unbiased variance in DN^2, from 0. Correlation: 1 - correlation, in [0, 2].
+/// `Method::Variance` and `Method::Normalised`: unbiased variance in DN^2 of the volume searched, from 0. Correlation: 1 - correlation, in [0, 2].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CostTable {
     columns: usize,
@@ -98,7 +98,9 @@ pub(super) fn band_costs(
     let empty = vec![f32::NAN; hypotheses.count() * lines.columns()];
     let mut tables = vec![CostTable::from_values(lines.columns(), empty); band.answered.len()];
     let mut kind = match options.method {
-        Method::Variance => Kind::Variance(variance::Variance::new(band, lines, options.interpolation)),
+        Method::Variance | Method::Normalised => {
+            Kind::Variance(variance::Variance::new(band, lines, options.interpolation))
+        }
         method => {
             Kind::Correlation(correlation::Correlation::new(band, lines, options.interpolation, method))
         }
