@@ -1,0 +1,93 @@
+//! Bars before a background: what half of the frames see is measured, what nothing tells is not answered.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+#[path = "support/painted/mod.rs"]
+mod painted;
+
+use epirig::epi::{MatchOptions, ReferenceFrame, match_volume};
+use epirig::progress::Silent;
+use painted::{Aperture, Camera, Painting, Strip, Texture};
+
+const FRAMES: usize = 100;
+const APERTURE: Aperture = Aperture { sigma_px: 0.5 };
+
+fn texture(seed: u64) -> Texture {
+    Texture::white(seed, 100, (1.8, 30.0)).with_contrast(APERTURE, 20.0)
+}
+
+/// Bars of 6 to 40 px, with gaps of 6 to 40 px, that move 10 px farther than what is behind them. Pixels at their edges mix both as they cover them.
+fn bars() -> Painting {
+    let camera = Camera {
+        rows: 64,
+        columns: 400,
+        frames: FRAMES,
+        aperture: APERTURE,
+        noise_dn: 1.0,
+        bit_depth: 8,
+        seed: 6,
+    };
+    let mut painting = Painting::plane(camera, 20.4, (0.0, 0.0), texture(6));
+    let mut left = 4.3;
+    for (index, (width, gap)) in [
+        (6.0, 40.0),
+        (12.0, 6.0),
+        (24.0, 24.0),
+        (40.0, 12.0),
+        (18.0, 30.0),
+        (9.0, 18.0),
+        (30.0, 9.0),
+        (40.0, 40.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let bar = Strip::plane(30.4, (0.0, 0.0), (0.0, 0.0), texture(20 + index as u64));
+        painting.strips.push(Strip { columns: (left, left + width), ..bar });
+        left += width + gap;
+    }
+    painting
+}
+
+fn check(reference: ReferenceFrame) {
+    let painting = bars();
+    let options = MatchOptions { reference, ..MatchOptions::default() };
+    let maps = match_volume(&painting.volume(), &options, &Silent).unwrap();
+    let truth = painting.truth(maps.reference);
+    let (mut visible, mut right, mut answered, mut wrong) = (0_u32, 0_u32, 0_u32, 0_u32);
+    let pixels =
+        truth.disparity.values().iter().zip(maps.disparity.values()).zip(truth.visible_frames.values());
+    for ((truth, found), &frames) in pixels {
+        let error = (found - truth).abs();
+        let half = 2 * usize::from(frames) >= FRAMES;
+        visible += u32::from(half);
+        right += u32::from(half && error <= 0.1);
+        answered += u32::from(!found.is_nan());
+        wrong += u32::from(error > 1.0);
+    }
+    let right = f64::from(right) / f64::from(visible);
+    let wrong = f64::from(wrong) / f64::from(answered);
+    println!(
+        "{reference:?}, {:?}: {:.2} % of {visible} pixels within 0.1 px, {:.2} % of {answered} answers wrong by more than 1 px",
+        maps.ordering,
+        100.0 * right,
+        100.0 * wrong
+    );
+    assert!(right >= 0.95, "{reference:?}: {right} of what half of the frames see is right");
+    assert!(wrong <= 0.01, "{reference:?}: {wrong} of the answers are wrong");
+}
+
+#[test]
+fn bars_before_a_background_are_measured_from_the_first_frame() {
+    check(ReferenceFrame::First);
+}
+
+#[test]
+fn bars_before_a_background_are_measured_from_the_middle_frame() {
+    check(ReferenceFrame::Middle);
+}
+
+#[test]
+fn bars_before_a_background_are_measured_from_the_last_frame() {
+    check(ReferenceFrame::Last);
+}

@@ -1,0 +1,96 @@
+//! Photographs of plants: two halves of the frames, matched apart, say the same.
+//!
+//! The photographs may not be shipped; where they are not, the tests say so and do nothing.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+use std::path::Path;
+
+use epirig::epi::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume};
+use epirig::evaluate::leave_out;
+use epirig::progress::Silent;
+use epirig::sequence::{ImportOptions, Sequence, import, load_volume};
+use epirig::tau::Tau;
+use epirig::volume::Volume;
+
+/// First and last photograph used, of which the middle one is the reference.
+const FRAMES: (usize, usize) = (40, 80);
+/// Pixels count as textured whose sigma is below this in both halves, in px.
+const TEXTURED_SIGMA_PX: f32 = 0.05;
+
+/// The photographs; `None` where they are not.
+fn photographs(test: &str) -> Option<Volume> {
+    let trees = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/trees");
+    if !trees.exists() {
+        eprintln!("SKIPPED {test}: {} is not there", trees.display());
+        return None;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("trees");
+    let options = ImportOptions { frames: Some(FRAMES), ..ImportOptions::default() };
+    import(&trees, &out, &options, &Silent).unwrap();
+    Some(load_volume(&Sequence::open(&out).unwrap(), &Silent).unwrap())
+}
+
+/// Matches the given frames, in the view of frame `reference` of `volume`.
+fn matched(volume: &Volume, frames: &[usize], reference: usize) -> DisparityMaps {
+    let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
+    let rows: Vec<usize> = (0..volume.rows()).collect();
+    let half = volume.selected(&rows, frames, Tau::from_positions(&positions).unwrap());
+    let index = frames.iter().position(|&t| t == reference).unwrap();
+    let options = MatchOptions { reference: ReferenceFrame::Index(index), ..MatchOptions::default() };
+    match_volume(&half, &options, &Silent).unwrap()
+}
+
+/// The middle frame is in both halves, so that both answer for the same pixels. It lies in the middle of both baselines, where a frame says
+/// nothing of a line's slope: what the halves have in common does not make them agree.
+#[test]
+fn odd_and_even_photographs_give_the_same_disparity() {
+    let Some(volume) = photographs("odd_and_even_photographs_give_the_same_disparity") else { return };
+    let (last, middle) = (volume.frames() - 1, (volume.frames() - 1) / 2);
+    let half = |odd: usize| -> Vec<usize> { (0..=last).filter(|&t| t % 2 == odd || t == middle).collect() };
+    let [even, odd] = [half(0), half(1)];
+    let baseline =
+        |frames: &[usize]| volume.tau().values()[frames[frames.len() - 1]] - volume.tau().values()[frames[0]];
+    // Disparities are told per baseline of the half; compared over the whole one.
+    let scales = [&even, &odd].map(|frames| (1.0 / baseline(frames)) as f32);
+    let maps = [&even, &odd].map(|frames| matched(&volume, frames, middle));
+    let mut differences = Vec::new();
+    let mut normalised = Vec::new();
+    for index in 0..maps[0].disparity.values().len() {
+        let sigma = [0, 1].map(|half| scales[half] * maps[half].sigma.values()[index]);
+        if sigma.iter().all(|&sigma| sigma <= TEXTURED_SIGMA_PX) {
+            let [a, b] = [0, 1].map(|half| scales[half] * maps[half].disparity.values()[index]);
+            differences.push((a - b).abs());
+            normalised.push((a - b).abs() / sigma[0].hypot(sigma[1]));
+        }
+    }
+    let pixels = maps[0].disparity.values().len();
+    let textured = differences.len() as f64 / pixels as f64;
+    let median = |values: &mut Vec<f32>| {
+        let middle = values.len() / 2;
+        *values.select_nth_unstable_by(middle, f32::total_cmp).1
+    };
+    let far =
+        differences.iter().filter(|&&difference| difference > 1.0).count() as f64 / differences.len() as f64;
+    let (difference, ratio) = (median(&mut differences), median(&mut normalised));
+    println!(
+        "{:.1} % textured; median |difference| {difference:.4} px, {ratio:.2} of its sigma (0.67 if honest); {:.2} % differ by more than 1 px",
+        100.0 * textured,
+        100.0 * far
+    );
+    // Plants before a wall are textured nearly everywhere; a median of few pixels would say little.
+    assert!(textured >= 0.3, "{textured} of the pixels are textured");
+    assert!(difference <= 0.02, "{difference} px");
+}
+
+#[test]
+fn left_out_photographs_are_predicted_better_than_before() {
+    let Some(volume) = photographs("left_out_photographs_are_predicted_better_than_before") else { return };
+    let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
+    let (report, _) = leave_out(&volume, 5, &options, &Silent).unwrap();
+    println!("{report:?}");
+    assert!(report.predicted >= 0.6, "{report:?}");
+    // The first matcher's error.
+    assert!(report.prediction_error_dn < 1.67, "{report:?}");
+}
