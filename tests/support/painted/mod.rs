@@ -164,7 +164,7 @@ impl Painting {
 
     fn picture(&self, t: usize, derivative: bool) -> Plane<f32> {
         let Camera { rows, columns, aperture, .. } = self.camera;
-        let from_middle = self.from_middle(t);
+        let from_middle = self.beyond_middle(t);
         let reach = aperture.reach_px();
         let mut image = Plane::filled(rows, columns, 0.0_f32);
         for (index, strip) in self.strips.iter().enumerate() {
@@ -198,7 +198,7 @@ impl Painting {
     /// What is true for the pixels of frame `reference`.
     pub fn truth(&self, reference: usize) -> Truth {
         let Camera { rows, columns, frames, .. } = self.camera;
-        let here = self.from_middle(reference);
+        let here = self.beyond_middle(reference);
         let mut disparity = Plane::filled(rows, columns, f32::NAN);
         let mut visible_frames = Plane::filled(rows, columns, 0);
         for y in 0..rows {
@@ -208,7 +208,7 @@ impl Painting {
                 let u = strip.column(x as f64, y as f64, here);
                 let own = strip.disparity(u, y as f64);
                 let shows = |t: &usize| {
-                    let there = self.from_middle(*t);
+                    let there = self.beyond_middle(*t);
                     let place = x as f64 + (there - here) * own;
                     (0.0..=(columns - 1) as f64).contains(&place)
                         && self.strips[index + 1..]
@@ -223,7 +223,7 @@ impl Painting {
     }
 
     /// How far frame `t` lies beyond the middle of the baseline, as a share of it.
-    fn from_middle(&self, t: usize) -> f64 {
+    fn beyond_middle(&self, t: usize) -> f64 {
         t as f64 / (self.camera.frames - 1) as f64 - 0.5
     }
 
