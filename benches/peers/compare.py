@@ -1,0 +1,221 @@
+"""Measures epirig's whole match beside its peers: time and error on one scene, in one run, on the same cores. See README.md."""
+
+import argparse
+import importlib.metadata
+import json
+import os
+import platform
+import subprocess
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numba
+import numpy as np
+from PIL import Image
+
+import peers
+import reference
+import scene as scenes
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+PACKAGES = ("numpy", "numba", "opencv-python", "pyvale")
+
+
+@dataclass
+class Run:
+    """What one method made of the scene."""
+
+    name: str
+    frames: str
+    seconds: float
+    disparity: np.ndarray
+    sigma: np.ndarray | None = None
+    remark: str = ""
+
+
+def best_of(repeats, work):
+    """Least seconds of `repeats` runs, and the last result; a run of more than 20 s is not repeated."""
+    least = np.inf
+    for _ in range(repeats):
+        begun = time.perf_counter()
+        result = work()
+        least = min(least, time.perf_counter() - begun)
+        if least > 20:
+            break
+    return least, result
+
+
+def run_program(arguments):
+    """Runs a command; its wall time in s."""
+    begun = time.perf_counter()
+    subprocess.run(arguments, stdout=subprocess.DEVNULL, check=True)
+    return time.perf_counter() - begun
+
+
+def epirig(program, folder, scene, range_px, repeats):
+    """epirig by its command line. Seconds are those of the matching, as match.json has them; the remark tells those of the command."""
+    sequence = folder / "sequence"
+    if not sequence.exists():
+        images = folder / "images"
+        images.mkdir(exist_ok=True)
+        for t, frame in enumerate(scene.frames):
+            Image.fromarray(frame).save(images / f"{t:04}.png", compress_level=1)
+        run_program([program, "import", images, "--out", sequence, "--quiet"])
+    results = folder / "results"
+    command = [program, "match", sequence, "--out", results, "--overwrite", "--quiet"]
+    if range_px is not None:
+        command.append(f"--range={range_px[0]}..{range_px[1]}")
+    runs = []
+    for _ in range(repeats):
+        wall = run_program(command)
+        runs.append((json.loads((results / "match.json").read_text())["seconds"], wall))
+    seconds, wall = min(runs)
+    name = "epirig, range unknown" if range_px is None else "epirig"
+    return Run(
+        name,
+        "all",
+        seconds,
+        np.load(results / "disparity.npy").astype(float),
+        np.asarray(Image.open(results / "sigma.tiff"), float),
+        f"{name}: the whole command (reading PNG, matching, writing maps and pictures) takes {wall:.1f} s",
+    )
+
+
+def measured(arguments, scene, folder):
+    """Every method asked for, one after the other."""
+    frames, range_px = scene.frames, scene.size.range_px
+    first, last = frames[0], frames[-1]
+
+    def peer(name, used, work):
+        seconds, disparity = best_of(arguments.repeats, work)
+        return Run(name, used, seconds, disparity.astype(float))
+
+    def numba_reference():
+        reference.compile_all()
+        return peer("Numba: cost volume, then Gauss-Newton", "all", lambda: reference.match(frames, range_px))
+
+    def pyvale():
+        threads = arguments.threads
+        for side in (11, 21):
+            yield peer(
+                f"pyvale DIC, {side} x {side}",
+                "first and last",
+                lambda side=side: peers.pyvale_dic(first, last, range_px, threads, side),
+            )
+
+    methods = {
+        "epirig": lambda: [
+            epirig(arguments.program, folder, scene, range_px, arguments.repeats),
+            epirig(arguments.program, folder, scene, None, arguments.repeats),
+        ],
+        "numba": lambda: [numba_reference()],
+        "sgbm": lambda: [
+            peer("OpenCV StereoSGBM", "first and last", lambda: peers.sgbm(first, last, range_px))
+        ],
+        "dis": lambda: [peer("OpenCV DIS flow", "first and last", lambda: peers.dis_flow(first, last))],
+        "pyvale": pyvale,
+    }
+    for name, method in methods.items():
+        if name not in arguments.without:
+            for run in method():
+                print(f"{run.name}: {run.seconds:.2f} s", flush=True)
+                yield run
+
+
+def table(runs, scene):
+    """The runs as a Markdown table. Errors are over all answered pixels that both end frames see."""
+    lines = [
+        "| method | frames used | time, s | times epirig | mean error, px | away from steps, px | RMS, px | 99 % below, px "
+        "| within 0.1 px | over 1 px | answered |",
+        "| --- | --- " + "| ---: " * 9 + "|",
+    ]
+    for run in runs:
+        error = np.abs(run.disparity - scene.disparity)
+        answered = scene.visible & np.isfinite(error)
+        share = answered.sum() / scene.visible.sum()
+        away = error[answered & ~scene.near_step].mean()
+        error = error[answered]
+        lines.append(
+            f"| {run.name} | {run.frames} | {run.seconds:.2f} | {run.seconds / runs[0].seconds:.2g} | {error.mean():.4f} "
+            f"| {away:.4f} | {np.sqrt(np.mean(error**2)):.3f} | {np.quantile(error, 0.99):.3f} "
+            f"| {np.mean(error < 0.1):.2%} | {np.mean(error > 1):.2%} | {share:.1%} |"
+        )
+    return "\n".join(lines)
+
+
+def sigma_coverage(run, scene):
+    """How many errors lie within one and two of the sigmas that were stated."""
+    ratio = (np.abs(run.disparity - scene.disparity) / run.sigma)[scene.visible]
+    ratio = ratio[np.isfinite(ratio)]
+    return f"{run.name}: {np.mean(ratio < 1):.1%} of the errors lie within one sigma, {np.mean(ratio < 2):.1%} within two"
+
+
+def processor():
+    """The processor's name, as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def revision():
+    """The revision of the repository that the program is presumed to be built from."""
+    command = ["git", "-C", REPOSITORY, "describe", "--always", "--dirty"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    return answer.stdout.strip() or "unknown"
+
+
+def version(package):
+    """The version of an installed package."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def main():
+    """Parses the command line, runs everything, prints and writes the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--program", type=Path, default=REPOSITORY / "target/release/epirig", help="epirig, built in release mode")
+    parser.add_argument("--small", action="store_true", help="256 x 256 x 40 instead of 1024 x 1024 x 100")
+    parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="cores for every method [default: all]")
+    parser.add_argument("--repeats", type=int, default=3, help="the best of so many runs counts [default: 3]")
+    parser.add_argument("--without", nargs="*", default=[], choices=["numba", "sgbm", "dis", "pyvale"], help="methods to leave out")
+    parser.add_argument("--out", type=Path, help="also write the table to this file")
+    arguments = parser.parse_args()
+
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.threads])
+    os.environ["RAYON_NUM_THREADS"] = str(arguments.threads)
+    cv2.setNumThreads(arguments.threads)
+    numba.set_num_threads(arguments.threads)
+
+    size = scenes.SMALL if arguments.small else scenes.FULL
+    scene = scenes.render(size)
+    with tempfile.TemporaryDirectory() as folder:
+        runs = list(measured(arguments, scene, Path(folder)))
+    ours = [run for run in runs if run.sigma is not None]
+    text = "\n".join(
+        [
+            f"{size.side_px} x {size.side_px} pixels, {size.frames} frames, {size.range_px[1] - size.range_px[0]:.0f} px of range; "
+            f"{arguments.threads} cores of {processor()}; epirig at {revision()}; Python {platform.python_version()}, "
+            + ", ".join(f"{package} {version(package)}" for package in PACKAGES)
+            + ".",
+            "",
+            table(runs, scene),
+            "",
+            *[f"- {run.remark}." for run in ours],
+            *[f"- {sigma_coverage(run, scene)}." for run in ours],
+            "",
+        ]
+    )
+    print(text)
+    if arguments.out:
+        arguments.out.write_text(text)
+
+
+if __name__ == "__main__":
+    main()
