@@ -8,37 +8,10 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use epirig::epi::{DisparityRange, MatchOptions, Method, Ordering, match_volume, row_costs};
 use epirig::progress::Silent;
 use epirig::twin::{Twin, TwinConfig};
-use epirig::volume::Volume;
+
+mod plain;
 
 const RANGE: DisparityRange = DisparityRange { minimum_px: 0.0, maximum_px: 15.75 };
-
-/// Variance with linear interpolation as a good first attempt has it: pixel by pixel, frame by frame.
-fn plain_variance(volume: &Volume, y: usize, raster: f64) -> f64 {
-    let columns = volume.columns();
-    let mut rows = vec![vec![0.0_f32; columns]; volume.frames()];
-    rows.iter_mut().enumerate().for_each(|(t, row)| volume.copy_row(y, t, row));
-    let mut least = 0.0;
-    for x in 0..columns {
-        let mut best = f64::INFINITY;
-        for k in 0..64 {
-            let (mut sum, mut squares, mut count) = (0.0_f64, 0.0_f64, 0.0);
-            for (row, tau) in rows.iter().zip(volume.tau().values()) {
-                let position = x as f64 + (RANGE.minimum_px + f64::from(k) * raster) * tau;
-                let whole = position.floor() as usize;
-                if whole + 1 < columns {
-                    let f = (position - whole as f64) as f32;
-                    let value = f64::from(row[whole] + f * (row[whole + 1] - row[whole]));
-                    sum += value;
-                    squares += value * value;
-                    count += 1.0;
-                }
-            }
-            best = best.min((squares - sum * sum / count) / (count - 1.0));
-        }
-        least += best;
-    }
-    least
-}
 
 fn costs(criterion: &mut Criterion) {
     let twin = Twin::new(TwinConfig::textured_plane(1024, 16, 100)).unwrap();
@@ -62,7 +35,7 @@ fn costs(criterion: &mut Criterion) {
             .bench_function(name, |bencher| bencher.iter(|| row_costs(&volume, 8, &maps, &options).unwrap()));
     }
     group.bench_function("reference: plain loop, linear", |bencher| {
-        bencher.iter(|| plain_variance(&volume, 8, 0.25));
+        bencher.iter(|| plain::plain_variance(&volume, 8, RANGE, 0.25));
     });
     group.finish();
 }
