@@ -27,9 +27,9 @@ use super::options::HiddenPoints;
 use crate::plane::Plane;
 use crate::volume::Volume;
 use planes::{PAD, Padded, SurfacePlanes, VotePlanes};
-use spline::{SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
+use spline::{SLOPE_NOISE_GAIN, Spline, SplineEpi};
 use stretch::take_off_drift;
-use support::{Joining, best_window, doubt_row, join_row};
+use support::{Joining, doubt_row, join_row, take_best_window};
 use visibility::stretches;
 use votes::{NO_VOTE, Stretches, row_votes};
 
@@ -39,9 +39,14 @@ const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 const TEXTURE_OVER_NOISE: f64 = 4.0;
 /// Reaches of the rounds, in px.
 const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
-const SURVEYED_REACHES: [(usize, usize); 3] = [(3, 3), (3, 10), (10, 3)];
+const FIRST_REACH: (usize, usize) = (2, 2);
+/// Frames that the steps before the last look at.
+const COARSE_FRAMES: usize = 33;
+/// The noise is averaged over this reach, in px.
+const NOISE_REACH: usize = 3;
+const SURVEYED_REACHES: [(usize, usize); 3] = [(3, 3), (3, 8), (8, 3)];
 const STRIPS: [(usize, usize); 2] = [(0, 7), (7, 0)];
-const MAP_REACHES: [usize; 1] = [5];
+const MAP_REACHES: [usize; 1] = [4];
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
 
@@ -85,17 +90,23 @@ pub fn fit(
     let mut surface = SurfacePlanes::unknown(rows, columns);
     let passes = options.steps.max(1);
     for pass in 1..=passes {
+        let last = pass == passes;
+        // The first steps need not be exact.
+        let every = if last { 1 } else { (volume.frames() / COARSE_FRAMES).max(1) };
         let mut planes = VotePlanes::empty(rows, columns);
         planes.par_rows().enumerate().for_each_init(
             || (SplineEpi::default(), vec![NO_VOTE; columns]),
             |(epi, votes), (y, out)| {
-                epi.take(&spline, volume, y);
+                let frames = (0..volume.frames()).filter(|t| t.abs_diff(lines.reference()) % every == 0);
+                epi.take(&spline, volume, y, frames);
                 let guesses = current.row(y);
                 let hidden =
                     (options.rule.hidden_points == HiddenPoints::OneSide).then(|| stretches(guesses, lines));
                 let seen = Stretches {
                     // Near an occluder frames are given away, so as not to take its blur for the point.
-                    minimum_frames: options.rule.minimum_frames / if hidden.is_some() { 2 } else { 1 },
+                    minimum_frames: options.rule.minimum_frames
+                        / (every * if hidden.is_some() { 2 } else { 1 }),
+                    every,
                     stretches: hidden.as_deref(),
                 };
                 row_votes((&spline, level), epi, lines, guesses, seen, votes);
@@ -103,7 +114,7 @@ pub fn fit(
                 report();
             },
         );
-        let last = pass == passes;
+        planes.average_noise(NOISE_REACH, QUANTISATION_VARIANCE as f32);
         surface = join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
         if !last {
             for y in 0..rows {
@@ -148,9 +159,7 @@ fn join_votes(
     options: Option<Fit>,
 ) -> SurfacePlanes {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let noise_gain = VALUE_NOISE_GAIN as f32;
-    let joining =
-        |reach, slack| Joining { reach, noise_gain, least_noise: QUANTISATION_VARIANCE as f32, slack };
+    let joining = |reach, slack| Joining { reach, slack };
     let joined = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining| {
         let mut next = SurfacePlanes::unknown(rows, columns);
         next.par_rows().enumerate().for_each(|(y, out)| {
@@ -158,25 +167,23 @@ fn join_votes(
         });
         next
     };
-    let guesses = SurfacePlanes::of_guesses(votes, guess, origin, noise_gain);
-    let Some(options) = options else {
-        let windows = [(joined(votes, &guesses, joining((3, 3), GUESS_SLACK)), (3, 3))];
+    let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
+    let survey = |votes: &VotePlanes, reaches: &[(usize, usize)]| {
         let mut map = SurfacePlanes::unknown(rows, columns);
-        map.par_rows().enumerate().for_each(|(y, out)| best_window(level, &windows, y, out));
-        return joined(votes, &map, joining((3, 3), NO_SLACK));
-    };
-    let survey = |votes: &VotePlanes| {
-        let windows: Vec<(SurfacePlanes, (usize, usize))> = SURVEYED_REACHES
-            .into_iter()
-            .map(|reach| (joined(votes, &guesses, joining(reach, GUESS_SLACK)), reach))
-            .collect();
-        let mut map = SurfacePlanes::unknown(rows, columns);
-        map.par_rows().enumerate().for_each(|(y, out)| best_window(level, &windows, y, out));
+        for &reach in reaches {
+            let windows = joined(votes, &guesses, joining(reach, GUESS_SLACK));
+            map.par_rows().enumerate().for_each(|(y, out)| take_best_window(level, &windows, reach, y, out));
+        }
         map
     };
-    let mut map = survey(votes);
+    let Some(options) = options else {
+        let map = survey(votes, &[FIRST_REACH]);
+        return joined(votes, &map, joining(FIRST_REACH, NO_SLACK));
+    };
+    let map = survey(votes, &SURVEYED_REACHES[..1]);
     take_off_drift(votes, &map);
-    map = survey(votes);
+    drop(map);
+    let mut map = survey(votes, &SURVEYED_REACHES);
     for reach in MAP_REACHES {
         map = joined(votes, &map, joining((reach, reach), NO_SLACK));
     }
@@ -191,17 +198,20 @@ fn join_votes(
             join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
         });
     }
-    let strips = STRIPS.map(|reach| joined(votes, &guesses, joining(reach, GUESS_SLACK)));
-    surface.par_rows().enumerate().for_each(|(y, out)| doubt_row(&strips, y, out));
+    drop(map);
+    for reach in STRIPS {
+        let strips = joined(votes, &guesses, joining(reach, GUESS_SLACK));
+        surface.par_rows().enumerate().for_each(|(y, out)| doubt_row(&strips, y, out));
+    }
     surface
 }
 
-/// The weights that noise of variance 1 alone makes, over the degrees of freedom, for points seen in all frames.
+/// The weight that noise of variance 1 alone makes on average, for points seen in all frames.
 fn texture_of_noise(lines: &Lines) -> f64 {
     let count = lines.frames() as f64;
     let mean = lines.offsets().iter().sum::<f64>() / count;
     let spread: f64 = lines.offsets().iter().map(|tau| (tau - mean).powi(2)).sum();
-    SLOPE_NOISE_GAIN / count * spread / (count - 2.0)
+    SLOPE_NOISE_GAIN / count * spread
 }
 
 /// A disparity in the middle of all, so that sums of differences from it are exact enough in single precision.

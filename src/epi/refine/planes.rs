@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::QUANTISATION_VARIANCE;
 use super::moments::LANES;
 use super::votes::Vote;
 use crate::plane::Plane;
@@ -45,8 +44,8 @@ pub(super) struct VotePlanes {
     pub(super) moment: Padded,
     /// One over the weight; 0 where there is none.
     pub(super) inverse: Padded,
-    pub(super) residual: Padded,
-    pub(super) freedom: Padded,
+    /// Variance of the noise around the pixel, in DN^2.
+    pub(super) noise: Padded,
     /// Derivatives of the template along x.
     pub(super) gradient: Padded,
     pub(super) bend: Padded,
@@ -54,19 +53,18 @@ pub(super) struct VotePlanes {
 
 /// A row of vote planes to be filled.
 pub(super) struct VoteRow<'a> {
-    planes: [&'a mut [f32]; 7],
+    planes: [&'a mut [f32]; 6],
 }
 
 impl VoteRow<'_> {
     pub(super) fn put(self, votes: &[Vote], origin: f32) {
-        let [weight, moment, inverse, residual, freedom, gradient, bend] = self.planes;
+        let [weight, moment, inverse, noise, gradient, bend] = self.planes;
         for (x, vote) in votes.iter().enumerate() {
             let place = PAD + x;
             weight[place] = vote.weight;
             moment[place] = vote.moment + vote.weight * (vote.base - origin);
             inverse[place] = if vote.weight > 0.0 { 1.0 / vote.weight } else { 0.0 };
-            residual[place] = vote.residual;
-            freedom[place] = vote.freedom;
+            noise[place] = vote.variance;
             gradient[place] = vote.gradient;
             bend[place] = vote.bend;
         }
@@ -80,8 +78,7 @@ impl VotePlanes {
             weight: plane(),
             moment: plane(),
             inverse: plane(),
-            residual: plane(),
-            freedom: plane(),
+            noise: plane(),
             gradient: plane(),
             bend: plane(),
         }
@@ -91,11 +88,36 @@ impl VotePlanes {
         self.weight.values.len() / self.weight.stride
     }
 
+    /// Replaces the variances of single pixels by their means over the pixels with a vote in the square of side 2 `reach` + 1 around
+    /// them; at least `least`.
+    pub(super) fn average_noise(&mut self, reach: usize, least: f32) {
+        let (rows, stride) = (self.rows(), self.noise.stride);
+        let mut averaged = Padded { stride, values: vec![least; rows * stride] };
+        averaged.par_rows().enumerate().for_each(|(y, out)| {
+            let (mut sums, mut counts) = (vec![0.0_f32; stride], vec![0.0_f32; stride]);
+            for row in y.saturating_sub(reach)..(y + reach + 1).min(rows) {
+                let (noise, inverse) = (self.noise.row(row), self.inverse.row(row));
+                for place in 0..stride {
+                    let voting = if inverse[place] > 0.0 { 1.0 } else { 0.0 };
+                    sums[place] += voting * noise[place];
+                    counts[place] += voting;
+                }
+            }
+            for place in reach..stride - reach {
+                let area = place - reach..place + reach + 1;
+                let count: f32 = counts[area.clone()].iter().sum();
+                let sum: f32 = sums[area].iter().sum();
+                out[place] = (sum / count.max(1.0)).max(least);
+            }
+        });
+        self.noise = averaged;
+    }
+
     pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = VoteRow<'_>> {
         let first = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
-        let second = first.zip(self.residual.par_rows()).zip(self.freedom.par_rows());
+        let second = first.zip(self.noise.par_rows());
         let all = second.zip(self.gradient.par_rows()).zip(self.bend.par_rows());
-        all.map(|((((((a, b), c), d), e), f), g)| VoteRow { planes: [a, b, c, d, e, f, g] })
+        all.map(|(((((a, b), c), d), e), f)| VoteRow { planes: [a, b, c, d, e, f] })
     }
 }
 
@@ -109,7 +131,7 @@ pub(super) struct SurfacePlanes {
     pub(super) variance: Padded,
     /// Scatter of the votes about the plane over what their noise lets expect.
     pub(super) misfit: Padded,
-    /// Sum of the weights over noise variance and degrees of freedom: how far texture stands out.
+    /// Mean weight over the variance of the noise: how far texture stands out.
     pub(super) texture: Padded,
 }
 
@@ -137,19 +159,17 @@ impl SurfacePlanes {
     }
 
     /// The guesses that the votes are counted from, as planes without slant.
-    pub(super) fn of_guesses(votes: &VotePlanes, guess: &Plane<f32>, origin: f32, noise_gain: f32) -> Self {
+    pub(super) fn of_guesses(votes: &VotePlanes, guess: &Plane<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
         let mut planes = Self::unknown(rows, columns);
         for y in 0..rows {
             for (place, &guess) in planes.disparity.row_mut(y)[PAD..].iter_mut().zip(guess.row(y)) {
                 *place = if guess.is_nan() { 0.0 } else { guess - origin };
             }
-            let (inverse, residual, freedom) =
-                (votes.inverse.row(y), votes.residual.row(y), votes.freedom.row(y));
+            let (inverse, noise) = (votes.inverse.row(y), votes.noise.row(y));
             for (place, variance) in planes.variance.row_mut(y).iter_mut().enumerate() {
                 if inverse[place] > 0.0 {
-                    let noise = residual[place] / (freedom[place] * noise_gain);
-                    *variance = noise.max(QUANTISATION_VARIANCE as f32) * inverse[place];
+                    *variance = noise[place] * inverse[place];
                 }
             }
         }

@@ -91,14 +91,20 @@ pub(super) struct SplineEpi {
 }
 
 impl SplineEpi {
-    /// Takes in row `y` of `volume`.
-    pub(super) fn take(&mut self, spline: &Spline, volume: &Volume, y: usize) {
+    /// Takes in row `y` of `frames` of `volume`.
+    pub(super) fn take(
+        &mut self,
+        spline: &Spline,
+        volume: &Volume,
+        y: usize,
+        frames: impl Iterator<Item = usize>,
+    ) {
         let columns = volume.columns();
         self.columns = columns;
         self.coefficients.resize(volume.frames() * self.stride(), 0.0);
         let border = MARGIN + PREFILTER_REACH;
         self.padded.resize(columns + 2 * border, 0.0);
-        for t in 0..volume.frames() {
+        for t in frames {
             volume.copy_row(y, t, &mut self.padded[border..border + columns]);
             // Turned about the border's pixel, so that value and slope go on without a jump.
             let (first, last) = (self.padded[border], self.padded[border + columns - 1]);

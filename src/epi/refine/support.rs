@@ -15,7 +15,7 @@ use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
 /// a thousand.
 const BELONGS_SIGMAS: f32 = 3.3;
 /// A strip contradicts a plane if it misses it by more than this many sigmas.
-const MISSED_SIGMAS: f32 = 2.6;
+const MISSED_SIGMAS: f32 = 3.3;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f32 = 0.1;
 
@@ -24,10 +24,6 @@ const EXPECTED_SLANT: f32 = 0.1;
 pub(super) struct Joining {
     /// Neighbours up to this many columns and rows away take part.
     pub(super) reach: (usize, usize),
-    /// Variance of the residuals over that of the noise.
-    pub(super) noise_gain: f32,
-    /// Least variance of the noise, in DN^2.
-    pub(super) least_noise: f32,
     /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
     pub(super) slack: (f32, f32),
 }
@@ -84,8 +80,6 @@ const WIDEST: usize = 21;
 
 /// Sums over the votes that belong to the pixels of a block.
 struct Sums<S: Simd> {
-    residual: f32x16<S>,
-    freedom: f32x16<S>,
     /// Weights, moments, and weights times v, of each column.
     columns: [[f32x16<S>; 3]; WIDEST],
     /// Weights, moments, and weights times u, of each row.
@@ -107,8 +101,7 @@ fn join_block<S: Simd>(
     let variance = own(&map.variance);
     let (reach_u, reach_v) = (joining.reach.0 as isize, joining.reach.1 as isize);
     let limit = f32x16::splat(simd, BELONGS_SIGMAS * BELONGS_SIGMAS);
-    let mut sums =
-        Sums { residual: zero, freedom: zero, columns: [[zero; 3]; WIDEST], rows: [[zero; 3]; WIDEST] };
+    let mut sums = Sums { columns: [[zero; 3]; WIDEST], rows: [[zero; 3]; WIDEST] };
     let first = (y as isize - reach_v).max(0);
     let last = (y as isize + reach_v).min(votes.rows() as isize - 1);
     for row in first..=last {
@@ -122,7 +115,7 @@ fn join_block<S: Simd>(
             let load = |plane: &Padded| f32x16::from_slice(simd, &plane.row(row)[place..place + LANES]);
             let expected = p.mul_add(u, line);
             let difference = load(&map.disparity) - expected;
-            let slack = joining.slack.0 + joining.slack.1 * u.hypot(v);
+            let slack = joining.slack.0 + joining.slack.1 * u.abs().max(v.abs());
             let allowed = (variance + load(&map.variance)).mul_add(limit, slack * slack);
             let belongs = if offset == 0 && v == 0.0 {
                 zero.simd_le(zero)
@@ -139,19 +132,22 @@ fn join_block<S: Simd>(
             column_sums[0] += weight;
             column_sums[1] += moment;
             column_sums[2] = weight.mul_add(v, column_sums[2]);
-            sums.residual += belongs.select(load(&votes.residual), zero);
-            sums.freedom += belongs.select(load(&votes.freedom), zero);
         }
     }
-    solve(simd, &sums, joining, [d, p, q])
+    solve(simd, &sums, joining.reach, own(&votes.noise), [d, p, q])
 }
 
 /// Disparity, slants, variance, misfit and texture of the plane through the votes.
 #[inline(always)]
-fn solve<S: Simd>(simd: S, sums: &Sums<S>, joining: Joining, [d, p, q]: [f32x16<S>; 3]) -> [f32x16<S>; 6] {
+fn solve<S: Simd>(
+    simd: S,
+    sums: &Sums<S>,
+    (reach_u, reach_v): (usize, usize),
+    noise: f32x16<S>,
+    [d, p, q]: [f32x16<S>; 3],
+) -> [f32x16<S>; 6] {
     let splat = |value| f32x16::splat(simd, value);
     let zero = splat(0.0);
-    let (reach_u, reach_v) = joining.reach;
     let columns = &sums.columns[..2 * reach_u + 1];
     let rows = &sums.rows[..2 * reach_v + 1];
     let place = |index: usize, reach: usize| index as f32 - reach as f32;
@@ -172,8 +168,6 @@ fn solve<S: Simd>(simd: S, sums: &Sums<S>, joining: Joining, [d, p, q]: [f32x16<
         svv = weight.mul_add(v * v, svv);
         tv = moment.mul_add(v, tv);
     }
-    let noise = (sums.residual / (sums.freedom * joining.noise_gain).max(splat(1e-6)))
-        .max(splat(joining.least_noise));
     // A slant of zero is a weak observation that keeps the system regular.
     let prior = noise * (1.0 / (EXPECTED_SLANT * EXPECTED_SLANT));
     let (suu, svv) = (suu + prior, svv + prior);
@@ -213,76 +207,75 @@ fn solve<S: Simd>(simd: S, sums: &Sums<S>, joining: Joining, [d, p, q]: [f32x16<
         known.select(slant_y, q),
         known.select(variance, splat(f32::INFINITY)),
         known.select(ratio, splat(f32::INFINITY)),
-        known.select(s0 / (noise * sums.freedom.max(splat(1.0))), zero),
+        known.select(s0 / (noise * number.max(splat(1.0))), zero),
     ]
 }
 
-/// For each pixel of row `y` the most credible plane among those of windows that contain it: centred on it, and with it in the middle of a side or in a
-/// corner (after Nagao and Matsuyama 1979), of each of the shapes in `windows`. Credible is what is well known and fits its votes; it is carried to
-/// the pixel.
-pub(super) fn best_window(
+/// Takes, for each pixel of row `y`, the most credible plane among those of `windows` that contain it (centred on it, and with it in the middle of a side
+/// or in a corner; after Nagao and Matsuyama 1979) and the one that `map` holds already. Credible is what is well known and fits its votes; it is
+/// carried to the pixel. The map's `misfit` holds the score, less is better.
+pub(super) fn take_best_window(
     level: Level,
-    windows: &[(SurfacePlanes, (usize, usize))],
+    windows: &SurfacePlanes,
+    reach: (usize, usize),
     y: usize,
-    after: PlaneRow<'_>,
+    map: PlaneRow<'_>,
 ) {
-    dispatch!(level, simd => best_window_simd(simd, windows, y, after));
+    dispatch!(level, simd => take_best_window_simd(simd, windows, reach, y, map));
 }
 
 #[inline(always)]
-fn best_window_simd<S: Simd>(
+fn take_best_window_simd<S: Simd>(
     simd: S,
-    windows: &[(SurfacePlanes, (usize, usize))],
+    windows: &SurfacePlanes,
+    (reach_u, reach_v): (usize, usize),
     y: usize,
-    after: PlaneRow<'_>,
+    map: PlaneRow<'_>,
 ) {
     let one = f32x16::splat(simd, 1.0);
+    let (reach_u, reach_v) = (reach_u as isize, reach_v as isize);
+    // The variance of an evenly filled window's plane grows from its middle by u^2 / mean(u^2).
+    let spread = |reach: isize| ((reach * (reach + 1)) as f32 / 3.0).max(1.0);
+    let PlaneRow { disparity, slant_x, slant_y, variance, misfit, .. } = map;
+    let mut kept = [disparity, slant_x, slant_y, variance, misfit];
     let mut start = PAD;
-    while start + PAD < after.disparity.len() {
-        let mut least = f32x16::splat(simd, f32::INFINITY);
-        let mut best = [f32x16::splat(simd, 0.0), f32x16::splat(simd, 0.0), f32x16::splat(simd, 0.0), least];
-        for (planes, (reach_u, reach_v)) in windows {
-            let (reach_u, reach_v) = (*reach_u as isize, *reach_v as isize);
-            // The variance of an evenly filled window's plane grows from its middle by u^2 / mean(u^2).
-            let spread = |reach: isize| ((reach * (reach + 1)) as f32 / 3.0).max(1.0);
-            for v in [0, -reach_v, reach_v] {
-                let row = y as isize + v;
-                if row < 0 || row >= planes.rows() as isize {
-                    continue;
-                }
-                for u in [0, -reach_u, reach_u] {
-                    let place = (start as isize + u) as usize;
-                    let load = |plane: &Padded| {
-                        f32x16::from_slice(simd, &plane.row(row as usize)[place..place + LANES])
-                    };
-                    let growth = 1.0 + (u * u) as f32 / spread(reach_u) + (v * v) as f32 / spread(reach_v);
-                    let variance = load(&planes.variance) * growth;
-                    let misfit = load(&planes.misfit).max(one);
-                    let (p, q) = (load(&planes.slant_x), load(&planes.slant_y));
-                    let disparity = load(&planes.disparity) - p * u as f32 - q * v as f32;
-                    let score = variance * misfit * misfit * misfit;
-                    let better = score.simd_lt(least);
-                    least = better.select(score, least);
-                    for (best, value) in best.iter_mut().zip([disparity, p, q, variance]) {
-                        *best = better.select(value, *best);
-                    }
+    while start + PAD < kept[0].len() {
+        let block = start..start + LANES;
+        let mut best: [f32x16<S>; 5] =
+            std::array::from_fn(|index| f32x16::from_slice(simd, &kept[index][block.clone()]));
+        for v in [0, -reach_v, reach_v] {
+            let row = y as isize + v;
+            if row < 0 || row >= windows.rows() as isize {
+                continue;
+            }
+            for u in [0, -reach_u, reach_u] {
+                let place = (start as isize + u) as usize;
+                let load =
+                    |plane: &Padded| f32x16::from_slice(simd, &plane.row(row as usize)[place..place + LANES]);
+                let growth = 1.0 + (u * u) as f32 / spread(reach_u) + (v * v) as f32 / spread(reach_v);
+                let variance = load(&windows.variance) * growth;
+                let misfit = load(&windows.misfit).max(one);
+                let score = variance * misfit * misfit * misfit;
+                let (p, q) = (load(&windows.slant_x), load(&windows.slant_y));
+                let disparity = load(&windows.disparity) - p * u as f32 - q * v as f32;
+                let better = score.simd_lt(best[4]);
+                for (best, value) in best.iter_mut().zip([disparity, p, q, variance, score]) {
+                    *best = better.select(value, *best);
                 }
             }
         }
-        let block = start..start + LANES;
-        best[0].store_slice(&mut after.disparity[block.clone()]);
-        best[1].store_slice(&mut after.slant_x[block.clone()]);
-        best[2].store_slice(&mut after.slant_y[block.clone()]);
-        best[3].store_slice(&mut after.variance[block]);
+        for (kept, best) in kept.iter_mut().zip(best) {
+            best.store_slice(&mut kept[block.clone()]);
+        }
         start += LANES;
     }
 }
 
 /// Adds to the variances of row `y` what strips through the pixels, a pixel wide, miss the pixels' planes by beyond chance: where two levels meet, a
 /// pixel may belong to neither.
-pub(super) fn doubt_row(strips: &[SurfacePlanes], y: usize, after: PlaneRow<'_>) {
-    for strip in strips {
-        let (disparity, variance) = (strip.disparity.row(y), strip.variance.row(y));
+pub(super) fn doubt_row(strips: &SurfacePlanes, y: usize, after: PlaneRow<'_>) {
+    let (disparity, variance) = (strips.disparity.row(y), strips.variance.row(y));
+    {
         for place in PAD..after.disparity.len() - PAD {
             let missed = (disparity[place] - after.disparity[place]).powi(2);
             // The strip's votes are a part of the window's, so only what it knows less explains a difference.

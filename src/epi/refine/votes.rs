@@ -3,7 +3,7 @@
 use fearless_simd::Level;
 
 use super::moments::{FrameSample, LANES, Moments, SeenStretch, block_moments};
-use super::spline::{FRACTIONS, Spline, SplineEpi};
+use super::spline::{FRACTIONS, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use crate::epi::lines::Lines;
 
 /// The series around a block's common disparity is used this far, in px of shift in the frame farthest from the reference: the
@@ -19,23 +19,23 @@ pub(super) struct Vote {
     pub(super) weight: f32,
     /// Weight times (voted disparity - base).
     pub(super) moment: f32,
-    /// Sum of squared residuals of the regression, in DN^2.
-    pub(super) residual: f32,
-    /// Degrees of freedom of that sum.
-    pub(super) freedom: f32,
+    /// Variance of the noise by the residuals of the regression, in DN^2.
+    pub(super) variance: f32,
     /// First and second derivative of the template along x, in DN per px and per px^2.
     pub(super) gradient: f32,
     pub(super) bend: f32,
 }
 
 pub(super) const NO_VOTE: Vote =
-    Vote { base: 0.0, weight: 0.0, moment: 0.0, residual: 0.0, freedom: 0.0, gradient: 0.0, bend: 0.0 };
+    Vote { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, bend: 0.0 };
 
 /// Which frames count.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretches<'a> {
     /// A pixel seen in fewer frames has no vote.
     pub(super) minimum_frames: usize,
+    /// Only every so manieth frame from the reference frame on is looked at.
+    pub(super) every: usize,
     /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in the image.
     pub(super) stretches: Option<&'a [(f32, f32)]>,
 }
@@ -74,7 +74,7 @@ pub(super) fn row_votes(
             let highest = open.iter().copied().filter(|&guess| within(guess)).fold(lowest, f32::max);
             let common = 0.5 * (f64::from(lowest) + f64::from(highest));
             let served = open.map(within);
-            let seen = in_view(lines, (start, common), &served, frames.stretches, &mut samples);
+            let seen = in_view(lines, (start, common), &served, frames, &mut samples);
             let moments =
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
@@ -94,7 +94,7 @@ fn in_view(
     lines: &Lines,
     (start, common): (usize, f64),
     served: &[bool; LANES],
-    stretches: Option<&[(f32, f32)]>,
+    frames: Stretches<'_>,
     samples: &mut Vec<FrameSample>,
 ) -> Option<SeenStretch> {
     // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
@@ -110,7 +110,7 @@ fn in_view(
             let ends = ((low - x) / common, (high - x) / common);
             (ends.0.min(ends.1), ends.0.max(ends.1))
         };
-        if let Some((from, to)) = stretches.map(|stretches| stretches[start + lane]) {
+        if let Some((from, to)) = frames.stretches.map(|stretches| stretches[start + lane]) {
             first = first.max(f64::from(from) - 1e-6);
             last = last.min(f64::from(to) + 1e-6);
         }
@@ -122,7 +122,7 @@ fn in_view(
     }
     samples.clear();
     for (t, &tau) in lines.offsets().iter().enumerate() {
-        if tau >= earliest && tau <= latest {
+        if tau >= earliest && tau <= latest && t.abs_diff(lines.reference()) % frames.every == 0 {
             let steps = (common * tau * FRACTIONS as f64).round() as isize;
             let whole = steps.div_euclid(FRACTIONS as isize);
             let fraction = steps.rem_euclid(FRACTIONS as isize) as usize;
@@ -136,7 +136,7 @@ fn in_view(
 fn vote(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames: usize) -> Vote {
     let count = moments.count[lane];
     let spread = moments.tau_tau[lane] - moments.tau[lane] * moments.tau[lane] / count;
-    if count < minimum_frames as f32 || spread <= 0.0 {
+    if count < minimum_frames.max(3) as f32 || spread <= 0.0 {
         return NO_VOTE;
     }
     let mean_tau = moments.tau[lane] / count;
@@ -152,8 +152,8 @@ fn vote(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames:
         base: guess,
         weight: gradient * gradient * spread,
         moment: -gradient * covariance,
-        residual: (energy - at_common * at_common / spread).max(0.0),
-        freedom: count - 2.0,
+        variance: (energy - at_common * at_common / spread).max(0.0)
+            / ((count - 2.0) * VALUE_NOISE_GAIN as f32),
         gradient,
         bend: moments.bend[lane] / count,
     }

@@ -47,8 +47,7 @@ impl Search<'_> {
         let first = centres.start.saturating_sub(shift);
         let held = first..(centres.end + shift).min(rows);
         let resolution = self.options.method.resolution();
-        let limits =
-            if self.hidden { limits(self.volume, self.plan, held, resolution) } else { Vec::new() };
+        let limits = if self.hidden { limits(self.volume, self.plan, held, resolution) } else { Vec::new() };
         let apart = rival_distance(self.lines, self.plan.hypotheses.raster_px()).max(2);
         let own_size = if self.hidden { columns * self.plan.hypotheses.count() } else { 0 };
         let mut rows = FreeRows {

@@ -10,7 +10,9 @@ use crate::tau::Tau;
 /// A texture without end: values at lattice points `grain` px apart from a hash of place and `seed`, joined by cosines.
 fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
     let value = |cell: i64| {
-        let mut bits = (cell as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (y as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03) ^ seed;
+        let mut bits = (cell as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
+            ^ (y as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03)
+            ^ seed;
         for _ in 0..3 {
             bits = (bits ^ (bits >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         }
@@ -26,7 +28,9 @@ fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
 fn volume(rows: usize, columns: usize, tau: &Tau, shade: impl Fn(f64, usize, f64) -> f64) -> Volume {
     let mut volume = Volume::new(rows, columns, 8, tau.clone());
     for (t, &tau) in tau.values().iter().enumerate() {
-        let value = |place: usize| (20.0 + 200.0 * shade((place % columns) as f64, place / columns, tau)).round() as u8;
+        let value = |place: usize| {
+            (20.0 + 200.0 * shade((place % columns) as f64, place / columns, tau)).round() as u8
+        };
         let bytes = (0..rows * columns).map(value).collect();
         volume.insert(t, &Frame::new(rows, columns, 8, Samples::U8(bytes)).unwrap()).unwrap();
     }
@@ -92,7 +96,8 @@ fn single_frames_give_the_variance_of_the_definition() {
         assert_eq!(plan.groups.extent, 0.0);
         let mut kept = Kept::default();
         sweep(&volume, &plan, Window { rows: 0, columns: 0 }, 0..5, &mut kept);
-        for (k, x, y) in (0..plan.hypotheses.count()).flat_map(|k| (0..90).map(move |x| (k, x, (x + k) % 5))) {
+        for (k, x, y) in (0..plan.hypotheses.count()).flat_map(|k| (0..90).map(move |x| (k, x, (x + k) % 5)))
+        {
             let disparity = plan.hypotheses.disparity_px(k as f64);
             let seen = frames_that_see(&lines, x, disparity);
             assert_eq!(plan.knows(k, x), seen.len() >= 4, "{reference} {disparity} {x}");
@@ -108,7 +113,9 @@ fn single_frames_give_the_variance_of_the_definition() {
 
 #[test]
 fn groups_come_near_the_definition_for_any_reference() {
-    let tau = Tau::from_positions(&(0..60).map(|t| f64::from(t) + 0.3 * f64::from(t % 3)).collect::<Vec<_>>()).unwrap();
+    let tau =
+        Tau::from_positions(&(0..60).map(|t| f64::from(t) + 0.3 * f64::from(t % 3)).collect::<Vec<_>>())
+            .unwrap();
     let scene = volume(3, 200, &tau, |x, y, tau| texture(x - 14.0 * tau, y, 7, 4.0));
     for reference in [0, 20, 59] {
         let lines = Lines::new(&tau, reference, 200);
@@ -143,7 +150,8 @@ fn windows_are_means_over_the_pixels_that_there_are() {
         kept.rows
     };
     let (single, mean) = (run(0, 0), run(2, 3));
-    for (k, y, x) in (0..plan.hypotheses.count()).flat_map(|k| (0..40).map(move |y| (k, y, (7 * y + k) % 80))) {
+    for (k, y, x) in (0..plan.hypotheses.count()).flat_map(|k| (0..40).map(move |y| (k, y, (7 * y + k) % 80)))
+    {
         if !plan.knows(k, x) {
             continue;
         }
@@ -187,7 +195,10 @@ fn both_searches_find_a_slanted_surface_from_any_reference() {
             // At 20 px of disparity some ten columns leave the image in more than half of the frames, if the reference is an end.
             assert!(answered > 12 * 225, "{reference} {search_by:?}: {answered}");
             // Where the texture happens to be flat over a window of three pixels, neither finds the surface.
-            assert!(near as f64 > 0.985 * f64::from(answered as u32), "{reference} {search_by:?}: {near} of {answered}");
+            assert!(
+                near as f64 > 0.985 * f64::from(answered as u32),
+                "{reference} {search_by:?}: {near} of {answered}"
+            );
         }
     }
 }
@@ -236,18 +247,22 @@ fn bars_before_a_background_keep_their_edges() {
                 (0.0..=299.0).contains(&place) && (bar || !bars.is_bar(place, **tau))
             };
             let half = 2 * tau.values().iter().filter(sees).count() >= 60;
-            let mut dbg=(0,0,0);
+            let mut dbg = (0, 0, 0);
             for y in 0..40 {
                 let is_answered = found.answer.at(x, y) == Answer::Found
                     && found.confidence.at(x, y) >= options.minimum_confidence as f32;
                 let error = (f64::from(found.guess.at(x, y)) - truth).abs();
-                dbg.0+=usize::from(is_answered); dbg.1+=usize::from(is_answered && error>1.0); dbg.2+=usize::from(half && !(is_answered && error<=0.4));
+                dbg.0 += usize::from(is_answered);
+                dbg.1 += usize::from(is_answered && error > 1.0);
+                dbg.2 += usize::from(half && !(is_answered && error <= 0.4));
                 visible += usize::from(half);
                 right += usize::from(half && is_answered && error <= 0.4);
                 answered += usize::from(is_answered);
                 wrong += usize::from(is_answered && error > 1.0);
             }
-            if dbg.1>2||dbg.2>2 { println!("   {x} bar {bar} half {half} {dbg:?}"); }
+            if dbg.1 > 2 || dbg.2 > 2 {
+                println!("   {x} bar {bar} half {half} {dbg:?}");
+            }
         }
         println!("{reference}: right {right} of {visible}, wrong {wrong} of {answered}");
         assert!(right as f64 >= 0.95 * f64::from(visible as u32), "{reference}: {right} of {visible}");
