@@ -153,10 +153,10 @@ impl FreeRows<'_> {
         let count = plan.hypotheses.count();
         let typical = &self.typical[y - self.first_centre()];
         let mut row = RowAnswers::unknown(columns);
-        for x in 0..columns {
+        for (x, &limit) in typical.iter().enumerate() {
             let Some((k, cost)) = self.best.winner(x) else { continue };
-            row.cost[x] = cost * typical[x];
-            row.confidence[x] = self.best.confidence(x, options.method.resolution() / typical[x]);
+            row.cost[x] = cost * limit;
+            row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
             // Truncated costs are shares of the frames that disagree.
             let dear = !self.limits.is_empty() && f64::from(cost) > 1.0 - options.minimum_visible;
             row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
