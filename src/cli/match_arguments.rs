@@ -102,6 +102,7 @@ impl MatchArguments {
         let defaults = MatchOptions::for_method(method);
         MatchOptions {
             method,
+            search: defaults.search,
             interpolation: match self.interpolation {
                 InterpolationName::Linear => Interpolation::Linear,
                 InterpolationName::Cubic => Interpolation::Cubic,
