@@ -82,6 +82,12 @@ fn photographs_become_a_disparity_map() {
     let [predicted, repeated] =
         ["prediction_error_dn", "repetition_error_dn"].map(|key| left_out[key].as_f64().unwrap());
     assert!(predicted < 0.25 * repeated, "{left_out}");
+    for (check, share) in [("--split-half", "/answered/pixels"), ("--both-ways", "/compared")] {
+        let report = succeeds(folder.path(), &["evaluate", "seq", check, "--json"]);
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        assert!(report.pointer(share).unwrap().as_f64().unwrap() > 0.5, "{check}: {report}");
+    }
+    fails(folder.path(), &["evaluate", "seq", "--both-ways", "--reference", "last"], 2, &["--reference"]);
 
     succeeds(folder.path(), &["export", "seq", "--map", "height", "--out", "height.csv"]);
     assert_eq!(fs::read_to_string(folder.path().join("height.csv")).unwrap().lines().count(), 24);

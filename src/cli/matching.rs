@@ -18,7 +18,7 @@ use crate::sequence::{ExitStatus, FrameKind, Sequence};
     after_help = "Examples:
   epirig match seq
   epirig match seq --reference middle --ordering free      things in front of other things
-  epirig match seq --method ncc-mean                       illumination that varies
+  epirig match seq --method normalised                     illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
