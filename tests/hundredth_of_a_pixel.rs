@@ -86,6 +86,7 @@ impl Measured {
             Painting::plane(camera(400, 200, seed), 21.7, slant, texture(seed, gradient_dn_per_px));
         let options = MatchOptions {
             refine_window_px: side,
+            wanted_sigma_px: f64::INFINITY,
             reference: ReferenceFrame::Middle,
             ..MatchOptions::default()
         };
