@@ -83,9 +83,12 @@ pub(super) struct MatchArguments {
     /// Leave a pixel without answer if its confidence is lower (free ordering only), from 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.03)]
     min_confidence: f64,
-    /// Side of the window of the sub-pixel fit, odd, in px
-    #[arg(long, value_name = "PX", default_value_t = 5)]
+    /// Side of the smallest window of the sub-pixel fit, odd, in px
+    #[arg(long, value_name = "PX", default_value_t = 3)]
     fit_window: usize,
+    /// Let the window of the fit grow, up to 11 px, where it leaves a larger sigma than this, in px; `inf` keeps all windows the smallest
+    #[arg(long, value_name = "PX", default_value_t = 0.005)]
+    wanted_sigma: f64,
     /// Take the parabola through three costs instead of the fit over all frames (always so for correlation)
     #[arg(long)]
     no_fit: bool,
@@ -125,6 +128,7 @@ impl MatchArguments {
             },
             refine: defaults.refine && !self.no_fit,
             refine_window_px: self.fit_window,
+            wanted_sigma_px: self.wanted_sigma,
             maximum_sigma_px: self.max_sigma,
             minimum_confidence: self.min_confidence,
         }

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::volume::Volume;
 
 /// Where texture is weak the window of the fit grows as far as this.
-const LARGEST_FIT_WINDOW_PX: usize = 21;
+const LARGEST_FIT_WINDOW_PX: usize = 11;
 /// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
 const FIT_STEPS: usize = 2;
 

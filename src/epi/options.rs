@@ -281,6 +281,9 @@ impl MatchOptions {
         if !(self.minimum_visible > 0.0 && self.minimum_visible <= 1.0) {
             return bad("the share of frames that must see a point", self.minimum_visible, share);
         }
+        if self.wanted_sigma_px.is_nan() || self.wanted_sigma_px <= 0.0 {
+            return bad("the wanted sigma", self.wanted_sigma_px, "greater than 0 px");
+        }
         if self.maximum_sigma_px.is_nan() || self.maximum_sigma_px <= 0.0 {
             return bad("the largest sigma", self.maximum_sigma_px, "greater than 0 px");
         }

@@ -13,6 +13,7 @@
 
 mod moments;
 mod planes;
+mod smoothing;
 mod spline;
 mod stretch;
 mod support;
@@ -27,9 +28,10 @@ use super::options::HiddenPoints;
 use crate::plane::Plane;
 use crate::volume::Volume;
 use planes::{PAD, Padded, SurfacePlanes, VotePlanes};
+use smoothing::raise_smoothed;
 use spline::{SLOPE_NOISE_GAIN, Spline, SplineEpi};
 use stretch::take_off_drift;
-use support::{Joining, doubt_row, join_row, take_best_window};
+use support::{Joining, join_row, take_best_window};
 use visibility::stretches;
 use votes::{NO_VOTE, Stretches, row_votes};
 
@@ -39,14 +41,16 @@ const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 const TEXTURE_OVER_NOISE: f64 = 4.0;
 /// Reaches of the rounds, in px.
 const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
+/// Windows disagree if the variance between them is this many times that of the best one; on a plane it is about as large.
+const DISAGREEING: f32 = 16.0;
 const FIRST_REACH: (usize, usize) = (2, 2);
 /// Frames that the steps before the last look at.
 const COARSE_FRAMES: usize = 33;
 /// The noise is averaged over this reach, in px.
 const NOISE_REACH: usize = 3;
-const SURVEYED_REACHES: [(usize, usize); 3] = [(3, 3), (3, 8), (8, 3)];
-const STRIPS: [(usize, usize); 2] = [(0, 7), (7, 0)];
-const MAP_REACHES: [usize; 1] = [4];
+const SURVEYED_REACHES: [(usize, usize); 5] = [(3, 3), (3, 8), (8, 3), (1, 8), (8, 1)];
+const SMALL_REACHES: [usize; 3] = [1, 2, 3];
+const MAP_REACHES: [usize; 0] = [];
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
 
@@ -172,7 +176,9 @@ fn join_votes(
         let mut map = SurfacePlanes::unknown(rows, columns);
         for &reach in reaches {
             let windows = joined(votes, &guesses, joining(reach, GUESS_SLACK));
-            map.par_rows().enumerate().for_each(|(y, out)| take_best_window(level, &windows, reach, y, out));
+            map.par_rows()
+                .enumerate()
+                .for_each(|(y, out)| take_best_window(level, (&windows, &guesses), reach, y, out));
         }
         map
     };
@@ -198,11 +204,20 @@ fn join_votes(
             join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
         });
     }
+    let mut smoothed = Padded::filled(rows, columns, 0.0);
+    map.par_rows().zip(smoothed.par_rows()).for_each(|(map, smoothed)| {
+        for ((smoothed, between), variance) in smoothed.iter_mut().zip(map.texture).zip(map.variance) {
+            if *between > DISAGREEING * *variance {
+                *smoothed = *between;
+            }
+        }
+    });
     drop(map);
-    for reach in STRIPS {
-        let strips = joined(votes, &guesses, joining(reach, GUESS_SLACK));
-        surface.par_rows().enumerate().for_each(|(y, out)| doubt_row(&strips, y, out));
+    for reach in SMALL_REACHES {
+        let small = joined(votes, &guesses, joining((reach, reach), GUESS_SLACK));
+        raise_smoothed(&mut smoothed, &surface, &small, 2 * reach + 1);
     }
+    surface.raise_variance(&smoothed);
     surface
 }
 

@@ -104,9 +104,9 @@ fn sum_seen<'w, S: Simd>(
     let mut sums = [zero; 10];
     for sample in samples {
         let mut mask = [0.0; LANES];
-        for lane in 0..LANES {
-            let is_seen = sample.tau >= seen.first[lane] && sample.tau <= seen.last[lane];
-            mask[lane] = f32::from(u8::from(is_seen));
+        for (mask, (first, last)) in mask.iter_mut().zip(seen.first.iter().zip(&seen.last)) {
+            let is_seen = sample.tau >= *first && sample.tau <= *last;
+            *mask = f32::from(u8::from(is_seen));
         }
         if mask == [0.0; LANES] {
             continue;
@@ -161,7 +161,7 @@ fn gathered<S: Simd>(
     sums: [f32x16<S>; 10],
 ) -> Moments {
     let [value, tau_value, value_value, slope, tau_slope, tau_tau_slope, tau_bend, tau_tau_bend, cubed, bend] =
-        sums.map(|sum| <[f32; LANES]>::from(sum));
+        sums.map(<[f32; LANES]>::from);
     Moments {
         count,
         tau,

@@ -17,7 +17,7 @@ pub(super) struct Padded {
 }
 
 impl Padded {
-    fn filled(rows: usize, columns: usize, value: f32) -> Self {
+    pub(super) fn filled(rows: usize, columns: usize, value: f32) -> Self {
         let stride = columns.next_multiple_of(LANES) + 2 * PAD;
         Self { stride, values: vec![value; rows * stride] }
     }
@@ -27,7 +27,7 @@ impl Padded {
         &self.values[y * self.stride..(y + 1) * self.stride]
     }
 
-    fn row_mut(&mut self, y: usize) -> &mut [f32] {
+    pub(super) fn row_mut(&mut self, y: usize) -> &mut [f32] {
         &mut self.values[y * self.stride..(y + 1) * self.stride]
     }
 
@@ -103,12 +103,11 @@ impl VotePlanes {
                     counts[place] += voting;
                 }
             }
-            for place in reach..stride - reach {
-                let area = place - reach..place + reach + 1;
-                let count: f32 = counts[area.clone()].iter().sum();
-                let sum: f32 = sums[area].iter().sum();
-                out[place] = (sum / count.max(1.0)).max(least);
-            }
+            let side = 2 * reach + 1;
+            let means = sums.windows(side).zip(counts.windows(side)).map(|(sums, counts)| {
+                (sums.iter().sum::<f32>() / counts.iter().sum::<f32>().max(1.0)).max(least)
+            });
+            out[reach..].iter_mut().zip(means).for_each(|(out, mean)| *out = mean);
         });
         self.noise = averaged;
     }
@@ -174,6 +173,11 @@ impl SurfacePlanes {
             }
         }
         planes
+    }
+
+    /// Adds `more`, in px^2, to the variances.
+    pub(super) fn raise_variance(&mut self, more: &Padded) {
+        self.variance.values.iter_mut().zip(&more.values).for_each(|(variance, more)| *variance += more);
     }
 
     pub(super) fn rows(&self) -> usize {

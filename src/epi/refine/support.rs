@@ -14,8 +14,9 @@ use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
 /// Two disparities belong to one plane if they differ by less than this many of their common sigmas: beyond it chance goes once in
 /// a thousand.
 const BELONGS_SIGMAS: f32 = 3.3;
-/// A strip contradicts a plane if it misses it by more than this many sigmas.
-const MISSED_SIGMAS: f32 = 3.3;
+/// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
+/// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
+const SLANT_SPREAD: f32 = 12.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f32 = 0.1;
 
@@ -116,7 +117,8 @@ fn join_block<S: Simd>(
             let expected = p.mul_add(u, line);
             let difference = load(&map.disparity) - expected;
             let slack = joining.slack.0 + joining.slack.1 * u.abs().max(v.abs());
-            let allowed = (variance + load(&map.variance)).mul_add(limit, slack * slack);
+            let carried = variance * (1.0 + (u * u + v * v) / SLANT_SPREAD);
+            let allowed = (carried + load(&map.variance)).mul_add(limit, slack * slack);
             let belongs = if offset == 0 && v == 0.0 {
                 zero.simd_le(zero)
             } else {
@@ -180,11 +182,14 @@ fn solve<S: Simd>(
     let slant_x = (minor_dp * t0 + (s0 * svv - sv * sv) * tu + (su * sv - s0 * suv) * tv) * one_over;
     let slant_y = (minor_dq * t0 + (su * sv - s0 * suv) * tu + (s0 * suu - su * su) * tv) * one_over;
 
-    // Means of columns and of rows about the plane: what a step or a bend moves most.
-    let (mut misfit, mut number) = (zero, zero);
+    // Means of columns and of rows about the plane: what a step or a bend moves most. Steps show in one of the two.
+    let mut ratio = zero;
+    let mut inflation = splat(1.0);
+    let mut area = splat(1.0);
     for (lines, reach, along, across) in
         [(columns, reach_u, slant_x, slant_y), (rows, reach_v, slant_y, slant_x)]
     {
+        let (mut misfit, mut number) = (zero, zero);
         for (index, [weight, moment, crossed]) in lines.iter().enumerate() {
             let expected = *weight * along.mul_add(place(index, reach), step) + *crossed * across;
             let deviation = *moment - expected;
@@ -192,13 +197,15 @@ fn solve<S: Simd>(
             misfit += there.select(deviation * deviation / *weight, zero);
             number += there.select(splat(1.0), zero);
         }
+        area *= number.max(splat(1.0));
+        // A line through the means takes two degrees of freedom.
+        let spare = (number - 2.0).max(splat(1.0));
+        let own = number.simd_gt(splat(2.5)).select(misfit / (noise * spare), zero);
+        // What chance lets the ratio exceed one by is no misfit: thrice its standard deviation.
+        let chance = (splat(2.0) / spare).sqrt() * 3.0 + 1.0;
+        inflation = own.simd_gt(chance).select(own, splat(1.0)).max(inflation);
+        ratio = ratio.max(own);
     }
-    // A plane takes three degrees of freedom, from columns and from rows.
-    let spare = (number - 6.0).max(splat(1.0));
-    let ratio = misfit / (noise * spare);
-    // What chance lets the ratio exceed one by is no misfit: twice its standard deviation.
-    let chance = (splat(2.0) / spare).sqrt() * 2.0 + 1.0;
-    let inflation = ratio.simd_gt(chance).select(ratio, splat(1.0));
     let variance = noise * minor_dd * one_over * inflation;
     let known = determinant.simd_gt(zero);
     [
@@ -207,27 +214,29 @@ fn solve<S: Simd>(
         known.select(slant_y, q),
         known.select(variance, splat(f32::INFINITY)),
         known.select(ratio, splat(f32::INFINITY)),
-        known.select(s0 / (noise * number.max(splat(1.0))), zero),
+        known.select(s0 / (noise * area), zero),
     ]
 }
 
 /// Takes, for each pixel of row `y`, the most credible plane among those of `windows` that contain it (centred on it, and with it in the middle of a side
 /// or in a corner; after Nagao and Matsuyama 1979) and the one that `map` holds already. Credible is what is well known and fits its votes; it is
-/// carried to the pixel. The map's `misfit` holds the score, less is better.
+/// carried to the pixel. The map's `misfit` holds the score, less is better, and its
+/// `texture` the variance between the windows' planes at the pixel, weighted by their credibility, in px^2.
+/// Planes farther than a pixel from the pixel's guess belong to another surface.
 pub(super) fn take_best_window(
     level: Level,
-    windows: &SurfacePlanes,
+    (windows, guesses): (&SurfacePlanes, &SurfacePlanes),
     reach: (usize, usize),
     y: usize,
     map: PlaneRow<'_>,
 ) {
-    dispatch!(level, simd => take_best_window_simd(simd, windows, reach, y, map));
+    dispatch!(level, simd => take_best_window_simd(simd, (windows, guesses), reach, y, map));
 }
 
 #[inline(always)]
 fn take_best_window_simd<S: Simd>(
     simd: S,
-    windows: &SurfacePlanes,
+    (windows, guesses): (&SurfacePlanes, &SurfacePlanes),
     (reach_u, reach_v): (usize, usize),
     y: usize,
     map: PlaneRow<'_>,
@@ -236,13 +245,16 @@ fn take_best_window_simd<S: Simd>(
     let (reach_u, reach_v) = (reach_u as isize, reach_v as isize);
     // The variance of an evenly filled window's plane grows from its middle by u^2 / mean(u^2).
     let spread = |reach: isize| ((reach * (reach + 1)) as f32 / 3.0).max(1.0);
-    let PlaneRow { disparity, slant_x, slant_y, variance, misfit, .. } = map;
-    let mut kept = [disparity, slant_x, slant_y, variance, misfit];
+    let PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture } = map;
+    let mut kept = [disparity, slant_x, slant_y, variance, misfit, texture];
     let mut start = PAD;
     while start + PAD < kept[0].len() {
         let block = start..start + LANES;
-        let mut best: [f32x16<S>; 5] =
+        let mut best: [f32x16<S>; 6] =
             std::array::from_fn(|index| f32x16::from_slice(simd, &kept[index][block.clone()]));
+        let mut candidates = [(f32x16::splat(simd, 0.0), f32x16::splat(simd, f32::INFINITY)); 9];
+        let mut candidate = candidates.iter_mut();
+        let guess = f32x16::from_slice(simd, &guesses.disparity.row(y)[block.clone()]);
         for v in [0, -reach_v, reach_v] {
             let row = y as isize + v;
             if row < 0 || row >= windows.rows() as isize {
@@ -258,31 +270,34 @@ fn take_best_window_simd<S: Simd>(
                 let score = variance * misfit * misfit * misfit;
                 let (p, q) = (load(&windows.slant_x), load(&windows.slant_y));
                 let disparity = load(&windows.disparity) - p * u as f32 - q * v as f32;
-                let better = score.simd_lt(best[4]);
+                let away = disparity - guess;
+                let near = (away * away).simd_le(one);
+                let better = score.simd_lt(best[4]) & near;
+                if let Some(candidate) = candidate.next() {
+                    let known = near & score.simd_gt(f32x16::splat(simd, 0.0));
+                    *candidate = (
+                        known.select(away, f32x16::splat(simd, 0.0)),
+                        known.select(score, f32x16::splat(simd, f32::INFINITY)),
+                    );
+                }
                 for (best, value) in best.iter_mut().zip([disparity, p, q, variance, score]) {
                     *best = better.select(value, *best);
                 }
             }
         }
+        // Weights for the sums of this shape of windows: the most credible one's is 1.
+        let mut sums = [f32x16::splat(simd, 0.0); 3];
+        for (away, score) in candidates {
+            let weight = best[4] / score;
+            sums[0] += weight;
+            sums[1] = weight.mul_add(away, sums[1]);
+            sums[2] = (weight * away).mul_add(away, sums[2]);
+        }
+        let mean = sums[1] / sums[0];
+        best[5] = best[5].max(sums[2] / sums[0] - mean * mean);
         for (kept, best) in kept.iter_mut().zip(best) {
             best.store_slice(&mut kept[block.clone()]);
         }
         start += LANES;
-    }
-}
-
-/// Adds to the variances of row `y` what strips through the pixels, a pixel wide, miss the pixels' planes by beyond chance: where two levels meet, a
-/// pixel may belong to neither.
-pub(super) fn doubt_row(strips: &SurfacePlanes, y: usize, after: PlaneRow<'_>) {
-    let (disparity, variance) = (strips.disparity.row(y), strips.variance.row(y));
-    {
-        for place in PAD..after.disparity.len() - PAD {
-            let missed = (disparity[place] - after.disparity[place]).powi(2);
-            // The strip's votes are a part of the window's, so only what it knows less explains a difference.
-            let expected = (variance[place] - after.variance[place]).max(0.0);
-            if missed > MISSED_SIGMAS * MISSED_SIGMAS * expected && variance[place].is_finite() {
-                after.variance[place] += missed - expected;
-            }
-        }
     }
 }

@@ -8,7 +8,7 @@ use crate::epi::lines::Lines;
 /// A neighbour is the rim of a nearer surface if its disparity is larger by more than this, in px.
 const RIM_PX: f32 = 1.0;
 /// The rim's blur and the reach of the interpolation: so close to it a sample is not the point's alone, in px.
-const RIM_REACH_PX: f32 = 1.5;
+const RIM_REACH_PX: f32 = 2.0;
 
 /// First and last tau' in which each point of a row of `disparities` is seen, as far as the row itself tells.
 pub(super) fn stretches(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
@@ -16,11 +16,13 @@ pub(super) fn stretches(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
     let mut stretches = vec![whole; disparities.len()];
     // Rims, each with the side on which it hides what is behind: +1 for points to the right of it.
     let mut rims: Vec<(usize, f32, f32)> = Vec::new();
-    for (x, pair) in disparities.windows(2).enumerate() {
-        if pair[0].abs() > pair[1].abs() + RIM_PX {
-            rims.push((x, pair[0], 1.0));
-        } else if pair[1].abs() > pair[0].abs() + RIM_PX {
-            rims.push((x + 1, pair[1], -1.0));
+    // A surface that is not known up to its rim may reach as far as the next that is known.
+    let known = disparities.iter().enumerate().filter(|(_, disparity)| !disparity.is_nan());
+    for ((left, here), (right, next)) in known.clone().zip(known.skip(1)) {
+        if here.abs() > next.abs() + RIM_PX {
+            rims.push((right - 1, *here, 1.0));
+        } else if next.abs() > here.abs() + RIM_PX {
+            rims.push((left + 1, *next, -1.0));
         }
     }
     for (x, (stretch, &own)) in stretches.iter_mut().zip(disparities).enumerate() {
@@ -52,10 +54,10 @@ mod tests {
         // A strip of 30 px before a ground of 10 px, on columns 10 to 19. It gains 20 px on the ground over the baseline.
         let row: Vec<f32> = (0..40).map(|x| if (10..20).contains(&x) { 30.0 } else { 10.0 }).collect();
         let seen = stretches(&row, &lines);
-        // Column 25 is 6 px from the rim at 19: reached after (6 - 1.5) / 20 of the baseline.
-        assert!((seen[25].1 - 4.5 / 20.0).abs() < 1e-6 && seen[25].0 == -0.5);
+        // Column 25 is 6 px from the rim at 19: reached after (6 - 2) / 20 of the baseline.
+        assert!((seen[25].1 - 4.0 / 20.0).abs() < 1e-6 && seen[25].0 == -0.5);
         // On the other side the strip passed before.
-        assert!((seen[4].0 + 4.5 / 20.0).abs() < 1e-6 && seen[4].1 == 0.5);
+        assert!((seen[4].0 + 4.0 / 20.0).abs() < 1e-6 && seen[4].1 == 0.5);
         assert_eq!(seen[35], (-0.5, 0.5), "too far to be reached");
         assert_eq!(seen[15], (-0.5, 0.5), "nothing hides the strip");
     }

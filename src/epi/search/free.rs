@@ -27,6 +27,9 @@ const NEIGHBOUR_REACH: usize = 2;
 /// ... so many must: a surface seen through a gap two pixels wide still has them.
 const LEAST_NEIGHBOURS: usize = 6;
 
+/// Share of the frames that agree with a wrong candidate (see the limits of costs).
+const AGREE_BY_CHANCE: f64 = 0.14;
+
 /// What is searched.
 pub(super) struct Search<'a> {
     pub(super) volume: &'a Volume,
@@ -157,8 +160,10 @@ impl FreeRows<'_> {
             let Some((k, cost)) = self.best.winner(x) else { continue };
             row.cost[x] = cost * limit;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
-            // Truncated costs are shares of the frames that disagree.
-            let dear = !self.limits.is_empty() && f64::from(cost) > 1.0 - options.minimum_visible;
+            // Truncated costs are shares of the frames that disagree: of a point in view no more than may hide it and noise adds, of a wrong
+            // candidate all but those that agree by chance. The limit lies in the middle.
+            let dear = !self.limits.is_empty()
+                && f64::from(cost) > 1.0 - 0.5 * (options.minimum_visible + AGREE_BY_CHANCE);
             row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
             if row.answer[x] == Answer::Found && dear {
                 row.answer[x] = Answer::Ambiguous;
