@@ -3,7 +3,13 @@
 use clap::{Args, ValueEnum};
 
 use crate::epi::interpolation::Interpolation;
-use crate::epi::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering, ReferenceFrame};
+use crate::epi::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering, ReferenceFrame, Search};
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SearchName {
+    Factorised,
+    Exhaustive,
+}
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum MethodName {
@@ -65,7 +71,10 @@ pub(super) struct MatchArguments {
     /// Side of the cost's window, odd, in px [default: 3 for variance and normalised, 7 for correlation]
     #[arg(long, value_name = "PX")]
     window: Option<usize>,
-    /// How frames are sampled between pixels
+    /// Whether candidates are searched by sums over groups of frames, or by every sample as in the paper (always so for correlation)
+    #[arg(long, value_enum, default_value = "factorised")]
+    search: SearchName,
+    /// How the exhaustive search samples frames between pixels
     #[arg(long, value_enum, default_value = "b-spline")]
     interpolation: InterpolationName,
     /// Whether points keep their order from the first to the last frame
@@ -105,7 +114,10 @@ impl MatchArguments {
         let defaults = MatchOptions::for_method(method);
         MatchOptions {
             method,
-            search: defaults.search,
+            search: match self.search {
+                SearchName::Factorised => Search::Factorised,
+                SearchName::Exhaustive => Search::Exhaustive,
+            },
             interpolation: match self.interpolation {
                 InterpolationName::Linear => Interpolation::Linear,
                 InterpolationName::Cubic => Interpolation::Cubic,

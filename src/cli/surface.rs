@@ -22,6 +22,9 @@ enum TrendName {
     Quadric,
 }
 
+/// Fits of hollows next to walls err by more than noise within two pixels of them.
+const GROWN_ACROSS_WALLS_PX: usize = 5;
+
 /// Say how deep the hollows of a surface are, and how rough it is
 ///
 /// Reads the results of `epirig match`, removes the trend, looks for two levels and tells their distance with its 95 % interval. The
@@ -119,8 +122,11 @@ impl Surface {
             TrendName::Plane => TrendKind::Plane,
             TrendName::Quadric => TrendKind::Quadric,
         };
-        // A height is made of what the cost's and the fit's window see, whichever is larger.
-        let window_px = matched.settings.window_px.max(matched.settings.fit_window_px);
+        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do so along the surface; across a wall they
+        // reach no farther than this.
+        let settings = &matched.settings;
+        let grown_px = if settings.wanted_sigma_px.is_some() { GROWN_ACROSS_WALLS_PX } else { 0 };
+        let window_px = settings.window_px.max(settings.fit_window_px).max(grown_px);
         let questions = SurfaceQuestions {
             steps: StepsOptions::for_window(trend, window_px),
             region,

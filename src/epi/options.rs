@@ -245,8 +245,8 @@ impl MatchOptions {
     }
 
     /// The search that serves the method.
-    pub(super) fn search_used(&self) -> Search {
-        if self.method == Method::Variance { self.search } else { Search::Exhaustive }
+    pub fn search_used(&self) -> Search {
+        if self.method.compares_intensities() { self.search } else { Search::Exhaustive }
     }
 
     /// Whether these options can be used on `frames` frames of `rows` x `columns` pixels.

@@ -15,8 +15,8 @@ use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, 
 use crate::epi::interpolation::Interpolation;
 use crate::epi::lines::Lines;
 use crate::epi::{
-    Answer, DisparityMaps, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, match_volume,
-    row_costs,
+    Answer, DisparityMaps, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, Search,
+    match_volume, row_costs,
 };
 use crate::photometry::Maps;
 use crate::plane::Plane;
@@ -247,12 +247,18 @@ fn settings(options: &MatchOptions) -> MatchSettings {
     MatchSettings {
         method: method.to_owned(),
         window_px: options.window_px,
+        search: match options.search_used() {
+            Search::Factorised => "factorised",
+            Search::Exhaustive => "exhaustive",
+        }
+        .to_owned(),
         interpolation: interpolation.to_owned(),
         raster_px: options.raster_px,
         minimum_visible: options.minimum_visible,
         hidden_points: hidden_points.to_owned(),
         fit: options.refine,
         fit_window_px: options.refine_window_px,
+        wanted_sigma_px: options.wanted_sigma_px.is_finite().then_some(options.wanted_sigma_px),
         maximum_sigma_px: options.maximum_sigma_px,
         minimum_confidence: options.minimum_confidence,
     }

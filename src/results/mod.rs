@@ -88,10 +88,13 @@ fn advice(action: &str, error: &std::io::Error) -> &'static str {
 /// How the matcher was told to work, so that a run can be repeated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatchSettings {
-    /// Cost: `variance`, `ncc-first` or `ncc-mean`.
+    /// Cost: `variance`, `normalised`, `ncc-first` or `ncc-mean`.
     pub method: String,
     /// Side of the cost's window, in px.
     pub window_px: usize,
+    /// `factorised` or `exhaustive`; empty in files of older programs, which knew only the latter.
+    #[serde(default)]
+    pub search: String,
     /// `linear`, `cubic` or `b-spline`.
     pub interpolation: String,
     /// Raster of the search, in px.
@@ -102,8 +105,11 @@ pub struct MatchSettings {
     pub hidden_points: String,
     /// Whether the fit over all frames was done.
     pub fit: bool,
-    /// Side of the window of the fit, in px.
+    /// Side of the smallest window of the fit, in px.
     pub fit_window_px: usize,
+    /// Sigma up to which windows grow, in px; absent if they do not.
+    #[serde(default)]
+    pub wanted_sigma_px: Option<f64>,
     /// Largest sigma of an answer, in px.
     pub maximum_sigma_px: f64,
     /// Least confidence of an answer with free ordering.

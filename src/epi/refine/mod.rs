@@ -5,12 +5,15 @@
 //! is the template's gradient along x, the mean of the frames' gradients along the line, and tau' = tau - tau_r. The
 //! regression of I on tau' has the slope b = g (d0 - d). Each pixel thus votes for d = d0 - b / g with the weight
 //! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
-//! d + p u + q v fitted to their votes: a Gauss-Newton step of the joint problem, template eliminated. Steps are repeated
-//! from the new disparities.
+//! d + p u + q v fitted to their votes: a Gauss-Newton step of the joint problem, template eliminated ([`votes`]). A second step starts from the new
+//! disparities. Frames that do not see a point, because it has left the image or something nearer hides it, are left out ([`visibility`]), the drift
+//! that slant gives to the blur is taken off ([`stretch`]), and windows follow the surface ([`joining`], [`support`]).
 //!
 //! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
-//! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)).
+//! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
+//! credible windows disagree by, comes on top ([`smoothing`]).
 
+mod joining;
 mod moments;
 mod planes;
 mod smoothing;
@@ -27,11 +30,9 @@ use super::lines::{Lines, SeenRule};
 use super::options::HiddenPoints;
 use crate::plane::Plane;
 use crate::volume::Volume;
+use joining::join_votes;
 use planes::{PAD, Padded, SurfacePlanes, VotePlanes};
-use smoothing::raise_smoothed;
-use spline::{SLOPE_NOISE_GAIN, Spline, SplineEpi};
-use stretch::take_off_drift;
-use support::{Joining, join_row, take_best_window};
+use spline::{RESAMPLED_NOISE_GAIN, SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use visibility::stretches;
 use votes::{NO_VOTE, Stretches, row_votes};
 
@@ -39,20 +40,10 @@ use votes::{NO_VOTE, Stretches, row_votes};
 const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 /// Texture must raise the mean squared gradient this far above what noise alone does.
 const TEXTURE_OVER_NOISE: f64 = 4.0;
-/// Reaches of the rounds, in px.
-const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
-/// Windows disagree if the variance between them is this many times that of the best one; on a plane it is about as large.
-const DISAGREEING: f32 = 16.0;
-const FIRST_REACH: (usize, usize) = (2, 2);
 /// Frames that the steps before the last look at.
 const COARSE_FRAMES: usize = 33;
 /// The noise is averaged over this reach, in px.
 const NOISE_REACH: usize = 3;
-const SURVEYED_REACHES: [(usize, usize); 5] = [(3, 3), (3, 8), (8, 3), (1, 8), (8, 1)];
-const SMALL_REACHES: [usize; 3] = [1, 2, 3];
-const MAP_REACHES: [usize; 0] = [];
-const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
-const NO_SLACK: (f32, f32) = (0.0, 0.0);
 
 /// How the fit is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,7 +109,7 @@ pub fn fit(
                 report();
             },
         );
-        planes.average_noise(NOISE_REACH, QUANTISATION_VARIANCE as f32);
+        planes.average_noise(NOISE_REACH, noise_gain(volume), QUANTISATION_VARIANCE as f32);
         surface = join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
         if !last {
             for y in 0..rows {
@@ -154,79 +145,18 @@ pub fn fit(
     fitted
 }
 
-/// The surface through the votes: supports of the smallest window, or as `options` say.
-fn join_votes(
-    level: Level,
-    votes: &mut VotePlanes,
-    guess: &Plane<f32>,
-    origin: f32,
-    options: Option<Fit>,
-) -> SurfacePlanes {
-    let (rows, columns) = (guess.rows(), guess.columns());
-    let joining = |reach, slack| Joining { reach, slack };
-    let joined = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining| {
-        let mut next = SurfacePlanes::unknown(rows, columns);
-        next.par_rows().enumerate().for_each(|(y, out)| {
-            join_row(level, (votes, map), joining, y, None, out);
-        });
-        next
-    };
-    let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
-    let survey = |votes: &VotePlanes, reaches: &[(usize, usize)]| {
-        let mut map = SurfacePlanes::unknown(rows, columns);
-        for &reach in reaches {
-            let windows = joined(votes, &guesses, joining(reach, GUESS_SLACK));
-            map.par_rows()
-                .enumerate()
-                .for_each(|(y, out)| take_best_window(level, (&windows, &guesses), reach, y, out));
-        }
-        map
-    };
-    let Some(options) = options else {
-        let map = survey(votes, &[FIRST_REACH]);
-        return joined(votes, &map, joining(FIRST_REACH, NO_SLACK));
-    };
-    let map = survey(votes, &SURVEYED_REACHES[..1]);
-    take_off_drift(votes, &map);
-    drop(map);
-    let mut map = survey(votes, &SURVEYED_REACHES);
-    for reach in MAP_REACHES {
-        map = joined(votes, &map, joining((reach, reach), NO_SLACK));
-    }
-    let votes = &*votes;
-    let smallest = options.window_px / 2;
-    let mut surface = joined(votes, &map, joining((smallest, smallest), NO_SLACK));
-    let wanted = options.wanted_sigma_px.powi(2) as f32;
-    for reach in
-        REACHES.into_iter().filter(|&reach| reach > smallest && 2 * reach < options.largest_window_px)
-    {
-        surface.par_rows().enumerate().for_each(|(y, out)| {
-            join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
-        });
-    }
-    let mut smoothed = Padded::filled(rows, columns, 0.0);
-    map.par_rows().zip(smoothed.par_rows()).for_each(|(map, smoothed)| {
-        for ((smoothed, between), variance) in smoothed.iter_mut().zip(map.texture).zip(map.variance) {
-            if *between > DISAGREEING * *variance {
-                *smoothed = *between;
-            }
-        }
-    });
-    drop(map);
-    for reach in SMALL_REACHES {
-        let small = joined(votes, &guesses, joining((reach, reach), GUESS_SLACK));
-        raise_smoothed(&mut smoothed, &surface, &small, 2 * reach + 1);
-    }
-    surface.raise_variance(&smoothed);
-    surface
-}
-
 /// The weight that noise of variance 1 alone makes on average, for points seen in all frames.
 fn texture_of_noise(lines: &Lines) -> f64 {
     let count = lines.frames() as f64;
     let mean = lines.offsets().iter().sum::<f64>() / count;
     let spread: f64 = lines.offsets().iter().map(|tau| (tau - mean).powi(2)).sum();
     SLOPE_NOISE_GAIN / count * spread
+}
+
+/// Variance of the residuals along the lines over that of the noise at the frequencies of the texture.
+fn noise_gain(volume: &Volume) -> f32 {
+    // Frames that were rectified have been resampled before, and their noise is no longer white.
+    (if volume.is_fine() { RESAMPLED_NOISE_GAIN } else { VALUE_NOISE_GAIN }) as f32
 }
 
 /// A disparity in the middle of all, so that sums of differences from it are exact enough in single precision.

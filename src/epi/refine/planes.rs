@@ -89,8 +89,8 @@ impl VotePlanes {
     }
 
     /// Replaces the variances of single pixels by their means over the pixels with a vote in the square of side 2 `reach` + 1 around
-    /// them; at least `least`.
-    pub(super) fn average_noise(&mut self, reach: usize, least: f32) {
+    /// them, over `gain`, the variance of residuals over that of the noise; at least `least`.
+    pub(super) fn average_noise(&mut self, reach: usize, gain: f32, least: f32) {
         let (rows, stride) = (self.rows(), self.noise.stride);
         let mut averaged = Padded { stride, values: vec![least; rows * stride] };
         averaged.par_rows().enumerate().for_each(|(y, out)| {
@@ -105,7 +105,7 @@ impl VotePlanes {
             }
             let side = 2 * reach + 1;
             let means = sums.windows(side).zip(counts.windows(side)).map(|(sums, counts)| {
-                (sums.iter().sum::<f32>() / counts.iter().sum::<f32>().max(1.0)).max(least)
+                (sums.iter().sum::<f32>() / (gain * counts.iter().sum::<f32>().max(1.0))).max(least)
             });
             out[reach..].iter_mut().zip(means).for_each(|(out, mean)| *out = mean);
         });

@@ -22,6 +22,8 @@ const PREFILTER_REACH: usize = 14;
 /// Variance of the value of a quintic B-spline through white noise, over that of the noise, mean over the positions between
 /// pixels.
 pub(super) const VALUE_NOISE_GAIN: f64 = 0.918;
+/// The same for noise that was resampled by such splines once before, along x and along y: rectified frames.
+pub(super) const RESAMPLED_NOISE_GAIN: f64 = 0.793;
 /// The same for its derivative, per px^2.
 pub(super) const SLOPE_NOISE_GAIN: f64 = 2.678;
 

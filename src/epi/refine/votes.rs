@@ -3,7 +3,7 @@
 use fearless_simd::Level;
 
 use super::moments::{FrameSample, LANES, Moments, SeenStretch, block_moments};
-use super::spline::{FRACTIONS, Spline, SplineEpi, VALUE_NOISE_GAIN};
+use super::spline::{FRACTIONS, Spline, SplineEpi};
 use crate::epi::lines::Lines;
 
 /// The series around a block's common disparity is used this far, in px of shift in the frame farthest from the reference: the
@@ -19,7 +19,7 @@ pub(super) struct Vote {
     pub(super) weight: f32,
     /// Weight times (voted disparity - base).
     pub(super) moment: f32,
-    /// Variance of the noise by the residuals of the regression, in DN^2.
+    /// Variance of the residuals of the regression, in DN^2.
     pub(super) variance: f32,
     /// First and second derivative of the template along x, in DN per px and per px^2.
     pub(super) gradient: f32,
@@ -152,8 +152,7 @@ fn vote(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames:
         base: guess,
         weight: gradient * gradient * spread,
         moment: -gradient * covariance,
-        variance: (energy - at_common * at_common / spread).max(0.0)
-            / ((count - 2.0) * VALUE_NOISE_GAIN as f32),
+        variance: (energy - at_common * at_common / spread).max(0.0) / (count - 2.0),
         gradient,
         bend: moments.bend[lane] / count,
     }

@@ -1,0 +1,93 @@
+//! From votes to a surface: which windows are tried, and in what order.
+//!
+//! First the plane of each pixel is found among windows of several shapes, centred on it and beside it. These planes then tell which votes belong together, and the
+//! smallest window that leaves the wanted sigma joins those around each pixel.
+
+use fearless_simd::Level;
+use rayon::prelude::*;
+
+use super::Fit;
+use super::planes::{Padded, SurfacePlanes, VotePlanes};
+use super::smoothing::raise_smoothed;
+use super::stretch::take_off_drift;
+use super::support::{Joining, join_row, take_best_window};
+use crate::plane::Plane;
+
+/// Reaches of the windows of the steps before the last, in columns and rows.
+const FIRST_REACH: (usize, usize) = (2, 2);
+/// Reaches of the windows that compete for a pixel, in columns and rows: long ones see small steps that they lie along, narrow ones fit
+/// between two steps.
+const COMPETING_REACHES: [(usize, usize); 5] = [(3, 3), (3, 8), (8, 3), (1, 8), (8, 1)];
+/// Reaches to which supports grow, in px.
+const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
+/// Reaches of the small windows that tell what supports smooth away, in px.
+const SMALL_REACHES: [usize; 3] = [1, 2, 3];
+/// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
+const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
+const NO_SLACK: (f32, f32) = (0.0, 0.0);
+/// Windows disagree if the variance between them is this many times that of the best one; on a plane it is about as large.
+const DISAGREEING: f32 = 16.0;
+
+/// The surface through the votes: supports of the smallest window, or as `options` say.
+pub(super) fn join_votes(
+    level: Level,
+    votes: &mut VotePlanes,
+    guess: &Plane<f32>,
+    origin: f32,
+    options: Option<Fit>,
+) -> SurfacePlanes {
+    let (rows, columns) = (guess.rows(), guess.columns());
+    let joining = |reach, slack| Joining { reach, slack };
+    let joined = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining| {
+        let mut next = SurfacePlanes::unknown(rows, columns);
+        next.par_rows().enumerate().for_each(|(y, out)| {
+            join_row(level, (votes, map), joining, y, None, out);
+        });
+        next
+    };
+    let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
+    let survey = |votes: &VotePlanes, reaches: &[(usize, usize)]| {
+        let mut map = SurfacePlanes::unknown(rows, columns);
+        for &reach in reaches {
+            let windows = joined(votes, &guesses, joining(reach, GUESS_SLACK));
+            map.par_rows()
+                .enumerate()
+                .for_each(|(y, out)| take_best_window(level, (&windows, &guesses), reach, y, out));
+        }
+        map
+    };
+    let Some(options) = options else {
+        let map = survey(votes, &[FIRST_REACH]);
+        return joined(votes, &map, joining(FIRST_REACH, NO_SLACK));
+    };
+    let map = survey(votes, &COMPETING_REACHES[..1]);
+    take_off_drift(votes, &map);
+    drop(map);
+    let mut map = survey(votes, &COMPETING_REACHES);
+    let votes = &*votes;
+    let smallest = options.window_px / 2;
+    let mut surface = joined(votes, &map, joining((smallest, smallest), NO_SLACK));
+    let wanted = options.wanted_sigma_px.powi(2) as f32;
+    for reach in
+        REACHES.into_iter().filter(|&reach| reach > smallest && 2 * reach < options.largest_window_px)
+    {
+        surface.par_rows().enumerate().for_each(|(y, out)| {
+            join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
+        });
+    }
+    let mut smoothed = Padded::filled(rows, columns, 0.0);
+    map.par_rows().zip(smoothed.par_rows()).for_each(|(map, smoothed)| {
+        for ((smoothed, between), variance) in smoothed.iter_mut().zip(map.texture).zip(map.variance) {
+            if *between > DISAGREEING * *variance {
+                *smoothed = *between;
+            }
+        }
+    });
+    drop(map);
+    for reach in SMALL_REACHES {
+        let small = joined(votes, &guesses, joining((reach, reach), GUESS_SLACK));
+        raise_smoothed(&mut smoothed, &surface, &small, 2 * reach + 1);
+    }
+    surface.raise_variance(&smoothed);
+    surface
+}
