@@ -17,7 +17,7 @@ use crate::plane::Plane;
 const FIRST_REACH: (usize, usize) = (2, 2);
 /// Reaches of the windows that compete for a pixel, in columns and rows: long ones see small steps that they lie along, narrow ones fit
 /// between two steps.
-const COMPETING_REACHES: [(usize, usize); 5] = [(3, 3), (3, 8), (8, 3), (1, 8), (8, 1)];
+const COMPETING_REACHES: [(usize, usize); 7] = [(3, 3), (3, 10), (10, 3), (2, 10), (10, 2), (1, 10), (10, 1)];
 /// Reaches to which supports grow, in px.
 const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
 /// Reaches of the small windows that tell what supports smooth away, in px.

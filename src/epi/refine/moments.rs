@@ -178,3 +178,95 @@ fn gathered<S: Simd>(
         tau_tau_tau_bend: cubed,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::epi::refine::spline::{FRACTIONS, Spline};
+    use crate::tau::Tau;
+    use crate::volume::Volume;
+
+    const FRAMES: usize = 9;
+    const COLUMNS: usize = 64;
+
+    fn epi_without_order(spline: &Spline) -> SplineEpi {
+        let mut volume = Volume::fine(1, COLUMNS, 8, Tau::equidistant(FRAMES).unwrap());
+        let counts = volume.fine_counts_mut().unwrap().iter_mut().enumerate();
+        counts.for_each(|(index, count)| *count = (index * index * 7919 % 32768) as u16);
+        let mut epi = SplineEpi::default();
+        epi.take(spline, &volume, 0, 0..FRAMES);
+        epi
+    }
+
+    /// Nine frames whose shifts are generic.
+    fn samples() -> Vec<FrameSample> {
+        let sample = |frame: usize| FrameSample {
+            frame,
+            column: 20 + 2 * frame as isize,
+            tau: frame as f32 / 8.0 - 0.5,
+            fraction: frame * 211 % FRACTIONS,
+        };
+        (0..FRAMES).map(sample).collect()
+    }
+
+    /// All moments in the order of their fields.
+    fn of_lane(moments: &Moments, lane: usize) -> [f32; 13] {
+        let Moments { count, tau, tau_tau, value, tau_value, value_value, .. } = moments;
+        let Moments { slope, tau_slope, tau_tau_slope, bend, tau_bend, tau_tau_bend, .. } = moments;
+        let first = [count, tau, tau_tau, value, tau_value, value_value, slope, tau_slope, tau_tau_slope];
+        let last = [bend, tau_bend, tau_tau_bend, &moments.tau_tau_tau_bend];
+        std::array::from_fn(|index| if index < 9 { first[index][lane] } else { last[index - 9][lane] })
+    }
+
+    #[test]
+    fn moments_are_what_their_definition_says() {
+        let spline = Spline::new();
+        let (epi, samples) = (epi_without_order(&spline), samples());
+        let anchor: [f32; LANES] = std::array::from_fn(|lane| 100.0 + 3.0 * lane as f32);
+        let moments =
+            block_moments(Level::new(), &epi, &samples, |index| spline.weights(index), &anchor, None);
+        for (lane, anchor) in anchor.iter().enumerate() {
+            let (mut sums, mut sizes) = ([0.0_f64; 13], [0.0_f64; 13]);
+            for sample in &samples {
+                let taps = epi.taps(sample.frame, sample.column + lane as isize);
+                let [v, slope, bend] = spline
+                    .weights(sample.fraction)
+                    .map(|weights| (0..TAPS).map(|tap| f64::from(weights[tap]) * f64::from(taps[tap])).sum());
+                let (v, t): (f64, f64) = (v - f64::from(*anchor), sample.tau.into());
+                let terms = [1.0, t, t * t, v, t * v, v * v, slope, t * slope, t * t * slope];
+                let bends = [bend, t * bend, t * t * bend, t * t * t * bend];
+                for (index, term) in terms.into_iter().chain(bends).enumerate() {
+                    sums[index] += term;
+                    // Values are differences of weighted neighbours of some 2000 DN.
+                    sizes[index] += term.abs() + 2000.0;
+                }
+            }
+            for (index, found) in of_lane(&moments, lane).into_iter().enumerate() {
+                // Some twenty roundings of 6e-8; squares double what values err by, of some 500 DN.
+                let bound = 1.2e-6 * sizes[index] * if index == 5 { 1000.0 } else { 1.0 };
+                assert!((f64::from(found) - sums[index]).abs() < bound, "lane {lane}, moment {index}");
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_that_some_frames_do_not_see_are_as_if_those_frames_were_not_there() {
+        let spline = Spline::new();
+        let (epi, samples) = (epi_without_order(&spline), samples());
+        let anchor = [120.0; LANES];
+        let moments = |samples: &[FrameSample], seen: Option<&SeenStretch>| {
+            block_moments(Level::new(), &epi, samples, |index| spline.weights(index), &anchor, seen)
+        };
+        // Lane by lane less is seen, at last nothing.
+        let first: [f32; LANES] = std::array::from_fn(|lane| -0.5 + 0.04 * lane as f32);
+        let last: [f32; LANES] = std::array::from_fn(|lane| 0.5 - 0.04 * lane as f32);
+        let masked = moments(&samples, Some(&SeenStretch { first, last }));
+        for lane in 0..LANES {
+            let is_seen = |sample: &&FrameSample| (first[lane]..=last[lane]).contains(&sample.tau);
+            let seen: Vec<FrameSample> = samples.iter().filter(is_seen).copied().collect();
+            assert_eq!(of_lane(&masked, lane), of_lane(&moments(&seen, None), lane), "lane {lane}");
+        }
+        assert_eq!(of_lane(&masked, 0)[0], 9.0);
+        assert_eq!(of_lane(&masked, LANES - 1), [0.0; 13]);
+    }
+}

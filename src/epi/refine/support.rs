@@ -6,14 +6,17 @@
 //! 2006). On one plane everything within reach takes part, so nothing of the information is lost; at a step or a ridge the
 //! support ends.
 
+#[cfg(test)]
+mod tests;
+
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
 use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
 
-/// Two disparities belong to one plane if they differ by less than this many of their common sigmas: beyond it chance goes once in
-/// a thousand.
-const BELONGS_SIGMAS: f32 = 3.3;
+/// Two disparities belong to one plane if they differ by less than this many of their common sigmas. Chance exceeds it once in fifty, which costs a
+/// hundredth of the sigma; a wider limit lets more of a step in.
+const BELONGS_SIGMAS: f32 = 2.3;
 /// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
 const SLANT_SPREAD: f32 = 12.0;
@@ -267,7 +270,8 @@ fn take_best_window_simd<S: Simd>(
                 let growth = 1.0 + (u * u) as f32 / spread(reach_u) + (v * v) as f32 / spread(reach_v);
                 let variance = load(&windows.variance) * growth;
                 let misfit = load(&windows.misfit).max(one);
-                let score = variance * misfit * misfit * misfit;
+                // Means scatter about a plane by chance, too, but a window that a step crosses is the worse the longer it is.
+                let score = variance * misfit * (misfit * misfit) * (misfit * misfit);
                 let (p, q) = (load(&windows.slant_x), load(&windows.slant_y));
                 let disparity = load(&windows.disparity) - p * u as f32 - q * v as f32;
                 let away = disparity - guess;

@@ -7,6 +7,8 @@ use crate::epi::lines::Lines;
 
 /// A neighbour is the rim of a nearer surface if its disparity is larger by more than this, in px.
 const RIM_PX: f32 = 1.0;
+/// Neighbouring points that make a surface.
+const RIM_PIXELS: usize = 3;
 /// The rim's blur and the reach of the interpolation: so close to it a sample is not the point's alone, in px.
 const RIM_REACH_PX: f32 = 2.0;
 
@@ -17,12 +19,25 @@ pub(super) fn stretches(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
     // Rims, each with the side on which it hides what is behind: +1 for points to the right of it.
     let mut rims: Vec<(usize, f32, f32)> = Vec::new();
     // A surface that is not known up to its rim may reach as far as the next that is known.
-    let known = disparities.iter().enumerate().filter(|(_, disparity)| !disparity.is_nan());
-    for ((left, here), (right, next)) in known.clone().zip(known.skip(1)) {
+    let known: Vec<(usize, f32)> =
+        disparities.iter().copied().enumerate().filter(|(_, disparity)| !disparity.is_nan()).collect();
+    // A surface, not a single wrong answer.
+    let is_surface = |side: &[(usize, f32)], rim: f32| {
+        side.len() == RIM_PIXELS
+            && side.iter().all(|point| (point.1 - rim).abs() <= RIM_PX * RIM_PIXELS as f32)
+    };
+    for (index, pair) in known.windows(2).enumerate() {
+        let [(left, here), (right, next)] = [pair[0], pair[1]];
         if here.abs() > next.abs() + RIM_PX {
-            rims.push((right - 1, *here, 1.0));
+            let side = &known[(index + 1).saturating_sub(RIM_PIXELS)..=index];
+            if is_surface(side, here) {
+                rims.push((right - 1, here, 1.0));
+            }
         } else if next.abs() > here.abs() + RIM_PX {
-            rims.push((left + 1, *next, -1.0));
+            let side = &known[index + 1..(index + 1 + RIM_PIXELS).min(known.len())];
+            if is_surface(side, next) {
+                rims.push((left + 1, next, -1.0));
+            }
         }
     }
     for (x, (stretch, &own)) in stretches.iter_mut().zip(disparities).enumerate() {

@@ -161,9 +161,9 @@ impl FreeRows<'_> {
             row.cost[x] = cost * limit;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
             // Truncated costs are shares of the frames that disagree: of a point in view no more than may hide it and noise adds, of a wrong
-            // candidate all but those that agree by chance. The limit lies in the middle.
+            // candidate all but those that agree by chance. A wrong answer is worse than none, so the limit lies nearer to the former.
             let dear = !self.limits.is_empty()
-                && f64::from(cost) > 1.0 - 0.5 * (options.minimum_visible + AGREE_BY_CHANCE);
+                && f64::from(cost) > 1.0 - (2.0 * options.minimum_visible + AGREE_BY_CHANCE) / 3.0;
             row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
             if row.answer[x] == Answer::Found && dear {
                 row.answer[x] = Answer::Ambiguous;

@@ -12,7 +12,7 @@ use crate::volume::Volume;
 const REACH: usize = 4;
 /// Share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by twice the contrast in the mean of
 /// squares; below 0.06 of it come 14 % of them (normal distribution), so that hidden frames seldom agree by chance.
-const SHARE: f32 = 0.06;
+const SHARE: f32 = 0.1;
 /// Times the variance of the noise that is allowed for: four standard deviations of a group's mean of some ten frames, the reference
 /// frame's own noise and that within the group.
 const NOISE: f32 = 4.0;

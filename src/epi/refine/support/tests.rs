@@ -1,0 +1,240 @@
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::*;
+
+const ROWS: usize = 24;
+const COLUMNS: usize = 40;
+/// Variance of the noise, in DN^2.
+const NOISE: f64 = 1.5;
+
+/// Votes for `disparity` with the weight `weight` of each pixel.
+fn votes_for(disparity: impl Fn(usize, usize) -> f64, weight: impl Fn(usize, usize) -> f64) -> VotePlanes {
+    let mut votes = VotePlanes::empty(ROWS, COLUMNS);
+    for y in 0..ROWS {
+        votes.noise.row_mut(y).fill(NOISE as f32);
+        for x in 0..COLUMNS {
+            votes.weight.row_mut(y)[PAD + x] = weight(x, y) as f32;
+            votes.inverse.row_mut(y)[PAD + x] = (1.0 / weight(x, y)) as f32;
+            votes.moment.row_mut(y)[PAD + x] = (weight(x, y) * disparity(x, y)) as f32;
+        }
+    }
+    votes
+}
+
+/// Planes `disparity` with the slants `p` and `q`, known with `variance`.
+fn map_of(disparity: impl Fn(usize, usize) -> f64, (p, q): (f64, f64), variance: f64) -> SurfacePlanes {
+    let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
+    for y in 0..ROWS {
+        for x in 0..COLUMNS {
+            map.disparity.row_mut(y)[PAD + x] = disparity(x, y) as f32;
+            map.slant_x.row_mut(y)[PAD + x] = p as f32;
+            map.slant_y.row_mut(y)[PAD + x] = q as f32;
+            map.variance.row_mut(y)[PAD + x] = variance as f32;
+        }
+    }
+    map
+}
+
+fn joined(votes: &VotePlanes, map: &SurfacePlanes, joining: Joining) -> SurfacePlanes {
+    let mut planes = SurfacePlanes::unknown(ROWS, COLUMNS);
+    planes
+        .par_rows()
+        .enumerate()
+        .for_each(|(y, out)| join_row(Level::new(), (votes, map), joining, y, None, out));
+    planes
+}
+
+/// Weights from 500 to 1500 without order.
+fn uneven(x: usize, y: usize) -> f64 {
+    500.0 + ((x * x * 31 + y * y * 57 + x * y * 13) % 1000) as f64
+}
+
+/// Columns and rows within `reach` of a pixel, in the image.
+fn window((x, y): (usize, usize), (reach_u, reach_v): (usize, usize)) -> Vec<(usize, usize)> {
+    let columns = x.saturating_sub(reach_u)..(x + reach_u + 1).min(COLUMNS);
+    let rows = y.saturating_sub(reach_v)..(y + reach_v + 1).min(ROWS);
+    rows.flat_map(|row| columns.clone().map(move |column| (column, row))).collect()
+}
+
+const P: f64 = 0.03;
+const Q: f64 = -0.02;
+
+fn slanted(x: usize, y: usize) -> f64 {
+    2.5 + P * x as f64 + Q * y as f64
+}
+
+#[test]
+fn equal_votes_on_a_plane_give_it_with_the_variance_of_their_mean() {
+    let weight = 800.0;
+    let votes = votes_for(slanted, |_, _| weight);
+    let map = map_of(slanted, (P, Q), 1e-4);
+    for reach in [(1, 1), (3, 3), (3, 8), (10, 10)] {
+        let surface = joined(&votes, &map, Joining { reach, slack: (0.0, 0.0) });
+        let count = ((2 * reach.0 + 1) * (2 * reach.1 + 1)) as f64;
+        let (x, y) = (20, 12);
+        let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
+        assert!((at(&surface.disparity) - slanted(x, y)).abs() < 1e-5);
+        let variance = NOISE / (count * weight);
+        assert!((at(&surface.variance) / variance - 1.0).abs() < 1e-4, "{reach:?}");
+        assert!((at(&surface.texture) / (weight / NOISE) - 1.0).abs() < 1e-4);
+        // The slant of zero that is observed beside, with a sigma of 0.1 px/px, draws by its share.
+        let share = |reach: usize| {
+            let squares = (reach * (reach + 1)) as f64 / 3.0 * count * weight;
+            squares / (squares + 100.0 * NOISE)
+        };
+        assert!((at(&surface.slant_x) - P * share(reach.0)).abs() < 1e-5, "{reach:?}");
+        assert!((at(&surface.slant_y) - Q * share(reach.1)).abs() < 1e-5, "{reach:?}");
+    }
+}
+
+#[test]
+fn joining_solves_the_normal_equations() {
+    // A shallow bowl, so that the votes lie on no plane; within what is allowed for.
+    let bowl = |x: usize, y: usize| {
+        slanted(x, y) + 0.0004 * ((x as f64 - 20.0).powi(2) + 0.7 * (y as f64 - 12.0).powi(2))
+    };
+    let votes = votes_for(bowl, uneven);
+    let map = map_of(bowl, (P, Q), 1.0);
+    let reach = (4, 2);
+    let surface = joined(&votes, &map, Joining { reach, slack: (0.0, 0.0) });
+    for pixel in [(20, 12), (0, 0), (39, 23), (3, 22), (31, 1), (17, 5)] {
+        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for (column, row) in window(pixel, reach) {
+            let u = Vector3::new(1.0, column as f64 - pixel.0 as f64, row as f64 - pixel.1 as f64);
+            normal += u * u.transpose() * uneven(column, row);
+            right += u * (uneven(column, row) * bowl(column, row));
+        }
+        normal[(1, 1)] += 100.0 * NOISE;
+        normal[(2, 2)] += 100.0 * NOISE;
+        let inverse = normal.try_inverse().unwrap();
+        let solution = inverse * right;
+        let at = |plane: &Padded| f64::from(plane.row(pixel.1)[PAD + pixel.0]);
+        // Moments of some 5000 in single precision lose 0.0005 of votes that weigh 1000.
+        assert!((at(&surface.disparity) - solution[0]).abs() < 1e-5, "{pixel:?}");
+        assert!((at(&surface.slant_x) - solution[1]).abs() < 1e-5, "{pixel:?}");
+        assert!((at(&surface.slant_y) - solution[2]).abs() < 1e-5, "{pixel:?}");
+        // Bends may raise the variance, nothing lowers it.
+        assert!(at(&surface.variance) > NOISE * inverse[(0, 0)] * (1.0 - 1e-4), "{pixel:?}");
+    }
+}
+
+/// Column at which the steps of the tests are.
+const EDGE: usize = 20;
+
+#[test]
+fn a_step_twice_as_high_as_allowed_for_is_not_crossed() {
+    let (reach, variance, weight) = (3, 1e-4, 800.0);
+    // What the farthest neighbour, 3 px away along both axes, is allowed to differ by.
+    let allowed = f64::from(BELONGS_SIGMAS) * (variance * (2.0 + 18.0 / f64::from(SLANT_SPREAD))).sqrt();
+    let step = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * allowed };
+    let votes = votes_for(step, |_, _| weight);
+    let map = map_of(step, (0.0, 0.0), variance);
+    let surface = joined(&votes, &map, Joining { reach: (reach, reach), slack: (0.0, 0.0) });
+    let y = 12;
+    for x in reach..COLUMNS - reach {
+        let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
+        assert!((at(&surface.disparity) - step(x, y)).abs() < 1e-6, "column {x}");
+        // The window's own side: columns reach from -3 to 3, or to where the step is.
+        let side: Vec<f64> = (x - reach..=x + reach)
+            .filter(|&column| (column < EDGE) == (x < EDGE))
+            .map(|column| column as f64 - x as f64)
+            .collect();
+        let sum = |power: i32| 7.0 * weight * side.iter().map(|u| u.powi(power)).sum::<f64>();
+        let variance = NOISE / (sum(0) - sum(1) * sum(1) / (sum(2) + 100.0 * NOISE));
+        assert!((at(&surface.variance) / variance - 1.0).abs() < 1e-3, "column {x}");
+    }
+}
+
+#[test]
+fn a_step_that_is_allowed_for_is_crossed() {
+    let variance: f64 = 1e-4;
+    // Neighbours in the same place may differ by 3.3 times the root of two variances.
+    let low = 0.9 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
+    let step = |x: usize, _| if x < EDGE { 0.0 } else { low };
+    let (votes, map) = (votes_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
+    let surface = joined(&votes, &map, Joining { reach: (1, 1), slack: (0.0, 0.0) });
+    // Columns -1, 0, 1 vote 0, 0 and `low`: their mean is what a line gives in the middle.
+    let found = f64::from(surface.disparity.row(12)[PAD + EDGE - 1]);
+    assert!((found - low / 3.0).abs() < 1e-5, "{found}");
+    // The same step beyond what is allowed for, but with slack.
+    let high = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * low };
+    let (votes, map) = (votes_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
+    let without = joined(&votes, &map, Joining { reach: (1, 1), slack: (0.0, 0.0) });
+    assert!(without.disparity.row(12)[PAD + EDGE - 1].abs() < 1e-6);
+    let with = joined(&votes, &map, Joining { reach: (1, 1), slack: (low as f32, low as f32) });
+    assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 2.0 * low / 3.0).abs() < 1e-5);
+}
+
+#[test]
+fn settled_pixels_keep_what_they_have() {
+    let votes = votes_for(slanted, |_, _| 800.0);
+    let map = map_of(slanted, (P, Q), 1e-4);
+    let mut surface = map_of(|_, _| 9.0, (0.0, 0.0), 1e-3);
+    for y in 0..ROWS {
+        (0..COLUMNS).step_by(3).for_each(|x| surface.variance.row_mut(y)[PAD + x] = 1e-5);
+    }
+    let joining = Joining { reach: (2, 2), slack: (0.0, 0.0) };
+    surface
+        .par_rows()
+        .enumerate()
+        .for_each(|(y, out)| join_row(Level::new(), (&votes, &map), joining, y, Some(1e-4), out));
+    for x in 3..COLUMNS - 3 {
+        let (found, variance) =
+            (f64::from(surface.disparity.row(12)[PAD + x]), surface.variance.row(12)[PAD + x]);
+        if x % 3 == 0 {
+            assert_eq!((found, variance), (9.0, 1e-5));
+        } else {
+            assert!((found - slanted(x, 12)).abs() < 1e-5, "column {x}: {found}");
+        }
+    }
+}
+
+#[test]
+fn where_nothing_votes_nothing_is_known() {
+    let votes = VotePlanes::empty(ROWS, COLUMNS);
+    let surface = joined(&votes, &map_of(slanted, (P, Q), 1.0), Joining { reach: (3, 3), slack: (0.5, 0.3) });
+    assert!(surface.variance.row(5).iter().all(|&variance| variance == f32::INFINITY));
+    assert_eq!(surface.disparity.row(5)[PAD + 7], slanted(7, 5) as f32);
+}
+
+/// The best windows of reach 3 for `votes`, whose windows reach across steps as guesses do.
+fn best_windows(votes: &VotePlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
+    let windows = joined(votes, guesses, Joining { reach: (3, 3), slack: (0.5, 0.3) });
+    let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
+    map.par_rows()
+        .enumerate()
+        .for_each(|(y, out)| take_best_window(Level::new(), (&windows, guesses), (3, 3), y, out));
+    map
+}
+
+#[test]
+fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
+    // The step is within the slack of the guesses, so that windows on it hold both sides; the slants differ, too.
+    let roof =
+        |x: usize, y: usize| slanted(x, y) + if x < EDGE { 0.0 } else { 0.6 - 0.05 * (x - EDGE) as f64 };
+    let votes = votes_for(roof, |_, _| 800.0);
+    let map = best_windows(&votes, &map_of(|x, y| roof(x, y) + 0.2, (0.0, 0.0), 1e-3));
+    for y in 0..ROWS {
+        for x in 0..COLUMNS {
+            let found = f64::from(map.disparity.row(y)[PAD + x]);
+            // Slants are drawn to zero by 100 noise / (28 x 7 x weight) = 0.1 %, in cut windows by 1 %; carried 3 px at most.
+            let bound = 3.0 * (P + 0.05) * 0.01;
+            assert!((found - roof(x, y)).abs() < bound, "({x}, {y}): {found} for {}", roof(x, y));
+        }
+    }
+}
+
+#[test]
+fn windows_of_another_surface_are_not_taken() {
+    let votes = votes_for(slanted, |_, _| 800.0);
+    // Windows know one surface, guesses speak of another 1.5 px away.
+    let windows =
+        joined(&votes, &map_of(slanted, (P, Q), 1e-3), Joining { reach: (3, 3), slack: (0.0, 0.0) });
+    let guesses = map_of(|x, y| slanted(x, y) + 1.5, (0.0, 0.0), 1e-3);
+    let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
+    map.par_rows()
+        .enumerate()
+        .for_each(|(y, out)| take_best_window(Level::new(), (&windows, &guesses), (3, 3), y, out));
+    assert!((0..ROWS).all(|y| map.variance.row(y)[PAD..PAD + COLUMNS].iter().all(|v| v.is_infinite())));
+}
