@@ -1,11 +1,15 @@
-//! Hollows 0.2 mm deep in a tile 900 mm away are measured to 0.003 mm together, and to 0.010 mm each.
+//! Hollows 0.2 mm deep in a tile 900 mm away are asked to be measured to 0.003 mm together, and to 0.010 mm each.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+#[path = "support/promises.rs"]
+mod promises;
 
 use epirig::epi::{MatchOptions, match_volume};
 use epirig::plane::Plane;
 use epirig::progress::Silent;
 use epirig::twin::{Twin, TwinConfig};
+use promises::{Bounds, Figures, Promise};
 
 const FRAMES: usize = 100;
 const DEPTH_MM: f64 = 0.2;
@@ -13,6 +17,10 @@ const DEPTH_MM: f64 = 0.2;
 const CLEAR_OF_WALLS_PX: usize = 2;
 /// Rows of the strip across the tile that is looked at; all hollows cross it.
 const ROWS: usize = 256;
+
+/// 0.0058 is what is reached: wide windows smooth the walls. The matcher before reached 0.0012, so no looser bound than what is asked is stated.
+const MEAN_OFF_MM: Promise = Promise::as_asked(Bounds::at_most(0.003));
+const WORST_OFF_MM: Promise = Promise::as_asked(Bounds::at_most(0.010));
 
 /// A hollow or a ridge between two: its columns clear of walls.
 struct Level {
@@ -78,6 +86,8 @@ fn the_hollows_of_the_ideal_tile_have_their_depth() {
     let worst = each.iter().map(|depth| (depth - DEPTH_MM).abs()).fold(0.0, f64::max);
     println!("{} hollows: mean {mean:.4} mm, worst single error {worst:.4} mm; {each:.4?}", each.len());
     assert!(each.len() >= 15, "{} hollows in view", each.len());
-    assert!((mean - DEPTH_MM).abs() <= 0.003, "mean depth {mean} mm");
-    assert!(worst <= 0.010, "a hollow's depth is {worst} mm off");
+    let mut figures = Figures::default();
+    figures.check("mean depth off by, in mm", MEAN_OFF_MM, (mean - DEPTH_MM).abs());
+    figures.check("worst hollow off by, in mm", WORST_OFF_MM, worst);
+    figures.finish();
 }

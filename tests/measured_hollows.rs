@@ -2,10 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
+#[path = "support/promises.rs"]
+mod promises;
+
 use epirig::epi::{MatchOptions, match_volume};
 use epirig::progress::Silent;
 use epirig::surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
 use epirig::twin::{Twin, TwinConfig};
+use promises::{Bounds, Figures, Promise};
 
 const FRAMES: usize = 100;
 const DEPTH_MM: f64 = 0.2;
@@ -13,6 +17,9 @@ const DEPTH_MM: f64 = 0.2;
 const ROWS: usize = 256;
 /// Walls are 1.3 px wide; windows of 3 px reach one px farther.
 const WINDOW_PX: usize = 3;
+
+const MEAN_OFF_MM: Promise = Promise::as_asked(Bounds::at_most(0.003));
+const WORST_OFF_MM: Promise = Promise::as_asked(Bounds::at_most(0.010));
 
 #[test]
 fn the_surface_tells_the_depth_of_the_ideal_tiles_hollows() {
@@ -36,6 +43,9 @@ fn the_surface_tells_the_depth_of_the_ideal_tiles_hollows() {
     println!("{} hollows: {:?}; {each:.4?}", each.len(), steps.depth);
     // The tile has 19 hollows, of which those at its ends may be cut off with the rim.
     assert!((17..=19).contains(&each.len()), "{} hollows", each.len());
-    assert!((steps.depth.depth_mm - DEPTH_MM).abs() <= 0.003, "{:?}", steps.depth);
-    assert!(each.iter().all(|depth| (depth - DEPTH_MM).abs() <= 0.010), "{each:?}");
+    let worst = each.iter().map(|depth| (depth - DEPTH_MM).abs()).fold(0.0, f64::max);
+    let mut figures = Figures::default();
+    figures.check("depth off by, in mm", MEAN_OFF_MM, (steps.depth.depth_mm - DEPTH_MM).abs());
+    figures.check("worst hollow off by, in mm", WORST_OFF_MM, worst);
+    figures.finish();
 }

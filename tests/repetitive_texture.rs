@@ -4,14 +4,21 @@
 
 #[path = "support/painted/mod.rs"]
 mod painted;
+#[path = "support/promises.rs"]
+mod promises;
 
 use epirig::epi::{MatchOptions, ReferenceFrame, match_volume};
 use epirig::progress::Silent;
 use painted::{Aperture, Camera, Painting, Texture};
+use promises::{Bounds, Figures, Promise};
 
 const PERIOD_PX: f64 = 12.0;
 const FRAMES: usize = 100;
 const APERTURE: Aperture = Aperture { sigma_px: 0.5 };
+
+const WRONG_PERIOD: Promise = Promise::as_asked(Bounds::at_most(0.005));
+/// Silence is no answer: nearly all that stays in view must have one.
+const ANSWERED: Promise = Promise::as_asked(Bounds::at_least(0.95));
 
 fn check(disparity_px: f64, reference: ReferenceFrame) {
     let camera = Camera {
@@ -43,9 +50,11 @@ fn check(disparity_px: f64, reference: ReferenceFrame) {
         100.0 * answered,
         maps.range
     );
-    assert!(share <= 0.005, "{disparity_px} px, {reference:?}: {share} of the pixels are on a wrong period");
-    // Silence is no answer: nearly all that stays in view must have one.
-    assert!(answered >= 0.95, "{disparity_px} px, {reference:?}: {answered} answered");
+    let scene = format!("{disparity_px} px, {reference:?}");
+    let mut figures = Figures::default();
+    figures.check(&format!("{scene}: share on a wrong period"), WRONG_PERIOD, share);
+    figures.check(&format!("{scene}: share of what stays in view answered"), ANSWERED, answered);
+    figures.finish();
 }
 
 #[test]

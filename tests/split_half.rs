@@ -4,6 +4,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
+#[path = "support/promises.rs"]
+mod promises;
+
 use std::path::Path;
 
 use epirig::epi::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
@@ -13,12 +16,19 @@ use epirig::sequence::import::{ImportOptions, import};
 use epirig::sequence::{Sequence, load_volume};
 use epirig::tau::Tau;
 use epirig::volume::Volume;
+use promises::{Bounds, Figures, Promise};
 
 /// First and last photograph used, of which the middle one is the reference.
 const FRAMES: (usize, usize) = (40, 80);
 /// Pixels count as textured whose sigma is below this in both halves, in px of the whole baseline: the median of the differences of two
 /// Gaussian errors is 0.95 of their sigma, so 0.02 px can be asked only of pixels that are known about so well.
 const TEXTURED_SIGMA_PX: f32 = 0.03;
+/// A median of few pixels would say little.
+const TEXTURED: Promise = Promise::as_asked(Bounds::at_least(0.05));
+const DIFFERENCE_PX: Promise = Promise::as_asked(Bounds::at_most(0.02));
+const PREDICTED: Promise = Promise::as_asked(Bounds::at_least(0.6));
+/// The first matcher's error.
+const PREDICTION_ERROR_DN: Promise = Promise::as_asked(Bounds::at_most(1.67));
 /// Rows from which the positions are found: a quarter of the image says enough of 41 numbers.
 const ROWS_FOR_TAU: std::ops::Range<usize> = 192..320;
 
@@ -102,9 +112,10 @@ fn odd_and_even_photographs_give_the_same_disparity() {
         100.0 * textured,
         100.0 * far
     );
-    // A median of few pixels would say little.
-    assert!(textured >= 0.05, "only {textured} of the pixels are textured");
-    assert!(difference <= 0.02, "{difference} px");
+    let mut figures = Figures::default();
+    figures.check("share of textured pixels", TEXTURED, textured);
+    figures.check("halves: median |difference| in px", DIFFERENCE_PX, f64::from(difference));
+    figures.finish();
 }
 
 #[test]
@@ -113,7 +124,8 @@ fn left_out_photographs_are_predicted_better_than_before() {
     let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
     let (report, _) = leave_out(&volume, 5, &options, &Silent).unwrap();
     println!("{report:?}");
-    assert!(report.predicted >= 0.6, "{report:?}");
-    // The first matcher's error.
-    assert!(report.prediction_error_dn < 1.67, "{report:?}");
+    let mut figures = Figures::default();
+    figures.check("share of pixels predicted", PREDICTED, report.predicted);
+    figures.check("leave-out error in DN", PREDICTION_ERROR_DN, report.prediction_error_dn);
+    figures.finish();
 }
