@@ -27,10 +27,10 @@ const WITHIN_2: Promise = Promise::as_asked(ASKED_WITHIN_2);
 /// Shares within 1 and 2 sigma at each noise.
 type Honesty = [(Promise, Promise); NOISES_DN.len()];
 const HONEST: Honesty = [(WITHIN_1, WITHIN_2); NOISES_DN.len()];
-/// At 0.5 DN asked 0.93 within 2 sigma; 0.9294 is what is reached: pixels at the ridge err by more than they say. Before: 0.992.
+/// At 0.5 DN asked 0.93 within 2 sigma; 0.9294 is what is reached, likely for pixels at the ridge. Before: 0.992.
 const PAINTED_EDGE: Honesty =
     [(WITHIN_1, Promise::missed(ASKED_WITHIN_2, Bounds::between(0.927, 0.97))), HONEST[1], HONEST[2]];
-/// Steps of 0.05 px are smoothed, and sigma says too little of it the more noise widens the windows. At 0.5 DN asked 0.71 within 1 sigma; 0.749 is
+/// Steps of 0.05 px are smoothed, likely by windows that noise widens, and sigma says too little of it. At 0.5 DN asked 0.71 within 1 sigma; 0.749 is
 /// what is reached (before: 0.349). At 1 DN 0.396 and 0.661 are reached, before 0.466 and 0.772; at 3 DN 0.286 and 0.567, before 0.652 and 0.939,
 /// as asked. No bound looser than before is stated.
 const TILE: Honesty = [

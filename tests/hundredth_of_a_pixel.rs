@@ -28,14 +28,14 @@ const NOISE_DN: f64 = 1.0;
 const ROUNDED_NOISE_VARIANCE: f64 = NOISE_DN * NOISE_DN + 1.0 / 12.0;
 
 const EDGE_MEAN_PX: Promise = Promise::as_asked(Bounds::at_most(0.005));
-/// Asked 0.03; 0.119 is what is reached: windows at the ridge that lie on the wrong face. Before: 0.156.
+/// Asked 0.03; 0.119 is what is reached: likely windows at the ridge that lie on the wrong face. Before: 0.156.
 const PAINTED_EDGE_MAXIMUM_PX: Promise = Promise::missed(Bounds::at_most(0.03), Bounds::at_most(0.13));
 /// Asked 0.03; 0.256 is what is reached. The matcher before reached 0.148, and no looser bound is stated.
 const TWIN_EDGE_MAXIMUM_PX: Promise = Promise::missed(Bounds::at_most(0.03), Bounds::at_most(0.148));
 /// Asked 1.10; 1.122 is what is reached: 1.045 x the bound with unknown slants, which is itself 1.07 x the bound that counts here. The margin is
 /// of what exceeds 1. Before: 1.206.
 const NARROW_OVER_BOUND: Promise = Promise::missed(Bounds::at_most(1.10), Bounds::at_most(1.14));
-/// Asked 0.0012; 0.00124 is what is reached, where the bound is 0.00107: a part of the pixels takes smaller windows. The margin is of what exceeds
+/// Asked 0.0012; 0.00124 is what is reached, where the bound is 0.00107: likely since a part of the pixels takes smaller windows. The margin is of what exceeds
 /// the bound. Before: 0.00135.
 const WIDE_RMS_PX: Promise = Promise::missed(Bounds::at_most(0.0012), Bounds::at_most(0.00127));
 const GENERIC_BIAS_PX: Promise = Promise::as_asked(Bounds::at_most(0.001));

@@ -17,8 +17,8 @@ const APERTURE: Aperture = Aperture { sigma_px: 0.5 };
 
 const ASKED_RIGHT: Bounds = Bounds::at_least(0.95);
 const ASKED_WRONG: Bounds = Bounds::at_most(0.01);
-/// Right of what half of the frames see, and wrong of what is answered. Margins are of the shares that lack. Missed at the edges of bars, whose
-/// pixels mix both surfaces.
+/// Right of what half of the frames see, and wrong of what is answered. Margins are of the shares that lack. Missed likely at the edges of bars,
+/// whose pixels mix both surfaces.
 struct Promised {
     right: Promise,
     wrong: Promise,
