@@ -18,7 +18,6 @@ const CLEAR_OF_WALLS_PX: usize = 2;
 /// Rows of the strip across the tile that is looked at; all hollows cross it.
 const ROWS: usize = 256;
 
-/// 0.0058 is what is reached, likely since wide windows smooth the walls. The matcher before reached 0.0012, so no looser bound than what is asked is stated.
 const MEAN_OFF_MM: Promise = Promise::as_asked(Bounds::at_most(0.003));
 const WORST_OFF_MM: Promise = Promise::as_asked(Bounds::at_most(0.010));
 

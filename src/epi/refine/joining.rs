@@ -22,6 +22,11 @@ const COMPETING_REACHES: [(usize, usize); 7] = [(3, 3), (3, 10), (10, 3), (2, 10
 const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
 /// Reaches of the small windows that tell what supports smooth away, in px.
 const SMALL_REACHES: [usize; 3] = [1, 2, 3];
+/// Disparities that differ by more than this many of their sigmas belong to two surfaces. Chance exceeds it once in fifty, and a wider limit lets
+/// more of small steps in.
+const BELONGS_SIGMAS: f32 = 2.3;
+/// The same for windows whose size is given: chance exceeds it once in ten thousand.
+const BELONGS_TO_FIXED: f32 = 4.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
@@ -37,7 +42,10 @@ pub(super) fn join_votes(
     options: Option<Fit>,
 ) -> SurfacePlanes {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let joining = |reach, slack| Joining { reach, slack };
+    // A window of a given size is wanted whole.
+    let fixed = options.is_none_or(|options| options.wanted_sigma_px.is_infinite());
+    let belongs_sigmas = if fixed { BELONGS_TO_FIXED } else { BELONGS_SIGMAS };
+    let joining = |reach, slack| Joining { reach, belongs_sigmas, slack };
     let joined = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining| {
         let mut next = SurfacePlanes::unknown(rows, columns);
         next.par_rows().enumerate().for_each(|(y, out)| {

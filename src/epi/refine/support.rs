@@ -14,9 +14,6 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 use super::moments::LANES;
 use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
 
-/// Two disparities belong to one plane if they differ by less than this many of their common sigmas. Chance exceeds it once in fifty, which costs a
-/// hundredth of the sigma; a wider limit lets more of a step in.
-const BELONGS_SIGMAS: f32 = 2.3;
 /// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
 const SLANT_SPREAD: f32 = 12.0;
@@ -28,6 +25,8 @@ const EXPECTED_SLANT: f32 = 0.1;
 pub(super) struct Joining {
     /// Neighbours up to this many columns and rows away take part.
     pub(super) reach: (usize, usize),
+    /// Two disparities belong to one plane if they differ by less than this many of their common sigmas.
+    pub(super) belongs_sigmas: f32,
     /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
     pub(super) slack: (f32, f32),
 }
@@ -104,7 +103,7 @@ fn join_block<S: Simd>(
     let (d, p, q) = (own(&map.disparity), own(&map.slant_x), own(&map.slant_y));
     let variance = own(&map.variance);
     let (reach_u, reach_v) = (joining.reach.0 as isize, joining.reach.1 as isize);
-    let limit = f32x16::splat(simd, BELONGS_SIGMAS * BELONGS_SIGMAS);
+    let limit = f32x16::splat(simd, joining.belongs_sigmas * joining.belongs_sigmas);
     let mut sums = Sums { columns: [[zero; 3]; WIDEST], rows: [[zero; 3]; WIDEST] };
     let first = (y as isize - reach_v).max(0);
     let last = (y as isize + reach_v).min(votes.rows() as isize - 1);

@@ -3,6 +3,9 @@ use rayon::prelude::*;
 
 use super::*;
 
+/// The limit that these tests are made with.
+const BELONGS_SIGMAS: f32 = 3.3;
+
 const ROWS: usize = 24;
 const COLUMNS: usize = 40;
 /// Variance of the noise, in DN^2.
@@ -70,7 +73,8 @@ fn equal_votes_on_a_plane_give_it_with_the_variance_of_their_mean() {
     let votes = votes_for(slanted, |_, _| weight);
     let map = map_of(slanted, (P, Q), 1e-4);
     for reach in [(1, 1), (3, 3), (3, 8), (10, 10)] {
-        let surface = joined(&votes, &map, Joining { reach, slack: (0.0, 0.0) });
+        let surface =
+            joined(&votes, &map, Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
         let count = ((2 * reach.0 + 1) * (2 * reach.1 + 1)) as f64;
         let (x, y) = (20, 12);
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -97,7 +101,7 @@ fn joining_solves_the_normal_equations() {
     let votes = votes_for(bowl, uneven);
     let map = map_of(bowl, (P, Q), 1.0);
     let reach = (4, 2);
-    let surface = joined(&votes, &map, Joining { reach, slack: (0.0, 0.0) });
+    let surface = joined(&votes, &map, Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
     for pixel in [(20, 12), (0, 0), (39, 23), (3, 22), (31, 1), (17, 5)] {
         let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
         for (column, row) in window(pixel, reach) {
@@ -130,7 +134,11 @@ fn a_step_twice_as_high_as_allowed_for_is_not_crossed() {
     let step = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * allowed };
     let votes = votes_for(step, |_, _| weight);
     let map = map_of(step, (0.0, 0.0), variance);
-    let surface = joined(&votes, &map, Joining { reach: (reach, reach), slack: (0.0, 0.0) });
+    let surface = joined(
+        &votes,
+        &map,
+        Joining { reach: (reach, reach), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) },
+    );
     let y = 12;
     for x in reach..COLUMNS - reach {
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -153,16 +161,22 @@ fn a_step_that_is_allowed_for_is_crossed() {
     let low = 0.9 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
     let step = |x: usize, _| if x < EDGE { 0.0 } else { low };
     let (votes, map) = (votes_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
-    let surface = joined(&votes, &map, Joining { reach: (1, 1), slack: (0.0, 0.0) });
+    let surface =
+        joined(&votes, &map, Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
     // Columns -1, 0, 1 vote 0, 0 and `low`: their mean is what a line gives in the middle.
     let found = f64::from(surface.disparity.row(12)[PAD + EDGE - 1]);
     assert!((found - low / 3.0).abs() < 1e-5, "{found}");
     // The same step beyond what is allowed for, but with slack.
     let high = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * low };
     let (votes, map) = (votes_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
-    let without = joined(&votes, &map, Joining { reach: (1, 1), slack: (0.0, 0.0) });
+    let without =
+        joined(&votes, &map, Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
     assert!(without.disparity.row(12)[PAD + EDGE - 1].abs() < 1e-6);
-    let with = joined(&votes, &map, Joining { reach: (1, 1), slack: (low as f32, low as f32) });
+    let with = joined(
+        &votes,
+        &map,
+        Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (low as f32, low as f32) },
+    );
     assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 2.0 * low / 3.0).abs() < 1e-5);
 }
 
@@ -174,7 +188,7 @@ fn settled_pixels_keep_what_they_have() {
     for y in 0..ROWS {
         (0..COLUMNS).step_by(3).for_each(|x| surface.variance.row_mut(y)[PAD + x] = 1e-5);
     }
-    let joining = Joining { reach: (2, 2), slack: (0.0, 0.0) };
+    let joining = Joining { reach: (2, 2), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) };
     surface
         .par_rows()
         .enumerate()
@@ -193,14 +207,19 @@ fn settled_pixels_keep_what_they_have() {
 #[test]
 fn where_nothing_votes_nothing_is_known() {
     let votes = VotePlanes::empty(ROWS, COLUMNS);
-    let surface = joined(&votes, &map_of(slanted, (P, Q), 1.0), Joining { reach: (3, 3), slack: (0.5, 0.3) });
+    let surface = joined(
+        &votes,
+        &map_of(slanted, (P, Q), 1.0),
+        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3) },
+    );
     assert!(surface.variance.row(5).iter().all(|&variance| variance == f32::INFINITY));
     assert_eq!(surface.disparity.row(5)[PAD + 7], slanted(7, 5) as f32);
 }
 
 /// The best windows of reach 3 for `votes`, whose windows reach across steps as guesses do.
 fn best_windows(votes: &VotePlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
-    let windows = joined(votes, guesses, Joining { reach: (3, 3), slack: (0.5, 0.3) });
+    let windows =
+        joined(votes, guesses, Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3) });
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
         .enumerate()
@@ -229,8 +248,11 @@ fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
 fn windows_of_another_surface_are_not_taken() {
     let votes = votes_for(slanted, |_, _| 800.0);
     // Windows know one surface, guesses speak of another 1.5 px away.
-    let windows =
-        joined(&votes, &map_of(slanted, (P, Q), 1e-3), Joining { reach: (3, 3), slack: (0.0, 0.0) });
+    let windows = joined(
+        &votes,
+        &map_of(slanted, (P, Q), 1e-3),
+        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) },
+    );
     let guesses = map_of(|x, y| slanted(x, y) + 1.5, (0.0, 0.0), 1e-3);
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
