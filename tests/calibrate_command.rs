@@ -360,7 +360,8 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
             _ => off.push(f32::INFINITY),
         }
     }
-    assert!(off.len() > first.values().len() / 4, "{}", off.len());
+    // The tile covers a quarter of the picture, and nothing else has texture.
+    assert!(off.len() > first.values().len() / 5, "{}", off.len());
     off.sort_unstable_by(f32::total_cmp);
     assert!(off[off.len() / 2] < 0.0016, "{}", off[off.len() / 2]);
     assert!(off[off.len() * 9 / 10] < 0.01, "{}", off[off.len() * 9 / 10]);
