@@ -87,7 +87,7 @@ pub(super) struct MatchArguments {
     #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
     min_visible: f64,
     /// Leave a pixel without answer if its sigma is larger, in px
-    #[arg(long, value_name = "PX", default_value_t = 1.0)]
+    #[arg(long, value_name = "PX", default_value_t = 3.0)]
     max_sigma: f64,
     /// Leave a pixel without answer if its confidence is lower (free ordering only), from 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.03)]

@@ -22,8 +22,8 @@ enum TrendName {
     Quadric,
 }
 
-/// Fits of hollows next to walls err by more than noise within two pixels of them.
-const GROWN_ACROSS_WALLS_PX: usize = 5;
+/// Fits of hollows next to walls err by more than noise within three pixels of them.
+const GROWN_ACROSS_WALLS_PX: usize = 7;
 
 /// Say how deep the hollows of a surface are, and how rough it is
 ///

@@ -154,7 +154,7 @@ impl MatchOptions {
             refine: method.compares_intensities(),
             refine_window_px: 3,
             wanted_sigma_px: 0.005,
-            maximum_sigma_px: 1.0,
+            maximum_sigma_px: 3.0,
             minimum_confidence: 0.03,
         }
     }

@@ -83,6 +83,8 @@ const WIDEST: usize = 21;
 
 /// Sums over the votes that belong to the pixels of a block.
 struct Sums<S: Simd> {
+    /// Number of votes.
+    count: f32x16<S>,
     /// Weights, moments, and weights times v, of each column.
     columns: [[f32x16<S>; 3]; WIDEST],
     /// Weights, moments, and weights times u, of each row.
@@ -104,7 +106,7 @@ fn join_block<S: Simd>(
     let variance = own(&map.variance);
     let (reach_u, reach_v) = (joining.reach.0 as isize, joining.reach.1 as isize);
     let limit = f32x16::splat(simd, joining.belongs_sigmas * joining.belongs_sigmas);
-    let mut sums = Sums { columns: [[zero; 3]; WIDEST], rows: [[zero; 3]; WIDEST] };
+    let mut sums = Sums { count: zero, columns: [[zero; 3]; WIDEST], rows: [[zero; 3]; WIDEST] };
     let first = (y as isize - reach_v).max(0);
     let last = (y as isize + reach_v).min(votes.rows() as isize - 1);
     for row in first..=last {
@@ -129,6 +131,7 @@ fn join_block<S: Simd>(
             let weight = belongs.select(load(&votes.weight), zero);
             // The vote less the pixel's own disparity.
             let moment = belongs.select(load(&votes.moment), zero) - weight * d;
+            sums.count += weight.simd_gt(zero).select(f32x16::splat(simd, 1.0), zero);
             row_sums[0] += weight;
             row_sums[1] += moment;
             row_sums[2] = weight.mul_add(u, row_sums[2]);
@@ -187,7 +190,6 @@ fn solve<S: Simd>(
     // Means of columns and of rows about the plane: what a step or a bend moves most. Steps show in one of the two.
     let mut ratio = zero;
     let mut inflation = splat(1.0);
-    let mut area = splat(1.0);
     for (lines, reach, along, across) in
         [(columns, reach_u, slant_x, slant_y), (rows, reach_v, slant_y, slant_x)]
     {
@@ -199,7 +201,6 @@ fn solve<S: Simd>(
             misfit += there.select(deviation * deviation / *weight, zero);
             number += there.select(splat(1.0), zero);
         }
-        area *= number.max(splat(1.0));
         // A line through the means takes two degrees of freedom.
         let spare = (number - 2.0).max(splat(1.0));
         let own = number.simd_gt(splat(2.5)).select(misfit / (noise * spare), zero);
@@ -216,7 +217,7 @@ fn solve<S: Simd>(
         known.select(slant_y, q),
         known.select(variance, splat(f32::INFINITY)),
         known.select(ratio, splat(f32::INFINITY)),
-        known.select(s0 / (noise * area), zero),
+        known.select(s0 / (noise * sums.count.max(splat(1.0))), zero),
     ]
 }
 
