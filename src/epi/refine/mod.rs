@@ -5,13 +5,13 @@
 //! is the template's gradient along x, the mean of the frames' gradients along the line, and tau' = tau - tau_r. The
 //! regression of I on tau' has the slope b = g (d0 - d). Each pixel thus votes for d = d0 - b / g with the weight
 //! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
-//! d + p u + q v fitted to their votes: a Gauss-Newton step of the joint problem, template eliminated ([`votes`]). A second step starts from the new
-//! disparities. Frames that do not see a point, because it has left the image or something nearer hides it, are left out ([`visibility`]), the drift
-//! that slant gives to the blur is taken off ([`stretch`]), and windows follow the surface ([`joining`], [`support`]).
+//! d + p u + q v fitted to their votes: a Gauss-Newton step of the joint problem, template eliminated (`votes`). A second step starts from the new
+//! disparities. Frames that do not see a point, because it has left the image or something nearer hides it, are left out (`visibility`), the drift
+//! that slant gives to the blur is taken off (`stretch`), and windows follow the surface (`joining`, `support`).
 //!
 //! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
 //! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
-//! credible windows disagree by, comes on top ([`smoothing`]).
+//! credible windows disagree by, comes on top (`smoothing`).
 
 mod joining;
 mod moments;
