@@ -363,8 +363,9 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     // The tile covers a quarter of the picture, and nothing else has texture.
     assert!(off.len() > first.values().len() / 5, "{}", off.len());
     off.sort_unstable_by(f32::total_cmp);
-    assert!(off[off.len() / 2] < 0.0016, "{}", off[off.len() / 2]);
-    assert!(off[off.len() * 9 / 10] < 0.01, "{}", off[off.len() * 9 / 10]);
+    // The fit places samples to 1/512 px, 0.00056 px RMS: with gradients of 10 DN/px another 0.0056 DN, in both matches.
+    assert!(off[off.len() / 2] < 0.006, "{}", off[off.len() / 2]);
+    assert!(off[off.len() * 9 / 10] < 0.035, "{}", off[off.len() * 9 / 10]);
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
     assert!(heights("calibrated") && heights("again") && heights("raw"));
 }
