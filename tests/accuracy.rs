@@ -237,3 +237,13 @@ fn a_thing_in_front_of_another_is_noticed() {
         assert!(wrong as f64 <= 0.01 * values.len() as f64, "{columns:?}: {wrong} wrong");
     }
 }
+
+#[test]
+fn the_widest_window_of_the_fit_works_and_a_wider_one_is_refused() {
+    let options = MatchOptions { refine_window_px: 21, ..MatchOptions::default() };
+    let (_, report) = measure(TwinConfig::textured_plane(128, 48, 17), &options);
+    assert!(report.in_both_end_frames.median_px < 0.01, "{report:?}");
+    let wider = MatchOptions { refine_window_px: 23, ..options };
+    let message = wider.check(48, 128, 17).unwrap_err().to_string();
+    assert!(message.contains("window of the fit") && message.contains("1 to 21"), "{message}");
+}

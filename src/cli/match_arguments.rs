@@ -92,7 +92,7 @@ pub(super) struct MatchArguments {
     /// Leave a pixel without answer if its confidence is lower (free ordering only), from 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.03)]
     min_confidence: f64,
-    /// Side of the smallest window of the sub-pixel fit, odd, in px
+    /// Side of the smallest window of the sub-pixel fit, odd, from 1 to 21 px
     #[arg(long, value_name = "PX", default_value_t = 3)]
     fit_window: usize,
     /// Let the window of the fit grow, up to 11 px, where it leaves a larger sigma than this, in px; `inf` keeps all windows the smallest

@@ -15,7 +15,7 @@ use crate::progress::Progress;
 use crate::volume::Volume;
 
 /// Where texture is weak the window of the fit grows as far as this.
-const LARGEST_FIT_WINDOW_PX: usize = 11;
+const LARGEST_GROWN_WINDOW_PX: usize = 11;
 /// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
 const FIT_STEPS: usize = 2;
 
@@ -49,7 +49,7 @@ pub fn match_volume(
     let fit_options = Fit {
         window_px: options.refine_window_px,
         wanted_sigma_px: options.wanted_sigma_px,
-        largest_window_px: LARGEST_FIT_WINDOW_PX.max(options.refine_window_px),
+        largest_window_px: LARGEST_GROWN_WINDOW_PX.max(options.refine_window_px),
         steps,
         rule,
     };

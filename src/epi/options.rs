@@ -43,7 +43,7 @@ pub enum Search {
     /// interpolation.
     Exhaustive,
     /// Sums over groups of neighbouring frames serve many candidates, on twice the raster asked for (at most 1 px) and with linear
-    /// interpolation: many times faster. For [`Method::Variance`] only; other methods are searched exhaustively.
+    /// interpolation: many times faster. For methods that [compare intensities](Method::compares_intensities); others are searched exhaustively.
     Factorised,
 }
 
@@ -95,6 +95,9 @@ pub struct DisparityRange {
 /// Most candidates that are searched for a pixel: their indices and the tables of a band must fit.
 const LARGEST_SEARCH: usize = 30_000;
 
+/// The widest window of the fit, in px.
+pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
+
 /// Everything that a caller may choose of the matcher.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchOptions {
@@ -121,7 +124,7 @@ pub struct MatchOptions {
     /// Whether the fit over all frames moves the disparity off the raster. Without it the vertex of the parabola through
     /// three costs does, as far as half the raster. The fit presumes equal intensities, as `Method::Variance` does and `Method::Normalised` brings about.
     pub refine: bool,
-    /// Side of the smallest window of the fit, in px, odd.
+    /// Side of the smallest window of the fit, in px, odd, 1 to 21.
     pub refine_window_px: usize,
     /// The fit's window grows where it leaves a larger sigma than this, in px; infinite: all windows are the smallest.
     pub wanted_sigma_px: f64,
@@ -269,8 +272,8 @@ impl MatchOptions {
         if !allowed(self.window_px) {
             return bad("the window", self.window_px as f64, odd);
         }
-        if !allowed(self.refine_window_px) {
-            return bad("the window of the fit", self.refine_window_px as f64, odd);
+        if !allowed(self.refine_window_px) || self.refine_window_px > LARGEST_FIT_WINDOW_PX {
+            return bad("the window of the fit", self.refine_window_px as f64, "odd, from 1 to 21");
         }
         if columns < self.window_px + 4 {
             return bad("the window", self.window_px as f64, "narrower than the images by 4 px");

@@ -19,7 +19,7 @@ const FIRST_REACH: (usize, usize) = (2, 2);
 /// between two steps.
 const COMPETING_REACHES: [(usize, usize); 7] = [(3, 3), (3, 10), (10, 3), (2, 10), (10, 2), (1, 10), (10, 1)];
 /// Reaches to which supports grow, in px.
-const REACHES: [usize; 7] = [1, 2, 3, 4, 5, 7, 10];
+const REACHES: [usize; 5] = [1, 2, 3, 4, 5];
 /// Reaches of the small windows that tell what supports smooth away, in px.
 const SMALL_REACHES: [usize; 3] = [1, 2, 3];
 /// Disparities that differ by more than this many of their sigmas belong to two surfaces. Chance exceeds it once in fifty, and a wider limit lets

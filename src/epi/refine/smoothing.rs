@@ -9,7 +9,7 @@ use super::planes::{PAD, Padded, SurfacePlanes};
 
 /// Pools reach this far to both sides, in px.
 const POOL_REACH: usize = 40;
-/// A pool stands out if its excess is this many of its standard deviations; chance lets both do so once in two thousand.
+/// A pool stands out if its excess is this many of its standard deviations; chance lets both do so once in a thousand.
 const STANDS_OUT: f64 = 2.0;
 
 /// Sums over a pool, weighted by how well each squared difference is known.

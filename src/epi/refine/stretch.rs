@@ -17,7 +17,7 @@ const LARGEST_BLUR: f64 = 4.0;
 /// found and nothing changes.
 pub(super) fn take_off_drift(votes: &mut VotePlanes, map: &SurfacePlanes) {
     let rows = votes.rows();
-    // Numerator and denominator of the regression, and the sum of squares about it, row by row: the order of sums is fixed.
+    // Numerator and denominator of the regression, row by row: the order of sums is fixed.
     let sums: Vec<(f64, f64)> = (0..rows)
         .into_par_iter()
         .map(|y| {
@@ -53,13 +53,14 @@ pub(super) fn take_off_drift(votes: &mut VotePlanes, map: &SurfacePlanes) {
 /// What a blur of variance 1 adds to the moments of row `y`: S g (p I_xx + q I_xy).
 fn drift_row(votes: &VotePlanes, map: &SurfacePlanes, y: usize) -> Vec<f32> {
     let (weight, gradient, bend) = (votes.weight.row(y), votes.gradient.row(y), votes.bend.row(y));
-    let above = votes.gradient.row(y.saturating_sub(1));
-    let below = votes.gradient.row((y + 1).min(votes.rows() - 1));
+    let (first, last) = (y.saturating_sub(1), (y + 1).min(votes.rows() - 1));
+    let (above, below) = (votes.gradient.row(first), votes.gradient.row(last));
+    let per_row = 1.0 / (last - first).max(1) as f32;
     let (p, q) = (map.slant_x.row(y), map.slant_y.row(y));
     let mut drift = vec![0.0; weight.len()];
     for place in PAD..weight.len() - PAD {
         if gradient[place] != 0.0 && above[place] != 0.0 && below[place] != 0.0 {
-            let crossed = 0.5 * (below[place] - above[place]);
+            let crossed = per_row * (below[place] - above[place]);
             drift[place] = weight[place] / gradient[place] * (p[place] * bend[place] + q[place] * crossed);
         }
     }

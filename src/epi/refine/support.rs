@@ -13,6 +13,7 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
 use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
+use crate::epi::options::LARGEST_FIT_WINDOW_PX;
 
 /// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
@@ -32,7 +33,7 @@ pub(super) struct Joining {
 }
 
 /// Joins the votes around each pixel of row `y`, as far as the planes of `map` say that they belong to its surface, into the row `after`.
-/// Pixels whose variance in `settled` is at most `wanted` px^2 keep what `after` holds.
+/// With `wanted`, pixels whose variance in `after` is at most that, in px^2, keep what it holds.
 pub(super) fn join_row(
     level: Level,
     (votes, map): (&VotePlanes, &SurfacePlanes),
@@ -79,7 +80,7 @@ fn join_row_simd<S: Simd>(
 }
 
 /// Columns of the widest window.
-const WIDEST: usize = 21;
+const WIDEST: usize = LARGEST_FIT_WINDOW_PX;
 
 /// Sums over the votes that belong to the pixels of a block.
 struct Sums<S: Simd> {
