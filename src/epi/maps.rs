@@ -14,8 +14,10 @@ pub enum Answer {
     BeyondRange,
     /// Too little texture: the sigma of the disparity exceeds the limit, or noise alone explains the gradients.
     NoTexture,
-    /// Another candidate, far from the best, fits about as well.
+    /// Another candidate, far from the best, fits about as well, or no neighbour agrees.
     Ambiguous,
+    /// Too many frames show something else: the point is hidden in them, or its pixel shows two surfaces.
+    Hidden,
 }
 
 /// The ordering that was applied.

@@ -42,7 +42,7 @@ pub fn match_volume(
     let rows = volume.rows();
     progress.begin("matching", rows as u64);
     let task = Task { volume, lines: &lines, range, ordering, rule, options };
-    let Searched { guess, cost, confidence, answer: searched } = search(task, progress);
+    let Searched { guess, cost, confidence, answer: searched, deviation_share } = search(task, progress);
     progress.end();
 
     let steps = if options.refine { FIT_STEPS } else { 0 };
@@ -52,6 +52,7 @@ pub fn match_volume(
         largest_window_px: LARGEST_GROWN_WINDOW_PX.max(options.refine_window_px),
         steps,
         rule,
+        deviation_share,
     };
     progress.begin("refining", (rows * steps.max(1)) as u64);
     let fitted = fit(volume, &lines, &guess, fit_options, || progress.advance(1));
@@ -162,6 +163,8 @@ impl Verdicts<'_> {
             searched
         } else if fitted.sigma_px.is_nan() || f64::from(fitted.sigma_px) > self.options.maximum_sigma_px {
             Answer::NoTexture
+        } else if fitted.doubtful {
+            Answer::Hidden
         } else if outside {
             Answer::BeyondRange
         } else if self.ordering == OrderingUsed::Free && ambiguous {

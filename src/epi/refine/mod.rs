@@ -13,6 +13,7 @@
 //! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
 //! credible windows disagree by, comes on top (`smoothing`).
 
+mod doubt;
 mod joining;
 mod moments;
 mod planes;
@@ -30,6 +31,7 @@ use super::lines::{Lines, SeenRule};
 use super::options::HiddenPoints;
 use crate::plane::Plane;
 use crate::volume::Volume;
+use doubt::doubtful_row;
 use joining::join_votes;
 use planes::{PAD, Padded, SurfacePlanes, VotePlanes};
 use spline::{RESAMPLED_NOISE_GAIN, SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
@@ -58,6 +60,8 @@ pub struct Fit {
     pub steps: usize,
     /// Which frames count.
     pub rule: SeenRule,
+    /// Where points may be hidden: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
+    pub deviation_share: Option<f32>,
 }
 
 /// A fitted pixel.
@@ -67,7 +71,11 @@ pub struct Fitted {
     pub disparity_px: f32,
     /// Its standard deviation in px; NaN where noise alone explains the gradients.
     pub sigma_px: f32,
+    /// Whether the pixel lies beside another surface and its frames show something else than its line.
+    pub doubtful: bool,
 }
+
+const NOT_FITTED: Fitted = Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN, doubtful: false };
 
 /// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and step.
 pub fn fit(
@@ -83,6 +91,7 @@ pub fn fit(
     let origin = middle(guess);
     let mut current = guess.clone();
     let mut surface = SurfacePlanes::unknown(rows, columns);
+    let mut doubtful = Plane::filled(rows, columns, false);
     let passes = options.steps.max(1);
     for pass in 1..=passes {
         let last = pass == passes;
@@ -109,7 +118,12 @@ pub fn fit(
                 report();
             },
         );
-        planes.average_noise(NOISE_REACH, noise_gain(volume), QUANTISATION_VARIANCE as f32);
+        let freedom = (volume.frames() / every).saturating_sub(2).max(1) as f32;
+        planes.settle_noise(NOISE_REACH, noise_gain(volume), QUANTISATION_VARIANCE as f32, freedom);
+        if last && let Some(share) = options.deviation_share {
+            let rows = doubtful.values_mut().par_chunks_mut(columns).enumerate();
+            rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, guess), share, y, out));
+        }
         surface = join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
         if !last {
             for y in 0..rows {
@@ -122,7 +136,7 @@ pub fn fit(
         }
     }
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
-    let mut fitted = Plane::filled(rows, columns, Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN });
+    let mut fitted = Plane::filled(rows, columns, NOT_FITTED);
     for y in 0..rows {
         let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
         for x in 0..columns {
@@ -130,15 +144,16 @@ pub fn fit(
             if guess.is_nan() {
                 continue;
             }
+            let doubtful = doubtful.at(x, y);
             let found = row(&surface.disparity, x) + origin;
             let variance = row(&surface.variance, x);
             let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
             let sigma = if textured { variance.sqrt() } else { f32::NAN };
             fitted.row_mut(y)[x] = if options.steps == 0 {
                 // What the fit would have moved it by is a part of its error.
-                Fitted { disparity_px: guess, sigma_px: sigma.hypot(found - guess) }
+                Fitted { disparity_px: guess, sigma_px: sigma.hypot(found - guess), doubtful }
             } else {
-                Fitted { disparity_px: found, sigma_px: sigma }
+                Fitted { disparity_px: found, sigma_px: sigma, doubtful }
             };
         }
     }

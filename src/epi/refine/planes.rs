@@ -9,6 +9,9 @@ use crate::plane::Plane;
 /// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach and a block.
 pub(super) const PAD: usize = 32;
 
+/// Residuals exceed the noise around them if their variance does so by this many of its standard deviations.
+const EXCEEDS_SIGMAS: f32 = 4.0;
+
 /// One number for each pixel, with room around each row.
 #[derive(Debug, Clone)]
 pub(super) struct Padded {
@@ -49,6 +52,8 @@ pub(super) struct VotePlanes {
     /// Derivatives of the template along x.
     pub(super) gradient: Padded,
     pub(super) bend: Padded,
+    /// Variance of the pixel's own residuals, as noise, in DN^2, once the noise is settled.
+    pub(super) residual: Padded,
 }
 
 /// A row of vote planes to be filled.
@@ -58,13 +63,13 @@ pub(super) struct VoteRow<'a> {
 
 impl VoteRow<'_> {
     pub(super) fn put(self, votes: &[Vote], origin: f32) {
-        let [weight, moment, inverse, noise, gradient, bend] = self.planes;
+        let [weight, moment, inverse, residual, gradient, bend] = self.planes;
         for (x, vote) in votes.iter().enumerate() {
             let place = PAD + x;
             weight[place] = vote.weight;
             moment[place] = vote.moment + vote.weight * (vote.base - origin);
             inverse[place] = if vote.weight > 0.0 { 1.0 / vote.weight } else { 0.0 };
-            noise[place] = vote.variance;
+            residual[place] = vote.variance;
             gradient[place] = vote.gradient;
             bend[place] = vote.bend;
         }
@@ -81,6 +86,7 @@ impl VotePlanes {
             noise: plane(),
             gradient: plane(),
             bend: plane(),
+            residual: plane(),
         }
     }
 
@@ -88,36 +94,68 @@ impl VotePlanes {
         self.weight.values.len() / self.weight.stride
     }
 
-    /// Replaces the variances of single pixels by their means over the pixels with a vote in the square of side 2 `reach` + 1 around
-    /// them, over `gain`, the variance of residuals over that of the noise; at least `least`.
-    pub(super) fn average_noise(&mut self, reach: usize, gain: f32, least: f32) {
-        let (rows, stride) = (self.rows(), self.noise.stride);
-        let mut averaged = Padded { stride, values: vec![least; rows * stride] };
-        averaged.par_rows().enumerate().for_each(|(y, out)| {
-            let (mut sums, mut counts) = (vec![0.0_f32; stride], vec![0.0_f32; stride]);
-            for row in y.saturating_sub(reach)..(y + reach + 1).min(rows) {
-                let (noise, inverse) = (self.noise.row(row), self.inverse.row(row));
-                for place in 0..stride {
-                    let voting = if inverse[place] > 0.0 { 1.0 } else { 0.0 };
-                    sums[place] += voting * noise[place];
-                    counts[place] += voting;
-                }
+    /// Finds the noise around each pixel, and lets pixels whose residuals exceed it count as much less.
+    ///
+    /// `gain` is the variance of residuals over that of the noise, of which there is at least `least`; `freedom` the degrees of freedom of
+    /// single variances. The noise is the mean over the square of side 2 `reach` + 1, without what exceeds the harmonic mean by more
+    /// than chance lets it: a harmonic mean hardly notices a few that are too large.
+    pub(super) fn settle_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
+        for (residual, inverse) in self.residual.values.iter_mut().zip(&self.inverse.values) {
+            *residual = if *inverse > 0.0 { (*residual / gain).max(least) } else { 0.0 };
+        }
+        // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over its mean.
+        let harmonic = (freedom - 2.0).max(1.0) / freedom;
+        let exceeding = 1.0 + EXCEEDS_SIGMAS * (2.0 / freedom).sqrt();
+        let inverses = box_means(&self.residual, reach, |residual| 1.0 / residual);
+        let limit = |inverse: f32| exceeding / (harmonic * inverse);
+        let mut kept = self.residual.clone();
+        for (kept, inverse) in kept.values.iter_mut().zip(&inverses.values) {
+            if *kept > limit(*inverse) {
+                *kept = 0.0;
             }
-            let side = 2 * reach + 1;
-            let means = sums.windows(side).zip(counts.windows(side)).map(|(sums, counts)| {
-                (sums.iter().sum::<f32>() / (gain * counts.iter().sum::<f32>().max(1.0))).max(least)
-            });
-            out[reach..].iter_mut().zip(means).for_each(|(out, mean)| *out = mean);
-        });
-        self.noise = averaged;
+        }
+        self.noise = box_means(&kept, reach, |residual| residual);
+        let votes = self.weight.values.iter_mut().zip(&mut self.moment.values).zip(&mut self.inverse.values);
+        let noises = self.noise.values.iter_mut().zip(&inverses.values).zip(&self.residual.values);
+        for (((weight, moment), one_over), ((noise, inverse), residual)) in votes.zip(noises) {
+            *noise = noise.max(least);
+            if *residual > limit(*inverse) {
+                let share = *noise / *residual;
+                *weight *= share;
+                *moment *= share;
+                *one_over /= share;
+            }
+        }
     }
 
     pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = VoteRow<'_>> {
         let first = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
-        let second = first.zip(self.noise.par_rows());
+        let second = first.zip(self.residual.par_rows());
         let all = second.zip(self.gradient.par_rows()).zip(self.bend.par_rows());
         all.map(|(((((a, b), c), d), e), f)| VoteRow { planes: [a, b, c, d, e, f] })
     }
+}
+
+/// Means of a function of the positive values in the square of side 2 `reach` + 1 around each; 0 where there are none.
+fn box_means(values: &Padded, reach: usize, term: impl Fn(f32) -> f32 + Sync) -> Padded {
+    let stride = values.stride;
+    let rows = values.values.len() / stride.max(1);
+    let mut means = Padded { stride, values: vec![0.0; values.values.len()] };
+    means.par_rows().enumerate().for_each(|(y, out)| {
+        let (mut sums, mut counts) = (vec![0.0_f32; stride], vec![0.0_f32; stride]);
+        for row in y.saturating_sub(reach)..(y + reach + 1).min(rows) {
+            for ((sum, count), &value) in sums.iter_mut().zip(&mut counts).zip(values.row(row)) {
+                *sum += if value > 0.0 { term(value) } else { 0.0 };
+                *count += if value > 0.0 { 1.0 } else { 0.0 };
+            }
+        }
+        let side = 2 * reach + 1;
+        let squares = sums.windows(side).zip(counts.windows(side));
+        for (out, (sums, counts)) in out[reach..].iter_mut().zip(squares) {
+            *out = sums.iter().sum::<f32>() / counts.iter().sum::<f32>().max(1.0);
+        }
+    });
+    means
 }
 
 /// A plane d + p u + q v for each pixel, and how well it is known.
@@ -228,7 +266,7 @@ mod tests {
         let mut votes = VotePlanes::empty(2, 4);
         let first = vec![vote(4.0), vote(8.0), silent, silent];
         put(&mut votes, &[first, vec![vote(3.0), silent, silent, silent]], 0.0);
-        votes.average_noise(1, 2.0, 0.5);
+        votes.settle_noise(1, 2.0, 0.5, 98.0);
         // Half of the means of 4, 8 and 3, twice; then 8 alone; then nobody votes.
         for y in 0..2 {
             assert_eq!(votes.noise.row(y)[PAD..PAD + 4], [2.5, 2.5, 4.0, 0.5]);

@@ -11,48 +11,43 @@ use fearless_simd::Level;
 
 use super::best::Best;
 use super::kernels;
-use super::limits::limits;
+use super::limits::{NOISE_OF_GROUPS, limits};
 use super::plan::Plan;
 use super::sweep::{Consumer, Window, sweep};
-use super::{RowAnswers, Searched, bracketed, rival_distance};
-use crate::epi::lines::Lines;
+use super::tolerance::Tolerance;
+use super::{RowAnswers, Task, bracketed, rival_distance};
 use crate::epi::maps::Answer;
-use crate::epi::options::MatchOptions;
-use crate::volume::Volume;
-
-/// Neighbours within this disparity of a pixel are taken to lie on its surface, in px ...
-const SAME_SURFACE_PX: f32 = 1.0;
-/// ... and of those at most this far away, in px, ...
-const NEIGHBOUR_REACH: usize = 2;
-/// ... so many must: a surface seen through a gap two pixels wide still has them.
-const LEAST_NEIGHBOURS: usize = 6;
-
-/// Share of the frames that agree with a wrong candidate (see the limits of costs).
-const AGREE_BY_CHANCE: f64 = 0.14;
 
 /// What is searched.
 pub(super) struct Search<'a> {
-    pub(super) volume: &'a Volume,
-    pub(super) lines: &'a Lines,
-    pub(super) plan: &'a Plan,
-    pub(super) window: Window,
-    /// Whether points may be hidden in part of the sequence.
-    pub(super) hidden: bool,
-    pub(super) options: &'a MatchOptions,
+    task: Task<'a>,
+    plan: &'a Plan,
+    window: Window,
+    /// What frames may deviate by, if points may be hidden in some.
+    tolerance: Option<Tolerance>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(task: Task<'a>, plan: &'a Plan, window: Window, tolerance: Option<Tolerance>) -> Self {
+        Self { task, plan, window, tolerance }
+    }
 }
 
 impl Search<'_> {
     /// Answers of the rows of `band`.
     pub(super) fn rows(&self, band: Range<usize>) -> Vec<RowAnswers> {
-        let (rows, columns) = (self.volume.rows(), self.plan.columns);
+        let Task { volume, lines, options, .. } = self.task;
+        let (rows, columns) = (volume.rows(), self.plan.columns);
         let shift = self.window.rows;
         let centres = band.start.saturating_sub(shift)..(band.end + shift).min(rows);
         let first = centres.start.saturating_sub(shift);
         let held = first..(centres.end + shift).min(rows);
-        let resolution = self.options.method.resolution();
-        let limits = if self.hidden { limits(self.volume, self.plan, held, resolution) } else { Vec::new() };
-        let apart = rival_distance(self.lines, self.plan.hypotheses.raster_px()).max(2);
-        let own_size = if self.hidden { columns * self.plan.hypotheses.count() } else { 0 };
+        let resolution = options.method.resolution();
+        let limits = self.tolerance.map_or_else(Vec::new, |tolerance| {
+            limits(volume, self.plan, held, resolution, (tolerance.share, NOISE_OF_GROUPS))
+        });
+        let apart = rival_distance(lines, self.plan.hypotheses.raster_px()).max(2);
+        let own_size = if self.tolerance.is_some() { columns * self.plan.hypotheses.count() } else { 0 };
         let mut rows = FreeRows {
             search: self,
             band: band.clone(),
@@ -69,7 +64,7 @@ impl Search<'_> {
             best: Best::new(columns, apart),
             answers: Vec::new(),
         };
-        sweep(self.volume, self.plan, self.window, centres.clone(), &mut rows);
+        sweep(volume, self.plan, self.window, centres.clone(), &mut rows);
         // The last rows of the image wait for rows that do not come.
         for y in band.start + rows.answers.len()..band.end {
             for k in 0..self.plan.hypotheses.count() {
@@ -151,7 +146,8 @@ impl FreeRows<'_> {
     }
 
     fn answer(&mut self, y: usize) {
-        let Search { plan, options, .. } = *self.search;
+        let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
+        let dearest = tolerance.map_or(f32::INFINITY, |tolerance| tolerance.dearest(options.minimum_visible));
         let columns = self.inverse.len();
         let count = plan.hypotheses.count();
         let typical = &self.typical[y - self.first_centre()];
@@ -159,14 +155,12 @@ impl FreeRows<'_> {
         for (x, &limit) in typical.iter().enumerate() {
             let Some((k, cost)) = self.best.winner(x) else { continue };
             row.cost[x] = cost * limit;
+            row.disagreement[x] = cost;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
-            // Truncated costs are shares of the frames that disagree: of a point in view no more than may hide it and noise adds, of a wrong
-            // candidate all but those that agree by chance. A wrong answer is worse than none, so the limit lies nearer to the former.
-            let dear = !self.limits.is_empty()
-                && f64::from(cost) > 1.0 - (2.0 * options.minimum_visible + AGREE_BY_CHANCE) / 3.0;
+            let dear = cost > dearest;
             row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
             if row.answer[x] == Answer::Found && dear {
-                row.answer[x] = Answer::Ambiguous;
+                row.answer[x] = Answer::Hidden;
             }
             row.place(x, &plan.hypotheses, k as f64 + self.best.vertex(x));
         }
@@ -216,31 +210,6 @@ impl Consumer for FreeRows<'_> {
     fn row_done(&mut self, y: usize) {
         if let Some(done) = self.completed(y) {
             self.answer(done);
-        }
-    }
-}
-
-/// Takes back what too few neighbours agree with: a candidate that fits by chance.
-pub(super) fn drop_lonely(searched: &mut Searched) {
-    let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
-    let guess = searched.guess.clone();
-    for y in 0..rows {
-        for x in 0..columns {
-            let own = guess.at(x, y);
-            if own.is_nan() {
-                continue;
-            }
-            let near = x.saturating_sub(NEIGHBOUR_REACH)..(x + NEIGHBOUR_REACH + 1).min(columns);
-            let around = y.saturating_sub(NEIGHBOUR_REACH)..(y + NEIGHBOUR_REACH + 1).min(rows);
-            let like = |value: &&f32| (**value - own).abs() <= SAME_SURFACE_PX;
-            let agree: usize =
-                around.clone().map(|v| guess.row(v)[near.clone()].iter().filter(like).count()).sum();
-            // At the borders of the image there are fewer neighbours.
-            let side = 2 * NEIGHBOUR_REACH + 1;
-            if (agree - 1) * side * side < LEAST_NEIGHBOURS * near.len() * around.len() {
-                searched.guess.row_mut(y)[x] = f32::NAN;
-                searched.answer.row_mut(y)[x] = Answer::Ambiguous;
-            }
         }
     }
 }

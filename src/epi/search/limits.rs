@@ -6,46 +6,44 @@ use super::kernels::CHUNK;
 use super::median;
 use super::plan::Plan;
 use super::row_costs::RowCosts;
+use crate::epi::contrast::{contrast, squared_slopes};
 use crate::volume::Volume;
 
-/// Half of the columns over which contrast is measured.
-const REACH: usize = 4;
-/// Share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by twice the contrast in the mean of
-/// squares; below 0.06 of it come 14 % of them (normal distribution), so that hidden frames seldom agree by chance.
-const SHARE: f32 = 0.1;
 /// Times the variance of the noise that is allowed for: four standard deviations of a group's mean of some ten frames, the reference
 /// frame's own noise and that within the group.
-const NOISE: f32 = 4.0;
+pub(super) const NOISE_OF_GROUPS: f32 = 4.0;
+/// The same for single frames: two standard deviations of the difference of two frames.
+pub(super) const NOISE_OF_FRAMES: f32 = 8.0;
 
 /// The limit of squared deviations in DN^2 for each pixel of the rows `held` of the reference frame.
 ///
-/// It is a share of the contrast around the pixel in its row, and what noise does, and at least `least`. Each row is followed by the
-/// values that a last chunk reads beyond it.
-pub(super) fn limits(volume: &Volume, plan: &Plan, held: Range<usize>, least: f32) -> Vec<Vec<f32>> {
+/// It is `share` of the contrast around the pixel in its row, what the raster of candidates and noise do (`noise_factor` times its variance),
+/// and at least `least`. Each row is followed by the values that a last chunk reads beyond it.
+pub(super) fn limits(
+    volume: &Volume,
+    plan: &Plan,
+    held: Range<usize>,
+    least: f32,
+    (share, noise_factor): (f32, f32),
+) -> Vec<Vec<f32>> {
     let mut row = vec![0.0; volume.columns()];
+    let raster = half_raster(plan).powi(2);
     let noise = noise_variance(volume, plan, (held.start + held.end) / 2);
     held.map(|y| {
         volume.copy_row(y, plan.reference, &mut row);
-        let limit = |contrast: f32| match noise {
-            Some(noise) => SHARE * contrast + NOISE * noise + least,
+        let limit = |(contrast, slope): (f32, f32)| match noise {
+            Some(noise) => share * contrast + raster * slope + noise_factor * noise + least,
             // Where frames stand alone noise cannot be told from contrast, so all of it is allowed for.
             None => contrast + least,
         };
-        contrast(&row).map(limit).chain(std::iter::repeat_n(least, CHUNK)).collect()
+        contrast(&row).zip(squared_slopes(&row)).map(limit).chain(std::iter::repeat_n(least, CHUNK)).collect()
     })
     .collect()
 }
 
-fn contrast(row: &[f32]) -> impl Iterator<Item = f32> + '_ {
-    (0..row.len()).map(|x| {
-        let near = &row[x.saturating_sub(REACH)..(x + REACH + 1).min(row.len())];
-        let count = near.len() as f32;
-        let (sum, squares) = near.iter().fold((0.0, 0.0), |(sum, squares), value| {
-            let deviation = value - row[x];
-            (sum + deviation, squares + deviation * deviation)
-        });
-        ((squares - sum * sum / count) / (count - 1.0)).max(0.0)
-    })
+/// The farthest shift by which the nearest candidate misses a point, in px.
+fn half_raster(plan: &Plan) -> f32 {
+    (0.5 * plan.hypotheses.raster_px() * plan.farthest) as f32
 }
 
 /// Variance of the noise in row `y`: within the group next to the reference frame, under the slope that suits each column best;

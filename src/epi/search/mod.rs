@@ -8,21 +8,26 @@
 //!    within the groups. Where points may be hidden, each group's share in it is truncated.
 //! 3. [`sweep`]: windows by running sums, so that any window costs about the same.
 //! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over windows that may lie to
-//!    one side of it.
+//!    one side of it, and where none can be believed, the best of its neighbours' ([`filling`]). How far frames may deviate before they count
+//!    as hiding a point is measured first ([`tolerance`]).
 
 mod best;
 mod exhaustive;
+mod filling;
 mod free;
 mod groups;
 mod kernels;
-mod limits;
+pub(super) mod limits;
 mod ordered;
 mod plan;
 mod row_costs;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod tolerance;
 pub(super) mod votes;
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -33,6 +38,7 @@ use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::volume::Volume;
 use plan::Plan;
+use tolerance::Tolerance;
 
 /// Rows that a thread searches in one go; windows reach a little beyond them.
 const BAND_ROWS: usize = 32;
@@ -49,6 +55,8 @@ pub(super) struct Searched {
     pub(super) confidence: Plane<f32>,
     /// Whether there is a disparity.
     pub(super) answer: Plane<Answer>,
+    /// Where points may be hidden: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
+    pub(super) deviation_share: Option<f32>,
 }
 
 /// What is to be searched.
@@ -70,56 +78,67 @@ pub(super) struct Task<'a> {
 
 /// Searches all rows. `progress` is told each row.
 pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Searched {
-    let rows = match task.options.search_used() {
-        Search::Exhaustive => exhaustive::rows(task, progress),
-        Search::Factorised => factorised_rows(task, progress),
-    };
-    let (count, columns) = (task.volume.rows(), task.volume.columns());
-    let mut planes: [Plane<f32>; 3] = std::array::from_fn(|_| Plane::filled(count, columns, f32::NAN));
-    let mut answer = Plane::filled(count, columns, Answer::LeavesImage);
-    for (y, row) in rows.iter().enumerate() {
-        for (plane, values) in planes.iter_mut().zip([&row.disparity, &row.cost, &row.confidence]) {
-            plane.row_mut(y).copy_from_slice(values);
-        }
-        answer.row_mut(y).copy_from_slice(&row.answer);
+    match task.options.search_used() {
+        Search::Exhaustive => Searched::of_rows(task, &exhaustive::rows(task, progress)),
+        Search::Factorised => factorised(task, progress),
     }
-    let [guess, cost, confidence] = planes;
-    let mut searched = Searched { guess, cost, confidence, answer };
-    if task.ordering == OrderingUsed::Free && task.options.search_used() == Search::Factorised {
-        free::drop_lonely(&mut searched);
-    }
-    searched
 }
 
-fn factorised_rows(task: Task<'_>, progress: &dyn Progress) -> Vec<RowAnswers> {
+fn factorised(task: Task<'_>, progress: &dyn Progress) -> Searched {
     let Task { volume, lines, range, ordering, rule, options } = task;
     let raster_px = (COARSER * options.raster_px).min(1.0);
     let plan = Plan::new(lines, Hypotheses::covering(range, raster_px), rule);
-    let rows = volume.rows();
     let half = options.window_px / 2;
     let window = sweep::Window { rows: half, columns: half };
-    let resolution = options.method.resolution();
-    let bands: Vec<_> = (0..rows).step_by(BAND_ROWS).map(|y| y..(y + BAND_ROWS).min(rows)).collect();
-    bands
+    let hidden = ordering == OrderingUsed::Free && rule.hidden_points == HiddenPoints::OneSide;
+    let tolerance = hidden.then(|| Tolerance::measured(task, &plan, window));
+    let bands: Vec<_> = bands(volume.rows()).collect();
+    let rows: Vec<RowAnswers> = bands
         .into_par_iter()
         .flat_map_iter(|band| {
             let count = band.len() as u64;
             let answers = match ordering {
                 OrderingUsed::Strict => {
-                    let mut consumer = ordered::Ordered::new(&plan, lines, resolution);
+                    let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution());
                     sweep::sweep(volume, &plan, window, band, &mut consumer);
                     consumer.answers
                 }
-                OrderingUsed::Free => {
-                    let hidden = rule.hidden_points == HiddenPoints::OneSide;
-                    let search = free::Search { volume, lines, plan: &plan, window, hidden, options };
-                    search.rows(band)
-                }
+                OrderingUsed::Free => free::Search::new(task, &plan, window, tolerance).rows(band),
             };
             progress.advance(count);
             answers
         })
-        .collect()
+        .collect();
+    let mut searched = Searched::of_rows(task, &rows);
+    if ordering == OrderingUsed::Free {
+        filling::drop_doubtful(&mut searched, options.minimum_confidence);
+    }
+    if let Some(tolerance) = tolerance {
+        filling::fill(task, &plan, tolerance, &mut searched);
+        searched.deviation_share = Some(tolerance.share);
+    }
+    searched
+}
+
+/// The rows of an image in pieces for one thread each.
+fn bands(rows: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..rows).step_by(BAND_ROWS).map(move |y| y..(y + BAND_ROWS).min(rows))
+}
+
+impl Searched {
+    fn of_rows(task: Task<'_>, rows: &[RowAnswers]) -> Self {
+        let (count, columns) = (task.volume.rows(), task.volume.columns());
+        let mut planes: [Plane<f32>; 3] = std::array::from_fn(|_| Plane::filled(count, columns, f32::NAN));
+        let mut answer = Plane::filled(count, columns, Answer::LeavesImage);
+        for (y, row) in rows.iter().enumerate() {
+            for (plane, values) in planes.iter_mut().zip([&row.disparity, &row.cost, &row.confidence]) {
+                plane.row_mut(y).copy_from_slice(values);
+            }
+            answer.row_mut(y).copy_from_slice(&row.answer);
+        }
+        let [guess, cost, confidence] = planes;
+        Self { guess, cost, confidence, answer, deviation_share: None }
+    }
 }
 
 /// The answers of one row.
@@ -127,6 +146,8 @@ struct RowAnswers {
     disparity: Vec<f32>,
     cost: Vec<f32>,
     confidence: Vec<f32>,
+    /// Mean squared deviation over the largest that agrees, of the chosen candidate; NaN where that is not measured.
+    disagreement: Vec<f32>,
     answer: Vec<Answer>,
 }
 
@@ -134,7 +155,7 @@ impl RowAnswers {
     fn unknown(columns: usize) -> Self {
         let unknown = || vec![f32::NAN; columns];
         let answer = vec![Answer::LeavesImage; columns];
-        Self { disparity: unknown(), cost: unknown(), confidence: unknown(), answer }
+        Self { disparity: unknown(), cost: unknown(), confidence: unknown(), disagreement: unknown(), answer }
     }
 
     /// Column `x` has the disparity of a hypothesis, fractional, if it has an answer.

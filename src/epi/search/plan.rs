@@ -58,6 +58,8 @@ pub(super) struct Candidate {
 pub(super) struct Plan {
     pub(super) columns: usize,
     pub(super) reference: usize,
+    /// Greatest distance of a frame from the reference frame, in baselines.
+    pub(super) farthest: f64,
     pub(super) groups: Groups,
     pub(super) hypotheses: Hypotheses,
     pub(super) slabs: Vec<Slab>,
@@ -78,7 +80,15 @@ impl Plan {
             .map(|(slab, k)| candidate(lines, &groups, slab, hypotheses.disparity_px(k as f64), rule))
             .collect();
         slabs.iter_mut().for_each(|slab| slab.keep_needed(&candidates));
-        Self { columns: lines.columns(), reference: lines.reference(), groups, hypotheses, slabs, candidates }
+        Self {
+            columns: lines.columns(),
+            reference: lines.reference(),
+            farthest: lines.tau_before().max(lines.tau_after()),
+            groups,
+            hypotheses,
+            slabs,
+            candidates,
+        }
     }
 
     /// Whether hypothesis `k` has a cost at column `x`.

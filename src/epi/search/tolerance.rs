@@ -1,0 +1,52 @@
+//! How far frames deviate from each other along the lines of right candidates: what real light does, measured in the scene itself.
+
+use rayon::prelude::*;
+
+use super::Task;
+use super::free;
+use super::median;
+use super::plan::Plan;
+use super::sweep::Window;
+
+/// Rows that are looked at, spread over the image.
+const SAMPLED_ROWS: usize = 8;
+/// Frames are taken to disagree beyond this many times the mean squared deviation of right candidates: two standard deviations.
+const DISAGREES: f32 = 4.0;
+/// Least share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by twice the contrast in the mean of
+/// squares; below 0.06 of it come 14 % of them (normal distribution), so that hidden frames seldom agree by chance.
+const LEAST_SHARE: f32 = 0.1;
+
+/// What a frame may deviate by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tolerance {
+    /// Largest squared deviation of a frame that agrees, as a share of the contrast around the point.
+    pub(super) share: f32,
+    /// Cost of a right candidate that all frames see: mean squared deviation over the largest, the median of the image.
+    pub(super) typical: f32,
+}
+
+impl Tolerance {
+    /// Measures the scene: best candidates of a few rows, of which most are right.
+    pub(super) fn measured(task: Task<'_>, plan: &Plan, window: Window) -> Self {
+        let typical = |share: f32| {
+            let tolerance = Self { share, typical: 0.0 };
+            let search = free::Search::new(task, plan, window, Some(tolerance));
+            let rows = task.volume.rows();
+            let count = SAMPLED_ROWS.min(rows);
+            let mut costs: Vec<f32> = (0..count)
+                .into_par_iter()
+                .map(|index| (2 * index + 1) * rows / (2 * count))
+                .flat_map_iter(|y| search.rows(y..y + 1))
+                .flat_map_iter(|row| row.disagreement.into_iter().filter(|cost| !cost.is_nan()))
+                .collect();
+            median(&mut costs).unwrap_or(0.0)
+        };
+        let share = (DISAGREES * typical(1.0)).clamp(LEAST_SHARE, 1.0);
+        Self { share, typical: typical(share) }
+    }
+
+    /// Cost of a right candidate that only the share `minimum_visible` of the frames sees: what costs more is wrong.
+    pub(super) fn dearest(&self, minimum_visible: f64) -> f32 {
+        1.0 - minimum_visible as f32 * (1.0 - self.typical)
+    }
+}
