@@ -22,7 +22,7 @@ use crate::sequence::{ExitStatus, FrameKind, Sequence};
   epirig match seq --range 420..434 --out results          a range that is known
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
-(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 160 ambiguous), pictures, figures/ and match.json."
+(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden, 160 ambiguous), pictures, figures/ and match.json."
 )]
 pub(super) struct Match {
     /// Folder of the sequence
@@ -143,7 +143,7 @@ pub(super) fn describe(measurement: &Measurement) -> String {
         "frames             {frames}, positions from the {}\n\
          range searched     {:.2} .. {:.2} px{}\n\
          ordering           {}\n\
-         answered           {:.1} % (leaves image {:.1} %, beyond range {:.1} %, no texture {:.1} %, ambiguous {:.1} %)\n\
+         answered           {:.1} % (leaves image {:.1} %, beyond range {:.1} %, no texture {:.1} %, ambiguous {:.1} %, hidden {:.1} %)\n\
          median disparity   {} px, median sigma {} px\n",
         summary.positions,
         summary.minimum_px,
@@ -155,6 +155,7 @@ pub(super) fn describe(measurement: &Measurement) -> String {
         100.0 * summary.beyond_range,
         100.0 * summary.no_texture,
         100.0 * summary.ambiguous,
+        100.0 * summary.hidden,
         number(summary.median_disparity_px),
         number(summary.median_sigma_px),
     );

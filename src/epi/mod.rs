@@ -10,8 +10,8 @@
 //! The matcher knows no files, stages or cameras: a [`Volume`](crate::volume::Volume) and [`MatchOptions`] in,
 //! [`DisparityMaps`] out.
 
-pub mod contrast;
-mod cost;
+mod contrast;
+pub mod cost;
 pub mod interpolation;
 pub mod lines;
 pub mod mapping;

@@ -220,6 +220,7 @@ fn summarise(
         beyond_range: maps.share(Answer::BeyondRange),
         no_texture: maps.share(Answer::NoTexture),
         ambiguous: maps.share(Answer::Ambiguous),
+        hidden: maps.share(Answer::Hidden),
         median_disparity_px: median(&maps.disparity),
         median_sigma_px: median(&maps.sigma),
         distance_mm: heights.map(|heights| heights.distance_mm),

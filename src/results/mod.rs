@@ -161,6 +161,9 @@ pub struct MatchSummary {
     pub no_texture: f64,
     /// Share of the pixels with several equally good candidates.
     pub ambiguous: f64,
+    /// Share of the pixels that too many frames show otherwise.
+    #[serde(default)]
+    pub hidden: f64,
     /// Median disparity of the answered pixels, in px; `None` if there are none.
     pub median_disparity_px: Option<f64>,
     /// Median sigma of the answered pixels, in px.

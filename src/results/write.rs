@@ -12,13 +12,15 @@ use crate::formats::MapFormat;
 use crate::plane::Plane;
 use crate::scratch::Scratch;
 
-/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 160 ambiguous.
+/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden,
+/// 160 ambiguous.
 pub fn mask_value(answer: Answer) -> u8 {
     match answer {
         Answer::Found => 255,
         Answer::LeavesImage => 0,
         Answer::BeyondRange => 40,
         Answer::NoTexture => 80,
+        Answer::Hidden => 120,
         Answer::Ambiguous => 160,
     }
 }
