@@ -22,10 +22,9 @@ fn left_out_photographs_are_predicted() {
     let arguments = ["evaluate", "trees", "--leave-out", "5", "--reference", "middle", "--json"];
     let report: serde_json::Value = serde_json::from_str(&succeeds(folder.path(), &arguments)).unwrap();
     let number = |key: &str| report[key].as_f64().unwrap();
-    // Asked for: half the error of repetition on 60 % of the pixels. 54 % are predicted: candidates that frames disagree with have no answer, and
-    // leaves make many such (before: 70 %).
-    assert!(number("predicted") >= 0.5, "{report}");
+    // Half the error of repetition on 60 % of the pixels.
+    assert!(number("predicted") >= 0.6, "{report}");
     assert!(number("prediction_error_dn") <= 0.5 * number("repetition_error_dn"), "{report}");
-    // The same asked pixel by pixel: 48 % (before: 62 %).
-    assert!(number("halved") >= 0.43, "{report}");
+    // The same pixel by pixel.
+    assert!(number("halved") >= 0.6, "{report}");
 }
