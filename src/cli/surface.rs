@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::{CliError, Talk};
 use crate::calibrate::{Calibration, read_calibration};
+use crate::epi::LARGEST_GROWN_WINDOW_PX;
 use crate::measure::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface};
 use crate::results::{ResultsFolder, read_map, read_summary};
 use crate::sequence::Sequence;
@@ -122,17 +123,18 @@ impl Surface {
             TrendName::Plane => TrendKind::Plane,
             TrendName::Quadric => TrendKind::Quadric,
         };
-        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do so along the surface; across a wall they
-        // reach no farther than this.
+        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do so along the surface, but
+        // noise hides low walls from them.
         let settings = &matched.settings;
-        let grown_px = if settings.wanted_sigma_px.is_some() { GROWN_ACROSS_WALLS_PX } else { 0 };
-        let window_px = settings.window_px.max(settings.fit_window_px).max(grown_px);
-        let questions = SurfaceQuestions {
-            steps: StepsOptions::for_window(trend, window_px),
-            region,
-            line,
-            profile_width_px: self.profile_width as usize,
+        let window_px = settings.window_px.max(settings.fit_window_px);
+        let steps = if settings.wanted_sigma_px.is_some() {
+            StepsOptions::for_window(trend, window_px.max(GROWN_ACROSS_WALLS_PX))
+                .with_grown_window(LARGEST_GROWN_WINDOW_PX)
+        } else {
+            StepsOptions::for_window(trend, window_px)
         };
+        let questions =
+            SurfaceQuestions { steps, region, line, profile_width_px: self.profile_width as usize };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, self.overwrite)?;
         let summary = inspect_surface(&heights, uid, &questions, &folder)?;

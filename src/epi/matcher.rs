@@ -6,7 +6,9 @@ use super::cost::{Band, CostTable, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
+use super::options::{
+    DisparityRange, HiddenPoints, LARGEST_GROWN_WINDOW_PX, MatchError, MatchOptions, Method, Ordering,
+};
 use super::range::{Survey, survey};
 use super::refine::{Fit, Fitted, fit};
 use super::search::{Searched, Task, search};
@@ -14,8 +16,6 @@ use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::volume::Volume;
 
-/// Where texture is weak the window of the fit grows as far as this.
-const LARGEST_GROWN_WINDOW_PX: usize = 11;
 /// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
 const FIT_STEPS: usize = 2;
 

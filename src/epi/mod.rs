@@ -29,7 +29,8 @@ mod winner;
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{match_volume, row_costs};
 pub use options::{
-    DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering, ReferenceFrame, Search,
+    DisparityRange, HiddenPoints, LARGEST_GROWN_WINDOW_PX, MatchError, MatchOptions, Method, Ordering,
+    ReferenceFrame, Search,
 };
 pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

@@ -98,6 +98,9 @@ const LARGEST_SEARCH: usize = 30_000;
 /// The widest window of the fit, in px.
 pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
 
+/// Side to which the windows of the fit grow where texture is weak, in px.
+pub const LARGEST_GROWN_WINDOW_PX: usize = 11;
+
 /// Everything that a caller may choose of the matcher.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchOptions {

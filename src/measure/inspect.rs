@@ -131,7 +131,7 @@ pub fn inspect_surface(
         },
         tilt_deg: trend.tilt_deg(),
         bow_mm: trend.bow_mm(),
-        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights, questions.steps.margin_px)),
+        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights)),
         no_levels: steps.err().map(ToString::to_string),
         roughness: roughness(&rest_mm, &heights.sigma_mm, |_, _| true)
             .ok_or(SurfaceError::TooFewPixels { pixels: 0, what: "the roughness" })?,
@@ -169,7 +169,7 @@ fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Pla
     values
 }
 
-fn levels(steps: &Steps, rest_mm: &Plane<f32>, heights: &Heights, margin_px: usize) -> LevelsSummary {
+fn levels(steps: &Steps, rest_mm: &Plane<f32>, heights: &Heights) -> LevelsSummary {
     let mut about = rest_mm.clone();
     for (height, &lower) in about.values_mut().iter_mut().zip(steps.lower.values()) {
         *height += if lower { steps.depth.depth_mm as f32 } else { 0.0 };
@@ -177,7 +177,7 @@ fn levels(steps: &Steps, rest_mm: &Plane<f32>, heights: &Heights, margin_px: usi
     LevelsSummary {
         depth: steps.depth,
         raised: steps.raised,
-        margin_px,
+        margin_px: steps.margin_px,
         by_margin: steps.by_margin.clone(),
         correlation_reach_px: steps.correlation.reach_px(),
         roughness: roughness(&about, &heights.sigma_mm, |x, y| steps.used.at(x, y)),

@@ -38,6 +38,8 @@ const GROUND: f64 = 0.6;
 const MORE_MARGIN: usize = 2;
 /// A pixel this many times its neighbourhood's scatter off is a wrong answer, not a wall.
 const SPIKE: f64 = 8.0;
+/// Share of the pixels clear of the walls that a larger margin has to leave: with fewer the noise is doubled.
+const ROOM: f64 = 0.25;
 
 /// What of the matcher and the object the search has to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +48,8 @@ pub struct StepsOptions {
     pub trend: TrendKind,
     /// Pixels nearer than this to the other level are left out: half the matcher's window and half a wall.
     pub margin_px: usize,
+    /// Pixels nearer than this are left out, too, where enough remain; at least `margin_px`.
+    pub grown_margin_px: usize,
     /// Hollows of fewer pixels are taken for noise.
     pub least_area_px: usize,
 }
@@ -55,7 +59,13 @@ impl StepsOptions {
     pub fn for_window(trend: TrendKind, window_px: usize) -> Self {
         let margin_px = window_px / 2 + 1;
         // Twice as wide and high as the smallest that a pixel clear of the walls fits in.
-        Self { trend, margin_px, least_area_px: (2 * (2 * margin_px + 1)).pow(2) }
+        Self { trend, margin_px, grown_margin_px: margin_px, least_area_px: (2 * (2 * margin_px + 1)).pow(2) }
+    }
+
+    /// For a matcher whose windows grow to this side where noise asks for it.
+    #[must_use]
+    pub fn with_grown_window(self, window_px: usize) -> Self {
+        Self { grown_margin_px: self.margin_px.max(window_px / 2 + 1), ..self }
     }
 }
 
@@ -124,6 +134,8 @@ pub struct Steps {
     pub used: Plane<bool>,
     /// How the errors of the pixels used go together.
     pub correlation: Correlation,
+    /// Distance from the walls that was left out, in px.
+    pub margin_px: usize,
     /// By how much the heights of the pixels used scatter about their level, as a standard deviation in mm.
     pub scatter_mm: f64,
 }
@@ -176,6 +188,7 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
         used: fit.used.map(|level| level != Level::Unknown),
         scatter_mm: certainty.scatter_mm,
         correlation: certainty.correlation,
+        margin_px: divided.margin_px,
     })
 }
 
@@ -199,6 +212,8 @@ fn by_margin(field: &Field<'_>, levels: &Plane<Level>, options: &StepsOptions) -
 struct Divided {
     levels: Plane<Level>,
     fit: Fit,
+    /// Pixels nearer than this to a wall were left out.
+    margin_px: usize,
 }
 
 /// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights that lie clear of the walls.
@@ -222,7 +237,8 @@ fn divide(
             break;
         }
         // Smoothing moves a wall by up to its reach, to where the noise that is then measured puts it.
-        let fit = match fit(field, &clear_of_walls(&map, options.margin_px + reach), options) {
+        let (clear, margin_px) = roomy(&map, reach, options);
+        let fit = match fit(field, &clear, options) {
             Err(SurfaceError::TooNarrow { .. }) if reach > 0 => {
                 fit(field, &clear_of_walls(&map, options.margin_px), options)?
             }
@@ -232,7 +248,7 @@ fn divide(
             return Err(one_level);
         }
         levels = fit.levels.clone();
-        divided = Some(Divided { levels: map, fit });
+        divided = Some(Divided { levels: map, fit, margin_px });
     }
     let divided = divided.ok_or(one_level)?;
     let scatter_mm = smoothed_scatter(field, smoothed, &divided.fit);
@@ -240,6 +256,22 @@ fn divide(
         return Err(SurfaceError::OneLevel { depth_mm: levels.depth_mm, scatter_mm });
     }
     Ok((divided, levels.depth_mm / scatter_mm.max(f64::MIN_POSITIVE)))
+}
+
+/// The levels clear of the walls by the grown margin if it leaves [`ROOM`] of what the smallest one leaves of both levels, else by the smallest; and
+/// the margin. `reach` is added to either.
+fn roomy(map: &Plane<Level>, reach: usize, options: &StepsOptions) -> (Plane<Level>, usize) {
+    let least = clear_of_walls(map, options.margin_px + reach);
+    if options.grown_margin_px > options.margin_px {
+        let grown = clear_of_walls(map, options.grown_margin_px + reach);
+        let count =
+            |clear: &Plane<Level>, wanted| clear.values().iter().filter(|&&level| level == wanted).count();
+        let enough = |wanted| count(&grown, wanted) as f64 >= ROOM * count(&least, wanted) as f64;
+        if enough(Level::Upper) && enough(Level::Lower) {
+            return (grown, options.grown_margin_px);
+        }
+    }
+    (least, options.margin_px)
 }
 
 /// Some points of the smoothed field, spread evenly but on no grid that stripes could hide from.
