@@ -120,7 +120,8 @@ impl VotePlanes {
         for (((weight, moment), one_over), ((noise, inverse), residual)) in votes.zip(noises) {
             *noise = noise.max(least);
             if *residual > limit(*inverse) {
-                let share = *noise / *residual;
+                // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no vote counts more for that.
+                let share = (*noise / *residual).min(1.0);
                 *weight *= share;
                 *moment *= share;
                 *one_over /= share;
@@ -238,59 +239,4 @@ impl SurfacePlanes {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::epi::refine::votes::NO_VOTE;
-
-    fn put(votes: &mut VotePlanes, rows: &[Vec<Vote>], origin: f32) {
-        votes.par_rows().zip(rows).for_each(|(row, votes)| row.put(votes, origin));
-    }
-
-    #[test]
-    fn votes_are_counted_from_the_origin() {
-        let vote = Vote { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, bend: -6.0 };
-        let mut votes = VotePlanes::empty(2, 3);
-        put(&mut votes, &[vec![NO_VOTE; 3], vec![NO_VOTE, vote, NO_VOTE]], 5.0);
-        // It votes for 7.5 px, 2.5 px from the origin.
-        assert_eq!(votes.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
-        assert_eq!(votes.inverse.row(1)[PAD..PAD + 3], [0.0, 0.25, 0.0]);
-        assert_eq!((votes.gradient.row(1)[PAD + 1], votes.bend.row(1)[PAD + 1]), (5.0, -6.0));
-        assert!(votes.moment.row(0).iter().all(|&moment| moment == 0.0));
-        assert_eq!(votes.rows(), 2);
-    }
-
-    #[test]
-    fn noise_is_the_mean_of_the_voters_around() {
-        let vote = |variance| Vote { weight: 1.0, variance, ..NO_VOTE };
-        let silent = Vote { variance: 1000.0, ..NO_VOTE };
-        let mut votes = VotePlanes::empty(2, 4);
-        let first = vec![vote(4.0), vote(8.0), silent, silent];
-        put(&mut votes, &[first, vec![vote(3.0), silent, silent, silent]], 0.0);
-        votes.settle_noise(1, 2.0, 0.5, 98.0);
-        // Half of the means of 4, 8 and 3, twice; then 8 alone; then nobody votes.
-        for y in 0..2 {
-            assert_eq!(votes.noise.row(y)[PAD..PAD + 4], [2.5, 2.5, 4.0, 0.5]);
-        }
-    }
-
-    #[test]
-    fn guesses_are_planes_as_well_known_as_their_votes() {
-        let mut votes = VotePlanes::empty(1, 3);
-        let vote = Vote { weight: 4.0, variance: 3.0, ..NO_VOTE };
-        put(&mut votes, &[vec![vote, NO_VOTE, NO_VOTE]], 0.0);
-        let guess = Plane::from_values(1, 3, vec![7.0, 9.0, f32::NAN]).unwrap();
-        let planes = SurfacePlanes::of_guesses(&votes, &guess, 5.0);
-        assert_eq!(planes.disparity.row(0)[PAD..PAD + 3], [2.0, 4.0, 0.0]);
-        assert_eq!(planes.variance.row(0)[PAD..PAD + 3], [0.75, f32::INFINITY, f32::INFINITY]);
-    }
-
-    #[test]
-    fn more_variance_is_added_pixel_by_pixel() {
-        let mut planes = SurfacePlanes::unknown(1, 2);
-        planes.variance.row_mut(0)[PAD..PAD + 2].copy_from_slice(&[1.0, 2.0]);
-        let mut more = Padded::filled(1, 2, 0.0);
-        more.row_mut(0)[PAD + 1] = 0.5;
-        planes.raise_variance(&more);
-        assert_eq!(planes.variance.row(0)[PAD..PAD + 3], [1.0, 2.5, f32::INFINITY]);
-    }
-}
+mod tests;
