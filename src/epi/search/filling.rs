@@ -74,19 +74,19 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
             return Vec::new();
         }
         let epi = Epi::new(volume, y);
+        // A candidate that too few frames have in view is none.
         let single = |x: usize, disparity: f32| {
             let (cost, seen) = epi.disagreement(lines, x, disparity, limits[x]);
-            if rule.suffices(seen) { cost } else { 1.0 }
+            rule.suffices(seen).then_some(cost)
         };
         let best = |x: usize| {
             let cost = |disparity: f32| {
+                let own = single(x, disparity)?;
                 let sides = [x.checked_sub(1), Some(x + 1).filter(|&next| next < columns)];
-                let side = sides.into_iter().flatten().map(|side| single(side, disparity));
-                0.5 * (single(x, disparity) + side.fold(1.0, f32::min))
+                let side = sides.into_iter().flatten().filter_map(|side| single(side, disparity));
+                Some((disparity, 0.5 * (own + side.fold(1.0, f32::min))))
             };
-            let tried = surfaces_around(&before.guess, x, y)
-                .into_iter()
-                .map(|disparity| (disparity, cost(disparity)));
+            let tried = surfaces_around(&before.guess, x, y).into_iter().filter_map(cost);
             tried.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|&(_, cost)| cost <= dearest)
         };
         open.into_iter()
@@ -159,3 +159,6 @@ impl Epi {
         (sum / seen.max(1) as f32, seen)
     }
 }
+
+#[cfg(test)]
+mod tests;
