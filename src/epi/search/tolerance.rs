@@ -16,6 +16,12 @@ const DISAGREES: f32 = 4.0;
 /// squares; below 0.06 of it come 14 % of them (normal distribution), so that hidden frames seldom agree by chance.
 const LEAST_SHARE: f32 = 0.1;
 
+/// A right candidate costs at most this many times the median of them: texture and the contrast around it are not alike everywhere.
+const COSTS_VARY: f32 = 2.0;
+
+/// Where frames deviate by half of what they may, a quarter in squares, a candidate is right whatever others cost.
+const BELIEVED: f32 = 0.25;
+
 /// What a frame may deviate by.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tolerance {
@@ -45,8 +51,14 @@ impl Tolerance {
         Self { share, typical: typical(share) }
     }
 
-    /// Cost of a right candidate that only the share `minimum_visible` of the frames sees: what costs more is wrong.
+    /// Cost of a right candidate that only the share `minimum_visible` of the frames sees, but no less than those may cost that all frames see:
+    /// what costs more is wrong.
     pub(super) fn dearest(&self, minimum_visible: f64) -> f32 {
-        1.0 - minimum_visible as f32 * (1.0 - self.typical)
+        let partly_hidden = 1.0 - minimum_visible as f32 * (1.0 - self.typical);
+        let varying = (COSTS_VARY * self.typical).max(BELIEVED);
+        partly_hidden.max(varying).min(1.0)
     }
 }
+
+#[cfg(test)]
+mod tests;
