@@ -68,3 +68,6 @@ fn noise_variance(volume: &Volume, plan: &Plan, y: usize) -> Option<f32> {
     let mut known: Vec<f32> = least.into_iter().filter(|spread| spread.is_finite()).collect();
     median(&mut known).map(|spread| spread * frames / (frames - 1.0))
 }
+
+#[cfg(test)]
+mod tests;
