@@ -2,7 +2,7 @@
 
 use super::sweep::{Consumer, Window, sweep};
 use super::*;
-use crate::epi::options::{Method, ReferenceFrame};
+use crate::epi::options::{Method, Ordering, ReferenceFrame};
 use crate::frame::{Frame, Samples};
 use crate::progress::Silent;
 use crate::tau::Tau;
@@ -224,6 +224,27 @@ impl Bars {
             texture(x - Self::FAR_PX * tau, y, 12, 3.0)
         }
     }
+
+    /// Pixels that half of the frames see, those of them found within a raster step, pixels answered, and those wrong by more than 1 px.
+    fn count(&self, found: &Plane<f32>, tau: &Tau, reference: usize) -> [f64; 4] {
+        let origin = tau.values()[reference];
+        let mut counts = [0; 4];
+        for x in 0..found.columns() {
+            let bar = self.is_bar(x as f64, origin);
+            let truth = if bar { Self::NEAR_PX } else { Self::FAR_PX };
+            let sees = |tau: &&f64| {
+                let place = x as f64 + truth * (**tau - origin);
+                (0.0..=(found.columns() - 1) as f64).contains(&place) && (bar || !self.is_bar(place, **tau))
+            };
+            let half = 2 * tau.values().iter().filter(sees).count() >= tau.frames();
+            for y in 0..found.rows() {
+                let error = (f64::from(found.at(x, y)) - truth).abs();
+                let is = [half, half && error <= 0.4, !error.is_nan(), error > 1.0];
+                counts.iter_mut().zip(is).for_each(|(count, is)| *count += i32::from(is));
+            }
+        }
+        counts.map(f64::from)
+    }
 }
 
 #[test]
@@ -235,31 +256,22 @@ fn bars_before_a_background_keep_their_edges() {
         (0..4).map(|i| bars.shade(x + 0.25 * f64::from(i) - 0.375, y, tau)).sum::<f64>() / 4.0
     });
     for reference in [0, 30, 59] {
-        let options = MatchOptions::default();
-        let found = searched(&scene, reference, OrderingUsed::Free, &options);
-        let origin = tau.values()[reference];
-        let (mut visible, mut right, mut answered, mut wrong) = (0, 0, 0, 0);
-        for x in 0..300 {
-            let bar = bars.is_bar(x as f64, origin);
-            let truth = if bar { Bars::NEAR_PX } else { Bars::FAR_PX };
-            let sees = |tau: &&f64| {
-                let place = x as f64 + truth * (**tau - origin);
-                (0.0..=299.0).contains(&place) && (bar || !bars.is_bar(place, **tau))
-            };
-            let half = 2 * tau.values().iter().filter(sees).count() >= 60;
-            for y in 0..40 {
-                let is_answered = found.answer.at(x, y) == Answer::Found;
-                let error = (f64::from(found.guess.at(x, y)) - truth).abs();
-                visible += usize::from(half);
-                right += usize::from(half && is_answered && error <= 0.4);
-                answered += usize::from(is_answered);
-                wrong += usize::from(is_answered && error > 1.0);
-            }
+        let options = MatchOptions {
+            ordering: Ordering::Free,
+            range: Some(DisparityRange { minimum_px: 0.0, maximum_px: 30.0 }),
+            reference: ReferenceFrame::Index(reference),
+            ..MatchOptions::default()
+        };
+        let candidates = searched(&scene, reference, OrderingUsed::Free, &options).guess;
+        let matched = crate::epi::match_volume(&scene, &options, &Silent).unwrap().disparity;
+        // The asked shares hold for what is answered; the fit takes back some of the candidates, and mends others. What it promises of
+        // single tenths of a pixel stands in tests/occlusions.rs.
+        for (found, right_asked, wrong_asked) in [(candidates, 0.95, 0.02), (matched, 0.95, 0.01)] {
+            let [visible, right, answered, wrong] = bars.count(&found, &tau, reference);
+            println!("{reference}: right {right} of {visible}, wrong {wrong} of {answered}");
+            assert!(right >= right_asked * visible, "{reference}: {right} of {visible}");
+            assert!(wrong <= wrong_asked * answered, "{reference}: {wrong} of {answered}");
         }
-        println!("{reference}: right {right} of {visible}, wrong {wrong} of {answered}");
-        assert!(right as f64 >= 0.95 * f64::from(visible as u32), "{reference}: {right} of {visible}");
-        // The fit takes back some of these (tests/occlusions.rs).
-        assert!(wrong as f64 <= 0.02 * f64::from(answered as u32), "{reference}: {wrong} of {answered}");
     }
 }
 
