@@ -10,14 +10,15 @@ use super::Fit;
 use super::planes::{Padded, SurfacePlanes, VotePlanes};
 use super::smoothing::raise_smoothed;
 use super::stretch::take_off_drift;
-use super::support::{Joining, join_row, take_best_window};
+use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
 use crate::plane::Plane;
 
 /// Reaches of the windows of the steps before the last, in columns and rows.
 const FIRST_REACH: (usize, usize) = (2, 2);
-/// Reaches of the windows that compete for a pixel, in columns and rows: long ones see small steps that they lie along, narrow ones fit
-/// between two steps.
-const COMPETING_REACHES: [(usize, usize); 7] = [(3, 3), (3, 10), (10, 3), (2, 10), (10, 2), (1, 10), (10, 1)];
+/// Reaches of the windows that compete for a pixel, in columns and rows: a square one, and long ones that see small steps that they lie along, of
+/// which narrower ones, see [`join_nested_row`], fit between two steps.
+const SQUARE_REACH: (usize, usize) = (3, 3);
+const LONG_REACHES: [(usize, usize); 2] = [(3, 10), (10, 3)];
 /// Reaches to which supports grow, in px.
 const REACHES: [usize; 5] = [1, 2, 3, 4, 5];
 /// Reaches of the small windows that tell what supports smooth away, in px.
@@ -54,24 +55,40 @@ pub(super) fn join_votes(
         next
     };
     let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
-    let survey = |votes: &VotePlanes, reaches: &[(usize, usize)]| {
+    let survey = |votes: &VotePlanes, square: (usize, usize), long: &[(usize, usize)]| {
         let mut map = SurfacePlanes::unknown(rows, columns);
-        for &reach in reaches {
-            let windows = joined(votes, &guesses, joining(reach, GUESS_SLACK));
+        let mut take_best = |windows: &SurfacePlanes, reach| {
             map.par_rows()
                 .enumerate()
-                .for_each(|(y, out)| take_best_window(level, (&windows, &guesses), reach, y, out));
+                .for_each(|(y, out)| take_best_window(level, (windows, &guesses), reach, y, out));
+        };
+        let mut windows = joined(votes, &guesses, joining(square, GUESS_SLACK));
+        take_best(&windows, square);
+        if long.is_empty() {
+            return map;
+        }
+        let mut wider = [(); 2].map(|()| SurfacePlanes::unknown(rows, columns));
+        for &reach in long {
+            let [middle, widest] = &mut wider;
+            let nested = windows.par_rows().zip(middle.par_rows()).zip(widest.par_rows());
+            nested.enumerate().for_each(|(y, ((narrow, middle), wide))| {
+                let joining = joining(reach, GUESS_SLACK);
+                join_nested_row(level, (votes, &guesses), joining, y, [narrow, middle, wide]);
+            });
+            for (windows, reach) in [&windows, &wider[0], &wider[1]].into_iter().zip(nested_reaches(reach)) {
+                take_best(windows, reach);
+            }
         }
         map
     };
     let Some(options) = options else {
-        let map = survey(votes, &[FIRST_REACH]);
+        let map = survey(votes, FIRST_REACH, &[]);
         return joined(votes, &map, joining(FIRST_REACH, NO_SLACK));
     };
-    let map = survey(votes, &COMPETING_REACHES[..1]);
+    let map = survey(votes, SQUARE_REACH, &[]);
     take_off_drift(votes, &map);
     drop(map);
-    let mut map = survey(votes, &COMPETING_REACHES);
+    let mut map = survey(votes, SQUARE_REACH, &LONG_REACHES);
     let votes = &*votes;
     let smallest = options.window_px / 2;
     let mut surface = joined(votes, &map, joining((smallest, smallest), NO_SLACK));

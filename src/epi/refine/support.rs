@@ -6,6 +6,7 @@
 //! 2006). On one plane everything within reach takes part, so nothing of the information is lost; at a step or a ridge the
 //! support ends.
 
+mod sums;
 #[cfg(test)]
 mod tests;
 
@@ -13,7 +14,7 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
 use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
-use crate::epi::options::LARGEST_FIT_WINDOW_PX;
+use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 
 /// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
@@ -36,133 +37,101 @@ pub(super) struct Joining {
 /// With `wanted`, pixels whose variance in `after` is at most that, in px^2, keep what it holds.
 pub(super) fn join_row(
     level: Level,
-    (votes, map): (&VotePlanes, &SurfacePlanes),
+    planes: (&VotePlanes, &SurfacePlanes),
     joining: Joining,
     y: usize,
     wanted: Option<f32>,
     after: PlaneRow<'_>,
 ) {
-    dispatch!(level, simd => join_row_simd(simd, (votes, map), joining, y, wanted, after));
+    let after = [after];
+    dispatch!(level, simd => match joining.reach.0 {
+        0 => join_row_simd::<_, 1, 1, false>(simd, planes, joining, y, wanted, after),
+        1 => join_row_simd::<_, 3, 1, false>(simd, planes, joining, y, wanted, after),
+        2 => join_row_simd::<_, 5, 1, false>(simd, planes, joining, y, wanted, after),
+        3 => join_row_simd::<_, 7, 1, false>(simd, planes, joining, y, wanted, after),
+        _ => join_row_simd::<_, LONGEST, 1, false>(simd, planes, joining, y, wanted, after),
+    });
 }
 
+/// Reaches of the windows of [`join_nested_row`] across their length, in px.
+const NESTED_REACHES: [usize; 3] = [1, 2, 3];
+
+/// Reaches of the windows that [`join_nested_row`] joins in, of which `widest` holds the others.
+pub(super) fn nested_reaches(widest: (usize, usize)) -> [(usize, usize); 3] {
+    NESTED_REACHES.map(|narrow| if widest.0 <= widest.1 { (narrow, widest.1) } else { (widest.0, narrow) })
+}
+
+/// The same for three windows that lie in each other, at little more than the widest one's cost. `joining` tells the reach of the widest, which is 3 px along rows
+/// or columns and longer across; [`nested_reaches`] tells those of all, in the order of `after`.
+pub(super) fn join_nested_row(
+    level: Level,
+    planes: (&VotePlanes, &SurfacePlanes),
+    joining: Joining,
+    y: usize,
+    after: [PlaneRow<'_>; 3],
+) {
+    dispatch!(level, simd => if joining.reach.0 <= joining.reach.1 {
+        join_row_simd::<_, 7, 3, false>(simd, planes, joining, y, None, after);
+    } else {
+        join_row_simd::<_, 7, 3, true>(simd, planes, joining, y, None, after);
+    });
+}
+
+/// Joins in `WINDOWS` windows that lie in each other, see [`Sums`].
 #[inline(always)]
-fn join_row_simd<S: Simd>(
+fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bool>(
     simd: S,
-    (votes, map): (&VotePlanes, &SurfacePlanes),
+    planes: (&VotePlanes, &SurfacePlanes),
     joining: Joining,
     y: usize,
     wanted: Option<f32>,
-    after: PlaneRow<'_>,
+    after: [PlaneRow<'_>; WINDOWS],
 ) {
-    let PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture } = after;
-    let mut out = [disparity, slant_x, slant_y, variance, misfit, texture];
+    let allowances = Allowances::of(joining);
+    let mut sums = Sums::<S, N, WINDOWS>::none(simd);
+    let mut after =
+        after.map(|row| [row.disparity, row.slant_x, row.slant_y, row.variance, row.misfit, row.texture]);
     let mut start = PAD;
-    while start + PAD < out[0].len() {
+    while start + PAD < after[0][0].len() {
         let block = start..start + LANES;
-        if let Some(wanted) = wanted {
-            let variances = f32x16::from_slice(simd, &out[3][block.clone()]);
-            let settled = variances.simd_le(f32x16::splat(simd, wanted));
-            if out[3][block.clone()].iter().any(|&variance| variance > wanted) {
-                let joined = join_block(simd, votes, map, joining, y, start);
+        let unsettled = |variance: &f32| wanted.is_none_or(|wanted| *variance > wanted);
+        if after[0][3][block.clone()].iter().any(unsettled) {
+            sums.take::<TURNED>(simd, planes, &allowances, y, start);
+            for (window, out) in after.iter_mut().enumerate() {
+                let joined = solve(simd, &sums.of_window::<TURNED>(window), planes, y, start);
+                let variances = f32x16::from_slice(simd, &out[3][block.clone()]);
+                let settled = wanted.map(|wanted| variances.simd_le(f32x16::splat(simd, wanted)));
                 for (plane, value) in out.iter_mut().zip(joined) {
-                    let old = f32x16::from_slice(simd, &plane[block.clone()]);
-                    settled.select(old, value).store_slice(&mut plane[block.clone()]);
+                    let place = &mut plane[block.clone()];
+                    let old = f32x16::from_slice(simd, place);
+                    settled.map_or(value, |settled| settled.select(old, value)).store_slice(place);
                 }
-            }
-        } else {
-            let joined = join_block(simd, votes, map, joining, y, start);
-            for (plane, value) in out.iter_mut().zip(joined) {
-                value.store_slice(&mut plane[block.clone()]);
             }
         }
         start += LANES;
     }
 }
 
-/// Columns of the widest window.
-const WIDEST: usize = LARGEST_FIT_WINDOW_PX;
-
-/// Sums over the votes that belong to the pixels of a block.
-struct Sums<S: Simd> {
-    /// Number of votes.
-    count: f32x16<S>,
-    /// Weights, moments, and weights times v, of each column.
-    columns: [[f32x16<S>; 3]; WIDEST],
-    /// Weights, moments, and weights times u, of each row.
-    rows: [[f32x16<S>; 3]; WIDEST],
-}
-
-#[inline(always)]
-fn join_block<S: Simd>(
-    simd: S,
-    votes: &VotePlanes,
-    map: &SurfacePlanes,
-    joining: Joining,
-    y: usize,
-    start: usize,
-) -> [f32x16<S>; 6] {
-    let zero = f32x16::splat(simd, 0.0);
-    let own = |plane: &Padded| f32x16::from_slice(simd, &plane.row(y)[start..start + LANES]);
-    let (d, p, q) = (own(&map.disparity), own(&map.slant_x), own(&map.slant_y));
-    let variance = own(&map.variance);
-    let (reach_u, reach_v) = (joining.reach.0 as isize, joining.reach.1 as isize);
-    let limit = f32x16::splat(simd, joining.belongs_sigmas * joining.belongs_sigmas);
-    let mut sums = Sums { count: zero, columns: [[zero; 3]; WIDEST], rows: [[zero; 3]; WIDEST] };
-    let first = (y as isize - reach_v).max(0);
-    let last = (y as isize + reach_v).min(votes.rows() as isize - 1);
-    for row in first..=last {
-        let v = (row - y as isize) as f32;
-        let row_sums = &mut sums.rows[(row - y as isize + reach_v) as usize];
-        let row = row as usize;
-        let line = q.mul_add(v, d);
-        for offset in -reach_u..=reach_u {
-            let u = offset as f32;
-            let place = (start as isize + offset) as usize;
-            let load = |plane: &Padded| f32x16::from_slice(simd, &plane.row(row)[place..place + LANES]);
-            let expected = p.mul_add(u, line);
-            let difference = load(&map.disparity) - expected;
-            let slack = joining.slack.0 + joining.slack.1 * u.abs().max(v.abs());
-            let carried = variance * (1.0 + (u * u + v * v) / SLANT_SPREAD);
-            let allowed = (carried + load(&map.variance)).mul_add(limit, slack * slack);
-            let belongs = if offset == 0 && v == 0.0 {
-                zero.simd_le(zero)
-            } else {
-                (difference * difference).simd_le(allowed)
-            };
-            let weight = belongs.select(load(&votes.weight), zero);
-            // The vote less the pixel's own disparity.
-            let moment = belongs.select(load(&votes.moment), zero) - weight * d;
-            sums.count += weight.simd_gt(zero).select(f32x16::splat(simd, 1.0), zero);
-            row_sums[0] += weight;
-            row_sums[1] += moment;
-            row_sums[2] = weight.mul_add(u, row_sums[2]);
-            let column_sums = &mut sums.columns[(offset + reach_u) as usize];
-            column_sums[0] += weight;
-            column_sums[1] += moment;
-            column_sums[2] = weight.mul_add(v, column_sums[2]);
-        }
-    }
-    solve(simd, &sums, joining.reach, own(&votes.noise), [d, p, q])
-}
-
 /// Disparity, slants, variance, misfit and texture of the plane through the votes.
 #[inline(always)]
 fn solve<S: Simd>(
     simd: S,
-    sums: &Sums<S>,
-    (reach_u, reach_v): (usize, usize),
-    noise: f32x16<S>,
-    [d, p, q]: [f32x16<S>; 3],
+    sums: &WindowSums<'_, S>,
+    (votes, map): (&VotePlanes, &SurfacePlanes),
+    y: usize,
+    start: usize,
 ) -> [f32x16<S>; 6] {
+    let own = |plane: &Padded| load(simd, plane, y, start);
+    let (d, p, q) = (own(&map.disparity), own(&map.slant_x), own(&map.slant_y));
+    let noise = own(&votes.noise);
     let splat = |value| f32x16::splat(simd, value);
     let zero = splat(0.0);
-    let columns = &sums.columns[..2 * reach_u + 1];
-    let rows = &sums.rows[..2 * reach_v + 1];
-    let place = |index: usize, reach: usize| index as f32 - reach as f32;
+    let (columns, rows) = (sums.columns, sums.rows);
+    let (reach_u, reach_v) = (columns.len() / 2, rows.len() / 2);
     let [mut s0, mut su, mut sv, mut suu, mut suv, mut svv] = [zero; 6];
     let [mut t0, mut tu, mut tv] = [zero; 3];
     for (index, [weight, moment, crossed]) in columns.iter().enumerate() {
-        let u = place(index, reach_u);
+        let u = offset(index, reach_u);
         s0 += *weight;
         su = weight.mul_add(u, su);
         suu = weight.mul_add(u * u, suu);
@@ -171,7 +140,7 @@ fn solve<S: Simd>(
         tu = moment.mul_add(u, tu);
     }
     for (index, [weight, moment, _]) in rows.iter().enumerate() {
-        let v = place(index, reach_v);
+        let v = offset(index, reach_v);
         sv = weight.mul_add(v, sv);
         svv = weight.mul_add(v * v, svv);
         tv = moment.mul_add(v, tv);
@@ -196,7 +165,7 @@ fn solve<S: Simd>(
     {
         let (mut misfit, mut number) = (zero, zero);
         for (index, [weight, moment, crossed]) in lines.iter().enumerate() {
-            let expected = *weight * along.mul_add(place(index, reach), step) + *crossed * across;
+            let expected = *weight * along.mul_add(offset(index, reach), step) + *crossed * across;
             let deviation = *moment - expected;
             let there = weight.simd_gt(zero);
             misfit += there.select(deviation * deviation / *weight, zero);

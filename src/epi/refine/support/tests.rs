@@ -123,6 +123,36 @@ fn joining_solves_the_normal_equations() {
     }
 }
 
+#[test]
+fn nested_windows_give_what_each_window_gives_by_itself() {
+    // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, votes scattered about it, some missing.
+    let step = |x: usize, y: usize| if x + y < 30 { 0.0 } else { 7.0 };
+    let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
+    let votes = votes_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
+    let map = map_of(step, (0.0, 0.0), 0.5);
+    let joining = |reach| Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.25) };
+    for widest in [(3, 10), (10, 3), (3, 5)] {
+        let mut found = [(); 3].map(|()| SurfacePlanes::unknown(ROWS, COLUMNS));
+        let [narrow, middle, wide] = &mut found;
+        let rows = narrow.par_rows().zip(middle.par_rows()).zip(wide.par_rows());
+        rows.enumerate().for_each(|(y, ((narrow, middle), wide))| {
+            join_nested_row(Level::new(), (&votes, &map), joining(widest), y, [narrow, middle, wide]);
+        });
+        for (found, reach) in found.iter().zip(nested_reaches(widest)) {
+            let single = joined(&votes, &map, joining(reach));
+            let planes = |of: &SurfacePlanes, y: usize| {
+                [&of.disparity, &of.slant_x, &of.slant_y, &of.variance, &of.misfit, &of.texture]
+                    .map(|plane| plane.row(y)[PAD..PAD + COLUMNS].to_vec())
+            };
+            for y in 0..ROWS {
+                assert_eq!(planes(found, y), planes(&single, y), "{reach:?}, row {y}");
+            }
+        }
+    }
+    assert_eq!(nested_reaches((3, 10)), [(1, 10), (2, 10), (3, 10)]);
+    assert_eq!(nested_reaches((10, 3)), [(10, 1), (10, 2), (10, 3)]);
+}
+
 /// Column at which the steps of the tests are.
 const EDGE: usize = 20;
 
