@@ -212,3 +212,19 @@ fn fields_without_heights_are_refused() {
     let found = find_steps(&heights, &options(TrendKind::Plane));
     assert_eq!(found.unwrap_err(), SurfaceError::TooFewPixels { pixels: 0, what: "a plane" });
 }
+
+#[test]
+fn the_grown_margin_is_kept_where_hollows_have_the_room() {
+    let grown = options(TrendKind::Plane).with_grown_window(11);
+    assert_eq!((grown.margin_px, grown.grown_margin_px), (3, 6));
+    for (width, margin_px) in [(20, 6), (12, 3)] {
+        // 20 px leave 14 and 8 px clear of the walls, more than a quarter; 12 px leave 6 and none.
+        let heights = field(0.01, 7, |x_mm, y_mm, x, _| {
+            tilted(x_mm, y_mm) - if x / width % 2 == 1 { 0.2 } else { 0.0 }
+        });
+        let found = find_steps(&heights, &grown).unwrap();
+        assert_eq!(found.margin_px, margin_px, "{width} px");
+        // Seven of its standard deviations of some 0.0005 mm.
+        assert!((found.depth.depth_mm - 0.2).abs() < 0.004, "{width} px: {}", found.depth.depth_mm);
+    }
+}
