@@ -53,24 +53,28 @@ fn noise_is_the_mean_of_the_voters_around() {
     assert_eq!(votes.residual.row(0)[PAD..PAD + 4], [2.0, 2.5, 0.0, 0.0]);
 }
 
-/// Mean of a chi-squared variable of `freedom` degrees over its degrees of freedom, of those values that do not exceed `limit`: the density integrated
-/// by trapezoids.
-fn mean_below(freedom: f64, limit: f64) -> f64 {
-    let (mut mass, mut moment) = (0.0, 0.0);
-    for step in 1..20_000 {
-        let z = limit * f64::from(step) / 20_000.0;
+/// A chi-squared variable over its `freedom`: the mean of the values up to `limit`, and the share of those beyond. The density is summed up in small
+/// steps; beyond 12 there is next to nothing from 10 degrees on.
+fn cut_at(freedom: f64, limit: f64) -> (f64, f64) {
+    let (mut mass, mut moment, mut beyond) = (0.0, 0.0, 0.0);
+    for z in (1..24_000).map(|step| f64::from(step) / 2000.0) {
         // Scaled to 1 at z = 1, so that it neither overflows nor vanishes.
         let density = ((0.5 * freedom - 1.0) * z.ln() - 0.5 * freedom * (z - 1.0)).exp();
-        mass += density;
-        moment += z * density;
+        if z <= limit {
+            mass += density;
+            moment += z * density;
+        } else {
+            beyond += density;
+        }
     }
-    moment / mass
+    (moment / mass, beyond / (mass + beyond))
 }
 
 #[test]
 fn noise_of_chi_squared_variances_is_unbiased() {
     const SIDE: usize = 100;
-    const REACH: usize = 3;
+    // Many values, so that their harmonic mean is nearly that of all.
+    const REACH: usize = 15;
     let (gain, truth) = (0.7, 3.0);
     for freedom in [10_usize, 31, 98] {
         let mut random = ChaCha8Rng::seed_from_u64(freedom as u64);
@@ -85,17 +89,23 @@ fn noise_of_chi_squared_variances_is_unbiased() {
             .map(f64::from)
             .collect();
         let mean = inner.iter().sum::<f64>() / inner.len() as f64 / truth;
-        // Chance of the mean of all, four standard deviations of it; and what is cut off beyond four standard deviations of single values. The limit
-        // is itself astray by that of a harmonic mean of 49 values, about that of their mean.
+        // Chance of the mean of all, four standard deviations of it; and what is cut off beyond four standard deviations of single values. The
+        // limit is itself astray by that of the mean of 31^2 inverses, each by sqrt(2 / (n - 4)) of itself.
         let n = freedom as f64;
         let deviation = (2.0 / n).sqrt();
         let chance = 4.0 * deviation / (inner.len() as f64).sqrt();
-        let cut = 1.0 - mean_below(n, (1.0 + 4.0 * deviation) * (1.0 - 2.0 * deviation / 7.0));
-        assert!(
-            mean > 1.0 - cut - chance && mean < 1.0 + chance,
-            "{freedom}: {mean}, cut {cut}, chance {chance}"
-        );
-        assert!(cut < 0.02, "{freedom}: {cut}");
+        let limit = 1.0 + 4.0 * deviation;
+        let astray = 2.0 * (2.0 / (n - 4.0)).sqrt() / 31.0;
+        let (least, most_cut) = cut_at(n, limit * (1.0 - astray));
+        assert!(mean > least - chance && mean < 1.0 + chance, "{freedom}: {mean}, {least} +- {chance}");
+        assert!(least > 0.98, "{freedom}: {least}");
+        let (_, least_cut) = cut_at(n, limit * (1.0 + astray));
+        let less = (0..SIDE).flat_map(|y| votes.weight.row(y)[PAD..PAD + SIDE].to_vec());
+        let less = less.filter(|&weight| weight < 4.0).count() as f64;
+        // Counts scatter by their root.
+        let counts = [least_cut, most_cut].map(|share| share * (SIDE * SIDE) as f64);
+        let bounds = [counts[0] - 4.0 * counts[0].sqrt(), counts[1] + 4.0 * counts[1].sqrt() + 1.0];
+        assert!(less >= bounds[0] && less <= bounds[1], "{freedom}: {less} votes count less, {counts:?}");
     }
 }
 
