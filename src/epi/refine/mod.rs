@@ -33,7 +33,7 @@ use crate::plane::Plane;
 use crate::volume::Volume;
 use doubt::doubtful_row;
 use joining::join_votes;
-use planes::{PAD, Padded, SurfacePlanes, VotePlanes};
+use planes::{PAD, Padded, VotePlanes};
 use spline::{RESAMPLED_NOISE_GAIN, SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use visibility::stretches;
 use votes::{NO_VOTE, Stretches, row_votes};
@@ -90,10 +90,12 @@ pub fn fit(
     let level = Level::new();
     let origin = middle(guess);
     let mut current = guess.clone();
-    let mut surface = SurfacePlanes::unknown(rows, columns);
     let mut doubtful = Plane::filled(rows, columns, false);
     let passes = options.steps.max(1);
-    for pass in 1..=passes {
+    let mut pass = 0;
+    // A pass's surface is dropped before the next: it takes six planes of memory.
+    let surface = loop {
+        pass += 1;
         let last = pass == passes;
         // The first steps need not be exact.
         let every = if last { 1 } else { (volume.frames() / COARSE_FRAMES).max(1) };
@@ -124,17 +126,19 @@ pub fn fit(
             let rows = doubtful.values_mut().par_chunks_mut(columns).enumerate();
             rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, guess), share, y, out));
         }
-        surface = join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
-        if !last {
-            for y in 0..rows {
-                let found = &surface.disparity.row(y)[PAD..PAD + columns];
-                for (value, found) in current.row_mut(y).iter_mut().zip(found) {
-                    // NaN stays NaN; a step beyond a pixel is no step of a linearisation.
-                    *value += (found + origin - *value).clamp(-1.0, 1.0);
-                }
+        let surface =
+            join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
+        if last {
+            break surface;
+        }
+        for y in 0..rows {
+            let found = &surface.disparity.row(y)[PAD..PAD + columns];
+            for (value, found) in current.row_mut(y).iter_mut().zip(found) {
+                // NaN stays NaN; a step beyond a pixel is no step of a linearisation.
+                *value += (found + origin - *value).clamp(-1.0, 1.0);
             }
         }
-    }
+    };
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
     let mut fitted = Plane::filled(rows, columns, NOT_FITTED);
     for y in 0..rows {

@@ -30,6 +30,12 @@ impl Padded {
         &self.values[y * self.stride..(y + 1) * self.stride]
     }
 
+    /// The values of a block of row `y`, from `place` on.
+    pub(super) fn block(&self, y: usize, place: usize) -> &[f32] {
+        let first = y * self.stride + place;
+        &self.values[first..first + LANES]
+    }
+
     pub(super) fn row_mut(&mut self, y: usize) -> &mut [f32] {
         &mut self.values[y * self.stride..(y + 1) * self.stride]
     }

@@ -1,13 +1,12 @@
 //! Sums over the votes that belong to the pixels of a block, for one window or for several that lie in each other.
 //!
 //! Whether a neighbour belongs depends on its place only, not on the window. So windows of equal length that differ in width are
-//! summed in one go: what a wider one has more than the next narrower is two lines along its length. The lines stay in registers.
+//! summed in one go: what a wider one has more than the next narrower is two lines along its length.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
 use super::{Joining, SLANT_SPREAD};
 use crate::epi::options::LARGEST_FIT_WINDOW_PX;
-use crate::epi::refine::moments::LANES;
 use crate::epi::refine::planes::{Padded, SurfacePlanes, VotePlanes};
 
 /// Lines of the longest window.
@@ -112,7 +111,8 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
         y: usize,
         start: usize,
     ) {
-        let zero = f32x16::splat(simd, 0.0);
+        let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
+        let rows = votes.rows();
         let block = Block::of(simd, map, y, start);
         let (reach_u, reach_v) = allowances.reach;
         self.reach = allowances.reach;
@@ -136,9 +136,9 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
                     let allowance = allowances.places[row * (2 * reach_u + 1) + column];
                     // Rows above the image come out as huge numbers.
                     let (row, place) = ((y + row).wrapping_sub(reach_v), start + column - reach_u);
-                    if row < votes.rows() {
+                    if row < rows {
                         let vote = block.belonging(simd, (votes, map), offset, (row, place), allowance);
-                        count += vote[0].simd_gt(zero).select(f32x16::splat(simd, 1.0), zero);
+                        count += vote[0].simd_gt(zero).select(one, zero);
                         let (u, v) = offset;
                         add(&mut line, vote, if TURNED { v } else { u });
                         add(&mut along[side], vote, if TURNED { u } else { v });
@@ -163,7 +163,7 @@ fn add<S: Simd>(line: &mut Line<S>, [weight, moment]: [f32x16<S>; 2], place: f32
 
 #[inline(always)]
 pub(super) fn load<S: Simd>(simd: S, plane: &Padded, row: usize, place: usize) -> f32x16<S> {
-    f32x16::from_slice(simd, &plane.row(row)[place..place + LANES])
+    f32x16::from_slice(simd, plane.block(row, place))
 }
 
 /// The planes of a block of pixels.
