@@ -14,6 +14,7 @@
 //! credible windows disagree by, comes on top (`smoothing`).
 
 mod doubt;
+mod gains;
 mod joining;
 mod moments;
 mod planes;
@@ -32,6 +33,7 @@ use super::options::HiddenPoints;
 use crate::plane::Plane;
 use crate::volume::Volume;
 use doubt::doubtful_row;
+use gains::corrections;
 use joining::join_votes;
 use planes::{PAD, Padded, VotePlanes};
 use spline::{RESAMPLED_NOISE_GAIN, SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
@@ -89,6 +91,7 @@ pub fn fit(
     let spline = Spline::new();
     let level = Level::new();
     let origin = middle(guess);
+    let gains = corrections(volume, lines, guess);
     let mut current = guess.clone();
     let mut doubtful = Plane::filled(rows, columns, false);
     let passes = options.steps.max(1);
@@ -104,7 +107,7 @@ pub fn fit(
             || (SplineEpi::default(), vec![NO_VOTE; columns]),
             |(epi, votes), (y, out)| {
                 let frames = (0..volume.frames()).filter(|t| t.abs_diff(lines.reference()) % every == 0);
-                epi.take(&spline, volume, y, frames);
+                epi.take(&spline, (volume, gains.as_deref()), y, frames);
                 let guesses = current.row(y);
                 let hidden =
                     (options.rule.hidden_points == HiddenPoints::OneSide).then(|| stretches(guesses, lines));

@@ -97,7 +97,7 @@ impl SplineEpi {
     pub(super) fn take(
         &mut self,
         spline: &Spline,
-        volume: &Volume,
+        (volume, gains): (&Volume, Option<&[f32]>),
         y: usize,
         frames: impl Iterator<Item = usize>,
     ) {
@@ -107,7 +107,11 @@ impl SplineEpi {
         let border = MARGIN + PREFILTER_REACH;
         self.padded.resize(columns + 2 * border, 0.0);
         for t in frames {
-            volume.copy_row(y, t, &mut self.padded[border..border + columns]);
+            let row = &mut self.padded[border..border + columns];
+            volume.copy_row(y, t, row);
+            if let Some(gains) = gains {
+                row.iter_mut().for_each(|value| *value *= gains[t]);
+            }
             // Turned about the border's pixel, so that value and slope go on without a jump.
             let (first, last) = (self.padded[border], self.padded[border + columns - 1]);
             for offset in 1..=border {
@@ -215,7 +219,7 @@ mod tests {
         let mut volume = Volume::fine(1, counts.len(), 8, Tau::equidistant(2).unwrap());
         volume.fine_counts_mut().unwrap()[..counts.len()].copy_from_slice(counts);
         let mut epi = SplineEpi::default();
-        epi.take(spline, &volume, 0, 0..1);
+        epi.take(spline, (&volume, None), 0, 0..1);
         epi
     }
 

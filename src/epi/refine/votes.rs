@@ -212,7 +212,7 @@ mod tests {
     ) -> Vec<Vote> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
-        epi.take(&spline, volume, y, 0..FRAMES);
+        epi.take(&spline, (volume, None), y, 0..FRAMES);
         let mut votes = vec![NO_VOTE; COLUMNS];
         row_votes((&spline, Level::new()), &epi, lines, guesses, frames, &mut votes);
         votes
