@@ -106,33 +106,44 @@ impl VotePlanes {
     /// single variances. The noise is the mean over the square of side 2 `reach` + 1, without what exceeds the harmonic mean by more
     /// than chance lets it: a harmonic mean hardly notices a few that are too large.
     pub(super) fn settle_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
-        for (residual, inverse) in self.residual.values.iter_mut().zip(&self.inverse.values) {
-            *residual = if *inverse > 0.0 { (*residual / gain).max(least) } else { 0.0 };
-        }
+        let stride = self.weight.stride;
+        self.residual.par_rows().zip(self.inverse.values.par_chunks(stride)).for_each(
+            |(residual, inverse)| {
+                for (residual, inverse) in residual.iter_mut().zip(inverse) {
+                    *residual = if *inverse > 0.0 { (*residual / gain).max(least) } else { 0.0 };
+                }
+            },
+        );
         // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over its mean.
         let harmonic = (freedom - 2.0).max(1.0) / freedom;
         let exceeding = 1.0 + EXCEEDS_SIGMAS * (2.0 / freedom).sqrt();
         let inverses = box_means(&self.residual, reach, |residual| 1.0 / residual);
         let limit = |inverse: f32| exceeding / (harmonic * inverse);
         let mut kept = self.residual.clone();
-        for (kept, inverse) in kept.values.iter_mut().zip(&inverses.values) {
-            if *kept > limit(*inverse) {
-                *kept = 0.0;
+        kept.par_rows().zip(inverses.values.par_chunks(stride)).for_each(|(kept, inverse)| {
+            for (kept, inverse) in kept.iter_mut().zip(inverse) {
+                *kept = if *kept > limit(*inverse) { 0.0 } else { *kept };
             }
-        }
+        });
         self.noise = box_means(&kept, reach, |residual| residual);
-        let votes = self.weight.values.iter_mut().zip(&mut self.moment.values).zip(&mut self.inverse.values);
-        let noises = self.noise.values.iter_mut().zip(&inverses.values).zip(&self.residual.values);
-        for (((weight, moment), one_over), ((noise, inverse), residual)) in votes.zip(noises) {
-            *noise = noise.max(least);
-            if *residual > limit(*inverse) {
-                // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no vote counts more for that.
-                let share = (*noise / *residual).min(1.0);
-                *weight *= share;
-                *moment *= share;
-                *one_over /= share;
-            }
-        }
+        let votes = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
+        let limits = inverses.values.par_chunks(stride).zip(self.residual.values.par_chunks(stride));
+        votes.zip(self.noise.par_rows()).zip(limits).for_each(
+            |((((weight, moment), one_over), noise), (inverse, residual))| {
+                for place in 0..stride {
+                    noise[place] = noise[place].max(least);
+                    // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no vote counts more for that.
+                    let share = if residual[place] > limit(inverse[place]) {
+                        (noise[place] / residual[place]).min(1.0)
+                    } else {
+                        1.0
+                    };
+                    weight[place] *= share;
+                    moment[place] *= share;
+                    one_over[place] /= share;
+                }
+            },
+        );
     }
 
     pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = VoteRow<'_>> {

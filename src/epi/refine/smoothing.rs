@@ -5,6 +5,8 @@
 //! differences, pooled along the column and along the row through a pixel, is the square of what is smoothed away there. Both pools must stand out: along a
 //! straight step one of them always does, for pixels beside the step, too.
 
+use rayon::prelude::*;
+
 use super::planes::{PAD, Padded, SurfacePlanes};
 
 /// Pools reach this far to both sides, in px.
@@ -41,6 +43,7 @@ pub(super) fn raise_smoothed(
 ) {
     let rows = surface.rows();
     let own: Vec<Vec<Pool>> = (0..rows)
+        .into_par_iter()
         .map(|y| {
             let (found, variance) = (surface.disparity.row(y), surface.variance.row(y));
             let (other, noise) = (small.disparity.row(y), small.variance.row(y));
