@@ -124,7 +124,7 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
         for across in 0..=2 * long {
             let mut line = [zero; 3];
             let mut count = zero;
-            for window in 0..WINDOWS {
+            for (window, counted) in counts.iter_mut().enumerate() {
                 // The narrowest window whole, then the sides that each other one has more.
                 let left_out = WINDOWS - 1 - window;
                 let last = 2 * narrow - left_out;
@@ -146,7 +146,7 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
                     side += step;
                 }
                 self.across[window][across] = line;
-                counts[window] += count;
+                *counted += count;
             }
         }
         self.along = along;

@@ -231,7 +231,7 @@ fn gaps_get_the_disparity_of_the_surface_that_frames_agree_with() {
 #[test]
 fn what_no_frame_agrees_with_stays_without_an_answer() {
     // Two points of the texture 23 px of disparity astray have nothing to do with each other.
-    let guess = |x: usize, _| if x % 2 == 0 { 34.0 } else { NONE };
+    let guess = |x: usize, _| if x.is_multiple_of(2) { 34.0 } else { NONE };
     let found = filled(11.0, 20, 0.05, guess);
     let gaps = (0..ROWS).flat_map(|y| (25..COLUMNS - 25).step_by(2).map(move |x| (x, y)));
     // The texture repeats itself here and there within the tolerance, for half of the frames.
