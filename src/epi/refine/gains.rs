@@ -138,7 +138,7 @@ mod tests {
         }
         let mut guess = Plane::filled(ROWS, COLUMNS, DISPARITY_PX as f32);
         for (index, value) in
-            guess.values_mut().iter_mut().enumerate().filter(|(index, _)| index / COLUMNS % 3 > 0)
+            guess.values_mut().iter_mut().enumerate().filter(|(index, _)| !(index / COLUMNS).is_multiple_of(3))
         {
             *value = (index % 7) as f32;
         }
