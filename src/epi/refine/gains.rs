@@ -137,8 +137,11 @@ mod tests {
             *count = (128.0 * (gain(t) * light + noise)).round() as u16;
         }
         let mut guess = Plane::filled(ROWS, COLUMNS, DISPARITY_PX as f32);
-        for (index, value) in
-            guess.values_mut().iter_mut().enumerate().filter(|(index, _)| !(index / COLUMNS).is_multiple_of(3))
+        for (index, value) in guess
+            .values_mut()
+            .iter_mut()
+            .enumerate()
+            .filter(|(index, _)| !(index / COLUMNS).is_multiple_of(3))
         {
             *value = (index % 7) as f32;
         }
