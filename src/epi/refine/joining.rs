@@ -87,6 +87,7 @@ pub(super) fn join_votes(
     };
     let map = survey(votes, SQUARE_REACH, &[]);
     take_off_drift(votes, &map);
+    votes.forget_derivatives();
     drop(map);
     let mut map = survey(votes, SQUARE_REACH, &LONG_REACHES);
     let votes = &*votes;

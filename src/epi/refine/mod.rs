@@ -129,6 +129,7 @@ pub fn fit(
             let rows = doubtful.values_mut().par_chunks_mut(columns).enumerate();
             rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, guess), share, y, out));
         }
+        planes.forget_residuals();
         let surface =
             join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
         if last {

@@ -100,6 +100,17 @@ impl VotePlanes {
         self.weight.values.len() / self.weight.stride
     }
 
+    /// Gives back the room of the residuals.
+    pub(super) fn forget_residuals(&mut self) {
+        self.residual = Padded::filled(0, 0, 0.0);
+    }
+
+    /// Gives back the room of the template's derivatives.
+    pub(super) fn forget_derivatives(&mut self) {
+        self.gradient = Padded::filled(0, 0, 0.0);
+        self.bend = Padded::filled(0, 0, 0.0);
+    }
+
     /// Finds the noise around each pixel, and lets pixels whose residuals exceed it count as much less.
     ///
     /// `gain` is the variance of residuals over that of the noise, of which there is at least `least`; `freedom` the degrees of freedom of

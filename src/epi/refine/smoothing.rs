@@ -11,6 +11,8 @@ use super::planes::{PAD, Padded, SurfacePlanes};
 
 /// Pools reach this far to both sides, in px.
 const POOL_REACH: usize = 40;
+/// A small window this far away has not seen what is smoothed away, but another surface, in px.
+const ANOTHER_SURFACE_PX: f64 = 0.5;
 /// A pool stands out if its excess is this many of its standard deviations; chance lets both do so once in a thousand.
 const STANDS_OUT: f64 = 2.0;
 
@@ -55,6 +57,9 @@ pub(super) fn raise_smoothed(
                         return Pool::default();
                     }
                     let difference = f64::from(other[place] - found[place]);
+                    if difference.abs() > ANOTHER_SURFACE_PX {
+                        return Pool::default();
+                    }
                     // The square of a Gaussian has twice its squared variance for variance.
                     let weight = 0.5 / (spare * spare);
                     Pool { excess: weight * (difference * difference - spare), weight }
