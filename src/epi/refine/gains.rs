@@ -22,6 +22,9 @@ const LEAST_POINTS: usize = 50;
 const BELIEVED: f32 = 6.0;
 /// Points this many standard deviations away have full weight: of normal ones few lie beyond.
 const FAR_SIGMAS: f32 = 2.0;
+/// Gains that vary by less than this (RMS) are left as they are: they cost little, and what single points change in them, two matches of almost the
+/// same frames would show.
+const LEAST_VARIATION: f32 = 0.005;
 /// Gains beyond this factor are no light that photometry has left.
 const LARGEST: f32 = 1.25;
 /// Gains that are no more than chance have a mean squared deviation of one variance; with some ten frames chance seldom makes it four.
@@ -39,15 +42,17 @@ pub(super) fn corrections(volume: &Volume, lines: &Lines, guess: &Plane<f32>) ->
     }
     let quartile = points.len() / 4;
     points.select_nth_unstable_by(quartile, |one, other| one.spread.total_cmp(&other.spread));
-    let limit = BELIEVED * points[quartile].spread;
-    points.retain(|point| point.spread <= limit);
-    let gains: Vec<Gain> = (0..volume.frames())
-        .map(|t| Gain::of(&mut points.iter().map(|point| point.ratios[t]).collect::<Vec<_>>()))
-        .collect();
+    let limit = (BELIEVED * points[quartile].spread).max(f32::MIN_POSITIVE);
+    // Belief ends gradually, so that no point is decisive.
+    points.iter_mut().for_each(|point| point.weight = (2.0 - point.spread / limit).clamp(0.0, 1.0));
+    points.retain(|point| point.weight > 0.0);
+    let gains: Vec<Gain> = (0..volume.frames()).map(|t| Gain::of(&points, t)).collect();
     let deviation = |gain: &Gain| ((gain.value - 1.0) / gain.sigma).powi(2);
     let significant = gains.iter().map(deviation).sum::<f32>() > SIGNIFICANT * gains.len() as f32;
+    let variation = gains.iter().map(|gain| (gain.value - 1.0).powi(2)).sum::<f32>() / gains.len() as f32;
     let credible = gains.iter().all(|gain| (1.0 / LARGEST..=LARGEST).contains(&gain.value));
-    (significant && credible).then(|| gains.iter().map(|gain| 1.0 / gain.value).collect())
+    (significant && credible && variation > LEAST_VARIATION.powi(2))
+        .then(|| gains.iter().map(|gain| 1.0 / gain.value).collect())
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -59,20 +64,22 @@ struct Gain {
 impl Gain {
     /// The mean of the points' ratios, of which those farther than [`FAR_SIGMAS`] from the median count as no farther (Huber 1964): points on wrong lines
     /// hardly move it.
-    fn of(ratios: &mut [f32]) -> Self {
+    fn of(points: &[Point], t: usize) -> Self {
+        let mut ratios: Vec<f32> = points.iter().map(|point| point.ratios[t]).collect();
         let median = |values: &mut [f32]| {
             let middle = values.len() / 2;
             *values.select_nth_unstable_by(middle, f32::total_cmp).1
         };
-        let middle = median(ratios);
+        let middle = median(&mut ratios);
         let mut deviations: Vec<f32> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
         // Normal deviations have a median of 0.6745 sigma.
         let scatter = median(&mut deviations) / 0.6745;
         let far = FAR_SIGMAS * scatter;
-        let count = ratios.len() as f32;
-        let mean = ratios.iter().map(|ratio| (ratio - middle).clamp(-far, far)).sum::<f32>() / count;
+        let weights = points.iter().map(|point| point.weight).sum::<f32>().max(f32::EPSILON);
+        let beyond = |point: &Point| point.weight * (point.ratios[t] - middle).clamp(-far, far);
+        let mean = points.iter().map(beyond).sum::<f32>() / weights;
         // Points without any noise still have that of single precision.
-        Self { value: middle + mean, sigma: (scatter / count.sqrt()).max(f32::EPSILON) }
+        Self { value: middle + mean, sigma: (scatter / weights.sqrt()).max(f32::EPSILON) }
     }
 }
 
@@ -82,6 +89,8 @@ struct Point {
     ratios: Vec<f32>,
     /// Mean squared deviation of the ratios from 1.
     spread: f32,
+    /// How far the point is believed, 0 to 1.
+    weight: f32,
 }
 
 fn row_points(volume: &Volume, lines: &Lines, guess: &Plane<f32>, y: usize) -> Vec<Point> {
@@ -110,7 +119,7 @@ fn row_points(volume: &Volume, lines: &Lines, guess: &Plane<f32>, y: usize) -> V
         }
         ratios.iter_mut().for_each(|ratio| *ratio /= mean);
         let spread = ratios.iter().map(|ratio| (ratio - 1.0).powi(2)).sum::<f32>() / frames as f32;
-        Some(Point { ratios, spread })
+        Some(Point { ratios, spread, weight: 1.0 })
     };
     (0..columns).step_by(COLUMN_STEP).filter_map(point).collect()
 }
