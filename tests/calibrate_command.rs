@@ -363,8 +363,9 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     // The tile covers a quarter of the picture, and nothing else has texture.
     assert!(off.len() > first.values().len() / 5, "{}", off.len());
     off.sort_unstable_by(f32::total_cmp);
-    // The fit places samples to 1/512 px, 0.00056 px RMS: with gradients of 10 DN/px another 0.0056 DN, in both matches.
-    assert!(off[off.len() / 2] < 0.006, "{}", off[off.len() / 2]);
+    // The fit places samples to 1/512 px, 0.00056 px RMS: with gradients of 10 DN/px another 0.0056 DN, in each of both
+    // matches: with the above 0.0085 sigma.
+    assert!(off[off.len() / 2] < 0.0085, "{}", off[off.len() / 2]);
     // Windows that compete for a pixel with nearly equal scores may change places; what then moves was measured as 0.044 sigma.
     assert!(off[off.len() * 9 / 10] < 0.06, "{}", off[off.len() * 9 / 10]);
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
