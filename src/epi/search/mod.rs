@@ -17,7 +17,7 @@ mod filling;
 mod free;
 mod groups;
 mod kernels;
-pub(super) mod limits;
+mod limits;
 mod ordered;
 mod plan;
 mod row_costs;
