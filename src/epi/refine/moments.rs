@@ -42,6 +42,8 @@ pub(super) struct FrameSample {
     pub(super) tau: f32,
     /// Fraction of a pixel of the shift, in steps of the table.
     pub(super) fraction: usize,
+    /// What the shift is beyond that, in px: less than half a step.
+    pub(super) remainder: f32,
 }
 
 /// The stretch of tau' in which each pixel of a block is seen.
@@ -81,7 +83,7 @@ fn sum_all<'w, S: Simd>(
     let mut sums = [zero; 10];
     for sample in samples {
         let taps = &epi.taps(sample.frame, sample.column)[..LANES + TAPS - 1];
-        let [value, slope, bend] = sampled(simd, taps, weights(sample.fraction));
+        let [value, slope, bend] = sampled(simd, taps, weights(sample.fraction), sample.remainder);
         add(&mut sums, sample.tau, value - anchor, slope, bend);
         tau += sample.tau;
         tau_tau += sample.tau * sample.tau;
@@ -118,15 +120,15 @@ fn sum_seen<'w, S: Simd>(
         }
         let taps = &epi.taps(sample.frame, sample.column)[..LANES + TAPS - 1];
         let mask = f32x16::from_slice(simd, &mask);
-        let [value, slope, bend] = sampled(simd, taps, weights(sample.fraction));
+        let [value, slope, bend] = sampled(simd, taps, weights(sample.fraction), sample.remainder);
         add(&mut sums, sample.tau, (value - anchor) * mask, slope * mask, bend * mask);
     }
     gathered(count, tau, tau_tau, sums)
 }
 
-/// Value, first and second derivative of sixteen neighbouring samples.
+/// Value, first and second derivative of sixteen neighbouring samples, `remainder` px beyond the fraction of the `weights`.
 #[inline(always)]
-fn sampled<S: Simd>(simd: S, taps: &[f32], weights: &Weights) -> [f32x16<S>; 3] {
+fn sampled<S: Simd>(simd: S, taps: &[f32], weights: &Weights, remainder: f32) -> [f32x16<S>; 3] {
     let first = f32x16::from_slice(simd, &taps[..LANES]);
     let mut out = [first * weights[0][0], first * weights[1][0], first * weights[2][0]];
     for tap in 1..TAPS {
@@ -135,7 +137,9 @@ fn sampled<S: Simd>(simd: S, taps: &[f32], weights: &Weights) -> [f32x16<S>; 3] 
             *out = neighbour.mul_add(weights[tap], *out);
         }
     }
-    out
+    let [value, slope, bend] = out;
+    let remainder = f32x16::splat(simd, remainder);
+    [slope.mul_add(remainder, value), bend.mul_add(remainder, slope), bend]
 }
 
 #[inline(always)]
@@ -205,6 +209,7 @@ mod tests {
             column: 20 + 2 * frame as isize,
             tau: frame as f32 / 8.0 - 0.5,
             fraction: frame * 211 % FRACTIONS,
+            remainder: (frame as f32 - 4.0) / 9.0 / FRACTIONS as f32,
         };
         (0..FRAMES).map(sample).collect()
     }
@@ -232,6 +237,9 @@ mod tests {
                 let [v, slope, bend] = spline
                     .weights(sample.fraction)
                     .map(|weights| (0..TAPS).map(|tap| f64::from(weights[tap]) * f64::from(taps[tap])).sum());
+                // The series from the tabulated fraction to the place itself.
+                let beyond = f64::from(sample.remainder);
+                let (v, slope) = (v + beyond * slope, slope + beyond * bend);
                 let (v, t): (f64, f64) = (v - f64::from(*anchor), sample.tau.into());
                 let terms = [1.0, t, t * t, v, t * v, v * v, slope, t * slope, t * t * slope];
                 let bends = [bend, t * bend, t * t * bend, t * t * t * bend];

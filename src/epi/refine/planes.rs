@@ -9,8 +9,10 @@ use crate::plane::Plane;
 /// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach and a block.
 pub(super) const PAD: usize = 32;
 
-/// Residuals exceed the noise around them if their variance does so by this many of its standard deviations.
+/// Residuals begin to exceed the noise around them if their variance does so by this many of its standard deviations ...
 const EXCEEDS_SIGMAS: f32 = 4.0;
+/// ... and do so altogether at this many times that.
+const EXCEEDS_WHOLLY: f32 = 1.5;
 
 /// One number for each pixel, with room around each row.
 #[derive(Debug, Clone)]
@@ -115,7 +117,8 @@ impl VotePlanes {
     ///
     /// `gain` is the variance of residuals over that of the noise, of which there is at least `least`; `freedom` the degrees of freedom of
     /// single variances. The noise is the mean over the square of side 2 `reach` + 1, without what exceeds the harmonic mean by more
-    /// than chance lets it: a harmonic mean hardly notices a few that are too large.
+    /// than chance lets it: a harmonic mean hardly notices a few that are too large. The limit is a gradual one, so that hardly anything changes
+    /// what comes out by much.
     pub(super) fn settle_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
         let stride = self.weight.stride;
         self.residual.par_rows().zip(self.inverse.values.par_chunks(stride)).for_each(
@@ -128,27 +131,26 @@ impl VotePlanes {
         // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over its mean.
         let harmonic = (freedom - 2.0).max(1.0) / freedom;
         let exceeding = 1.0 + EXCEEDS_SIGMAS * (2.0 / freedom).sqrt();
-        let inverses = box_means(&self.residual, reach, |residual| 1.0 / residual);
-        let limit = |inverse: f32| exceeding / (harmonic * inverse);
-        let mut kept = self.residual.clone();
-        kept.par_rows().zip(inverses.values.par_chunks(stride)).for_each(|(kept, inverse)| {
-            for (kept, inverse) in kept.iter_mut().zip(inverse) {
-                *kept = if *kept > limit(*inverse) { 0.0 } else { *kept };
-            }
+        let inverses = box_means([&self.residual], reach, |[residual]| (1.0, 1.0 / residual));
+        // How far a residual belongs to the noise whose inverses have this mean, 1 to 0.
+        let belongs = move |residual: f32, inverse: f32| {
+            let over = residual * harmonic * inverse / exceeding;
+            ((EXCEEDS_WHOLLY - over) / (EXCEEDS_WHOLLY - 1.0)).clamp(0.0, 1.0)
+        };
+        self.noise = box_means([&self.residual, &inverses], reach, |[residual, inverse]| {
+            let weight = belongs(residual, inverse);
+            (weight, weight * residual)
         });
-        self.noise = box_means(&kept, reach, |residual| residual);
         let votes = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
-        let limits = inverses.values.par_chunks(stride).zip(self.residual.values.par_chunks(stride));
-        votes.zip(self.noise.par_rows()).zip(limits).for_each(
-            |((((weight, moment), one_over), noise), (inverse, residual))| {
+        let residuals = self.residual.values.par_chunks(stride).zip(inverses.values.par_chunks(stride));
+        votes.zip(self.noise.par_rows()).zip(residuals).for_each(
+            |((((weight, moment), one_over), noise), (residual, inverse))| {
                 for place in 0..stride {
                     noise[place] = noise[place].max(least);
+                    let belongs = belongs(residual[place], inverse[place]);
                     // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no vote counts more for that.
-                    let share = if residual[place] > limit(inverse[place]) {
-                        (noise[place] / residual[place]).min(1.0)
-                    } else {
-                        1.0
-                    };
+                    let exceeding = (noise[place] / residual[place].max(least)).min(1.0);
+                    let share = belongs + (1.0 - belongs) * exceeding;
                     weight[place] *= share;
                     moment[place] *= share;
                     one_over[place] /= share;
@@ -165,23 +167,32 @@ impl VotePlanes {
     }
 }
 
-/// Means of a function of the positive values in the square of side 2 `reach` + 1 around each; 0 where there are none.
-fn box_means(values: &Padded, reach: usize, term: impl Fn(f32) -> f32 + Sync) -> Padded {
-    let stride = values.stride;
-    let rows = values.values.len() / stride.max(1);
-    let mut means = Padded { stride, values: vec![0.0; values.values.len()] };
+/// Means over the square of side 2 `reach` + 1 around each pixel, of what `term` makes of the planes' values: a weight and the weighted value. Pixels whose
+/// value in the first plane is 0 do not count; 0 where none does.
+fn box_means<const N: usize>(
+    planes: [&Padded; N],
+    reach: usize,
+    term: impl Fn([f32; N]) -> (f32, f32) + Sync,
+) -> Padded {
+    let stride = planes[0].stride;
+    let rows = planes[0].values.len() / stride.max(1);
+    let mut means = Padded { stride, values: vec![0.0; planes[0].values.len()] };
     means.par_rows().enumerate().for_each(|(y, out)| {
-        let (mut sums, mut counts) = (vec![0.0_f32; stride], vec![0.0_f32; stride]);
+        let (mut sums, mut weights) = (vec![0.0_f32; stride], vec![0.0_f32; stride]);
         for row in y.saturating_sub(reach)..(y + reach + 1).min(rows) {
-            for ((sum, count), &value) in sums.iter_mut().zip(&mut counts).zip(values.row(row)) {
-                *sum += if value > 0.0 { term(value) } else { 0.0 };
-                *count += if value > 0.0 { 1.0 } else { 0.0 };
+            let values = planes.map(|plane| plane.row(row));
+            for (place, (sum, weight)) in sums.iter_mut().zip(&mut weights).enumerate() {
+                let values = values.map(|row| row[place]);
+                let (more, value) = if values[0] > 0.0 { term(values) } else { (0.0, 0.0) };
+                *weight += more;
+                *sum += value;
             }
         }
         let side = 2 * reach + 1;
-        let squares = sums.windows(side).zip(counts.windows(side));
-        for (out, (sums, counts)) in out[reach..].iter_mut().zip(squares) {
-            *out = sums.iter().sum::<f32>() / counts.iter().sum::<f32>().max(1.0);
+        let squares = sums.windows(side).zip(weights.windows(side));
+        for (out, (sums, weights)) in out[reach..].iter_mut().zip(squares) {
+            let weight = weights.iter().sum::<f32>();
+            *out = if weight > 0.0 { sums.iter().sum::<f32>() / weight } else { 0.0 };
         }
     });
     means

@@ -1,8 +1,7 @@
 //! EPIs between their pixels, for the fit: quintic B-splines with their first two derivatives.
 //!
 //! Within an EPI all pixels of a block are sampled at the same fraction of a pixel, so a sample is six neighbours times
-//! constant weights. The weights are tabulated: a fraction is known to a thousandth of a pixel at worst, at random from frame
-//! to frame, which for a hundred frames is a hundred thousandth of a pixel of disparity.
+//! constant weights. The weights are tabulated; the last thousandth of a pixel to the exact place is made up for by the next derivative.
 
 use fearless_simd::{Level, Simd, dispatch};
 
