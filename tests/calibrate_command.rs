@@ -348,9 +348,8 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
 
     let [first, second] = ["calibrated", "again"].map(|name| map(&path.join(name).join("disparity.tiff")));
     let sigma = map(&path.join("calibrated/sigma.tiff"));
-    // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: a disparity moves by 0.0016 of its sigma, so the middle one
-    // by less. Where a window or a verdict hangs on as little, it may move by more than six times that, or come and go: at depth edges, which
-    // are less than a tenth.
+    // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: on a plane a disparity moves by 0.0016 of its sigma (RMS). At the
+    // tile's steps windows compete for pixels with nearly equal scores and may change places, so some move by more: measured with a fifth of margin.
     let known = |value: f32| !value.is_nan();
     let mut off: Vec<f32> = Vec::new();
     for ((first, second), sigma) in first.values().iter().zip(second.values()).zip(sigma.values()) {
@@ -363,12 +362,14 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     // The tile covers a quarter of the picture, and nothing else has texture.
     assert!(off.len() > first.values().len() / 5, "{}", off.len());
     off.sort_unstable_by(f32::total_cmp);
-    // The fit places samples to 1/512 px, 0.00056 px RMS: with gradients of 10 DN/px another 0.0056 DN, in each of both
-    // matches: with the above 0.0085 sigma.
-    assert!(off[off.len() / 2] < 0.0085, "{}", off[off.len() / 2]);
-    // Windows that compete for a pixel with nearly equal scores may change places, and votes at the limit of the noise count more or less; what then
-    // moves was measured as 0.112 sigma.
-    assert!(off[off.len() * 9 / 10] < 0.13, "{}", off[off.len() * 9 / 10]);
+    for p in [50, 60, 70, 80, 85, 90, 95, 98] {
+        println!("{p} {}", off[off.len() * p / 100]);
+    }
+    assert!(off[off.len() / 2] < 0.0022, "{}", off[off.len() / 2]);
+    assert!(off[off.len() * 9 / 10] < 0.06, "{}", off[off.len() * 9 / 10]);
+    for p in [50, 60, 70, 80, 85, 90, 95, 98] {
+        println!("{p} {}", off[off.len() * p / 100]);
+    }
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
     assert!(heights("calibrated") && heights("again") && heights("raw"));
 }

@@ -12,6 +12,10 @@ use crate::epi::refine::planes::{Padded, SurfacePlanes, VotePlanes};
 /// Lines of the longest window.
 pub(super) const LONGEST: usize = LARGEST_FIT_WINDOW_PX;
 
+/// Neighbours belong by degrees: what is allowed for is where half of a vote counts, and from all to nothing the squared difference grows by this share of it.
+/// So hardly any difference decides.
+const FADING: f32 = 0.5;
+
 /// By how much a neighbour may differ.
 #[derive(Debug, Clone, Copy)]
 struct Allowance {
@@ -186,7 +190,7 @@ impl<S: Simd> Block<S> {
         }
     }
 
-    /// Weights and moments of the neighbours that lie `u` columns and `v` rows away, in `row` from `place` on; 0 where they do not belong.
+    /// Weights and moments of the neighbours that lie `u` columns and `v` rows away, in `row` from `place` on, as far as they belong.
     #[inline(always)]
     fn belonging(
         &self,
@@ -202,10 +206,11 @@ impl<S: Simd> Block<S> {
         let difference = load(&map.disparity) - expected;
         let variance = self.variance * allowance.growth + load(&map.variance);
         let allowed = variance.mul_add(allowance.limit, f32x16::splat(simd, allowance.slack_squared));
-        let belongs = (difference * difference).simd_le(allowed);
-        let weight = belongs.select(load(&votes.weight), zero);
+        let over = difference * difference / allowed;
+        let share = ((over - 1.0) * (-1.0 / FADING) + 0.5).max(zero).min(f32x16::splat(simd, 1.0));
+        let weight = share * load(&votes.weight);
         // The vote less the pixel's own disparity.
-        let moment = belongs.select(load(&votes.moment), zero) - weight * self.disparity;
+        let moment = share * load(&votes.moment) - weight * self.disparity;
         [weight, moment]
     }
 }

@@ -126,7 +126,7 @@ fn joining_solves_the_normal_equations() {
 #[test]
 fn nested_windows_give_what_each_window_gives_by_itself() {
     // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, votes scattered about it, some missing.
-    let step = |x: usize, y: usize| if x + y < 30 { 0.0 } else { 7.0 };
+    let step = |x: usize, y: usize| if x + y < 30 { 0.0 } else { 100.0 };
     let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
     let votes = votes_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
     let map = map_of(step, (0.0, 0.0), 0.5);
@@ -188,7 +188,7 @@ fn a_step_twice_as_high_as_allowed_for_is_not_crossed() {
 fn a_step_that_is_allowed_for_is_crossed() {
     let variance: f64 = 1e-4;
     // Neighbours in the same place may differ by 3.3 times the root of two variances.
-    let low = 0.9 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
+    let low = 0.5 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
     let step = |x: usize, _| if x < EDGE { 0.0 } else { low };
     let (votes, map) = (votes_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
     let surface =
@@ -197,7 +197,7 @@ fn a_step_that_is_allowed_for_is_crossed() {
     let found = f64::from(surface.disparity.row(12)[PAD + EDGE - 1]);
     assert!((found - low / 3.0).abs() < 1e-5, "{found}");
     // The same step beyond what is allowed for, but with slack.
-    let high = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * low };
+    let high = |x: usize, _| if x < EDGE { 0.0 } else { 4.0 * low };
     let (votes, map) = (votes_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
     let without =
         joined(&votes, &map, Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
@@ -205,9 +205,38 @@ fn a_step_that_is_allowed_for_is_crossed() {
     let with = joined(
         &votes,
         &map,
-        Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (low as f32, low as f32) },
+        Joining {
+            reach: (1, 1),
+            belongs_sigmas: BELONGS_SIGMAS,
+            slack: (3.0 * low as f32, 3.0 * low as f32),
+        },
     );
-    assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 2.0 * low / 3.0).abs() < 1e-5);
+    assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 4.0 * low / 3.0).abs() < 1e-5);
+}
+
+#[test]
+fn of_votes_at_the_limit_half_counts() {
+    let (variance, weight): (f64, f64) = (1e-4, 800.0);
+    // A neighbour one column away may differ by this much.
+    let allowed = f64::from(BELONGS_SIGMAS) * (variance * (2.0 + 1.0 / f64::from(SLANT_SPREAD))).sqrt();
+    let found = |step: f64| {
+        let step = |x: usize, _| if x < EDGE { 0.0 } else { step };
+        let (votes, map) = (votes_for(step, |_, _| weight), map_of(step, (0.0, 0.0), variance));
+        let joining = Joining { reach: (1, 0), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) };
+        f64::from(joined(&votes, &map, joining).disparity.row(12)[PAD + EDGE - 1])
+    };
+    // The line through votes of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`, beside the weak slant of zero.
+    let line = |step: f64, share: f64| {
+        let (sum, first, second) = (2.0 + share, share - 1.0, 1.0 + share + 100.0 * NOISE / weight);
+        share * step * (second - first) / (sum * second - first * first)
+    };
+    // Squared differences of 0.75 to 1.25 times what is allowed for: from all to nothing.
+    for (squared, share) in
+        [(0.7, 1.0), (0.75, 1.0), (0.9, 0.7), (1.0, 0.5), (1.1, 0.3), (1.25, 0.0), (1.4, 0.0)]
+    {
+        let step = allowed * f64::sqrt(squared);
+        assert!((found(step) - line(step, share)).abs() < 1e-5, "{squared}: {}", found(step));
+    }
 }
 
 #[test]
