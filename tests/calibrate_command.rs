@@ -362,14 +362,8 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     // The tile covers a quarter of the picture, and nothing else has texture.
     assert!(off.len() > first.values().len() / 5, "{}", off.len());
     off.sort_unstable_by(f32::total_cmp);
-    for p in [50, 60, 70, 80, 85, 90, 95, 98] {
-        println!("{p} {}", off[off.len() * p / 100]);
-    }
     assert!(off[off.len() / 2] < 0.0022, "{}", off[off.len() / 2]);
     assert!(off[off.len() * 9 / 10] < 0.06, "{}", off[off.len() * 9 / 10]);
-    for p in [50, 60, 70, 80, 85, 90, 95, 98] {
-        println!("{p} {}", off[off.len() * p / 100]);
-    }
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
     assert!(heights("calibrated") && heights("again") && heights("raw"));
 }
