@@ -13,6 +13,7 @@
 mod contrast;
 pub mod cost;
 pub mod interpolation;
+mod linear_epi;
 pub mod lines;
 pub mod mapping;
 mod maps;

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use crate::epi::linear_epi::LinearEpi;
 use crate::epi::lines::Lines;
 use crate::plane::Plane;
 use crate::volume::Volume;
@@ -93,25 +94,13 @@ struct Point {
 }
 
 fn row_points(volume: &Volume, lines: &Lines, guess: &Plane<f32>, y: usize) -> Vec<Point> {
-    let columns = volume.columns();
-    let mut epi = vec![0.0; columns * volume.frames()];
-    for (t, row) in epi.chunks_exact_mut(columns).enumerate() {
-        volume.copy_row(y, t, row);
-    }
+    let epi = LinearEpi::new(volume, y);
     let full_scale = (1_u32 << volume.bit_depth()) as f32;
-    let last = (columns - 1) as f32;
     let frames = volume.frames();
     let point = |x: usize| {
         let disparity = guess.at(x, y);
-        let mut ratios = Vec::with_capacity(frames);
-        for (&tau, frame) in lines.offsets().iter().zip(epi.chunks_exact(columns)) {
-            let place = x as f32 + disparity * tau as f32;
-            if !(0.0..=last).contains(&place) {
-                return None;
-            }
-            let whole = (place as usize).min(columns - 2);
-            ratios.push(frame[whole] + (place - whole as f32) * (frame[whole + 1] - frame[whole]));
-        }
+        let sample = |(t, tau): (usize, &f64)| epi.at(t, x as f32 + disparity * *tau as f32);
+        let mut ratios: Vec<f32> = lines.offsets().iter().enumerate().map(sample).collect::<Option<_>>()?;
         let mean = ratios.iter().sum::<f32>() / frames as f32;
         if mean <= LEAST_LIGHT * full_scale {
             return None;
@@ -120,7 +109,7 @@ fn row_points(volume: &Volume, lines: &Lines, guess: &Plane<f32>, y: usize) -> V
         let spread = ratios.iter().map(|ratio| (ratio - 1.0).powi(2)).sum::<f32>() / frames as f32;
         Some(Point { ratios, spread, weight: 1.0 })
     };
-    (0..columns).step_by(COLUMN_STEP).filter_map(point).collect()
+    (0..volume.columns()).step_by(COLUMN_STEP).filter_map(point).collect()
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::limits::{NOISE_OF_FRAMES, limits};
 use super::plan::Plan;
 use super::tolerance::Tolerance;
 use super::{Searched, Task, bands};
+use crate::epi::linear_epi::LinearEpi;
 use crate::epi::lines::Lines;
 use crate::epi::maps::Answer;
 use crate::plane::Plane;
@@ -73,10 +74,10 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
         if open.is_empty() {
             return Vec::new();
         }
-        let epi = Epi::new(volume, y);
+        let epi = LinearEpi::new(volume, y);
         // A candidate that too few frames have in view is none.
         let single = |x: usize, disparity: f32| {
-            let (cost, seen) = epi.disagreement(lines, x, disparity, limits[x]);
+            let (cost, seen) = disagreement(&epi, lines, x, disparity, limits[x]);
             rule.suffices(seen).then_some(cost)
         };
         let best = |x: usize| {
@@ -122,42 +123,19 @@ fn surfaces_around(guess: &Plane<f32>, x: usize, y: usize) -> Vec<f32> {
     surfaces.map(|surface| surface[surface.len() / 2]).collect()
 }
 
-/// One row of all frames.
-struct Epi {
-    columns: usize,
-    values: Vec<f32>,
-}
-
-impl Epi {
-    fn new(volume: &Volume, y: usize) -> Self {
-        let columns = volume.columns();
-        let mut values = vec![0.0; columns * volume.frames()];
-        for (t, row) in values.chunks_exact_mut(columns).enumerate() {
-            volume.copy_row(y, t, row);
-        }
-        Self { columns, values }
-    }
-
-    /// Mean over the frames of the squared deviation from the reference frame's pixel along its line, over `limit` and at most 1; and
-    /// the number of frames that have the point in view.
-    fn disagreement(&self, lines: &Lines, x: usize, disparity: f32, limit: f32) -> (f32, usize) {
-        let frame = |t: usize| &self.values[t * self.columns..(t + 1) * self.columns];
-        let own = frame(lines.reference())[x];
-        let last = (self.columns - 1) as f32;
-        let (mut sum, mut seen) = (0.0, 0);
-        for (t, &tau) in lines.offsets().iter().enumerate() {
-            let place = x as f32 + disparity * tau as f32;
-            if !(0.0..=last).contains(&place) {
-                continue;
-            }
-            let whole = (place as usize).min(self.columns - 2);
-            let pair = &frame(t)[whole..whole + 2];
-            let deviation = pair[0] + (place - whole as f32) * (pair[1] - pair[0]) - own;
+/// Mean over the frames of the squared deviation from the reference frame's pixel along its line, over `limit` and at most 1; and
+/// the number of frames that have the point in view.
+fn disagreement(epi: &LinearEpi, lines: &Lines, x: usize, disparity: f32, limit: f32) -> (f32, usize) {
+    let own = epi.frame(lines.reference())[x];
+    let (mut sum, mut seen) = (0.0, 0);
+    for (t, &tau) in lines.offsets().iter().enumerate() {
+        if let Some(value) = epi.at(t, x as f32 + disparity * tau as f32) {
+            let deviation = value - own;
             sum += (deviation * deviation / limit).min(1.0);
             seen += 1;
         }
-        (sum / seen.max(1) as f32, seen)
     }
+    (sum / seen.max(1) as f32, seen)
 }
 
 #[cfg(test)]

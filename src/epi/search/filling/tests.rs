@@ -154,7 +154,7 @@ fn disagreement_is_the_mean_squared_deviation_in_view() {
     for (reference, disparity_px) in [(0, 23.7), (20, -31.2), (40, 40.0), (7, 0.0)] {
         let volume = scene(11.0);
         let lines = Lines::new(volume.tau(), reference, COLUMNS);
-        let epi = Epi::new(&volume, 5);
+        let epi = LinearEpi::new(&volume, 5);
         let mut row = vec![0.0; COLUMNS];
         for x in 0..COLUMNS {
             let (mut squares, mut seen) = (0.0_f64, 0_u32);
@@ -170,7 +170,7 @@ fn disagreement_is_the_mean_squared_deviation_in_view() {
                     seen += 1;
                 }
             }
-            let (cost, count) = epi.disagreement(&lines, x, disparity_px as f32, 900.0);
+            let (cost, count) = disagreement(&epi, &lines, x, disparity_px as f32, 900.0);
             assert_eq!(count, seen as usize, "reference {reference}, column {x}");
             // Counts are 1/256 DN off, and places 160 * 2^-24 px at 40 DN/px.
             assert!((f64::from(cost) - squares / f64::from(seen)).abs() < 1e-3, "{reference}, {x}: {cost}");
