@@ -12,7 +12,7 @@ pub(super) const PAD: usize = 32;
 /// Residuals begin to exceed the noise around them if their variance does so by this many of its standard deviations ...
 const EXCEEDS_SIGMAS: f32 = 4.0;
 /// ... and do so altogether at this many times that.
-const EXCEEDS_WHOLLY: f32 = 1.5;
+const EXCEEDS_WHOLLY: f32 = 1.25;
 
 /// One number for each pixel, with room around each row.
 #[derive(Debug, Clone)]
