@@ -67,6 +67,8 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
     let columns = searched.guess.columns();
     let resolution = options.method.resolution();
     let dearest = tolerance.dearest(options.minimum_visible);
+    // Half as many frames as have to must agree with the pixel itself, however well its neighbour fits.
+    let dearest_alone = 0.5 * (1.0 + dearest);
     let before = &*searched;
     let row_of = |y: usize, limits: &[f32]| -> Vec<(usize, f32, f32)> {
         let is_open = |x: &usize| matches!(before.answer.at(*x, y), Answer::Ambiguous | Answer::Hidden);
@@ -82,7 +84,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
         };
         let best = |x: usize| {
             let cost = |disparity: f32| {
-                let own = single(x, disparity)?;
+                let own = single(x, disparity).filter(|own| *own <= dearest_alone)?;
                 let sides = [x.checked_sub(1), Some(x + 1).filter(|&next| next < columns)];
                 let side = sides.into_iter().flatten().filter_map(|side| single(side, disparity));
                 Some((disparity, 0.5 * (own + side.fold(1.0, f32::min))))
