@@ -1,5 +1,6 @@
 //! What the matcher hands on.
 
+use super::locking::PixelLocking;
 use super::options::DisparityRange;
 use crate::plane::Plane;
 
@@ -50,6 +51,9 @@ pub struct DisparityMaps {
     pub range_found: bool,
     /// The ordering that was applied.
     pub ordering: OrderingUsed,
+    /// What pixel locking does to the answers; its bias is a part of each sigma. `None` if nothing was fitted, or too few frames, rows or points
+    /// tell.
+    pub locking: Option<PixelLocking>,
 }
 
 impl DisparityMaps {

@@ -4,13 +4,14 @@ use std::borrow::Cow;
 
 use super::cost::{Band, CostTable, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
+use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
 use super::options::{
     DisparityRange, HiddenPoints, LARGEST_GROWN_WINDOW_PX, MatchError, MatchOptions, Method, Ordering,
 };
 use super::range::{Survey, survey};
-use super::refine::{Fit, Fitted, fit};
+use super::refine::{Fit, FitResult, Fitted, fit};
 use super::search::{Searched, Task, search};
 use crate::plane::Plane;
 use crate::progress::Progress;
@@ -55,7 +56,8 @@ pub fn match_volume(
         deviation_share,
     };
     progress.begin("refining", (rows * steps.max(1)) as u64);
-    let fitted = fit(volume, &lines, &guess, fit_options, || progress.advance(1));
+    let FitResult { pixels: fitted, locking } =
+        fit(volume, &lines, &guess, fit_options, || progress.advance(1));
     progress.end();
 
     let verdicts = Verdicts { range, ordering, options };
@@ -69,6 +71,7 @@ pub fn match_volume(
         range,
         range_found: options.range.is_none(),
         ordering,
+        locking: None,
     };
     for (index, value) in fitted.values().iter().enumerate() {
         let answer = verdicts.verdict(*value, searched.values()[index], maps.confidence.values()[index]);
@@ -78,6 +81,10 @@ pub fn match_volume(
             maps.sigma.values_mut()[index] = f32::NAN;
         }
     }
+    let pixels = fitted.values().iter().zip(maps.answer.values());
+    let answered = pixels.filter(|&(_, &answer)| answer == Answer::Found);
+    let answered = answered.map(|(pixel, _)| [pixel.disparity_px, pixel.sigma_px, pixel.locking_px]);
+    maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered, options.wanted_sigma_px));
     Ok(maps)
 }
 

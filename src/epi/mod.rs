@@ -15,6 +15,7 @@ pub mod cost;
 pub mod interpolation;
 mod linear_epi;
 pub mod lines;
+mod locking;
 pub mod mapping;
 mod maps;
 mod matcher;
@@ -27,6 +28,7 @@ pub mod refine;
 mod search;
 mod winner;
 
+pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{match_volume, row_costs};
 pub use options::{

@@ -16,6 +16,7 @@
 mod doubt;
 mod gains;
 mod joining;
+mod locking;
 mod moments;
 mod planes;
 mod smoothing;
@@ -29,12 +30,14 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::lines::{Lines, SeenRule};
+use super::locking::LockingAmplitudes;
 use super::options::HiddenPoints;
 use crate::plane::Plane;
 use crate::volume::Volume;
 use doubt::doubtful_row;
 use gains::corrections;
 use joining::join_votes;
+use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use planes::{PAD, Padded, VotePlanes};
 use spline::{RESAMPLED_NOISE_GAIN, SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use visibility::stretches;
@@ -75,9 +78,21 @@ pub struct Fitted {
     pub sigma_px: f32,
     /// Whether the pixel lies beside another surface and its frames show something else than its line.
     pub doubtful: bool,
+    /// Predicted bias by pixel locking in px, which is a part of sigma; 0 where none stands out from chance.
+    pub locking_px: f32,
 }
 
-const NOT_FITTED: Fitted = Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN, doubtful: false };
+const NOT_FITTED: Fitted =
+    Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN, doubtful: false, locking_px: 0.0 };
+
+/// What the fit found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitResult {
+    /// Rows x columns.
+    pub pixels: Plane<Fitted>,
+    /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was fitted.
+    pub locking: Option<LockingAmplitudes>,
+}
 
 /// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and step.
 pub fn fit(
@@ -86,7 +101,7 @@ pub fn fit(
     guess: &Plane<f32>,
     options: Fit,
     report: impl Fn() + Sync,
-) -> Plane<Fitted> {
+) -> FitResult {
     let (rows, columns) = (guess.rows(), guess.columns());
     let spline = Spline::new();
     let level = Level::new();
@@ -94,16 +109,17 @@ pub fn fit(
     let gains = corrections(volume, lines, guess);
     let mut current = guess.clone();
     let mut doubtful = Plane::filled(rows, columns, false);
+    let turns = Turns::new();
     let passes = options.steps.max(1);
     let mut pass = 0;
     // A pass's surface is dropped before the next: it takes six planes of memory.
-    let surface = loop {
+    let (surface, amplitudes) = loop {
         pass += 1;
         let last = pass == passes;
         // The first steps need not be exact.
         let every = if last { 1 } else { (volume.frames() / COARSE_FRAMES).max(1) };
         let mut planes = VotePlanes::empty(rows, columns);
-        planes.par_rows().enumerate().for_each_init(
+        let sums = planes.par_rows().enumerate().map_init(
             || (SplineEpi::default(), vec![NO_VOTE; columns]),
             |(epi, votes), (y, out)| {
                 let frames = (0..volume.frames()).filter(|t| t.abs_diff(lines.reference()) % every == 0);
@@ -121,8 +137,17 @@ pub fn fit(
                 row_votes((&spline, level), epi, lines, guesses, seen, votes);
                 out.put(votes, origin);
                 report();
+                let minimum_frames = options.rule.minimum_frames;
+                let row =
+                    RowLines { lines, disparities: guesses, stretches: hidden.as_deref(), minimum_frames };
+                if last && options.steps > 0 && is_sampled(y, rows) {
+                    row.sums(&spline, &turns, epi)
+                } else {
+                    None
+                }
             },
         );
+        let sums: Vec<RowSums> = sums.collect::<Vec<_>>().into_iter().flatten().collect();
         let freedom = (volume.frames() / every).saturating_sub(2).max(1) as f32;
         planes.settle_noise(NOISE_REACH, noise_gain(volume), QUANTISATION_VARIANCE as f32, freedom);
         if last && let Some(share) = options.deviation_share {
@@ -133,7 +158,7 @@ pub fn fit(
         let surface =
             join_votes(level, &mut planes, &current, origin, if last { Some(options) } else { None });
         if last {
-            break surface;
+            break (surface, Amplitudes::of(&sums));
         }
         for y in 0..rows {
             let found = &surface.disparity.row(y)[PAD..PAD + columns];
@@ -145,10 +170,22 @@ pub fn fit(
     };
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
     let mut fitted = Plane::filled(rows, columns, NOT_FITTED);
-    for y in 0..rows {
+    let outstanding = amplitudes.as_ref().filter(|amplitudes| amplitudes.stand_out());
+    let prediction =
+        outstanding.map(|amplitudes| Prediction::new(amplitudes, &turns, lines, extremes(&current)));
+    fitted.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, fitted)| {
         let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
-        for x in 0..columns {
-            let guess = current.at(x, y);
+        let guesses = current.row(y);
+        let mut biases = vec![0.0; columns];
+        if let Some(prediction) = &prediction {
+            let hidden =
+                (options.rule.hidden_points == HiddenPoints::OneSide).then(|| stretches(guesses, lines));
+            let minimum_frames = options.rule.minimum_frames;
+            let row = RowLines { lines, disparities: guesses, stretches: hidden.as_deref(), minimum_frames };
+            prediction.row(row, &mut biases);
+        }
+        for (x, fitted) in fitted.iter_mut().enumerate() {
+            let guess = guesses[x];
             if guess.is_nan() {
                 continue;
             }
@@ -156,16 +193,14 @@ pub fn fit(
             let found = row(&surface.disparity, x) + origin;
             let variance = row(&surface.variance, x);
             let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
-            let sigma = if textured { variance.sqrt() } else { f32::NAN };
-            fitted.row_mut(y)[x] = if options.steps == 0 {
-                // What the fit would have moved it by is a part of its error.
-                Fitted { disparity_px: guess, sigma_px: sigma.hypot(found - guess), doubtful }
-            } else {
-                Fitted { disparity_px: found, sigma_px: sigma, doubtful }
-            };
+            let sigma = if textured { variance.sqrt().hypot(biases[x]) } else { f32::NAN };
+            // What the fit would have moved a disparity by that it leaves is a part of its error.
+            let (disparity_px, sigma_px) =
+                if options.steps == 0 { (guess, sigma.hypot(found - guess)) } else { (found, sigma) };
+            *fitted = Fitted { disparity_px, sigma_px, doubtful, locking_px: biases[x] };
         }
-    }
-    fitted
+    });
+    FitResult { pixels: fitted, locking: amplitudes.map(|amplitudes| amplitudes.stated()) }
 }
 
 /// The weight that noise of variance 1 alone makes on average, for points seen in all frames.
@@ -184,10 +219,16 @@ fn noise_gain(volume: &Volume) -> f32 {
 
 /// A disparity in the middle of all, so that sums of differences from it are exact enough in single precision.
 fn middle(guess: &Plane<f32>) -> f32 {
+    let (low, high) = extremes(guess);
+    0.5 * (low + high)
+}
+
+/// Smallest and largest disparity; zeros if there are none.
+fn extremes(guess: &Plane<f32>) -> (f32, f32) {
     let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
     for &value in guess.values().iter().filter(|value| !value.is_nan()) {
         low = low.min(value);
         high = high.max(value);
     }
-    if low <= high { 0.5 * (low + high) } else { 0.0 }
+    if low <= high { (low, high) } else { (0.0, 0.0) }
 }

@@ -113,6 +113,7 @@ mod tests {
             range: DisparityRange { minimum_px: 0.0, maximum_px: 4.0 },
             range_found: false,
             ordering: OrderingUsed::Free,
+            locking: None,
         }
     }
 
