@@ -13,14 +13,19 @@
 //! tell what happens where they are not. Where they are well spread nowhere, kappa stays unknown, but alpha shows in a single frame: half a pixel beside
 //! the pixels the variance is less by the sum of 4 H_0 H_1 P, and H_0 H_1 leaves little but omega = pi. Without kappa the bias is mostly overstated.
 
-use std::f64::consts::{PI, TAU as TURN};
+mod prediction;
+mod products;
+#[cfg(test)]
+mod tests;
 
-use nalgebra::{SMatrix, SVector};
-use rayon::prelude::*;
+use std::f64::consts::PI;
 
-use super::spline::{FRACTIONS, Spline, SplineEpi};
+pub(super) use prediction::{Amplitudes, Prediction};
+pub(super) use products::Turns;
+use products::{Normal, Products, TERMS, Terms, fraction};
+
+use super::spline::{FRACTIONS, Spline, SplineEpi, TAPS};
 use crate::epi::lines::Lines;
-use crate::epi::locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic};
 
 /// Rows that are looked at, spread over the image.
 const SAMPLED_ROWS: usize = 32;
@@ -29,51 +34,15 @@ const COLUMN_STEP: usize = 4;
 /// Points whose residuals vary by more than this many times those of a good one of their row, the lower quartile (in squares), count as much less.
 const BELIEVED: f64 = 6.0;
 /// Fractions are well spread if a harmonic is known with at most this many times the variance that evenly spread ones leave.
-const WELL_SPREAD: f64 = 2.0;
-/// Rows and points of each that tell something; fewer tell nothing of chance.
-const LEAST_ROWS: usize = 8;
+const WELL_SPREAD: f64 = 1.25;
+/// Fewer points of a row tell nothing.
 const LEAST_POINTS: usize = 8;
-/// What is fitted to a line: a constant, a slope over tau', and cos and sin of each harmonic.
-const TERMS: usize = 2 + 2 * LOCKING_HARMONICS;
 /// Fewer frames do not tell so many terms from chance.
 const LEAST_FRAMES: usize = 2 * TERMS;
-/// A bias stands out if it exceeds this many of its standard deviations: the square is what chi squared of four degrees of freedom, the amplitudes of
-/// two harmonics, exceeds once in a thousand, so that chance makes any disparity stand out no more often (Scheffe 1953).
-const STANDS_OUT: f64 = 4.3;
+/// Columns before a point from which coefficients are taken, so that all that a sample's square is made of lie behind.
+const BESIDE: isize = 4;
 /// A frame moved by a whole number of pixels but for this many steps of the table shows texture as the reference frame does.
 const NEARLY_WHOLE: usize = FRACTIONS / 8;
-/// Predictions are tabulated at this distance, in px: the second harmonic turns by 0.4 rad at most from one to the next, so that a straight line between
-/// them misses 2 % of it.
-const TABLE_STEP_PX: f64 = 1.0 / 32.0;
-/// Points whose first and last frames differ by less than this part of the baseline are seen alike.
-const SEEN_ALIKE: f64 = 0.02;
-
-type Terms = SVector<f64, TERMS>;
-type Normal = SMatrix<f64, TERMS, TERMS>;
-
-/// sin and cos of every tabulated fraction of a turn.
-pub(super) struct Turns(Vec<(f64, f64)>);
-
-impl Turns {
-    pub(super) fn new() -> Self {
-        Self((0..FRACTIONS).map(|index| (TURN * index as f64 / FRACTIONS as f64).sin_cos()).collect())
-    }
-
-    /// sin and cos of h times the shift for each harmonic.
-    fn harmonics(&self, fraction: usize) -> [(f64, f64); LOCKING_HARMONICS] {
-        std::array::from_fn(|index| self.0[(index + 1) * fraction % FRACTIONS])
-    }
-
-    fn terms(&self, tau: f64, fraction: usize) -> Terms {
-        let mut terms = Terms::zeros();
-        (terms[0], terms[1]) = (1.0, tau);
-        for (index, (sin, cos)) in self.harmonics(fraction).into_iter().enumerate() {
-            (terms[2 + 2 * index], terms[3 + 2 * index]) = (cos, sin);
-        }
-        terms
-    }
-}
-
 /// Whether row `y` of `rows` is looked at.
 pub(super) fn is_sampled(y: usize, rows: usize) -> bool {
     let sampled = rows.min(SAMPLED_ROWS);
@@ -88,98 +57,6 @@ struct Sighting {
     /// Column of the sample, towards the smaller, and what is left of its place, in steps of the table.
     column: isize,
     fraction: usize,
-}
-
-/// The tabulated fraction of a pixel of `shift`, in px.
-fn fraction(shift: f64) -> usize {
-    ((shift * FRACTIONS as f64).round() as isize).rem_euclid(FRACTIONS as isize) as usize
-}
-
-/// Means and slopes of the harmonics over the frames that see a point.
-struct Regression {
-    /// u and m of the module's formula, with cos and less sin for real and imaginary part.
-    mean: [(f64, f64); LOCKING_HARMONICS],
-    slope: [(f64, f64); LOCKING_HARMONICS],
-}
-
-impl Regression {
-    /// From tau' and fraction of each frame; without slopes if fewer than three frames see the point.
-    fn of(turns: &Turns, sightings: impl Iterator<Item = (f64, usize)>) -> Self {
-        let (mut count, mut tau_sum, mut squares) = (0.0, 0.0, 0.0);
-        let mut mean = [(0.0, 0.0); LOCKING_HARMONICS];
-        let mut slope = mean;
-        for (tau, fraction) in sightings {
-            count += 1.0;
-            tau_sum += tau;
-            squares += tau * tau;
-            let sums = mean.iter_mut().zip(&mut slope);
-            for ((mean, slope), (sin, cos)) in sums.zip(turns.harmonics(fraction)) {
-                mean.0 += cos;
-                mean.1 -= sin;
-                slope.0 += tau * cos;
-                slope.1 -= tau * sin;
-            }
-        }
-        let spread = squares - tau_sum * tau_sum / count;
-        for (mean, slope) in mean.iter_mut().zip(&mut slope) {
-            *mean = (mean.0 / count, mean.1 / count);
-            *slope = if count >= 3.0 {
-                ((slope.0 - tau_sum * mean.0) / spread, (slope.1 - tau_sum * mean.1) / spread)
-            } else {
-                (0.0, 0.0)
-            };
-        }
-        Self { mean, slope }
-    }
-}
-
-/// Sums over points of the products of the module's formula.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Products {
-    /// g_0^2.
-    square: f64,
-    /// For each harmonic those of alpha, kappa, gamma and Q.
-    harmonics: [[f64; 4]; LOCKING_HARMONICS],
-}
-
-impl Products {
-    fn of(values: &Terms, gradients: &Terms, weight: f64) -> Self {
-        let gradient = gradients[0];
-        let harmonic = |index: usize| {
-            let (cos, sin) = (values[2 + 2 * index], values[3 + 2 * index]);
-            let (cos_slope, sin_slope) = (gradients[2 + 2 * index], gradients[3 + 2 * index]);
-            [
-                weight * gradient * sin,
-                weight * (sin_slope * cos - cos_slope * sin),
-                weight * gradient * cos_slope,
-                weight * (cos_slope * cos_slope + sin_slope * sin_slope),
-            ]
-        };
-        Self { square: weight * gradient * gradient, harmonics: std::array::from_fn(harmonic) }
-    }
-
-    fn add(&mut self, other: &Self, sign: f64) {
-        self.square += sign * other.square;
-        let pairs = self.harmonics.iter_mut().flatten().zip(other.harmonics.iter().flatten());
-        pairs.for_each(|(own, other)| *own += sign * other);
-    }
-
-    /// The bias that these products make, in px.
-    fn bias(&self, regression: &Regression) -> f64 {
-        let (mut moment, mut square) = (0.0, self.square);
-        let harmonics = self.harmonics.iter().zip(regression.mean.iter().zip(&regression.slope));
-        for ([alpha, kappa, gamma, q], (u, m)) in harmonics {
-            moment += -alpha * m.1 - 0.5 * kappa * (u.1 * m.0 - u.0 * m.1);
-            square += 2.0 * gamma * u.0 + 0.5 * q * (u.0 * u.0 + u.1 * u.1);
-        }
-        // Measured products may contradict each other; a gradient's square stays one.
-        -moment / square.max(0.1 * self.square)
-    }
-
-    /// Amplitudes as displacements, in px: alpha's and kappa's of each harmonic.
-    fn amplitudes(&self) -> [[f64; 2]; LOCKING_HARMONICS] {
-        self.harmonics.map(|[alpha, kappa, ..]| [alpha / self.square, -0.5 * kappa / self.square])
-    }
 }
 
 /// What the points of one row tell.
@@ -324,190 +201,34 @@ impl RowLines<'_> {
             let partner = others.min_by_key(|other| (off(other), other.frame.abs_diff(reference)));
             if let Some(partner) = partner.filter(|partner| off(partner) <= NEARLY_WHOLE) {
                 let whole = partner.column + isize::from(partner.fraction > FRACTIONS / 2);
-                pairs.push((epi.taps(reference, x as isize), epi.taps(partner.frame, whole)));
+                pairs.push((
+                    epi.taps(reference, x as isize - BESIDE),
+                    epi.taps(partner.frame, whole - BESIDE),
+                ));
             }
         }
         if pairs.len() < LEAST_POINTS {
             return None;
         }
-        // Products of what `fraction` and `order` make of both frames, less their means.
-        let covariance = |fraction: usize, order: usize| {
-            let weights = &spline.weights(fraction)[order];
-            let dot = |taps: &[f32]| {
-                weights.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum::<f64>()
-            };
-            let values: Vec<(f64, f64)> = pairs.iter().map(|(one, other)| (dot(one), dot(other))).collect();
-            let count = values.len() as f64;
-            let sums = values.iter().fold((0.0, 0.0), |sum, pair| (sum.0 + pair.0, sum.1 + pair.1));
-            values.iter().map(|pair| (pair.0 - sums.0 / count) * (pair.1 - sums.1 / count)).sum::<f64>()
+        // What a frame's variance loses at half a pixel, as a sum over coefficients: low frequencies do not come in.
+        let [own, half] = [0, FRACTIONS / 2].map(|fraction| spline.weights(fraction)[0]);
+        let correlation = |weights: &[f32; TAPS], lag: usize| {
+            weights.iter().zip(&weights[lag..]).map(|(one, other)| f64::from(one * other)).sum::<f64>()
         };
-        let lost = covariance(0, 0) - covariance(FRACTIONS / 2, 0);
-        let mut products = Products { square: covariance(0, 1), ..Products::default() };
+        let kernel: [f64; TAPS] = std::array::from_fn(|lag| correlation(&own, lag) - correlation(&half, lag));
+        let slope = &spline.weights(0)[1];
+        let (mut lost, mut square) = (0.0, 0.0);
+        for (one, other) in pairs {
+            let middle = f64::from(one[TAPS]);
+            let lags = (1..TAPS).map(|lag| kernel[lag] * f64::from(other[TAPS - lag] + other[TAPS + lag]));
+            lost += middle * (kernel[0] * f64::from(other[TAPS]) + lags.sum::<f64>());
+            let gradient = |taps: &[f32]| {
+                slope.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum::<f64>()
+            };
+            square += gradient(one) * gradient(other);
+        }
+        let mut products = Products { square, ..Products::default() };
         products.harmonics[0][0] = -PI / 4.0 * lost;
         Some(RowSums { from_lines: false, products, frames: Vec::new() })
-    }
-}
-
-/// What was measured, and how well it is known.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Amplitudes {
-    /// Whether lines tell them; else the texture alone does, and they are mostly overstated.
-    from_lines: bool,
-    all: Products,
-    /// Without each row (Tukey's jackknife): how they differ tells what chance makes of noise and texture.
-    without: Vec<Products>,
-    /// What errors of the frames' positions may feign of an amplitude, in px.
-    feigned_px: f64,
-}
-
-impl Amplitudes {
-    pub(super) fn of(rows: &[RowSums]) -> Option<Self> {
-        let with_lines = rows.iter().filter(|row| row.from_lines).count();
-        let from_lines = with_lines >= LEAST_ROWS;
-        let rows = || rows.iter().filter(|row| row.from_lines == from_lines);
-        let first = rows().next()?;
-        let mut all = Products::default();
-        let mut frames = vec![(0.0, 0.0); first.frames.len()];
-        for row in rows() {
-            all.add(&row.products, 1.0);
-            for (sum, frame) in frames.iter_mut().zip(&row.frames) {
-                *sum = (sum.0 + frame.0, sum.1 + frame.1);
-            }
-        }
-        let without = rows().map(|row| {
-            let mut without = all;
-            without.add(&row.products, -1.0);
-            without
-        });
-        let without: Vec<Products> = without.collect();
-        if without.len() < LEAST_ROWS || without.iter().any(|products| products.square <= 0.0) {
-            return None;
-        }
-        // A frame beside its position displaces all of its points.
-        let errors = frames.iter().filter(|frame| frame.1 > 0.0).map(|frame| (frame.0 / frame.1).powi(2));
-        let feigned_px = if from_lines {
-            let spare = (frames.len() - TERMS) as f64;
-            (errors.sum::<f64>() / spare * 2.0 / frames.len() as f64).sqrt()
-        } else {
-            0.0
-        };
-        Some(Self { from_lines, all, without, feigned_px })
-    }
-
-    /// Standard deviation of a quantity by the jackknife.
-    fn sigma(&self, quantity: impl Fn(&Products) -> f64) -> f64 {
-        let count = self.without.len() as f64;
-        let (mut sum, mut squares) = (0.0, 0.0);
-        // Differences from the whole, so that squares lose nothing.
-        let whole = quantity(&self.all);
-        for without in &self.without {
-            let difference = quantity(without) - whole;
-            sum += difference;
-            squares += difference * difference;
-        }
-        ((squares - sum * sum / count).max(0.0) * (count - 1.0) / count).sqrt()
-    }
-
-    /// The amplitudes of the harmonics with their sigmas.
-    fn harmonics(&self) -> [LockingHarmonic; LOCKING_HARMONICS] {
-        let amplitudes = self.all.amplitudes();
-        std::array::from_fn(|index| {
-            let sigma = |kind: usize| self.sigma(|products| products.amplitudes()[index][kind]);
-            LockingHarmonic {
-                interpolation_px: amplitudes[index][0],
-                interpolation_sigma_px: sigma(0).hypot(self.feigned_px),
-                aliasing_px: amplitudes[index][1],
-                aliasing_sigma_px: sigma(1),
-            }
-        })
-    }
-
-    /// As they are handed on.
-    pub(super) fn stated(&self) -> LockingAmplitudes {
-        LockingAmplitudes { harmonics: self.harmonics(), from_lines: self.from_lines }
-    }
-
-    /// Whether any amplitude stands out from chance.
-    pub(super) fn stand_out(&self) -> bool {
-        self.harmonics().iter().any(|harmonic| {
-            harmonic.interpolation_px.abs() > STANDS_OUT * harmonic.interpolation_sigma_px
-                || harmonic.aliasing_px.abs() > STANDS_OUT * harmonic.aliasing_sigma_px
-        })
-    }
-
-    /// The bias that they predict, in px; 0 where it does not stand out from chance.
-    fn bias(&self, regression: &Regression) -> f64 {
-        let predicted = self.all.bias(regression);
-        let feigned = regression.slope.iter().map(|slope| (self.feigned_px * slope.1).powi(2)).sum::<f64>();
-        let sigma = self.sigma(|products| products.bias(regression)).hypot(feigned.sqrt());
-        if predicted.abs() > STANDS_OUT * sigma { predicted } else { 0.0 }
-    }
-}
-
-/// Predicted biases of points that all frames see, tabulated over the disparity, and of others one by one.
-pub(super) struct Prediction<'a> {
-    amplitudes: &'a Amplitudes,
-    turns: &'a Turns,
-    lines: &'a Lines,
-    first_px: f64,
-    biases: Vec<f64>,
-}
-
-impl<'a> Prediction<'a> {
-    /// For disparities from `low` to `high`.
-    pub(super) fn new(
-        amplitudes: &'a Amplitudes,
-        turns: &'a Turns,
-        lines: &'a Lines,
-        (low, high): (f32, f32),
-    ) -> Self {
-        let first_px = f64::from(low);
-        let steps = ((f64::from(high) - first_px) / TABLE_STEP_PX).ceil() as usize + 2;
-        let mut prediction = Self { amplitudes, turns, lines, first_px, biases: Vec::new() };
-        prediction.biases = (0..steps)
-            .into_par_iter()
-            .map(|index| prediction.of_frames(first_px + index as f64 * TABLE_STEP_PX, (-1.0, 1.0)))
-            .collect();
-        prediction
-    }
-
-    /// The bias of a point of `disparity` that is seen from `first` to `last` tau'.
-    fn of_frames(&self, disparity: f64, (first, last): (f64, f64)) -> f64 {
-        let seen = self.lines.offsets().iter().filter(|&&tau| tau >= first && tau <= last);
-        let regression = Regression::of(self.turns, seen.map(|&tau| (tau, fraction(disparity * tau))));
-        self.amplitudes.bias(&regression)
-    }
-
-    /// The biases of a row's pixels, in px, into `out`.
-    pub(super) fn row(&self, row: RowLines<'_>, out: &mut [f32]) {
-        let whole = (-self.lines.tau_before(), self.lines.tau_after());
-        // Neighbours that are seen alike share what was predicted for the first of them.
-        let mut shared = (f64::NAN, whole, 0.0);
-        for (x, (out, &disparity)) in out.iter_mut().zip(row.disparities).enumerate() {
-            let disparity = f64::from(disparity);
-            *out = if disparity.is_nan() {
-                0.0
-            } else {
-                let seen = row.seen(x, disparity);
-                if seen == whole {
-                    self.tabulated(disparity)
-                } else {
-                    let alike = (disparity - shared.0).abs() <= TABLE_STEP_PX
-                        && (seen.0 - shared.1.0).abs() <= SEEN_ALIKE
-                        && (seen.1 - shared.1.1).abs() <= SEEN_ALIKE;
-                    if !alike {
-                        shared = (disparity, seen, self.of_frames(disparity, seen));
-                    }
-                    shared.2
-                }
-            } as f32;
-        }
-    }
-
-    fn tabulated(&self, disparity: f64) -> f64 {
-        let place = ((disparity - self.first_px) / TABLE_STEP_PX).max(0.0);
-        let index = (place as usize).min(self.biases.len() - 2);
-        let share = place - index as f64;
-        self.biases[index] + share * (self.biases[index + 1] - self.biases[index])
     }
 }
