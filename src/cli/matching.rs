@@ -129,6 +129,18 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
              the rows (rotate the images), or the surface shows little texture",
         );
     }
+    if let Some(locking) = summary.pixel_locking.as_ref().filter(|locking| locking.share_locked > 0.05)
+        && let Some((low, high)) = locking.locked_px
+    {
+        talk.say(&format!(
+            "hint: {:.0} % of the answered pixels, at disparities in {low:.2} .. {high:.2} px, lock to pixels: they err together by up to {:.4} px{}, which \
+             sigma holds and no average lessens. Their frames lie at nearly repeating fractions of a pixel; scan with another number of frames or \
+             another step, or defocus slightly",
+            100.0 * locking.share_locked,
+            locking.worst_bias_px.abs(),
+            if locking.from_lines { "" } else { " (roughly)" },
+        ));
+    }
     if summary.median_disparity_px.is_some_and(|median| median.abs() < 0.1) {
         talk.say("hint: the frames hardly differ: the median disparity is below 0.1 px; did anything move?");
     }
@@ -159,6 +171,16 @@ pub(super) fn describe(measurement: &Measurement) -> String {
         number(summary.median_disparity_px),
         number(summary.median_sigma_px),
     );
+    if let Some(locking) = &summary.pixel_locking {
+        text.push_str(&match locking.worst_disparity_px {
+            Some(disparity_px) => format!(
+                "pixel locking      up to {:.4} px at {disparity_px:.2} px; matters to {:.1} % of the answers\n",
+                locking.worst_bias_px.abs(),
+                100.0 * locking.share_locked
+            ),
+            None => "pixel locking      none found\n".to_owned(),
+        });
+    }
     if let Some(distance_mm) = summary.distance_mm {
         text.push_str(&format!("median distance    {distance_mm:.2} mm\n"));
     }

@@ -22,7 +22,9 @@ use crate::photometry::Maps;
 use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
-use crate::results::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError, ResultsFolder};
+use crate::results::{
+    FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, ResultsError, ResultsFolder,
+};
 use crate::sequence::{Sequence, SequenceError, load_volume};
 use crate::surface::{Geometry, Heights, SurfaceError, heights};
 use crate::volume::Volume;
@@ -223,6 +225,7 @@ fn summarise(
         hidden: maps.share(Answer::Hidden),
         median_disparity_px: median(&maps.disparity),
         median_sigma_px: median(&maps.sigma),
+        pixel_locking: maps.locking.map(LockingSummary::from),
         distance_mm: heights.map(|heights| heights.distance_mm),
         seconds,
     }

@@ -11,6 +11,8 @@ use thiserror::Error;
 pub use read::{read_map, read_summary};
 pub use write::{ResultsFolder, mask_value};
 
+use crate::epi::{LockingAmplitudes, LockingHarmonic, PixelLocking};
+
 /// Version of `match.json`.
 pub const FORMAT_VERSION: u32 = 1;
 
@@ -116,6 +118,47 @@ pub struct MatchSettings {
     pub minimum_confidence: f64,
 }
 
+/// Pixel locking over many frames, as [`crate::epi::PixelLocking`] has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LockingSummary {
+    /// Amplitudes of the first and the second harmonic by interpolation, in px.
+    pub interpolation_px: Vec<f64>,
+    /// Their standard deviations.
+    pub interpolation_sigma_px: Vec<f64>,
+    /// The same by aliasing, in px.
+    pub aliasing_px: Vec<f64>,
+    /// Their standard deviations.
+    pub aliasing_sigma_px: Vec<f64>,
+    /// Whether lines told the amplitudes; else the texture did, and biases are rough.
+    pub from_lines: bool,
+    /// The largest predicted bias of an answered pixel, in px.
+    pub worst_bias_px: f64,
+    /// The disparity that has it, in px; `None` without a bias.
+    pub worst_disparity_px: Option<f64>,
+    /// Share of the answered pixels whose bias exceeds a tenth of the wanted sigma, or of their own where none is given.
+    pub share_locked: f64,
+    /// Smallest and largest disparity of those pixels, in px.
+    pub locked_px: Option<(f64, f64)>,
+}
+
+impl From<PixelLocking> for LockingSummary {
+    fn from(locking: PixelLocking) -> Self {
+        let LockingAmplitudes { harmonics, from_lines } = locking.amplitudes;
+        let each = |value: fn(&LockingHarmonic) -> f64| harmonics.iter().map(value).collect();
+        Self {
+            interpolation_px: each(|harmonic| harmonic.interpolation_px),
+            interpolation_sigma_px: each(|harmonic| harmonic.interpolation_sigma_px),
+            aliasing_px: each(|harmonic| harmonic.aliasing_px),
+            aliasing_sigma_px: each(|harmonic| harmonic.aliasing_sigma_px),
+            from_lines,
+            worst_bias_px: locking.worst_bias_px,
+            worst_disparity_px: locking.worst_disparity_px,
+            share_locked: locking.share_locked,
+            locked_px: locking.locked_px,
+        }
+    }
+}
+
 /// `match.json`: what was done and what came out, in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatchSummary {
@@ -168,6 +211,9 @@ pub struct MatchSummary {
     pub median_disparity_px: Option<f64>,
     /// Median sigma of the answered pixels, in px.
     pub median_sigma_px: Option<f64>,
+    /// What pixel locking does; absent if it could not be measured.
+    #[serde(default)]
+    pub pixel_locking: Option<LockingSummary>,
     /// Distance that heights are counted from, in mm, if the geometry is known.
     pub distance_mm: Option<f64>,
     /// Seconds of the matching itself.

@@ -21,7 +21,7 @@ const SEEN_ALIKE: f64 = 0.02;
 /// What was measured, and how well it is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::epi::refine) struct Amplitudes {
-    /// Whether lines tell them; else the texture alone does, and they are mostly overstated.
+    /// Whether lines tell them; else the texture alone does, and biases are rough.
     from_lines: bool,
     all: Products,
     /// Without each row (Tukey's jackknife): how they differ tells what chance makes of noise and texture.
