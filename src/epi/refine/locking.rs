@@ -61,8 +61,14 @@ struct Sighting {
 
 /// What the points of one row tell.
 pub(super) struct RowSums {
-    /// Whether their lines do; else their texture alone.
-    from_lines: bool,
+    /// By lines whose fractions are well spread.
+    lines: Option<LineSums>,
+    /// By their texture, of which nothing but alpha is known.
+    texture: Option<Products>,
+}
+
+/// Sums over the lines of one row.
+struct LineSums {
     products: Products,
     /// For each frame the sums of gradient times residual, and of gradient squared.
     frames: Vec<(f64, f64)>,
@@ -166,18 +172,22 @@ impl RowLines<'_> {
         Some(Point { sightings, residuals, products, gradient: slopes[0], spread })
     }
 
-    /// What the row's points tell; nothing if there are few.
-    pub(super) fn sums(&self, spline: &Spline, turns: &Turns, epi: &SplineEpi) -> Option<RowSums> {
+    /// What the row's points tell.
+    pub(super) fn sums(&self, spline: &Spline, turns: &Turns, epi: &SplineEpi) -> RowSums {
+        RowSums { lines: self.line_sums((spline, turns), epi), texture: self.texture_sums(spline, epi) }
+    }
+
+    fn line_sums(&self, tables: (&Spline, &Turns), epi: &SplineEpi) -> Option<LineSums> {
         let columns = (COLUMN_STEP / 2..self.lines.columns()).step_by(COLUMN_STEP);
-        let points: Vec<Point> = columns.filter_map(|x| self.point((spline, turns), epi, x)).collect();
+        let points: Vec<Point> = columns.filter_map(|x| self.point(tables, epi, x)).collect();
         if points.len() < LEAST_POINTS {
-            return self.texture_sums(spline, epi);
+            return None;
         }
         let mut spreads: Vec<f64> = points.iter().map(|point| point.spread).collect();
         let quartile = spreads.len() / 4;
         let limit = BELIEVED * *spreads.select_nth_unstable_by(quartile, f64::total_cmp).1;
         let frames = vec![(0.0, 0.0); self.lines.frames()];
-        let mut sums = RowSums { from_lines: true, products: Products::default(), frames };
+        let mut sums = LineSums { products: Products::default(), frames };
         for point in points {
             let weight = if point.spread > limit { limit / point.spread } else { 1.0 };
             sums.products.add(&point.products, weight);
@@ -191,7 +201,7 @@ impl RowLines<'_> {
     }
 
     /// What the texture of the row's points tells of alpha: products of two frames, whose noise has nothing in common.
-    fn texture_sums(&self, spline: &Spline, epi: &SplineEpi) -> Option<RowSums> {
+    fn texture_sums(&self, spline: &Spline, epi: &SplineEpi) -> Option<Products> {
         let reference = self.lines.reference();
         let mut pairs = Vec::new();
         for x in (COLUMN_STEP / 2..self.lines.columns()).step_by(COLUMN_STEP) {
@@ -229,6 +239,6 @@ impl RowLines<'_> {
         }
         let mut products = Products { square, ..Products::default() };
         products.harmonics[0][0] = -PI / 4.0 * lost;
-        Some(RowSums { from_lines: false, products, frames: Vec::new() })
+        Some(products)
     }
 }

@@ -141,7 +141,7 @@ pub fn fit(
                 let row =
                     RowLines { lines, disparities: guesses, stretches: hidden.as_deref(), minimum_frames };
                 if last && options.steps > 0 && is_sampled(y, rows) {
-                    row.sums(&spline, &turns, epi)
+                    Some(row.sums(&spline, &turns, epi))
                 } else {
                     None
                 }

@@ -3,12 +3,14 @@
 use rayon::prelude::*;
 
 use super::products::{Products, Regression, TERMS, Turns, fraction};
-use super::{RowLines, RowSums};
+use super::{LineSums, RowLines, RowSums};
 use crate::epi::lines::Lines;
 use crate::epi::locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic};
 
 /// Fewer rows do not tell chance.
 const LEAST_ROWS: usize = 8;
+/// Lines tell an amplitude if its standard deviation is not more than one over this of what texture makes it.
+const TOLD: f64 = 3.0;
 /// A bias stands out if it exceeds this many of its standard deviations: the square is what chi squared of four degrees of freedom, the amplitudes of
 /// two harmonics, exceeds once in a thousand, so that chance makes any disparity stand out no more often (Scheffe 1953).
 const STANDS_OUT: f64 = 4.3;
@@ -31,37 +33,32 @@ pub(in crate::epi::refine) struct Amplitudes {
 }
 
 impl Amplitudes {
+    /// From all rows: by lines, unless few or none of them tell and texture tells that there is more to be known.
     pub(in crate::epi::refine) fn of(rows: &[RowSums]) -> Option<Self> {
-        let with_lines = rows.iter().filter(|row| row.from_lines).count();
-        let from_lines = with_lines >= LEAST_ROWS;
-        let rows = || rows.iter().filter(|row| row.from_lines == from_lines);
-        let first = rows().next()?;
-        let mut all = Products::default();
-        let mut frames = vec![(0.0, 0.0); first.frames.len()];
-        for row in rows() {
-            all.add(&row.products, 1.0);
-            for (sum, frame) in frames.iter_mut().zip(&row.frames) {
-                *sum = (sum.0 + frame.0, sum.1 + frame.1);
-            }
-        }
-        let without = rows().map(|row| {
-            let mut without = all;
-            without.add(&row.products, -1.0);
-            without
+        let by_lines: Vec<&LineSums> = rows.iter().filter_map(|row| row.lines.as_ref()).collect();
+        let lines = Self::of_products(by_lines.iter().map(|row| row.products).collect()).map(|lines| Self {
+            from_lines: true,
+            feigned_px: feigned(&by_lines),
+            ..lines
         });
-        let without: Vec<Products> = without.collect();
-        if without.len() < LEAST_ROWS || without.iter().any(|products| products.square <= 0.0) {
-            return None;
+        let texture = Self::of_products(rows.iter().filter_map(|row| row.texture).collect());
+        let (Some(by_lines), Some(by_texture)) = (&lines, &texture) else { return lines.or(texture) };
+        let least = by_texture.harmonics()[0].interpolation_px.abs() / TOLD;
+        let untold = by_lines.harmonics()[0].interpolation_sigma_px > least;
+        if by_texture.stand_out() && untold { texture } else { lines }
+    }
+
+    fn of_products(rows: Vec<Products>) -> Option<Self> {
+        let mut all = Products::default();
+        rows.iter().for_each(|row| all.add(row, 1.0));
+        let mut without = rows;
+        for row in &mut without {
+            let own = *row;
+            *row = all;
+            row.add(&own, -1.0);
         }
-        // A frame beside its position displaces all of its points.
-        let errors = frames.iter().filter(|frame| frame.1 > 0.0).map(|frame| (frame.0 / frame.1).powi(2));
-        let feigned_px = if from_lines {
-            let spare = (frames.len() - TERMS) as f64;
-            (errors.sum::<f64>() / spare * 2.0 / frames.len() as f64).sqrt()
-        } else {
-            0.0
-        };
-        Some(Self { from_lines, all, without, feigned_px })
+        let known = without.len() >= LEAST_ROWS && without.iter().all(|products| products.square > 0.0);
+        known.then_some(Self { from_lines: false, all, without, feigned_px: 0.0 })
     }
 
     /// Standard deviation of a quantity by the jackknife.
@@ -112,6 +109,20 @@ impl Amplitudes {
         let sigma = self.sigma(|products| products.bias(regression)).hypot(feigned.sqrt());
         if predicted.abs() > STANDS_OUT * sigma { predicted } else { 0.0 }
     }
+}
+
+/// What errors of the frames' positions may feign of an amplitude, in px: a frame beside its position displaces all of its points.
+fn feigned(rows: &[&LineSums]) -> f64 {
+    let mut frames: Vec<(f64, f64)> = Vec::new();
+    for row in rows {
+        frames.resize(row.frames.len(), (0.0, 0.0));
+        for (sum, frame) in frames.iter_mut().zip(&row.frames) {
+            *sum = (sum.0 + frame.0, sum.1 + frame.1);
+        }
+    }
+    let errors = frames.iter().filter(|frame| frame.1 > 0.0).map(|frame| (frame.0 / frame.1).powi(2));
+    let spare = frames.len().saturating_sub(TERMS).max(1) as f64;
+    (errors.sum::<f64>() / spare * 2.0 / frames.len().max(1) as f64).sqrt()
 }
 
 /// Predicted biases of points that all frames see, tabulated over the disparity, and of others one by one.
