@@ -43,8 +43,11 @@ pub fn match_volume(
     let rows = volume.rows();
     progress.begin("matching", rows as u64);
     let task = Task { volume, lines: &lines, range, ordering, rule, options };
-    let Searched { guess, cost, confidence, answer: searched, deviation_share } = search(task, progress);
-    progress.end();
+    let Searched { guess, cost, confidence, answer: searched, deviation_share } = {
+        let searched = search(task, progress);
+        progress.end();
+        searched?
+    };
 
     let steps = if options.refine { FIT_STEPS } else { 0 };
     let fit_options = Fit {

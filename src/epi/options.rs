@@ -116,6 +116,9 @@ pub struct MatchOptions {
     pub raster_px: f64,
     /// Side of the square window of the costs, in px, odd.
     pub window_px: usize,
+    /// Whether neighbouring rows help each other to a disparity: for weak texture. Surfaces are then taken to go on from row to row, where a row
+    /// by itself does not tell more than noise does.
+    pub across_rows: bool,
     /// The frame whose pixels are answered.
     pub reference: ReferenceFrame,
     /// Share of the frames that a candidate must lie in to be answered; (0, 1].
@@ -153,6 +156,7 @@ impl MatchOptions {
             range: None,
             raster_px: 0.25,
             window_px: if method.compares_intensities() { 3 } else { 7 },
+            across_rows: false,
             reference: ReferenceFrame::First,
             minimum_visible: 0.5,
             hidden_points: HiddenPoints::Automatic,
@@ -225,6 +229,17 @@ pub enum MatchError {
         value: f64,
         /// The values allowed.
         expected: &'static str,
+    },
+    /// Rows cannot help each other with so many candidates.
+    #[error(
+        "rows that help each other hold the costs of all candidates, and {candidates} for each pixel would take more memory than half of \
+         the frames' own; at most {limit} fit: give a narrower range or a coarser raster, or search each row by itself"
+    )]
+    AcrossTooManyCandidates {
+        /// Candidates of a pixel.
+        candidates: usize,
+        /// As many as could be held.
+        limit: usize,
     },
     /// No range was given and none could be found.
     #[error(

@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
+use super::across_rows::{Aggregated, Held, Penalties, Span};
 use super::best::Best;
 use super::kernels;
 use super::limits::{NOISE_OF_GROUPS, limits};
@@ -34,17 +35,20 @@ impl<'a> Search<'a> {
 }
 
 impl Search<'_> {
-    /// Answers of the rows of `band`.
-    pub(super) fn rows(&self, band: Range<usize>) -> Vec<RowAnswers> {
+    /// Answers of the rows of `span`, each found by itself or, with `penalties`, with the help of the others.
+    pub(super) fn rows(&self, span: Span, penalties: Option<Penalties>) -> Vec<RowAnswers> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
+        let size = (self.plan.hypotheses.count(), columns);
+        let band = span.searched.clone();
+        let held = penalties.map(|penalties| Held::new(span, size, penalties));
         let shift = self.window.rows;
         let centres = band.start.saturating_sub(shift)..(band.end + shift).min(rows);
         let first = centres.start.saturating_sub(shift);
-        let held = first..(centres.end + shift).min(rows);
+        let limited = first..(centres.end + shift).min(rows);
         let resolution = options.method.resolution();
         let limits = self.tolerance.map_or_else(Vec::new, |tolerance| {
-            limits(volume, self.plan, held, resolution, (tolerance.share, NOISE_OF_GROUPS))
+            limits(volume, self.plan, limited, resolution, (tolerance.share, NOISE_OF_GROUPS))
         });
         let apart = rival_distance(lines, self.plan.hypotheses.raster_px()).max(2);
         let own_size = if self.tolerance.is_some() { columns * self.plan.hypotheses.count() } else { 0 };
@@ -62,17 +66,19 @@ impl Search<'_> {
             recent: vec![vec![f32::INFINITY; columns * self.plan.hypotheses.count()]; 2 * shift + 1],
             apart,
             best: Best::new(columns, apart),
+            done: band.start,
+            held,
             answers: Vec::new(),
         };
         sweep(volume, self.plan, self.window, centres.clone(), &mut rows);
         // The last rows of the image wait for rows that do not come.
-        for y in band.start + rows.answers.len()..band.end {
+        for y in rows.done..band.end {
             for k in 0..self.plan.hypotheses.count() {
                 rows.decide(y, k, y.saturating_sub(shift)..centres.end);
             }
-            rows.answer(y);
+            rows.decided(y);
         }
-        rows.answers
+        rows.into_answers()
     }
 }
 
@@ -97,6 +103,10 @@ struct FreeRows<'a> {
     own: Vec<Vec<f32>>,
     apart: usize,
     best: Best,
+    /// The first row that is not decided.
+    done: usize,
+    /// The costs of rows that wait for others to help them.
+    held: Option<Held>,
     answers: Vec<RowAnswers>,
 }
 
@@ -142,10 +152,41 @@ impl FreeRows<'_> {
                 minima.iter_mut().zip(own).for_each(|(cost, own)| *cost = 0.5 * (*cost + own));
             }
         }
-        self.best.take(runs.iter().map(|run| (run.clone(), &self.minima[run.clone()])));
+        match &mut self.held {
+            None => self.best.take(runs.iter().map(|run| (run.clone(), &self.minima[run.clone()]))),
+            Some(held) => runs.iter().for_each(|run| held.hold(k, run.start, &self.minima[run.clone()])),
+        }
     }
 
-    fn answer(&mut self, y: usize) {
+    /// All hypotheses of row `y` have been decided.
+    fn decided(&mut self, y: usize) {
+        self.done = y + 1;
+        match &mut self.held {
+            None => self.answer(y, None),
+            Some(held) => held.row_done(),
+        }
+    }
+
+    fn into_answers(mut self) -> Vec<RowAnswers> {
+        if let Some(held) = self.held.take() {
+            let aggregated = held.aggregated();
+            let candidates = &self.search.plan.candidates;
+            for y in aggregated.rows() {
+                for (k, candidate) in candidates.iter().enumerate() {
+                    let runs = &candidate.runs;
+                    for run in runs {
+                        aggregated.copy(y, k, run.start, &mut self.minima[run.clone()]);
+                    }
+                    self.best.take(runs.iter().map(|run| (run.clone(), &self.minima[run.clone()])));
+                }
+                self.answer(y, Some(&aggregated));
+            }
+        }
+        self.answers
+    }
+
+    /// Answers row `y` by the best of its own costs, or of aggregated ones.
+    fn answer(&mut self, y: usize, aggregated: Option<&Aggregated>) {
         let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
         let dearest = tolerance.map_or(f32::INFINITY, |tolerance| tolerance.dearest(options.minimum_visible));
         let columns = self.inverse.len();
@@ -154,6 +195,7 @@ impl FreeRows<'_> {
         let mut row = RowAnswers::unknown(columns);
         for (x, &limit) in typical.iter().enumerate() {
             let Some((k, cost)) = self.best.winner(x) else { continue };
+            let cost = aggregated.map_or(cost, |aggregated| aggregated.own(y, k, x));
             row.cost[x] = cost * limit;
             row.disagreement[x] = cost;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
@@ -209,7 +251,7 @@ impl Consumer for FreeRows<'_> {
 
     fn row_done(&mut self, y: usize) {
         if let Some(done) = self.completed(y) {
-            self.answer(done);
+            self.decided(done);
         }
     }
 }

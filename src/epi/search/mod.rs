@@ -10,7 +10,9 @@
 //! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over windows that may lie to
 //!    one side of it, and where none can be believed, the best of its neighbours' ([`filling`]). How far frames may deviate before they count
 //!    as hiding a point is measured first ([`tolerance`]).
+//! 5. [`across_rows`]: where texture is weak, rows may help each other before that; this serves both searches.
 
+mod across_rows;
 mod best;
 mod exhaustive;
 mod filling;
@@ -33,10 +35,11 @@ use rayon::prelude::*;
 
 use super::lines::{Hypotheses, Lines, SeenRule};
 use super::maps::{Answer, OrderingUsed};
-use super::options::{DisparityRange, HiddenPoints, MatchOptions, Search};
+use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Search};
 use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::volume::Volume;
+use across_rows::{Bands, Held, Penalties, Span, typical_cost};
 use plan::Plan;
 use tolerance::Tolerance;
 
@@ -77,38 +80,45 @@ pub(super) struct Task<'a> {
 }
 
 /// Searches all rows. `progress` is told each row.
-pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Searched {
+///
+/// # Errors
+/// [`MatchError::AcrossTooManyCandidates`] if rows are to help each other and may not hold so many costs.
+pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
     match task.options.search_used() {
-        Search::Exhaustive => Searched::of_rows(task, &exhaustive::rows(task, progress)),
+        Search::Exhaustive => Ok(Searched::of_rows(task, &exhaustive::rows(task, progress)?)),
         Search::Factorised => factorised(task, progress),
     }
 }
 
-fn factorised(task: Task<'_>, progress: &dyn Progress) -> Searched {
+fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
     let Task { volume, lines, range, ordering, rule, options } = task;
     let raster_px = (COARSER * options.raster_px).min(1.0);
     let plan = Plan::new(lines, Hypotheses::covering(range, raster_px), rule);
     let half = options.window_px / 2;
     let window = sweep::Window { rows: half, columns: half };
+    let groups = groups_of_bands(task, plan.hypotheses.count())?;
     let hidden = ordering == OrderingUsed::Free && rule.hidden_points == HiddenPoints::OneSide;
     let tolerance = hidden.then(|| Tolerance::measured(task, &plan, window));
-    let bands: Vec<_> = bands(volume.rows()).collect();
-    let rows: Vec<RowAnswers> = bands
-        .into_par_iter()
-        .flat_map_iter(|band| {
-            let count = band.len() as u64;
-            let answers = match ordering {
-                OrderingUsed::Strict => {
-                    let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution());
-                    sweep::sweep(volume, &plan, window, band, &mut consumer);
-                    consumer.answers
-                }
-                OrderingUsed::Free => free::Search::new(task, &plan, window, tolerance).rows(band),
-            };
-            progress.advance(count);
-            answers
-        })
-        .collect();
+    let answers = |span: Span, penalties: Option<Penalties>| match ordering {
+        OrderingUsed::Strict => {
+            let size = (plan.hypotheses.count(), plan.columns);
+            let held = penalties.map(|penalties| Held::new(span.clone(), size, penalties));
+            let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), held);
+            sweep::sweep(volume, &plan, window, span.searched, &mut consumer);
+            consumer.into_answers()
+        }
+        OrderingUsed::Free => free::Search::new(task, &plan, window, tolerance).rows(span, penalties),
+    };
+    let penalties = options.across_rows.then(|| {
+        let typical = match tolerance {
+            Some(tolerance) => tolerance.typical.max(tolerance::LEAST_TYPICAL),
+            None => typical_cost(volume.rows(), options.method.resolution(), |y| {
+                answers(Span::alone(y..y + 1), None).into_iter().flat_map(|row| row.cost).collect()
+            }),
+        };
+        penalties(task, typical)
+    });
+    let rows = searched_groups(groups, progress, |span| answers(span, penalties));
     let mut searched = Searched::of_rows(task, &rows);
     if ordering == OrderingUsed::Free {
         filling::drop_doubtful(&mut searched, options.minimum_confidence);
@@ -117,7 +127,39 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Searched {
         filling::fill(task, &plan, tolerance, &mut searched);
         searched.deviation_share = Some(tolerance.share);
     }
-    searched
+    Ok(searched)
+}
+
+/// Penalties for rows that help each other, where right candidates cost `typical`.
+fn penalties(Task { volume, options, .. }: Task<'_>, typical: f32) -> Penalties {
+    Penalties::of_typical(typical, (volume.frames() - 1) * options.window_px.pow(2))
+}
+
+/// Bands in groups that may be searched at once: all of them, unless rows help each other.
+fn groups_of_bands(task: Task<'_>, hypotheses: usize) -> Result<Vec<Vec<Span>>, MatchError> {
+    if task.options.across_rows {
+        Ok(Bands::of(task.volume, hypotheses)?.groups())
+    } else {
+        Ok(vec![bands(task.volume.rows()).map(Span::alone).collect()])
+    }
+}
+
+/// Answers of all rows in their order. `progress` is told each row.
+fn searched_groups(
+    groups: Vec<Vec<Span>>,
+    progress: &dyn Progress,
+    answers: impl Fn(Span) -> Vec<RowAnswers> + Sync,
+) -> Vec<RowAnswers> {
+    let mut rows = Vec::new();
+    for group in groups {
+        rows.par_extend(group.into_par_iter().flat_map_iter(|span| {
+            let count = span.answered.len() as u64;
+            let answers = answers(span);
+            progress.advance(count);
+            answers
+        }));
+    }
+    rows
 }
 
 /// The rows of an image in pieces for one thread each.
@@ -188,6 +230,15 @@ fn bracketed(count: usize, k: usize, reach: usize, gone: impl Fn(usize) -> bool,
     } else {
         Answer::Found
     }
+}
+
+/// Rows that are looked at first, to see what right candidates cost.
+const SAMPLED_ROWS: usize = 8;
+
+/// A few rows, spread over an image of `rows`.
+fn sampled_rows(rows: usize) -> Vec<usize> {
+    let count = SAMPLED_ROWS.min(rows);
+    (0..count).map(|index| (2 * index + 1) * rows / (2 * count)).collect()
 }
 
 fn median(values: &mut [f32]) -> Option<f32> {

@@ -1,7 +1,10 @@
 //! Rows whose points keep their order: the optimal strictly increasing mapping over the costs of the sums.
 
+use std::ops::Range;
+
 use fearless_simd::Level;
 
+use super::across_rows::{Aggregated, Held};
 use super::kernels;
 use super::plan::Plan;
 use super::sweep::Consumer;
@@ -24,12 +27,15 @@ pub(super) struct Ordered<'a> {
     total: Vec<f32>,
     /// Candidates that have a cost, for each column.
     known: Vec<f32>,
+    /// The costs of rows that wait for others to help them.
+    held: Option<Held>,
     /// The rows that are done.
-    pub(super) answers: Vec<RowAnswers>,
+    answers: Vec<RowAnswers>,
 }
 
 impl<'a> Ordered<'a> {
-    pub(super) fn new(plan: &'a Plan, lines: &Lines, resolution: f32) -> Self {
+    /// Rows are mapped by themselves, or with the help of those of `held`.
+    pub(super) fn new(plan: &'a Plan, lines: &Lines, resolution: f32, held: Option<Held>) -> Self {
         let (columns, raster_px) = (plan.columns, plan.hypotheses.raster_px());
         let mut known = vec![0.0; columns];
         for run in plan.candidates.iter().flat_map(|candidate| &candidate.runs) {
@@ -46,6 +52,7 @@ impl<'a> Ordered<'a> {
             least: vec![f32::INFINITY; columns],
             total: vec![0.0; columns],
             known,
+            held,
             answers: Vec::new(),
         }
     }
@@ -67,23 +74,34 @@ impl<'a> Ordered<'a> {
         }
         rivals
     }
-}
 
-impl Consumer for Ordered<'_> {
-    fn limit(&self, _y: usize) -> Option<&[f32]> {
-        None
-    }
-
-    fn take(&mut self, _y: usize, k: usize, costs: &mut [f32]) {
-        for run in &self.plan.candidates[k].runs {
-            let costs = &costs[run.clone()];
-            self.table.row_mut(k)[run.clone()].copy_from_slice(costs);
-            kernels::keep_lesser(self.level, costs, &mut self.least[run.clone()]);
-            self.total[run.clone()].iter_mut().zip(costs).for_each(|(total, cost)| *total += cost);
+    /// The answers, when all rows have been swept.
+    pub(super) fn into_answers(mut self) -> Vec<RowAnswers> {
+        if let Some(held) = self.held.take() {
+            let aggregated = held.aggregated();
+            let plan = self.plan;
+            for y in aggregated.rows() {
+                for (k, candidate) in plan.candidates.iter().enumerate() {
+                    for run in &candidate.runs {
+                        aggregated.copy(y, k, run.start, &mut self.table.row_mut(k)[run.clone()]);
+                        self.sum_up(k, run.clone());
+                    }
+                }
+                self.map_row(Some((&aggregated, y)));
+            }
         }
+        self.answers
     }
 
-    fn row_done(&mut self, _y: usize) {
+    /// Tells least costs and sums of the costs of hypothesis `k` in the table.
+    fn sum_up(&mut self, k: usize, run: Range<usize>) {
+        let costs = &self.table.row(k)[run.clone()];
+        kernels::keep_lesser(self.level, costs, &mut self.least[run.clone()]);
+        self.total[run].iter_mut().zip(costs).for_each(|(total, cost)| *total += cost);
+    }
+
+    /// Maps the row whose costs are in the table: its own, or aggregated ones of row y.
+    fn map_row(&mut self, aggregated: Option<(&Aggregated, usize)>) {
         let columns = self.plan.columns;
         let mut row = RowAnswers::unknown(columns);
         let hypotheses = &self.plan.hypotheses;
@@ -93,7 +111,8 @@ impl Consumer for Ordered<'_> {
             for (x, &k) in chosen.iter().enumerate() {
                 let k = usize::from(k);
                 let cost = self.table.at(k, x);
-                row.cost[x] = cost;
+                let own = |(aggregated, y): (&Aggregated, usize)| aggregated.own(y, k, x);
+                row.cost[x] = if cost.is_nan() { cost } else { aggregated.map_or(cost, own) };
                 // Without a rival there is nothing that it could be better than.
                 let rival = if rivals[x] == f32::INFINITY { f32::NAN } else { rivals[x] };
                 row.confidence[x] =
@@ -106,5 +125,30 @@ impl Consumer for Ordered<'_> {
         self.answers.push(row);
         self.least.fill(f32::INFINITY);
         self.total.fill(0.0);
+    }
+}
+
+impl Consumer for Ordered<'_> {
+    fn limit(&self, _y: usize) -> Option<&[f32]> {
+        None
+    }
+
+    fn take(&mut self, _y: usize, k: usize, costs: &mut [f32]) {
+        for run in &self.plan.candidates[k].runs {
+            let costs = &costs[run.clone()];
+            if let Some(held) = &mut self.held {
+                held.hold(k, run.start, costs);
+                continue;
+            }
+            self.table.row_mut(k)[run.clone()].copy_from_slice(costs);
+            self.sum_up(k, run.clone());
+        }
+    }
+
+    fn row_done(&mut self, _y: usize) {
+        match &mut self.held {
+            Some(held) => held.row_done(),
+            None => self.map_row(None),
+        }
     }
 }

@@ -171,7 +171,7 @@ fn searched(volume: &Volume, reference: usize, ordering: OrderingUsed, options: 
     let hidden = if ordering == OrderingUsed::Free { HiddenPoints::OneSide } else { HiddenPoints::None };
     let rule = SeenRule::new(volume.frames(), options.minimum_visible, hidden);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
-    search(Task { volume, lines: &lines, range, ordering, rule, options }, &Silent)
+    search(Task { volume, lines: &lines, range, ordering, rule, options }, &Silent).unwrap()
 }
 
 #[test]

@@ -3,13 +3,12 @@
 use rayon::prelude::*;
 
 use super::Task;
+use super::across_rows::Span;
 use super::free;
-use super::median;
 use super::plan::Plan;
 use super::sweep::Window;
+use super::{median, sampled_rows};
 
-/// Rows that are looked at, spread over the image.
-const SAMPLED_ROWS: usize = 8;
 /// Frames are taken to disagree beyond this many times the mean squared deviation of right candidates: two standard deviations.
 const DISAGREES: f32 = 4.0;
 /// Least share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by twice the contrast in the mean of
@@ -21,6 +20,9 @@ const COSTS_VARY: f32 = 2.0;
 
 /// Where frames deviate by half of what they may, a quarter in squares, a candidate is right whatever others cost.
 const BELIEVED: f32 = 0.25;
+
+/// Differences below this mean nothing: half the square of a tenth of what a frame may deviate by.
+pub(super) const LEAST_TYPICAL: f32 = 0.005;
 
 /// What a frame may deviate by.
 #[derive(Debug, Clone, Copy)]
@@ -37,12 +39,9 @@ impl Tolerance {
         let typical = |share: f32| {
             let tolerance = Self { share, typical: 0.0 };
             let search = free::Search::new(task, plan, window, Some(tolerance));
-            let rows = task.volume.rows();
-            let count = SAMPLED_ROWS.min(rows);
-            let mut costs: Vec<f32> = (0..count)
+            let mut costs: Vec<f32> = sampled_rows(task.volume.rows())
                 .into_par_iter()
-                .map(|index| (2 * index + 1) * rows / (2 * count))
-                .flat_map_iter(|y| search.rows(y..y + 1))
+                .flat_map_iter(|y| search.rows(Span::alone(y..y + 1), None))
                 .flat_map_iter(|row| row.disagreement.into_iter().filter(|cost| !cost.is_nan()))
                 .collect();
             median(&mut costs).unwrap_or(0.0)
