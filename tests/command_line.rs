@@ -76,6 +76,14 @@ fn photographs_become_a_disparity_map() {
     assert_eq!(names(&folder.path().join("seq/results")), expected);
     assert_eq!(names(&folder.path().join("seq/results/figures")).len(), 8);
 
+    let settings = |folder: &Path| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(folder.join("match.json")).unwrap()).unwrap()
+    };
+    succeeds(folder.path(), &["match", "seq", "--across-rows", "--out", "across"]);
+    for (results, across_rows) in [("seq/results", false), ("across", true)] {
+        assert_eq!(settings(&folder.path().join(results))["settings"]["across_rows"], across_rows);
+    }
+
     let left_out: serde_json::Value =
         serde_json::from_str(&succeeds(folder.path(), &["evaluate", "seq", "--leave-out", "4", "--json"]))
             .unwrap();

@@ -74,6 +74,9 @@ pub(super) struct MatchArguments {
     /// Whether candidates are searched by sums over groups of frames, or by every sample as in the paper (always so for correlation)
     #[arg(long, value_enum, default_value = "factorised")]
     search: SearchName,
+    /// Let neighbouring rows help each other where texture is weak; for surfaces that go on from row to row (the search takes about twice as long)
+    #[arg(long)]
+    across_rows: bool,
     /// How the exhaustive search samples frames between pixels
     #[arg(long, value_enum, default_value = "b-spline")]
     interpolation: InterpolationName,
@@ -126,6 +129,7 @@ impl MatchArguments {
             range: self.range,
             raster_px: self.raster,
             window_px: self.window.unwrap_or(defaults.window_px),
+            across_rows: self.across_rows,
             reference: self.reference,
             minimum_visible: self.min_visible,
             hidden_points: match self.hidden {

@@ -91,7 +91,7 @@ pub fn match_volume(
     Ok(maps)
 }
 
-/// Costs of all candidates of row `y` as they were when `options` led to `maps`, for pictures of the search.
+/// Costs of all candidates of row `y` as they were when `options` led to `maps`, for pictures of the search: the row's own, whatever other rows added.
 ///
 /// # Errors
 /// [`MatchError`] if the options do not suit the volume.

@@ -256,6 +256,7 @@ fn settings(options: &MatchOptions) -> MatchSettings {
             Search::Exhaustive => "exhaustive",
         }
         .to_owned(),
+        across_rows: options.across_rows,
         interpolation: interpolation.to_owned(),
         raster_px: options.raster_px,
         minimum_visible: options.minimum_visible,

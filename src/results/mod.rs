@@ -97,6 +97,9 @@ pub struct MatchSettings {
     /// `factorised` or `exhaustive`; empty in files of older programs, which knew only the latter.
     #[serde(default)]
     pub search: String,
+    /// Whether neighbouring rows helped each other.
+    #[serde(default)]
+    pub across_rows: bool,
     /// `linear`, `cubic` or `b-spline`.
     pub interpolation: String,
     /// Raster of the search, in px.

@@ -347,4 +347,6 @@ fn to_costs<S: Simd>(_simd: S, costs: &[u16], brought: &[u16], count: f32, out: 
 }
 
 #[cfg(test)]
+mod scenes;
+#[cfg(test)]
 mod tests;

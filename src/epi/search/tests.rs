@@ -8,7 +8,7 @@ use crate::progress::Silent;
 use crate::tau::Tau;
 
 /// A texture without end: values at lattice points `grain` px apart from a hash of place and `seed`, joined by cosines.
-fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
+pub(super) fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
     let value = |cell: i64| {
         let mut bits = (cell as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
             ^ (y as u64 + 1).wrapping_mul(0xD1B5_4A32_D192_ED03)
@@ -25,7 +25,12 @@ fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
 }
 
 /// A volume of 8 bit whose sample at (x, y, t) is `shade(x, y, tau)` in 0 to 1.
-fn volume(rows: usize, columns: usize, tau: &Tau, shade: impl Fn(f64, usize, f64) -> f64) -> Volume {
+pub(super) fn volume(
+    rows: usize,
+    columns: usize,
+    tau: &Tau,
+    shade: impl Fn(f64, usize, f64) -> f64,
+) -> Volume {
     let mut volume = Volume::new(rows, columns, 8, tau.clone());
     for (t, &tau) in tau.values().iter().enumerate() {
         let value = |place: usize| {
@@ -166,7 +171,12 @@ fn windows_are_means_over_the_pixels_that_there_are() {
     }
 }
 
-fn searched(volume: &Volume, reference: usize, ordering: OrderingUsed, options: &MatchOptions) -> Searched {
+pub(super) fn searched(
+    volume: &Volume,
+    reference: usize,
+    ordering: OrderingUsed,
+    options: &MatchOptions,
+) -> Searched {
     let lines = Lines::new(volume.tau(), reference, volume.columns());
     let hidden = if ordering == OrderingUsed::Free { HiddenPoints::OneSide } else { HiddenPoints::None };
     let rule = SeenRule::new(volume.frames(), options.minimum_visible, hidden);
