@@ -5,6 +5,7 @@
 mod support;
 
 use std::fs;
+use std::path::Path;
 
 use image::{DynamicImage, ImageBuffer};
 use support::{epirig, fails, images, names, succeeds, twin};

@@ -37,7 +37,7 @@ const UNKNOWN: u16 = u16::MAX;
 const COUNTS_OF_CHANCE: f32 = 16.0;
 /// Costs are told apart up to at least this many typical ones.
 const TYPICAL_TOLD_APART: f32 = 64.0;
-/// Penalty of a step by one hypothesis over a chance difference of two costs. On surfaces that slant, most rows make such a step.
+/// Penalty of a step by one hypothesis over a chance difference of two costs: so cheap that a surface may slant by a step in each row.
 const SMALL_STEP: f32 = 1.0;
 /// The same of any larger step. The best of some hundred wrong candidates gains three chance differences; so does the step there, and that back.
 const LARGE_STEP: f32 = 6.0;
