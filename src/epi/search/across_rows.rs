@@ -11,7 +11,7 @@
 //! the least sum of costs and penalties of all ways from the first row to the last that lead through the candidate. What a row does
 //! along itself, its mapping or its best candidates, is then found from the aggregated costs.
 //!
-//! The penalties are what chance makes of costs ([`Penalties`]), so nothing changes where texture is strong. Costs are held as whole counts of 16 bit,
+//! The penalties are what chance makes of costs ([`Penalties`]), so little changes where texture is strong. Costs are held as whole counts of 16 bit,
 //! so sums have no rounding. A band of rows is aggregated with a margin of rows above and below it, beyond which paths begin afresh.
 
 use std::ops::Range;
@@ -39,7 +39,8 @@ const COUNTS_OF_CHANCE: f32 = 16.0;
 const TYPICAL_TOLD_APART: f32 = 64.0;
 /// Penalty of a step by one hypothesis over a chance difference of two costs: so cheap that a surface may slant by a step in each row.
 const SMALL_STEP: f32 = 1.0;
-/// The same of any larger step. The best of some hundred wrong candidates gains three chance differences; so does the step there, and that back.
+/// The same of any larger step. The best of some hundred wrong candidates costs by chance some three of these differences less than they do in the
+/// mean; twice that keeps a row from following it.
 const LARGE_STEP: f32 = 6.0;
 
 /// What it costs to change the hypothesis from one row to the next.
