@@ -60,7 +60,7 @@ fn rows_that_help_each_other_see_a_surface_that_each_by_itself_hardly_sees() {
 #[test]
 fn edges_across_the_rows_stay_where_texture_shows_them() {
     let tau = Tau::equidistant(40).unwrap();
-    let disparity = |y: usize| if y / 6 % 2 == 0 { 9.0 } else { 15.0 };
+    let disparity = |y: usize| if (y / 6).is_multiple_of(2) { 9.0 } else { 15.0 };
     let scene = volume(36, 240, &tau, |x, y, tau| {
         0.05 + 0.9 * texture(x - disparity(y) * (tau - 0.5), y, 22, 3.0) + noise(x, y, tau)
     });
