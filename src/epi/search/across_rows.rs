@@ -91,6 +91,16 @@ pub(super) struct Bands {
     pub(super) band_rows: usize,
     /// Bands that may be searched at once.
     pub(super) at_once: usize,
+    /// Counts that a band holds.
+    pub(super) band_counts: usize,
+}
+
+/// What rows need to help each other.
+pub(super) struct Help<'a> {
+    /// What it costs to leave the neighbouring rows.
+    pub(super) penalties: Penalties,
+    /// Room for the counts of a band.
+    pub(super) room: &'a mut [u16],
 }
 
 impl Bands {
@@ -114,7 +124,10 @@ impl Bands {
                 candidates: hypotheses,
                 limit: budget / (bytes(band_rows) / hypotheses),
             }),
-            at_once => Ok(Self { rows: volume.rows(), band_rows, at_once }),
+            at_once => {
+                let band_counts = bytes(band_rows) / size_of::<u16>();
+                Ok(Self { rows: volume.rows(), band_rows, at_once, band_counts })
+            }
         }
     }
 
@@ -147,7 +160,7 @@ impl Span {
 }
 
 /// Costs of the rows of a span on their way to being aggregated; rows come in their order.
-pub(super) struct Held {
+pub(super) struct Held<'a> {
     level: Level,
     penalties: Penalties,
     columns: usize,
@@ -160,14 +173,16 @@ pub(super) struct Held {
     /// Sums of the path that came down to the last row, and what it brought to it.
     path: Path,
     /// Costs of the rows from the first answered one on: rows x hypotheses x columns.
-    costs: Vec<u16>,
+    costs: &'a mut [u16],
     /// What paths bring to the answered rows: rows x hypotheses x columns.
-    brought: Vec<u16>,
+    brought: &'a mut [u16],
 }
 
-impl Held {
-    pub(super) fn new(span: Span, (hypotheses, columns): (usize, usize), penalties: Penalties) -> Self {
+impl<'a> Held<'a> {
+    pub(super) fn new(span: Span, (hypotheses, columns): (usize, usize), help: Help<'a>) -> Self {
+        let Help { penalties, room } = help;
         let size = hypotheses * columns;
+        let (costs, room) = room.split_at_mut(size * (span.searched.end - span.answered.start));
         Self {
             level: Level::new(),
             penalties,
@@ -176,8 +191,8 @@ impl Held {
             came: span.searched.start,
             coming: vec![UNKNOWN; size],
             path: Path::new(hypotheses, columns, penalties),
-            costs: Vec::with_capacity(size * (span.searched.end - span.answered.start)),
-            brought: Vec::with_capacity(size * span.answered.len()),
+            costs,
+            brought: &mut room[..size * span.answered.len()],
             span,
         }
     }
@@ -194,21 +209,23 @@ impl Held {
     pub(super) fn row_done(&mut self) {
         let y = self.came;
         self.came += 1;
+        let size = self.coming.len();
         let Span { answered, .. } = &self.span;
+        let place = |y: usize| (y - answered.start) * size..(y - answered.start + 1) * size;
         if y < answered.end {
             let brought = self.path.step(self.level, &self.coming);
             if y >= answered.start {
-                self.brought.extend_from_slice(brought);
+                self.brought[place(y)].copy_from_slice(brought);
             }
         }
         if y >= answered.start {
-            self.costs.extend_from_slice(&self.coming);
+            self.costs[place(y)].copy_from_slice(&self.coming);
         }
     }
 
     /// The aggregated costs of the answered rows, when all have come.
-    pub(super) fn aggregated(self) -> Aggregated {
-        let Self { level, columns, hypotheses, costs, mut brought, span, penalties, .. } = self;
+    pub(super) fn aggregated(self) -> Aggregated<'a> {
+        let Self { level, columns, hypotheses, costs, brought, span, penalties, .. } = self;
         let size = hypotheses * columns;
         let mut path = Path::new(hypotheses, columns, penalties);
         for (index, costs) in costs.chunks_exact(size).enumerate().rev() {
@@ -303,17 +320,17 @@ fn add<S: Simd>(_simd: S, values: &[u16], out: &mut [u16]) {
 }
 
 /// Aggregated costs of some rows.
-pub(super) struct Aggregated {
+pub(super) struct Aggregated<'a> {
     level: Level,
     count: f32,
     columns: usize,
     hypotheses: usize,
     first: usize,
-    costs: Vec<u16>,
-    brought: Vec<u16>,
+    costs: &'a [u16],
+    brought: &'a [u16],
 }
 
-impl Aggregated {
+impl Aggregated<'_> {
     /// The rows.
     pub(super) fn rows(&self) -> Range<usize> {
         self.first..self.first + self.brought.len() / (self.hypotheses * self.columns)

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
-use super::across_rows::{Held, Penalties, Span, typical_cost};
-use super::{RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups};
+use super::across_rows::{Held, Help, Span, typical_cost};
+use super::{
+    Groups, RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups,
+};
 use crate::epi::cost::{Band, CostTable, band_costs};
 use crate::epi::lines::Hypotheses;
 use crate::epi::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
@@ -26,14 +28,15 @@ pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAns
     let search = Exhaustive { task, hypotheses: Hypotheses::covering(range, options.raster_px) };
     if !options.across_rows {
         let bands = search.pieces(0..volume.rows()).map(Span::alone).collect();
-        return Ok(searched_groups(vec![bands], progress, |span| search.single_rows(span.answered)));
+        let groups = Groups { groups: vec![bands], band_counts: 0 };
+        return Ok(searched_groups(groups, progress, |span, _| search.single_rows(span.answered)));
     }
     let groups = groups_of_bands(task, search.hypotheses.count())?;
     let typical = typical_cost(volume.rows(), options.method.resolution(), |y| {
         search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
     });
     let penalties = penalties(task, typical);
-    Ok(searched_groups(groups, progress, |span| search.rows_together(span, penalties)))
+    Ok(searched_groups(groups, progress, |span, room| search.rows_together(span, Help { penalties, room })))
 }
 
 struct Exhaustive<'a> {
@@ -62,9 +65,9 @@ impl Exhaustive<'_> {
     }
 
     /// Answers of rows that help each other.
-    fn rows_together(&self, span: Span, penalties: Penalties) -> Vec<RowAnswers> {
+    fn rows_together(&self, span: Span, help: Help<'_>) -> Vec<RowAnswers> {
         let (count, columns) = (self.hypotheses.count(), self.task.volume.columns());
-        let mut held = Held::new(span.clone(), (count, columns), penalties);
+        let mut held = Held::new(span.clone(), (count, columns), help);
         for piece in self.pieces(span.searched) {
             for table in self.tables(piece) {
                 (0..count).for_each(|k| held.hold(k, 0, table.row(k)));

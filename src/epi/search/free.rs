@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
-use super::across_rows::{Aggregated, Held, Penalties, Span};
+use super::across_rows::{Aggregated, Held, Help, Span};
 use super::best::Best;
 use super::kernels;
 use super::limits::{NOISE_OF_GROUPS, limits};
@@ -35,13 +35,13 @@ impl<'a> Search<'a> {
 }
 
 impl Search<'_> {
-    /// Answers of the rows of `span`, each found by itself or, with `penalties`, with the help of the others.
-    pub(super) fn rows(&self, span: Span, penalties: Option<Penalties>) -> Vec<RowAnswers> {
+    /// Answers of the rows of `span`, each found by itself or with the help of the others.
+    pub(super) fn rows(&self, span: Span, help: Option<Help<'_>>) -> Vec<RowAnswers> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
         let size = (self.plan.hypotheses.count(), columns);
         let band = span.searched.clone();
-        let held = penalties.map(|penalties| Held::new(span, size, penalties));
+        let held = help.map(|help| Held::new(span, size, help));
         let shift = self.window.rows;
         let centres = band.start.saturating_sub(shift)..(band.end + shift).min(rows);
         let first = centres.start.saturating_sub(shift);
@@ -106,7 +106,7 @@ struct FreeRows<'a> {
     /// The first row that is not decided.
     done: usize,
     /// The costs of rows that wait for others to help them.
-    held: Option<Held>,
+    held: Option<Held<'a>>,
     answers: Vec<RowAnswers>,
 }
 
@@ -186,7 +186,7 @@ impl FreeRows<'_> {
     }
 
     /// Answers row `y` by the best of its own costs, or of aggregated ones.
-    fn answer(&mut self, y: usize, aggregated: Option<&Aggregated>) {
+    fn answer(&mut self, y: usize, aggregated: Option<&Aggregated<'_>>) {
         let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
         let dearest = tolerance.map_or(f32::INFINITY, |tolerance| tolerance.dearest(options.minimum_visible));
         let columns = self.inverse.len();

@@ -39,7 +39,7 @@ use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Sea
 use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::volume::Volume;
-use across_rows::{Bands, Held, Penalties, Span, typical_cost};
+use across_rows::{Bands, Held, Help, Penalties, Span, typical_cost};
 use plan::Plan;
 use tolerance::Tolerance;
 
@@ -99,15 +99,15 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
     let groups = groups_of_bands(task, plan.hypotheses.count())?;
     let hidden = ordering == OrderingUsed::Free && rule.hidden_points == HiddenPoints::OneSide;
     let tolerance = hidden.then(|| Tolerance::measured(task, &plan, window));
-    let answers = |span: Span, penalties: Option<Penalties>| match ordering {
+    let answers = |span: Span, help: Option<Help<'_>>| match ordering {
         OrderingUsed::Strict => {
             let size = (plan.hypotheses.count(), plan.columns);
-            let held = penalties.map(|penalties| Held::new(span.clone(), size, penalties));
+            let held = help.map(|help| Held::new(span.clone(), size, help));
             let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), held);
             sweep::sweep(volume, &plan, window, span.searched, &mut consumer);
             consumer.into_answers()
         }
-        OrderingUsed::Free => free::Search::new(task, &plan, window, tolerance).rows(span, penalties),
+        OrderingUsed::Free => free::Search::new(task, &plan, window, tolerance).rows(span, help),
     };
     let penalties = options.across_rows.then(|| {
         let typical = match tolerance {
@@ -118,7 +118,9 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
         };
         penalties(task, typical)
     });
-    let rows = searched_groups(groups, progress, |span| answers(span, penalties));
+    let rows = searched_groups(groups, progress, |span, room| {
+        answers(span, penalties.map(|penalties| Help { penalties, room }))
+    });
     let mut searched = Searched::of_rows(task, &rows);
     if ordering == OrderingUsed::Free {
         filling::drop_doubtful(&mut searched, options.minimum_confidence);
@@ -135,26 +137,40 @@ fn penalties(Task { volume, options, .. }: Task<'_>, typical: f32) -> Penalties 
     Penalties::of_typical(typical, (volume.frames() - 1) * options.window_px.pow(2))
 }
 
+/// Bands that are searched one group after the other.
+struct Groups {
+    groups: Vec<Vec<Span>>,
+    /// Counts that each band of a group holds.
+    band_counts: usize,
+}
+
 /// Bands in groups that may be searched at once: all of them, unless rows help each other.
-fn groups_of_bands(task: Task<'_>, hypotheses: usize) -> Result<Vec<Vec<Span>>, MatchError> {
+fn groups_of_bands(task: Task<'_>, hypotheses: usize) -> Result<Groups, MatchError> {
     if task.options.across_rows {
-        Ok(Bands::of(task.volume, hypotheses)?.groups())
+        let bands = Bands::of(task.volume, hypotheses)?;
+        Ok(Groups { groups: bands.groups(), band_counts: bands.band_counts })
     } else {
-        Ok(vec![bands(task.volume.rows()).map(Span::alone).collect()])
+        let all = bands(task.volume.rows()).map(Span::alone).collect();
+        Ok(Groups { groups: vec![all], band_counts: 0 })
     }
 }
 
-/// Answers of all rows in their order. `progress` is told each row.
+/// Answers of all rows in their order, found by `answers` with room for the counts of a band. `progress` is told each row.
 fn searched_groups(
-    groups: Vec<Vec<Span>>,
+    Groups { groups, band_counts }: Groups,
     progress: &dyn Progress,
-    answers: impl Fn(Span) -> Vec<RowAnswers> + Sync,
+    answers: impl Fn(Span, &mut [u16]) -> Vec<RowAnswers> + Sync,
 ) -> Vec<RowAnswers> {
     let mut rows = Vec::new();
+    // All room is one piece, so that it goes back to the system as a whole before the fit needs memory.
+    let mut room = vec![0; band_counts * groups.iter().map(Vec::len).max().unwrap_or(0)];
     for group in groups {
-        rows.par_extend(group.into_par_iter().flat_map_iter(|span| {
+        let mut rest = room.as_mut_slice();
+        let mut part = || rest.split_off_mut(..band_counts).unwrap_or_default();
+        let bands: Vec<_> = group.into_iter().map(|span| (span, part())).collect();
+        rows.par_extend(bands.into_par_iter().flat_map_iter(|(span, room)| {
             let count = span.answered.len() as u64;
-            let answers = answers(span);
+            let answers = answers(span, room);
             progress.advance(count);
             answers
         }));

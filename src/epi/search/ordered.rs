@@ -28,14 +28,14 @@ pub(super) struct Ordered<'a> {
     /// Candidates that have a cost, for each column.
     known: Vec<f32>,
     /// The costs of rows that wait for others to help them.
-    held: Option<Held>,
+    held: Option<Held<'a>>,
     /// The rows that are done.
     answers: Vec<RowAnswers>,
 }
 
 impl<'a> Ordered<'a> {
     /// Rows are mapped by themselves, or with the help of those of `held`.
-    pub(super) fn new(plan: &'a Plan, lines: &Lines, resolution: f32, held: Option<Held>) -> Self {
+    pub(super) fn new(plan: &'a Plan, lines: &Lines, resolution: f32, held: Option<Held<'a>>) -> Self {
         let (columns, raster_px) = (plan.columns, plan.hypotheses.raster_px());
         let mut known = vec![0.0; columns];
         for run in plan.candidates.iter().flat_map(|candidate| &candidate.runs) {
@@ -101,7 +101,7 @@ impl<'a> Ordered<'a> {
     }
 
     /// Maps the row whose costs are in the table: its own, or aggregated ones of row y.
-    fn map_row(&mut self, aggregated: Option<(&Aggregated, usize)>) {
+    fn map_row(&mut self, aggregated: Option<(&Aggregated<'_>, usize)>) {
         let columns = self.plan.columns;
         let mut row = RowAnswers::unknown(columns);
         let hypotheses = &self.plan.hypotheses;
@@ -111,7 +111,7 @@ impl<'a> Ordered<'a> {
             for (x, &k) in chosen.iter().enumerate() {
                 let k = usize::from(k);
                 let cost = self.table.at(k, x);
-                let own = |(aggregated, y): (&Aggregated, usize)| aggregated.own(y, k, x);
+                let own = |(aggregated, y): (&Aggregated<'_>, usize)| aggregated.own(y, k, x);
                 row.cost[x] = if cost.is_nan() { cost } else { aggregated.map_or(cost, own) };
                 // Without a rival there is nothing that it could be better than.
                 let rival = if rivals[x] == f32::INFINITY { f32::NAN } else { rivals[x] };
