@@ -138,7 +138,7 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
              another step, or defocus slightly",
             100.0 * locking.share_locked,
             locking.worst_bias_px.abs(),
-            if locking.from_lines { "" } else { " (roughly)" },
+            if locking.from_lines { "" } else { " (or a half or third of that: only the texture tells)" },
         ));
     }
     if summary.median_disparity_px.is_some_and(|median| median.abs() < 0.1) {
@@ -178,7 +178,11 @@ pub(super) fn describe(measurement: &Measurement) -> String {
                 locking.worst_bias_px.abs(),
                 100.0 * locking.share_locked
             ),
-            None => "pixel locking      none found\n".to_owned(),
+            None => format!(
+                "pixel locking      none stands out (amplitude {:.4} +- {:.4} px)\n",
+                locking.interpolation_px.first().copied().unwrap_or_default(),
+                locking.interpolation_sigma_px.first().copied().unwrap_or_default(),
+            ),
         });
     }
     if let Some(distance_mm) = summary.distance_mm {

@@ -14,7 +14,6 @@ use crate::epi::linear_epi::LinearEpi;
 use crate::epi::lines::Lines;
 use crate::epi::maps::Answer;
 use crate::plane::Plane;
-use crate::volume::Volume;
 
 /// Neighbours within this disparity of a pixel are taken to lie on its surface, in px ...
 const SAME_SURFACE_PX: f32 = 1.0;

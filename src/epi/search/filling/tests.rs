@@ -7,6 +7,7 @@ use crate::epi::lines::{Hypotheses, SeenRule};
 use crate::epi::maps::OrderingUsed;
 use crate::epi::options::{DisparityRange, HiddenPoints, MatchOptions};
 use crate::tau::Tau;
+use crate::volume::Volume;
 
 const NONE: f32 = f32::NAN;
 
