@@ -179,7 +179,9 @@ fn solve<S: Simd>(
         inflation = own.simd_gt(chance).select(own, splat(1.0)).max(inflation);
         ratio = ratio.max(own);
     }
-    let variance = noise * minor_dd * one_over * inflation;
+    // Votes that belong in part have less noise than their weights say.
+    let partly = sums.belonging / s0;
+    let variance = noise * minor_dd * one_over * partly * inflation;
     let known = determinant.simd_gt(zero);
     [
         known.select(d + step, d),

@@ -67,6 +67,8 @@ pub(super) type Line<S> = [f32x16<S>; 3];
 pub(super) struct WindowSums<'a, S: Simd> {
     /// Number of votes.
     pub(super) count: f32x16<S>,
+    /// Weights times how far the votes belong.
+    pub(super) belonging: f32x16<S>,
     pub(super) columns: &'a [Line<S>],
     pub(super) rows: &'a [Line<S>],
 }
@@ -75,6 +77,7 @@ pub(super) struct WindowSums<'a, S: Simd> {
 /// pixel narrower on both sides than the next.
 pub(super) struct Sums<S: Simd, const N: usize, const WINDOWS: usize> {
     counts: [f32x16<S>; WINDOWS],
+    belonging: [f32x16<S>; WINDOWS],
     /// Lines along the length of the widest window.
     along: [Line<S>; N],
     /// Lines across, for each window.
@@ -88,6 +91,7 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
         let zero = f32x16::splat(simd, 0.0);
         Self {
             counts: [zero; WINDOWS],
+            belonging: [zero; WINDOWS],
             along: [[zero; 3]; N],
             across: [[[zero; 3]; LONGEST]; WINDOWS],
             reach: (0, 0),
@@ -102,7 +106,7 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
         let along = &self.along[left_out..2 * narrow + 1 - left_out];
         let across = &self.across[window][..2 * long + 1];
         let (columns, rows) = if TURNED { (across, along) } else { (along, across) };
-        WindowSums { count: self.counts[window], columns, rows }
+        WindowSums { count: self.counts[window], belonging: self.belonging[window], columns, rows }
     }
 
     /// Sums anew, for the block of row `y` from place `start` on. The widest window is longest along its columns, or with `TURNED` along its rows.
@@ -124,11 +128,11 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
         // A constant lets the loops over sides be unrolled.
         let narrow = if N < LONGEST { N / 2 } else { narrow };
         let mut along = [[zero; 3]; N];
-        let mut counts = [zero; WINDOWS];
+        let (mut counts, mut belonging) = ([zero; WINDOWS], [zero; WINDOWS]);
         for across in 0..=2 * long {
             let mut line = [zero; 3];
-            let mut count = zero;
-            for (window, counted) in counts.iter_mut().enumerate() {
+            let (mut count, mut belongs) = (zero, zero);
+            for (window, (counted, belonging)) in counts.iter_mut().zip(&mut belonging).enumerate() {
                 // The narrowest window whole, then the sides that each other one has more.
                 let left_out = WINDOWS - 1 - window;
                 let last = 2 * narrow - left_out;
@@ -141,7 +145,9 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
                     // Rows above the image come out as huge numbers.
                     let (row, place) = ((y + row).wrapping_sub(reach_v), start + column - reach_u);
                     if row < rows {
-                        let vote = block.belonging(simd, (votes, map), offset, (row, place), allowance);
+                        let (share, vote) =
+                            block.belonging(simd, (votes, map), offset, (row, place), allowance);
+                        belongs = share.mul_add(vote[0], belongs);
                         count += vote[0].simd_gt(zero).select(one, zero);
                         let (u, v) = offset;
                         add(&mut line, vote, if TURNED { v } else { u });
@@ -151,10 +157,12 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
                 }
                 self.across[window][across] = line;
                 *counted += count;
+                *belonging += belongs;
             }
         }
         self.along = along;
         self.counts = counts;
+        self.belonging = belonging;
     }
 }
 
@@ -190,7 +198,7 @@ impl<S: Simd> Block<S> {
         }
     }
 
-    /// Weights and moments of the neighbours that lie `u` columns and `v` rows away, in `row` from `place` on, as far as they belong.
+    /// How far the neighbours belong, and their weights and moments as far as they do, of those that lie `u` columns and `v` rows away, in `row` from `place` on.
     #[inline(always)]
     fn belonging(
         &self,
@@ -199,7 +207,7 @@ impl<S: Simd> Block<S> {
         (u, v): (f32, f32),
         (row, place): (usize, usize),
         allowance: Allowance,
-    ) -> [f32x16<S>; 2] {
+    ) -> (f32x16<S>, [f32x16<S>; 2]) {
         let zero = f32x16::splat(simd, 0.0);
         let load = |plane: &Padded| load(simd, plane, row, place);
         let expected = self.slant_x.mul_add(u, self.slant_y.mul_add(v, self.disparity));
@@ -211,6 +219,6 @@ impl<S: Simd> Block<S> {
         let weight = share * load(&votes.weight);
         // The vote less the pixel's own disparity.
         let moment = share * load(&votes.moment) - weight * self.disparity;
-        [weight, moment]
+        (share, [weight, moment])
     }
 }

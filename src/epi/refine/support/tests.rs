@@ -223,19 +223,25 @@ fn of_votes_at_the_limit_half_counts() {
         let step = |x: usize, _| if x < EDGE { 0.0 } else { step };
         let (votes, map) = (votes_for(step, |_, _| weight), map_of(step, (0.0, 0.0), variance));
         let joining = Joining { reach: (1, 0), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) };
-        f64::from(joined(&votes, &map, joining).disparity.row(12)[PAD + EDGE - 1])
+        let surface = joined(&votes, &map, joining);
+        [&surface.disparity, &surface.variance].map(|plane| f64::from(plane.row(12)[PAD + EDGE - 1]))
     };
     // The line through votes of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`, beside the weak slant of zero.
     let line = |step: f64, share: f64| {
         let (sum, first, second) = (2.0 + share, share - 1.0, 1.0 + share + 100.0 * NOISE / weight);
-        share * step * (second - first) / (sum * second - first * first)
+        let determinant = sum * second - first * first;
+        // A vote that counts by a share has the noise of a whole one: sum of squared shares over that of shares.
+        let partly = (2.0 + share * share) / (2.0 + share);
+        [share * step * (second - first) / determinant, NOISE / weight * second / determinant * partly]
     };
     // Squared differences of 0.75 to 1.25 times what is allowed for: from all to nothing.
     for (squared, share) in
         [(0.7, 1.0), (0.75, 1.0), (0.9, 0.7), (1.0, 0.5), (1.1, 0.3), (1.25, 0.0), (1.4, 0.0)]
     {
         let step = allowed * f64::sqrt(squared);
-        assert!((found(step) - line(step, share)).abs() < 1e-5, "{squared}: {}", found(step));
+        let ([disparity, variance], [expected, noise]) = (found(step), line(step, share));
+        assert!((disparity - expected).abs() < 1e-5, "{squared}: {disparity}");
+        assert!((variance / noise - 1.0).abs() < 1e-3, "{squared}: {variance} {noise}");
     }
 }
 

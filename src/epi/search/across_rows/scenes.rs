@@ -50,7 +50,6 @@ fn rows_that_help_each_other_see_a_surface_that_each_by_itself_hardly_sees() {
             let options = MatchOptions { across_rows, ..options.clone() };
             wrong(&searched(&scene, middle, ordering, &options), |_, y| disparity(y))
         });
-        println!("{search:?} {ordering:?}: wrong {alone:?} alone, {together:?} together");
         // The option's promise: of candidates far from the surface fewer than half are left; those near it become no more.
         assert!(together[0] < alone[0], "{search:?} {ordering:?}: {together:?} {alone:?}");
         assert!(together[1] < 0.5 * alone[1], "{search:?} {ordering:?}: {together:?} {alone:?}");
@@ -70,7 +69,6 @@ fn edges_across_the_rows_stay_where_texture_shows_them() {
             let options = MatchOptions { across_rows, window_px: 1, ..MatchOptions::default() };
             wrong(&searched(&scene, tau.middle_frame(), ordering, &options), |_, y| disparity(y))
         });
-        println!("{ordering:?}: wrong {alone:?} alone, {together:?} together");
         assert!(together[0] <= alone[0] && together[1] <= alone[1], "{ordering:?}: {together:?} {alone:?}");
     }
 }
