@@ -67,8 +67,7 @@ fn the_worst_bias_is_where_and_what_the_prediction_says() {
         locking.worst_bias_px,
         near.len()
     );
-    // What the worst pixel of all has is no less than the mean of those around it; the formula is within a third
-    // ([`epirig::epi::LockingAmplitudes`]), and their chance is that of the amplitude, a tenth.
+    // The formula is within a third or so ([`epirig::epi::LockingAmplitudes`]), and the amplitude that it is made of is known to a tenth.
     let ratio = locking.worst_bias_px / mean;
     assert!((1.0 / 1.43..1.43).contains(&ratio), "{ratio}");
     let (low, high) = locking.locked_px.unwrap();

@@ -30,8 +30,8 @@ pub struct LockingHarmonic {
 pub struct LockingAmplitudes {
     /// The harmonics, the first first.
     pub harmonics: [LockingHarmonic; LOCKING_HARMONICS],
-    /// Whether lines with well spread fractions tell them; then biases are predicted within a third for texture behind a blur of 0.5 px and more, and
-    /// within a factor of two for most sharper one. If there are next to none, the texture of single frames tells the first interpolation amplitude alone. What aliasing does is
+    /// Whether lines with well spread fractions tell them; then biases are predicted within a third or so for texture behind a blur of 0.7 px, and overstated by up
+    /// to a factor of two for sharper one. If there are next to none, the texture of single frames tells the first interpolation amplitude alone. What aliasing does is
     /// not known then: biases are overstated two- to threefold behind such a blur, and only their order of magnitude is told without one.
     pub from_lines: bool,
 }
