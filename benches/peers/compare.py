@@ -1,6 +1,7 @@
 """Measures epirig's whole match beside its peers: time and error on one scene, in one run, on the same cores. See README.md."""
 
 import argparse
+import contextlib
 import importlib.metadata
 import json
 import os
@@ -195,7 +196,9 @@ def main():
 
     size = scenes.SMALL if arguments.small else scenes.FULL
     scene = scenes.render(size)
-    with tempfile.TemporaryDirectory() as folder:
+    arguments.program = arguments.program.resolve()
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        # pyvale leaves a log where it runs.
         runs = list(measured(arguments, scene, Path(folder)))
     ours = [run for run in runs if run.sigma is not None]
     text = "\n".join(
