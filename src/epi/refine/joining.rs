@@ -46,7 +46,8 @@ pub(super) fn join_votes(
     // A window of a given size is wanted whole.
     let fixed = options.is_none_or(|options| options.wanted_sigma_px.is_infinite());
     let belongs_sigmas = if fixed { BELONGS_TO_FIXED } else { BELONGS_SIGMAS };
-    let joining = |reach, slack| Joining { reach, belongs_sigmas, slack };
+    let joining =
+        |reach, slack: (f32, f32)| Joining { reach, belongs_sigmas, slack, slants_known: slack == NO_SLACK };
     let joined = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining| {
         let mut next = SurfacePlanes::unknown(rows, columns);
         next.par_rows().enumerate().for_each(|(y, out)| {

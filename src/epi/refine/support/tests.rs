@@ -73,8 +73,11 @@ fn equal_votes_on_a_plane_give_it_with_the_variance_of_their_mean() {
     let votes = votes_for(slanted, |_, _| weight);
     let map = map_of(slanted, (P, Q), 1e-4);
     for reach in [(1, 1), (3, 3), (3, 8), (10, 10)] {
-        let surface =
-            joined(&votes, &map, Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
+        let surface = joined(
+            &votes,
+            &map,
+            Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
+        );
         let count = ((2 * reach.0 + 1) * (2 * reach.1 + 1)) as f64;
         let (x, y) = (20, 12);
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -99,27 +102,34 @@ fn joining_solves_the_normal_equations() {
         slanted(x, y) + 0.0004 * ((x as f64 - 20.0).powi(2) + 0.7 * (y as f64 - 12.0).powi(2))
     };
     let votes = votes_for(bowl, uneven);
-    let map = map_of(bowl, (P, Q), 1.0);
+    let variance = 1e-3;
+    let map = map_of(bowl, (P, Q), variance);
     let reach = (4, 2);
-    let surface = joined(&votes, &map, Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
-    for pixel in [(20, 12), (0, 0), (39, 23), (3, 22), (31, 1), (17, 5)] {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for (column, row) in window(pixel, reach) {
-            let u = Vector3::new(1.0, column as f64 - pixel.0 as f64, row as f64 - pixel.1 as f64);
-            normal += u * u.transpose() * uneven(column, row);
-            right += u * (uneven(column, row) * bowl(column, row));
+    for slants_known in [false, true] {
+        let joining = Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known };
+        let surface = joined(&votes, &map, joining);
+        // The map's slants are observations, too, with the variance by which its planes grow with the squared distance.
+        let known = if slants_known { NOISE * f64::from(SLANT_SPREAD) / variance } else { 0.0 };
+        for pixel in [(20, 12), (0, 0), (39, 23), (3, 22), (31, 1), (17, 5)] {
+            let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+            for (column, row) in window(pixel, reach) {
+                let u = Vector3::new(1.0, column as f64 - pixel.0 as f64, row as f64 - pixel.1 as f64);
+                normal += u * u.transpose() * uneven(column, row);
+                right += u * (uneven(column, row) * bowl(column, row));
+            }
+            normal[(1, 1)] += 100.0 * NOISE + known;
+            normal[(2, 2)] += 100.0 * NOISE + known;
+            right += Vector3::new(0.0, known * P, known * Q);
+            let inverse = normal.try_inverse().unwrap();
+            let solution = inverse * right;
+            let at = |plane: &Padded| f64::from(plane.row(pixel.1)[PAD + pixel.0]);
+            // Moments of some 5000 in single precision lose 0.0005 of votes that weigh 1000.
+            assert!((at(&surface.disparity) - solution[0]).abs() < 1e-5, "{pixel:?}");
+            assert!((at(&surface.slant_x) - solution[1]).abs() < 1e-5, "{pixel:?}");
+            assert!((at(&surface.slant_y) - solution[2]).abs() < 1e-5, "{pixel:?}");
+            // Bends may raise the variance, nothing lowers it.
+            assert!(at(&surface.variance) > NOISE * inverse[(0, 0)] * (1.0 - 1e-4), "{pixel:?}");
         }
-        normal[(1, 1)] += 100.0 * NOISE;
-        normal[(2, 2)] += 100.0 * NOISE;
-        let inverse = normal.try_inverse().unwrap();
-        let solution = inverse * right;
-        let at = |plane: &Padded| f64::from(plane.row(pixel.1)[PAD + pixel.0]);
-        // Moments of some 5000 in single precision lose 0.0005 of votes that weigh 1000.
-        assert!((at(&surface.disparity) - solution[0]).abs() < 1e-5, "{pixel:?}");
-        assert!((at(&surface.slant_x) - solution[1]).abs() < 1e-5, "{pixel:?}");
-        assert!((at(&surface.slant_y) - solution[2]).abs() < 1e-5, "{pixel:?}");
-        // Bends may raise the variance, nothing lowers it.
-        assert!(at(&surface.variance) > NOISE * inverse[(0, 0)] * (1.0 - 1e-4), "{pixel:?}");
     }
 }
 
@@ -130,7 +140,8 @@ fn nested_windows_give_what_each_window_gives_by_itself() {
     let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
     let votes = votes_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
     let map = map_of(step, (0.0, 0.0), 0.5);
-    let joining = |reach| Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.25) };
+    let joining =
+        |reach| Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.25), slants_known: false };
     for widest in [(3, 10), (10, 3), (3, 5)] {
         let mut found = [(); 3].map(|()| SurfacePlanes::unknown(ROWS, COLUMNS));
         let [narrow, middle, wide] = &mut found;
@@ -167,7 +178,12 @@ fn a_step_twice_as_high_as_allowed_for_is_not_crossed() {
     let surface = joined(
         &votes,
         &map,
-        Joining { reach: (reach, reach), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) },
+        Joining {
+            reach: (reach, reach),
+            belongs_sigmas: BELONGS_SIGMAS,
+            slack: (0.0, 0.0),
+            slants_known: false,
+        },
     );
     let y = 12;
     for x in reach..COLUMNS - reach {
@@ -191,16 +207,22 @@ fn a_step_that_is_allowed_for_is_crossed() {
     let low = 0.5 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
     let step = |x: usize, _| if x < EDGE { 0.0 } else { low };
     let (votes, map) = (votes_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
-    let surface =
-        joined(&votes, &map, Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
+    let surface = joined(
+        &votes,
+        &map,
+        Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
+    );
     // Columns -1, 0, 1 vote 0, 0 and `low`: their mean is what a line gives in the middle.
     let found = f64::from(surface.disparity.row(12)[PAD + EDGE - 1]);
     assert!((found - low / 3.0).abs() < 1e-5, "{found}");
     // The same step beyond what is allowed for, but with slack.
     let high = |x: usize, _| if x < EDGE { 0.0 } else { 4.0 * low };
     let (votes, map) = (votes_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
-    let without =
-        joined(&votes, &map, Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) });
+    let without = joined(
+        &votes,
+        &map,
+        Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
+    );
     assert!(without.disparity.row(12)[PAD + EDGE - 1].abs() < 1e-6);
     let with = joined(
         &votes,
@@ -209,6 +231,7 @@ fn a_step_that_is_allowed_for_is_crossed() {
             reach: (1, 1),
             belongs_sigmas: BELONGS_SIGMAS,
             slack: (3.0 * low as f32, 3.0 * low as f32),
+            slants_known: false,
         },
     );
     assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 4.0 * low / 3.0).abs() < 1e-5);
@@ -222,7 +245,8 @@ fn of_votes_at_the_limit_half_counts() {
     let found = |step: f64| {
         let step = |x: usize, _| if x < EDGE { 0.0 } else { step };
         let (votes, map) = (votes_for(step, |_, _| weight), map_of(step, (0.0, 0.0), variance));
-        let joining = Joining { reach: (1, 0), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) };
+        let joining =
+            Joining { reach: (1, 0), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false };
         let surface = joined(&votes, &map, joining);
         [&surface.disparity, &surface.variance].map(|plane| f64::from(plane.row(12)[PAD + EDGE - 1]))
     };
@@ -253,7 +277,8 @@ fn settled_pixels_keep_what_they_have() {
     for y in 0..ROWS {
         (0..COLUMNS).step_by(3).for_each(|x| surface.variance.row_mut(y)[PAD + x] = 1e-5);
     }
-    let joining = Joining { reach: (2, 2), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) };
+    let joining =
+        Joining { reach: (2, 2), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false };
     surface
         .par_rows()
         .enumerate()
@@ -275,7 +300,7 @@ fn where_nothing_votes_nothing_is_known() {
     let surface = joined(
         &votes,
         &map_of(slanted, (P, Q), 1.0),
-        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3) },
+        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3), slants_known: false },
     );
     assert!(surface.variance.row(5).iter().all(|&variance| variance == f32::INFINITY));
     assert_eq!(surface.disparity.row(5)[PAD + 7], slanted(7, 5) as f32);
@@ -283,8 +308,11 @@ fn where_nothing_votes_nothing_is_known() {
 
 /// The best windows of reach 3 for `votes`, whose windows reach across steps as guesses do.
 fn best_windows(votes: &VotePlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
-    let windows =
-        joined(votes, guesses, Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3) });
+    let windows = joined(
+        votes,
+        guesses,
+        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3), slants_known: false },
+    );
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
         .enumerate()
@@ -316,7 +344,7 @@ fn windows_of_another_surface_are_not_taken() {
     let windows = joined(
         &votes,
         &map_of(slanted, (P, Q), 1e-3),
-        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0) },
+        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
     );
     let guesses = map_of(|x, y| slanted(x, y) + 1.5, (0.0, 0.0), 1e-3);
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
