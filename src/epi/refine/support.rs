@@ -19,6 +19,9 @@ use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 /// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
 const SLANT_SPREAD: f32 = 12.0;
+/// The variance of a plane's disparity, with what credible windows disagree by, over this is taken for that of its slants, in px^2: the mean square of u in
+/// windows 7 px wide.
+const LEAST_SLANT_SPREAD: f32 = 4.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f32 = 0.1;
 
@@ -153,8 +156,7 @@ fn solve<S: Simd>(
     let prior = noise * (1.0 / (EXPECTED_SLANT * EXPECTED_SLANT));
     (suu, svv) = (suu + prior, svv + prior);
     if slants_known {
-        // A plane whose variance grows from its middle by u^2 / SLANT_SPREAD has slants of this variance.
-        let weight = noise * SLANT_SPREAD / own(&map.variance);
+        let weight = noise * LEAST_SLANT_SPREAD / (own(&map.variance) + own(&map.texture));
         (suu, svv) = (suu + weight, svv + weight);
         (tu, tv) = (weight.mul_add(p, tu), weight.mul_add(q, tv));
     }
