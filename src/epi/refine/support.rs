@@ -282,7 +282,9 @@ fn take_best_window_simd<S: Simd>(
             sums[2] = (weight * away).mul_add(away, sums[2]);
         }
         let mean = sums[1] / sums[0];
-        best[5] = best[5].max(sums[2] / sums[0] - mean * mean);
+        // Where no window comes near the guess, none disagrees.
+        let some = sums[0].simd_gt(f32x16::splat(simd, 0.0));
+        best[5] = some.select((sums[2] / sums[0] - mean * mean).max(best[5]), best[5]);
         for (kept, best) in kept.iter_mut().zip(best) {
             best.store_slice(&mut kept[block.clone()]);
         }

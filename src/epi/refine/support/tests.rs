@@ -352,4 +352,6 @@ fn windows_of_another_surface_are_not_taken() {
         .enumerate()
         .for_each(|(y, out)| take_best_window(Level::new(), (&windows, &guesses), (3, 3), y, out));
     assert!((0..ROWS).all(|y| map.variance.row(y)[PAD..PAD + COLUMNS].iter().all(|v| v.is_infinite())));
+    // What no window tells is no disagreement either.
+    assert!((0..ROWS).all(|y| map.texture.row(y)[PAD..PAD + COLUMNS].iter().all(|v| *v == 0.0)));
 }
