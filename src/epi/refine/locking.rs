@@ -43,6 +43,7 @@ const LEAST_FRAMES: usize = 2 * TERMS;
 const BESIDE: isize = 4;
 /// A frame moved by a whole number of pixels but for this many steps of the table shows texture as the reference frame does.
 const NEARLY_WHOLE: usize = FRACTIONS / 8;
+
 /// Whether row `y` of `rows` is looked at.
 pub(super) fn is_sampled(y: usize, rows: usize) -> bool {
     let sampled = rows.min(SAMPLED_ROWS);
