@@ -349,9 +349,7 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     let [first, second] = ["calibrated", "again"].map(|name| map(&path.join(name).join("disparity.tiff")));
     let sigma = map(&path.join("calibrated/sigma.tiff"));
     // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: on a plane a disparity moves by 0.0016 of its sigma (RMS). At the
-    // tile's steps windows compete for pixels with nearly equal scores and may change places, so some move by more; and the gain
-    // of each of nine frames, measured from 750 points to 0.04 %, moves by a twentieth of that, 0.002 DN that all pixels of a window share. What comes of both
-    // was measured as 0.0061 and 0.076 sigma; a fifth of margin.
+    // tile's steps windows compete for pixels with nearly equal scores and may change places, so some move by more: measured 0.0020 and 0.054 sigma.
     let known = |value: f32| !value.is_nan();
     let mut off: Vec<f32> = Vec::new();
     for ((first, second), sigma) in first.values().iter().zip(second.values()).zip(sigma.values()) {
@@ -364,8 +362,8 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     // The tile covers a quarter of the picture, and nothing else has texture.
     assert!(off.len() > first.values().len() / 5, "{}", off.len());
     off.sort_unstable_by(f32::total_cmp);
-    assert!(off[off.len() / 2] < 0.0075, "{}", off[off.len() / 2]);
-    assert!(off[off.len() * 9 / 10] < 0.091, "{}", off[off.len() * 9 / 10]);
+    assert!(off[off.len() / 2] < 0.006, "{}", off[off.len() / 2]);
+    assert!(off[off.len() * 9 / 10] < 0.06, "{}", off[off.len() * 9 / 10]);
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
     assert!(heights("calibrated") && heights("again") && heights("raw"));
 }

@@ -23,8 +23,8 @@ const LEAST_POINTS: usize = 50;
 const BELIEVED: f32 = 6.0;
 /// Points this many standard deviations away have full weight: of normal ones few lie beyond.
 const FAR_SIGMAS: f32 = 2.0;
-/// Gains that vary by less than this (RMS) are left as they are: of 100 DN that is a twentieth of a DN, less than windows of 7 x 7 px leave of quantisation alone.
-const LEAST_VARIATION: f32 = 0.0005;
+/// Gains that vary by less than this (RMS) are left as they are: of 100 DN that is a fifth of a DN, less than quantisation leaves of a single pixel.
+const LEAST_VARIATION: f32 = 0.002;
 /// Gains beyond this factor are no light that photometry has left.
 const LARGEST: f32 = 1.25;
 /// Gains that are no more than chance have a mean squared deviation of one variance; with some ten frames chance seldom makes it four.

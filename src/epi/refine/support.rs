@@ -20,8 +20,8 @@ use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
 const SLANT_SPREAD: f32 = 12.0;
 /// The variance of a plane's disparity, with what credible windows disagree by, over this is taken for that of its slants, in px^2: the mean square of u in
-/// windows 7 px wide.
-const LEAST_SLANT_SPREAD: f32 = 4.0;
+/// windows between 3 and 5 px wide. Wider ones would hand slants on across what they do not see.
+const LEAST_SLANT_SPREAD: f32 = 1.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f32 = 0.1;
 
