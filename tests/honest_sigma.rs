@@ -27,21 +27,27 @@ const WITHIN_2: Promise = Promise::as_asked(ASKED_WITHIN_2);
 /// Shares within 1 and 2 sigma at each noise.
 type Honesty = [(Promise, Promise); NOISES_DN.len()];
 const HONEST: Honesty = [(WITHIN_1, WITHIN_2); NOISES_DN.len()];
-/// Steps of 0.05 px every 6 px are less than single votes scatter by, and windows that noise widens smooth them. Asked 0.68 and 0.95. Reached: at 0.5 DN 0.879 and
-/// 0.983 (sigma too large; before: 0.349 and 0.598), at 1 DN 0.563 and 0.809 (before: 0.466 and 0.772), at 3 DN 0.359 and 0.651: there windows of 5 px, which
-/// did not grow, said 0.652 and 0.939 at twice the sigma.
+/// Steps of 0.05 px every 6 px: with noise they are less than single votes scatter by, and windows smooth them. Asked 0.68 and 0.95. Reached: at 0.5 DN what is
+/// asked, at 1 DN 0.598 and 0.851, at 3 DN 0.484 and 0.859: sigma says that relief is lost, but less than is.
+const SMALL_TILE: Honesty = [
+    HONEST[0],
+    (
+        Promise::missed(ASKED_WITHIN_1, Bounds::between(0.58, 0.71)),
+        Promise::missed(ASKED_WITHIN_2, Bounds::between(0.83, 0.97)),
+    ),
+    (
+        Promise::missed(ASKED_WITHIN_1, Bounds::between(0.465, 0.71)),
+        Promise::missed(ASKED_WITHIN_2, Bounds::between(0.84, 0.97)),
+    ),
+];
+/// Steps of 0.1 px every 13 px, as a camera of 1024 columns sees them. Asked 0.68 and 0.95. Reached: at 0.5 DN 0.717 and 0.954, at 1 DN what is asked, at 3 DN 0.771 and
+/// 0.983: sigma is too large where windows disagree about what the best one has seen.
 const TILE: Honesty = [
+    (Promise::missed(ASKED_WITHIN_1, Bounds::between(0.65, 0.725)), WITHIN_2),
+    HONEST[1],
     (
-        Promise::missed(ASKED_WITHIN_1, Bounds::between(0.65, 0.88)),
+        Promise::missed(ASKED_WITHIN_1, Bounds::between(0.65, 0.785)),
         Promise::missed(ASKED_WITHIN_2, Bounds::between(0.93, 0.985)),
-    ),
-    (
-        Promise::missed(ASKED_WITHIN_1, Bounds::between(0.5, 0.71)),
-        Promise::missed(ASKED_WITHIN_2, Bounds::between(0.771, 0.97)),
-    ),
-    (
-        Promise::missed(ASKED_WITHIN_1, Bounds::between(0.33, 0.71)),
-        Promise::missed(ASKED_WITHIN_2, Bounds::between(0.62, 0.97)),
     ),
 ];
 
@@ -106,6 +112,17 @@ fn sigma_is_honest_on_the_cube_edge() {
 }
 
 #[test]
+fn sigma_is_honest_on_the_tile_at_half_the_resolution() {
+    check("small tile", SMALL_TILE, |noise_dn| twin(TwinConfig::tile(512, FRAMES), noise_dn));
+}
+
+#[test]
 fn sigma_is_honest_on_the_tile() {
-    check("tile", TILE, |noise_dn| twin(TwinConfig::tile(512, FRAMES), noise_dn));
+    check("tile", TILE, |noise_dn| {
+        let mut config = TwinConfig::tile(1024, FRAMES);
+        // Stripes go from top to bottom: a part of them tells as much.
+        config.optics.rows = 160;
+        config.optics.principal_point_y_px = 79.5;
+        twin(config, noise_dn)
+    });
 }

@@ -7,8 +7,8 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::Fit;
-use super::planes::{Padded, SurfacePlanes, VotePlanes};
-use super::smoothing::raise_smoothed;
+use super::planes::{SurfacePlanes, VotePlanes};
+use super::smoothing::{missed_by_small, smoothed_away, told_by_both};
 use super::stretch::take_off_drift;
 use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
 use crate::plane::Plane;
@@ -22,7 +22,7 @@ const LONG_REACHES: [(usize, usize); 2] = [(3, 10), (10, 3)];
 /// Reaches to which supports grow, in px.
 const REACHES: [usize; 5] = [1, 2, 3, 4, 5];
 /// Reaches of the small windows that tell what supports smooth away, in px.
-const SMALL_REACHES: [usize; 3] = [1, 2, 3];
+const SMALL_REACHES: [usize; 2] = [1, 2];
 /// Disparities that differ by more than this many of their sigmas belong to two surfaces. Chance exceeds it once in fifty, and a wider limit lets
 /// more of small steps in.
 const BELONGS_SIGMAS: f32 = 2.3;
@@ -31,9 +31,6 @@ const BELONGS_TO_FIXED: f32 = 4.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
-/// Windows disagree if the variance between them is this many times that of the best one; on a plane it is about as large.
-const DISAGREEING: f32 = 16.0;
-
 /// The surface through the votes: supports of the smallest window, or as `options` say.
 pub(super) fn join_votes(
     level: Level,
@@ -90,7 +87,7 @@ pub(super) fn join_votes(
     take_off_drift(votes, &map);
     votes.forget_derivatives();
     drop(map);
-    let mut map = survey(votes, SQUARE_REACH, &LONG_REACHES);
+    let map = survey(votes, SQUARE_REACH, &LONG_REACHES);
     let votes = &*votes;
     let smallest = options.window_px / 2;
     let mut surface = joined(votes, &map, joining((smallest, smallest), NO_SLACK));
@@ -102,19 +99,13 @@ pub(super) fn join_votes(
             join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
         });
     }
-    let mut smoothed = Padded::filled(rows, columns, 0.0);
-    map.par_rows().zip(smoothed.par_rows()).for_each(|(map, smoothed)| {
-        for ((smoothed, between), variance) in smoothed.iter_mut().zip(map.texture).zip(map.variance) {
-            if *between > DISAGREEING * *variance {
-                *smoothed = *between;
-            }
-        }
-    });
+    let smoothed = smoothed_away(&surface, &map);
     drop(map);
-    for reach in SMALL_REACHES {
+    let [smallest, wider] = SMALL_REACHES.map(|reach| {
         let small = joined(votes, &guesses, joining((reach, reach), GUESS_SLACK));
-        raise_smoothed(&mut smoothed, &surface, &small, 2 * reach + 1);
-    }
+        missed_by_small(&surface, &small, 2 * reach + 1)
+    });
     surface.raise_variance(&smoothed);
+    surface.raise_variance(&told_by_both(smallest, &wider));
     surface
 }

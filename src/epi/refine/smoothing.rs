@@ -1,192 +1,118 @@
-//! What supports smooth away.
+//! What supports smooth away, and what of it is told by whom.
 //!
-//! A step that is small against the noise of single votes is not seen by the window that it crosses, which then errs without knowing. Many windows
-//! together know: where they smooth something away, they differ from small windows by more than the small ones' noise explains. The excess of the squared
-//! differences, pooled along the column and along the row through a pixel, is the square of what is smoothed away there. Both pools must stand out: along a
-//! straight step one of them always does, for pixels beside the step, too.
+//! A step that is small against the noise of single votes is not seen by the window that it crosses, which then errs without knowing. Three witnesses tell:
+//!
+//! - *Small windows*, many together: where supports smooth something away, they differ from windows of 3 x 3 and of 5 x 5 px by more than the small ones' noise
+//!   explains.
+//! - *Windows that disagree*: of those that competed for a pixel, credible ones lie off the best one by more than chance lets them. As either may be wrong, half of
+//!   the mean square is the best one's.
+//! - *The surface itself*, at steps that it sees: it cannot tell where between two pixels a step lies.
+//!
+//! The first two are pooled over many pixels, see [`pools`]; a single pixel's windows tell on their own only where they disagree far beyond chance.
+
+mod pools;
+#[cfg(test)]
+mod tests;
 
 use rayon::prelude::*;
 
 use super::planes::{PAD, Padded, SurfacePlanes};
+use super::support::APART_BY_CHANCE;
+use pools::{Excess, pooled};
 
-/// Pools reach this far to both sides, in px.
-const POOL_REACH: usize = 40;
 /// A small window this far away has not seen what is smoothed away, but another surface, in px.
 const ANOTHER_SURFACE_PX: f64 = 0.5;
-/// A pool stands out if its excess is this many of its standard deviations; chance lets both do so once in a thousand.
-const STANDS_OUT: f64 = 2.0;
+/// Small windows tell only where supports have at least this share of their variance to spare.
+const LEAST_SPARE: f64 = 0.2;
+/// What competing windows disagree by is alike within as many pixels along a row or a column: half the length of long windows.
+const ALIKE_PX: usize = 9;
+/// A pixel's own windows disagree beyond chance if they do so this many times as far as on a plane, in the mean square; there one in fifty does.
+const FAR_APART: f32 = 4.0;
+/// Slants beside a step are those of pixels this far away, in px, whose long windows it does not cross.
+const BESIDE_PX: usize = 3;
+/// Steps stand out of noise if they are this many of their standard deviations.
+const STEP_SIGMAS: f32 = 2.0;
+/// Larger steps are edges of things, in px; the search has decided to which side pixels belong.
+const LARGEST_STEP_PX: f32 = 1.0;
 
-/// Sums over a pool, weighted by how well each squared difference is known.
-#[derive(Debug, Clone, Copy, Default)]
-struct Pool {
-    excess: f64,
-    weight: f64,
+/// The variances, in px^2, of what `surface` smooths away, by what the windows disagreed by that competed for the planes of `map`, and at its own steps.
+pub(super) fn smoothed_away(surface: &SurfacePlanes, map: &SurfacePlanes) -> Padded {
+    let mut smoothed = pooled(surface, ALIKE_PX, |place, y| disagreement(map, place, y));
+    smoothed.par_rows().enumerate().for_each(|(y, smoothed)| {
+        let (apart, variance) = (map.texture.row(y), map.variance.row(y));
+        for (place, smoothed) in smoothed.iter_mut().enumerate() {
+            // NaN where pools tell nothing.
+            let pooled = smoothed.max(0.0);
+            let far = apart[place] > FAR_APART * APART_BY_CHANCE * variance[place];
+            *smoothed = if far { pooled.max(apart[place]) } else { pooled } / 2.0;
+        }
+        add_steps(smoothed, surface, map, y);
+    });
+    smoothed
 }
 
-impl Pool {
-    fn change(&mut self, other: &Self, sign: f64) {
-        self.excess += sign * other.excess;
-        self.weight += sign * other.weight;
-    }
-
-    /// The mean excess, if it stands out; windows of `side` px share their votes with neighbours.
-    fn standing_out(&self, side: usize) -> f64 {
-        let mean = self.excess / self.weight;
-        if mean > STANDS_OUT * (side as f64 / self.weight).sqrt() { mean } else { 0.0 }
-    }
+/// The same by small windows of `side` px, whose planes are `small`; NaN where they do not tell.
+pub(super) fn missed_by_small(surface: &SurfacePlanes, small: &SurfacePlanes, side: usize) -> Padded {
+    pooled(surface, side, |place, y| {
+        let noise = f64::from(small.variance.row(y)[place]);
+        let spare = noise - f64::from(surface.variance.row(y)[place]);
+        let difference = f64::from(small.disparity.row(y)[place] - surface.disparity.row(y)[place]);
+        if spare > LEAST_SPARE * noise && spare.is_finite() && difference.abs() <= ANOTHER_SURFACE_PX {
+            // The square of a Gaussian has twice its squared variance for variance.
+            Excess::new(difference * difference - spare, 2.0 * spare * spare)
+        } else {
+            Excess::default()
+        }
+    })
 }
 
-/// Raises `smoothed`, in px^2, to the squares of what `surface` smooths away against `small`, the planes of windows `side` px wide.
-pub(super) fn raise_smoothed(
-    smoothed: &mut Padded,
-    surface: &SurfacePlanes,
-    small: &SurfacePlanes,
-    side: usize,
-) {
-    let rows = surface.rows();
-    let own: Vec<Vec<Pool>> = (0..rows)
-        .into_par_iter()
-        .map(|y| {
-            let (found, variance) = (surface.disparity.row(y), surface.variance.row(y));
-            let (other, noise) = (small.disparity.row(y), small.variance.row(y));
-            (PAD..found.len() - PAD)
-                .map(|place| {
-                    let noise = f64::from(noise[place]);
-                    let spare = noise - f64::from(variance[place]);
-                    if !(spare > 0.2 * noise && spare.is_finite()) {
-                        return Pool::default();
-                    }
-                    let difference = f64::from(other[place] - found[place]);
-                    if difference.abs() > ANOTHER_SURFACE_PX {
-                        return Pool::default();
-                    }
-                    // The square of a Gaussian has twice its squared variance for variance.
-                    let weight = 0.5 / (spare * spare);
-                    Pool { excess: weight * (difference * difference - spare), weight }
-                })
-                .collect()
-        })
-        .collect();
-    let columns = own.first().map_or(0, Vec::len);
-    let mut vertical = vec![Pool::default(); columns];
-    for row in own.iter().take(POOL_REACH) {
-        vertical.iter_mut().zip(row).for_each(|(pool, pixel)| pool.change(pixel, 1.0));
-    }
-    for y in 0..rows {
-        if let Some(row) = own.get(y + POOL_REACH) {
-            vertical.iter_mut().zip(row).for_each(|(pool, pixel)| pool.change(pixel, 1.0));
-        }
-        if let Some(row) = y.checked_sub(POOL_REACH + 1).map(|gone| &own[gone]) {
-            vertical.iter_mut().zip(row).for_each(|(pool, pixel)| pool.change(pixel, -1.0));
-        }
-        let row = &own[y];
-        let mut horizontal = Pool::default();
-        row.iter().take(POOL_REACH).for_each(|pixel| horizontal.change(pixel, 1.0));
-        let smoothed = smoothed.row_mut(y);
-        for x in 0..columns {
-            if let Some(pixel) = row.get(x + POOL_REACH) {
-                horizontal.change(pixel, 1.0);
-            }
-            if let Some(gone) = x.checked_sub(POOL_REACH + 1) {
-                horizontal.change(&row[gone], -1.0);
-            }
-            let (along, across) = (vertical[x].standing_out(side), horizontal.standing_out(side));
-            if along > 0.0 && across > 0.0 {
-                smoothed[PAD + x] = smoothed[PAD + x].max(along.max(across) as f32);
-            }
-        }
+/// The lesser of what two kinds of small windows tell, or what one of them does: what they themselves err by beyond their noise counts as if it were smoothed away,
+/// so each tells at most. Nothing where neither does.
+pub(super) fn told_by_both(mut missed: Padded, other: &Padded) -> Padded {
+    missed.par_rows().enumerate().for_each(|(y, missed)| {
+        // NaN is the lesser of nothing.
+        missed.iter_mut().zip(other.row(y)).for_each(|(missed, other)| *missed = missed.min(*other).max(0.0));
+    });
+    missed
+}
+
+/// How much more the windows disagreed that competed for a pixel than on a plane.
+fn disagreement(map: &SurfacePlanes, place: usize, y: usize) -> Excess {
+    let by_chance = f64::from(APART_BY_CHANCE * map.variance.row(y)[place]);
+    if by_chance > 0.0 && by_chance.is_finite() {
+        // A few windows make one pixel's mean square; it varies by about as much as it is.
+        Excess::new(f64::from(map.texture.row(y)[place]) - by_chance, by_chance * by_chance)
+    } else {
+        Excess::default()
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use rand::SeedableRng;
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::{Distribution, StandardNormal};
-
-    use super::*;
-
-    const ROWS: usize = 200;
-    const COLUMNS: usize = 240;
-    /// Windows of three pixels.
-    const SIDE: usize = 3;
-    const SMALL_SIGMA: f32 = 0.01;
-
-    /// A surface without noise that lies `lift(x)` beside small windows whose noise is that of means over 3 x 3 px.
-    fn surfaces(lift: impl Fn(usize) -> f32) -> (SurfacePlanes, SurfacePlanes) {
-        let mut random = ChaCha8Rng::seed_from_u64(3);
-        let stride = COLUMNS + 2;
-        let white: Vec<f32> = (0..(ROWS + 2) * stride).map(|_| StandardNormal.sample(&mut random)).collect();
-        let mut surface = SurfacePlanes::unknown(ROWS, COLUMNS);
-        let mut small = SurfacePlanes::unknown(ROWS, COLUMNS);
-        for y in 0..ROWS {
-            surface.variance.row_mut(y)[PAD..PAD + COLUMNS].fill(0.0);
-            small.variance.row_mut(y)[PAD..PAD + COLUMNS].fill(SMALL_SIGMA * SMALL_SIGMA);
-            for x in 0..COLUMNS {
-                let window = (0..SIDE).flat_map(|v| &white[(y + v) * stride + x..][..SIDE]);
-                // The sum of nine has the sigma 3.
-                small.disparity.row_mut(y)[PAD + x] = 7.0 + SMALL_SIGMA / 3.0 * window.sum::<f32>();
-                surface.disparity.row_mut(y)[PAD + x] = 7.0 + lift(x);
-            }
-        }
-        (surface, small)
+/// Adds the uncertainty of where steps lie to row `y`.
+fn add_steps(smoothed: &mut [f32], surface: &SurfacePlanes, map: &SurfacePlanes, y: usize) {
+    let (disparity, variance) = (surface.disparity.row(y), surface.variance.row(y));
+    let slant = map.slant_x.row(y);
+    for place in PAD..smoothed.len() - PAD {
+        let rise = disparity[place + 1] - disparity[place - 1];
+        let noise = variance[place - 1] + variance[place + 1];
+        smoothed[place] += step(rise, noise, [slant[place - BESIDE_PX], slant[place + BESIDE_PX]]);
     }
-
-    fn raised(surface: &SurfacePlanes, small: &SurfacePlanes) -> Padded {
-        let mut smoothed = Padded::filled(ROWS, COLUMNS, 0.0);
-        raise_smoothed(&mut smoothed, surface, small, SIDE);
-        smoothed
+    if y == 0 || y + 1 == surface.rows() {
+        return;
     }
-
-    fn share_raised(smoothed: &Padded, columns: std::ops::Range<usize>) -> f64 {
-        let count = |y| columns.clone().filter(|x| smoothed.row(y)[PAD + x] > 0.0).count();
-        (0..ROWS).map(count).sum::<usize>() as f64 / (ROWS * columns.len()) as f64
+    let [before, after] = [y - 1, y + 1].map(|y| (surface.disparity.row(y), surface.variance.row(y)));
+    let slants = [y.saturating_sub(BESIDE_PX), (y + BESIDE_PX).min(surface.rows() - 1)];
+    let slants = slants.map(|y| map.slant_y.row(y));
+    for place in PAD..smoothed.len() - PAD {
+        let (rise, noise) = (after.0[place] - before.0[place], before.1[place] + after.1[place]);
+        smoothed[place] += step(rise, noise, slants.map(|slant| slant[place]));
     }
+}
 
-    #[test]
-    fn noise_alone_raises_next_to_nothing() {
-        let (surface, small) = surfaces(|_| 0.0);
-        let share = share_raised(&raised(&surface, &small), 0..COLUMNS);
-        // Two Gaussian pools stand out by chance once in two thousand; means of 81 squares are skew (third moment 0.31), which makes
-        // it once in a thousand. Pools overlap: here are some 500 independent ones of either kind, so the share may well be twice that.
-        assert!(share < 2.0 / 1000.0, "{share}");
-    }
-
-    #[test]
-    fn what_a_band_smooths_away_is_stated_in_the_band() {
-        // Twelve of a row's 81 pixels: an excess of 0.00037 +- 0.00007, where 0.00005 stands out.
-        let band = 120..132;
-        let (surface, small) = surfaces(|x| if band.contains(&x) { 0.05 } else { 0.0 });
-        let smoothed = raised(&surface, &small);
-        for y in 0..ROWS {
-            for x in band.clone() {
-                let found = smoothed.row(y)[PAD + x];
-                // The mean over 81 rows, at the border 41, of (0.05 + noise)^2 - 0.01^2: noise of 0.01, of which three neighbours share a
-                // window, gives it a standard deviation of 0.001 sqrt(3 / 41) = 0.00027 at the border.
-                assert!((found - 0.0025).abs() < 4.0 * 0.00027, "({x}, {y}): {found}");
-            }
-        }
-        // Out of the band's reach nothing but chance, as above.
-        for far in [0..band.start - POOL_REACH, band.end + POOL_REACH..COLUMNS] {
-            assert!(share_raised(&smoothed, far.clone()) < 2.0 / 2000.0, "{far:?}");
-        }
-        // Beside it rows tell of the band, but columns do not: less than one in twenty by chance, and by no more than the band's share of the row's pool.
-        for near in [band.start - POOL_REACH..band.start, band.end..band.end + POOL_REACH] {
-            assert!(share_raised(&smoothed, near.clone()) < 0.05, "{near:?}");
-            let most = near.map(|x| (0..ROWS).map(|y| smoothed.row(y)[PAD + x]).fold(0.0, f32::max));
-            assert!(most.fold(0.0, f32::max) < 2.0 * 0.0025 * 12.0 / 81.0);
-        }
-    }
-
-    #[test]
-    fn what_is_known_already_is_never_lowered_and_unknown_pixels_tell_nothing() {
-        let (surface, mut small) = surfaces(|x| if x == 120 { 0.05 } else { 0.0 });
-        let mut smoothed = Padded::filled(ROWS, COLUMNS, 1.0);
-        raise_smoothed(&mut smoothed, &surface, &small, SIDE);
-        assert!((0..ROWS).all(|y| smoothed.row(y).iter().all(|&value| value == 1.0)));
-        for y in 0..ROWS {
-            small.variance.row_mut(y).fill(f32::INFINITY);
-        }
-        assert_eq!(share_raised(&raised(&surface, &small), 0..COLUMNS), 0.0);
-    }
+/// The variance, in px^2, of a pixel between two whose disparities differ by `rise`, with this variance: what the slant of neither side explains is a step. It lies
+/// anywhere between the two, which makes a twelfth of its square, as for anything uniformly distributed.
+fn step(rise: f32, noise: f32, slants: [f32; 2]) -> f32 {
+    let [left, right] = slants.map(|slant| (rise - 2.0 * slant).abs());
+    let step = left.min(right);
+    let seen = step > STEP_SIGMAS * noise.sqrt() && step < LARGEST_STEP_PX;
+    if seen { step * step / 12.0 } else { 0.0 }
 }

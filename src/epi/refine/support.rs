@@ -19,9 +19,11 @@ use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 /// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
 const SLANT_SPREAD: f32 = 12.0;
-/// The variance of a plane's disparity, with what credible windows disagree by, over this is taken for that of its slants, in px^2: the mean square of u in
-/// windows between 3 and 5 px wide. Wider ones would hand slants on across what they do not see.
+/// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
+/// px^2: the mean square of u in windows between 3 and 5 px wide. Wider ones would hand slants on across what they do not see.
 const LEAST_SLANT_SPREAD: f32 = 1.0;
+/// On a plane the windows that compete lie off the best one by this many of its variances, in the mean square: measured as 5.8 to 6.0 at three noises.
+pub(super) const APART_BY_CHANCE: f32 = 6.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f32 = 0.1;
 
@@ -156,7 +158,8 @@ fn solve<S: Simd>(
     let prior = noise * (1.0 / (EXPECTED_SLANT * EXPECTED_SLANT));
     (suu, svv) = (suu + prior, svv + prior);
     if slants_known {
-        let weight = noise * LEAST_SLANT_SPREAD / (own(&map.variance) + own(&map.texture));
+        let apart = own(&map.texture) / APART_BY_CHANCE;
+        let weight = noise * LEAST_SLANT_SPREAD / (own(&map.variance) + apart);
         (suu, svv) = (suu + weight, svv + weight);
         (tu, tv) = (weight.mul_add(p, tu), weight.mul_add(q, tv));
     }
@@ -208,7 +211,8 @@ fn solve<S: Simd>(
 /// Takes, for each pixel of row `y`, the most credible plane among those of `windows` that contain it (centred on it, and with it in the middle of a side
 /// or in a corner; after Nagao and Matsuyama 1979) and the one that `map` holds already. Credible is what is well known and fits its votes; it is
 /// carried to the pixel. The map's `misfit` holds the score, less is better, and its
-/// `texture` the variance between the windows' planes at the pixel, weighted by their credibility, in px^2.
+/// `texture` the mean squared distance of the windows' planes from the best one's at the pixel, in px^2, of that shape of windows which disagrees most. Windows count by
+/// their credibility against the best one's, so bad ones of a shape that does not fit tell nothing.
 /// Planes farther than a pixel from the pixel's guess belong to another surface.
 pub(super) fn take_best_window(
     level: Level,
@@ -273,18 +277,20 @@ fn take_best_window_simd<S: Simd>(
                 }
             }
         }
-        // Weights for the sums of this shape of windows: the most credible one's is 1.
-        let mut sums = [f32x16::splat(simd, 0.0); 3];
+        // Weights are relative to the best window's, which is 1, whichever shape it has.
+        let score_before = f32x16::from_slice(simd, &kept[4][block.clone()]);
+        let away_best = best[0] - guess;
+        let mut sums = [f32x16::splat(simd, 0.0); 2];
         for (away, score) in candidates {
             let weight = best[4] / score;
+            let apart = away - away_best;
             sums[0] += weight;
-            sums[1] = weight.mul_add(away, sums[1]);
-            sums[2] = (weight * away).mul_add(away, sums[2]);
+            sums[1] = (weight * apart).mul_add(apart, sums[1]);
         }
-        let mean = sums[1] / sums[0];
+        let faded = best[5] * score_before.simd_gt(best[4]).select(best[4] / score_before, one);
         // Where no window comes near the guess, none disagrees.
         let some = sums[0].simd_gt(f32x16::splat(simd, 0.0));
-        best[5] = some.select((sums[2] / sums[0] - mean * mean).max(best[5]), best[5]);
+        best[5] = some.select((sums[1] / sums[0].max(one)).max(faded), best[5]);
         for (kept, best) in kept.iter_mut().zip(best) {
             best.store_slice(&mut kept[block.clone()]);
         }
