@@ -349,21 +349,25 @@ fn rectified_frames_match_as_the_calibrated_original_does() {
     let [first, second] = ["calibrated", "again"].map(|name| map(&path.join(name).join("disparity.tiff")));
     let sigma = map(&path.join("calibrated/sigma.tiff"));
     // Rounding to 1/128 DN has a standard deviation of 0.0023 DN, beside noise of 1.434 DN: on a plane a disparity moves by 0.0016 of its sigma (RMS). At the
-    // tile's steps windows compete for pixels with nearly equal scores and may change places, so some move by more: measured 0.0020 and 0.054 sigma.
+    // tile's steps windows compete for pixels with nearly equal scores and may change places, so some move by more: measured 0.0024 sigma in the middle, and
+    // for nine of ten pixels at most 0.0046 px, beside a median sigma of 0.024 px.
     let known = |value: f32| !value.is_nan();
-    let mut off: Vec<f32> = Vec::new();
+    let mut off: Vec<(f32, f32)> = Vec::new();
     for ((first, second), sigma) in first.values().iter().zip(second.values()).zip(sigma.values()) {
         match (known(*first), known(*second)) {
-            (true, true) => off.push((first - second).abs() / sigma),
+            (true, true) => off.push(((first - second).abs(), (first - second).abs() / sigma)),
             (false, false) => {}
-            _ => off.push(f32::INFINITY),
+            _ => off.push((f32::INFINITY, f32::INFINITY)),
         }
     }
     // The tile covers a quarter of the picture, and nothing else has texture.
     assert!(off.len() > first.values().len() / 5, "{}", off.len());
-    off.sort_unstable_by(f32::total_cmp);
-    assert!(off[off.len() / 2] < 0.006, "{}", off[off.len() / 2]);
-    assert!(off[off.len() * 9 / 10] < 0.06, "{}", off[off.len() * 9 / 10]);
+    let (mut off_px, mut off_sigmas): (Vec<f32>, Vec<f32>) = off.into_iter().unzip();
+    off_px.sort_unstable_by(f32::total_cmp);
+    off_sigmas.sort_unstable_by(f32::total_cmp);
+    let [middle, nine_tenths] = [off_sigmas[off_sigmas.len() / 2], off_px[off_px.len() * 9 / 10]];
+    assert!(middle < 0.006, "{middle}");
+    assert!(nine_tenths < 0.005, "{nine_tenths}");
     let heights = |name: &str| path.join(name).join("height_mm.tiff").exists();
     assert!(heights("calibrated") && heights("again") && heights("raw"));
 }

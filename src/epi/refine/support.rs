@@ -20,8 +20,8 @@ use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 /// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
 const SLANT_SPREAD: f32 = 12.0;
 /// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
-/// px^2: the mean square of u in windows between 3 and 5 px wide. Wider ones would hand slants on across what they do not see.
-const LEAST_SLANT_SPREAD: f32 = 1.0;
+/// px^2: the mean square of u in windows 3 px wide. Wider ones would hand slants on across what they do not see.
+const LEAST_SLANT_SPREAD: f32 = 2.0 / 3.0;
 /// On a plane the windows that compete lie off the best one by this many of its variances, in the mean square: measured as 5.8 to 6.0 at three noises.
 pub(super) const APART_BY_CHANCE: f32 = 6.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.

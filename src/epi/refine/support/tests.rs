@@ -108,8 +108,8 @@ fn joining_solves_the_normal_equations() {
     for slants_known in [false, true] {
         let joining = Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known };
         let surface = joined(&votes, &map, joining);
-        // The map's slants are observations, too, as good as those of windows between 3 and 5 px wide.
-        let known = if slants_known { NOISE / variance } else { 0.0 };
+        // The map's slants are observations, too, as good as those of windows 3 px wide.
+        let known = if slants_known { NOISE * (2.0 / 3.0) / variance } else { 0.0 };
         for pixel in [(20, 12), (0, 0), (39, 23), (3, 22), (31, 1), (17, 5)] {
             let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
             for (column, row) in window(pixel, reach) {
