@@ -31,6 +31,7 @@ const BELONGS_TO_FIXED: f32 = 4.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
+
 /// The surface through the votes: supports of the smallest window, or as `options` say.
 pub(super) fn join_votes(
     level: Level,

@@ -26,7 +26,7 @@ const ANOTHER_SURFACE_PX: f64 = 0.5;
 const LEAST_SPARE: f64 = 0.2;
 /// What competing windows disagree by is alike within as many pixels along a row or a column: half the length of long windows.
 const ALIKE_PX: usize = 9;
-/// A pixel's own windows disagree beyond chance if they do so this many times as far as on a plane, in the mean square; there one in fifty does.
+/// A pixel's own windows disagree beyond chance if they do so this many times as far as on a plane, in the mean square; there one in seventy does.
 const FAR_APART: f32 = 4.0;
 /// Slants beside a step are those of pixels this far away, in px, whose long windows it does not cross.
 const BESIDE_PX: usize = 3;
