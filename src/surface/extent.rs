@@ -12,9 +12,9 @@ use super::height::Heights;
 use super::smooth::{count_around, quantile};
 use crate::plane::Plane;
 
-/// Pixels whose sigma is this many times the median are left out. Texture makes sigma differ by a factor of two or three over one surface; at four
-/// a pixel has a sixteenth of the usual weight, and windows that lie half on something else are of this kind.
-const UNCERTAIN: f64 = 4.0;
+/// Pixels whose sigma is this many times the median are left out. Texture makes sigma differ by a factor of two or three over one surface, and where a step of 0.1 px
+/// lies is uncertain by six times the sigma of flat places (0.1 / sqrt(12) and 0.005 px); beside an object it is dozens of times as large.
+const UNCERTAIN: f64 = 10.0;
 
 /// A part of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
