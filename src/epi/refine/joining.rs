@@ -7,7 +7,7 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::Fit;
-use super::planes::{SurfacePlanes, VotePlanes};
+use super::planes::{SparePlanes, SurfacePlanes, VotePlanes};
 use super::smoothing::{missed_by_small, smoothed_away, told_by_both};
 use super::stretch::take_off_drift;
 use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
@@ -46,28 +46,25 @@ pub(super) fn join_votes(
     let belongs_sigmas = if fixed { BELONGS_TO_FIXED } else { BELONGS_SIGMAS };
     let joining =
         |reach, slack: (f32, f32)| Joining { reach, belongs_sigmas, slack, slants_known: slack == NO_SLACK };
-    let joined = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining| {
-        let mut next = SurfacePlanes::unknown(rows, columns);
+    let join = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining, mut next: SurfacePlanes| {
         next.par_rows().enumerate().for_each(|(y, out)| {
             join_row(level, (votes, map), joining, y, None, out);
         });
         next
     };
+    let mut spare = SparePlanes::none(rows, columns);
     let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
-    let survey = |votes: &VotePlanes, square: (usize, usize), long: &[(usize, usize)]| {
-        let mut map = SurfacePlanes::unknown(rows, columns);
+    let survey = |votes: &VotePlanes, square, long: &[(usize, usize)], spare: &mut SparePlanes| {
+        let mut map = spare.unknown();
         let mut take_best = |windows: &SurfacePlanes, reach| {
             map.par_rows()
                 .enumerate()
                 .for_each(|(y, out)| take_best_window(level, (windows, &guesses), reach, y, out));
         };
-        let mut windows = joined(votes, &guesses, joining(square, GUESS_SLACK));
+        let mut windows = join(votes, &guesses, joining(square, GUESS_SLACK), spare.any());
         take_best(&windows, square);
-        if long.is_empty() {
-            return map;
-        }
-        let mut wider = [(); 2].map(|()| SurfacePlanes::unknown(rows, columns));
         for &reach in long {
+            let mut wider = [(); 2].map(|()| spare.any());
             let [middle, widest] = &mut wider;
             let nested = windows.par_rows().zip(middle.par_rows()).zip(widest.par_rows());
             nested.enumerate().for_each(|(y, ((narrow, middle), wide))| {
@@ -77,21 +74,23 @@ pub(super) fn join_votes(
             for (windows, reach) in [&windows, &wider[0], &wider[1]].into_iter().zip(nested_reaches(reach)) {
                 take_best(windows, reach);
             }
+            wider.into_iter().for_each(|wider| spare.keep(wider));
         }
+        spare.keep(windows);
         map
     };
     let Some(options) = options else {
-        let map = survey(votes, FIRST_REACH, &[]);
-        return joined(votes, &map, joining(FIRST_REACH, NO_SLACK));
+        let map = survey(votes, FIRST_REACH, &[], &mut spare);
+        return join(votes, &map, joining(FIRST_REACH, NO_SLACK), spare.any());
     };
-    let map = survey(votes, SQUARE_REACH, &[]);
+    let map = survey(votes, SQUARE_REACH, &[], &mut spare);
     take_off_drift(votes, &map);
     votes.forget_derivatives();
-    drop(map);
-    let map = survey(votes, SQUARE_REACH, &LONG_REACHES);
+    spare.keep(map);
+    let map = survey(votes, SQUARE_REACH, &LONG_REACHES, &mut spare);
     let votes = &*votes;
     let smallest = options.window_px / 2;
-    let mut surface = joined(votes, &map, joining((smallest, smallest), NO_SLACK));
+    let mut surface = join(votes, &map, joining((smallest, smallest), NO_SLACK), spare.any());
     let wanted = options.wanted_sigma_px.powi(2) as f32;
     for reach in
         REACHES.into_iter().filter(|&reach| reach > smallest && 2 * reach < options.largest_window_px)
@@ -101,10 +100,12 @@ pub(super) fn join_votes(
         });
     }
     let smoothed = smoothed_away(&surface, &map);
-    drop(map);
+    spare.keep(map);
     let [smallest, wider] = SMALL_REACHES.map(|reach| {
-        let small = joined(votes, &guesses, joining((reach, reach), GUESS_SLACK));
-        missed_by_small(&surface, &small, 2 * reach + 1)
+        let small = join(votes, &guesses, joining((reach, reach), GUESS_SLACK), spare.any());
+        let missed = missed_by_small(&surface, &small, 2 * reach + 1);
+        spare.keep(small);
+        missed
     });
     surface.raise_variance(&smoothed);
     surface.raise_variance(&told_by_both(smallest, &wider));

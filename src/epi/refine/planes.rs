@@ -24,7 +24,8 @@ pub(super) struct Padded {
 impl Padded {
     pub(super) fn filled(rows: usize, columns: usize, value: f32) -> Self {
         let stride = columns.next_multiple_of(LANES) + 2 * PAD;
-        Self { stride, values: vec![value; rows * stride] }
+        // Memory is fetched by all threads: that takes longer than many a computation into it.
+        Self { stride, values: rayon::iter::repeat_n(value, rows * stride).collect() }
     }
 
     /// Row `y` with the room on both sides.
@@ -38,6 +39,7 @@ impl Padded {
         &self.values[first..first + LANES]
     }
 
+    #[cfg(test)]
     pub(super) fn row_mut(&mut self, y: usize) -> &mut [f32] {
         &mut self.values[y * self.stride..(y + 1) * self.stride]
     }
@@ -235,27 +237,39 @@ impl SurfacePlanes {
         }
     }
 
+    /// Forgets what is known, in the same memory.
+    fn forget(&mut self) {
+        self.par_rows().for_each(|row| {
+            for zeros in [row.disparity, row.slant_x, row.slant_y, row.texture] {
+                zeros.fill(0.0);
+            }
+            for infinite in [row.variance, row.misfit] {
+                infinite.fill(f32::INFINITY);
+            }
+        });
+    }
+
     /// The guesses that the votes are counted from, as planes without slant.
     pub(super) fn of_guesses(votes: &VotePlanes, guess: &Plane<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
         let mut planes = Self::unknown(rows, columns);
-        for y in 0..rows {
-            for (place, &guess) in planes.disparity.row_mut(y)[PAD..].iter_mut().zip(guess.row(y)) {
+        planes.par_rows().enumerate().for_each(|(y, planes)| {
+            for (place, &guess) in planes.disparity[PAD..].iter_mut().zip(guess.row(y)) {
                 *place = if guess.is_nan() { 0.0 } else { guess - origin };
             }
             let (inverse, noise) = (votes.inverse.row(y), votes.noise.row(y));
-            for (place, variance) in planes.variance.row_mut(y).iter_mut().enumerate() {
+            for (place, variance) in planes.variance.iter_mut().enumerate() {
                 if inverse[place] > 0.0 {
                     *variance = noise[place] * inverse[place];
                 }
             }
-        }
+        });
         planes
     }
 
     /// Adds `more`, in px^2, to the variances.
     pub(super) fn raise_variance(&mut self, more: &Padded) {
-        self.variance.values.iter_mut().zip(&more.values).for_each(|(variance, more)| *variance += more);
+        self.variance.values.par_iter_mut().zip(&more.values).for_each(|(variance, more)| *variance += more);
     }
 
     pub(super) fn rows(&self) -> usize {
@@ -274,6 +288,36 @@ impl SurfacePlanes {
             misfit,
             texture,
         })
+    }
+}
+
+/// Planes that are no longer needed, kept for those that will be: to fetch memory takes longer than many a computation into it.
+#[derive(Debug)]
+pub(super) struct SparePlanes {
+    rows: usize,
+    columns: usize,
+    spare: Vec<SurfacePlanes>,
+}
+
+impl SparePlanes {
+    pub(super) fn none(rows: usize, columns: usize) -> Self {
+        Self { rows, columns, spare: Vec::new() }
+    }
+
+    /// Planes of unknown content, nothing beside the rows excepted; to be filled.
+    pub(super) fn any(&mut self) -> SurfacePlanes {
+        self.spare.pop().unwrap_or_else(|| SurfacePlanes::unknown(self.rows, self.columns))
+    }
+
+    /// Planes that know nothing.
+    pub(super) fn unknown(&mut self) -> SurfacePlanes {
+        let mut planes = self.any();
+        planes.forget();
+        planes
+    }
+
+    pub(super) fn keep(&mut self, planes: SurfacePlanes) {
+        self.spare.push(planes);
     }
 }
 
