@@ -28,6 +28,10 @@ const SMALL_REACHES: [usize; 2] = [1, 2];
 const BELONGS_SIGMAS: f32 = 2.3;
 /// The same for windows whose size is given: chance exceeds it once in ten thousand.
 const BELONGS_TO_FIXED: f32 = 4.0;
+/// The mean squares of u and v, in px^2, in the windows that tell slants: 4 to 24 in those of 7 x 7 to 7 x 17, 12 as a rule.
+const SLANT_SPREAD: f32 = 12.0;
+/// The same of the least of them, so that windows whose size is given lose nothing of a plane that is known no better.
+const SLANT_SPREAD_OF_FIXED: f32 = 4.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
@@ -43,9 +47,15 @@ pub(super) fn join_votes(
     let (rows, columns) = (guess.rows(), guess.columns());
     // A window of a given size is wanted whole.
     let fixed = options.is_none_or(|options| options.wanted_sigma_px.is_infinite());
-    let belongs_sigmas = if fixed { BELONGS_TO_FIXED } else { BELONGS_SIGMAS };
-    let joining =
-        |reach, slack: (f32, f32)| Joining { reach, belongs_sigmas, slack, slants_known: slack == NO_SLACK };
+    let (belongs_sigmas, slant_spread) =
+        if fixed { (BELONGS_TO_FIXED, SLANT_SPREAD_OF_FIXED) } else { (BELONGS_SIGMAS, SLANT_SPREAD) };
+    let joining = |reach, slack: (f32, f32)| Joining {
+        reach,
+        belongs_sigmas,
+        slant_spread,
+        slack,
+        slants_known: slack == NO_SLACK,
+    };
     let join = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining, mut next: SurfacePlanes| {
         next.par_rows().enumerate().for_each(|(y, out)| {
             join_row(level, (votes, map), joining, y, None, out);

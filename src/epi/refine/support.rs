@@ -16,9 +16,6 @@ use super::moments::LANES;
 use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
 use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 
-/// A plane's variance grows from the pixel by the squared distance over this, in px^2: its slants are those of windows of 7 x 7 to
-/// 7 x 17, whose mean squares of u and v are 4 to 24, 12 as a rule.
-const SLANT_SPREAD: f32 = 12.0;
 /// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
 /// px^2: the mean square of u in windows 3 px wide. Wider ones would hand slants on across what they do not see.
 const LEAST_SLANT_SPREAD: f32 = 2.0 / 3.0;
@@ -34,6 +31,8 @@ pub(super) struct Joining {
     pub(super) reach: (usize, usize),
     /// Two disparities belong to one plane if they differ by less than this many of their common sigmas.
     pub(super) belongs_sigmas: f32,
+    /// A plane's variance grows from the pixel by the squared distance over this, in px^2.
+    pub(super) slant_spread: f32,
     /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
     pub(super) slack: (f32, f32),
     /// Whether the map's planes have slants that are known as well as wider windows know them. Then slants cost a window next to nothing of what its votes

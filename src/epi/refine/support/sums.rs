@@ -5,7 +5,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
-use super::{Joining, SLANT_SPREAD};
+use super::Joining;
 use crate::epi::options::LARGEST_FIT_WINDOW_PX;
 use crate::epi::refine::planes::{Padded, SurfacePlanes, VotePlanes};
 
@@ -43,7 +43,7 @@ impl Allowances {
             let slack = joining.slack.0 + joining.slack.1 * u.abs().max(v.abs());
             // A pixel belongs to itself whatever is known of it.
             let slack_squared = if u == 0.0 && v == 0.0 { f32::INFINITY } else { slack * slack };
-            Allowance { growth: 1.0 + (u * u + v * v) / SLANT_SPREAD, limit, slack_squared }
+            Allowance { growth: 1.0 + (u * u + v * v) / joining.slant_spread, limit, slack_squared }
         };
         let places = rows.flat_map(|v| columns.clone().map(move |u| place(u, v))).collect();
         Self { reach: joining.reach, places }

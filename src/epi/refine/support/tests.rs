@@ -3,8 +3,16 @@ use rayon::prelude::*;
 
 use super::*;
 
-/// The limit that these tests are made with.
+/// The limits that these tests are made with.
 const BELONGS_SIGMAS: f32 = 3.3;
+const SLANT_SPREAD: f32 = 12.0;
+const JOINING: Joining = Joining {
+    reach: (1, 1),
+    belongs_sigmas: BELONGS_SIGMAS,
+    slant_spread: SLANT_SPREAD,
+    slack: (0.0, 0.0),
+    slants_known: false,
+};
 
 const ROWS: usize = 24;
 const COLUMNS: usize = 40;
@@ -73,11 +81,7 @@ fn equal_votes_on_a_plane_give_it_with_the_variance_of_their_mean() {
     let votes = votes_for(slanted, |_, _| weight);
     let map = map_of(slanted, (P, Q), 1e-4);
     for reach in [(1, 1), (3, 3), (3, 8), (10, 10)] {
-        let surface = joined(
-            &votes,
-            &map,
-            Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
-        );
+        let surface = joined(&votes, &map, Joining { reach, ..JOINING });
         let count = ((2 * reach.0 + 1) * (2 * reach.1 + 1)) as f64;
         let (x, y) = (20, 12);
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -106,7 +110,7 @@ fn joining_solves_the_normal_equations() {
     let map = map_of(bowl, (P, Q), variance);
     let reach = (4, 2);
     for slants_known in [false, true] {
-        let joining = Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known };
+        let joining = Joining { reach, slants_known, ..JOINING };
         let surface = joined(&votes, &map, joining);
         // The map's slants are observations, too, as good as those of windows 3 px wide.
         let known = if slants_known { NOISE * (2.0 / 3.0) / variance } else { 0.0 };
@@ -140,8 +144,7 @@ fn nested_windows_give_what_each_window_gives_by_itself() {
     let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
     let votes = votes_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
     let map = map_of(step, (0.0, 0.0), 0.5);
-    let joining =
-        |reach| Joining { reach, belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.25), slants_known: false };
+    let joining = |reach| Joining { reach, slack: (0.5, 0.25), ..JOINING };
     for widest in [(3, 10), (10, 3), (3, 5)] {
         let mut found = [(); 3].map(|()| SurfacePlanes::unknown(ROWS, COLUMNS));
         let [narrow, middle, wide] = &mut found;
@@ -175,16 +178,7 @@ fn a_step_twice_as_high_as_allowed_for_is_not_crossed() {
     let step = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * allowed };
     let votes = votes_for(step, |_, _| weight);
     let map = map_of(step, (0.0, 0.0), variance);
-    let surface = joined(
-        &votes,
-        &map,
-        Joining {
-            reach: (reach, reach),
-            belongs_sigmas: BELONGS_SIGMAS,
-            slack: (0.0, 0.0),
-            slants_known: false,
-        },
-    );
+    let surface = joined(&votes, &map, Joining { reach: (reach, reach), ..JOINING });
     let y = 12;
     for x in reach..COLUMNS - reach {
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -207,33 +201,16 @@ fn a_step_that_is_allowed_for_is_crossed() {
     let low = 0.5 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
     let step = |x: usize, _| if x < EDGE { 0.0 } else { low };
     let (votes, map) = (votes_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
-    let surface = joined(
-        &votes,
-        &map,
-        Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
-    );
+    let surface = joined(&votes, &map, JOINING);
     // Columns -1, 0, 1 vote 0, 0 and `low`: their mean is what a line gives in the middle.
     let found = f64::from(surface.disparity.row(12)[PAD + EDGE - 1]);
     assert!((found - low / 3.0).abs() < 1e-5, "{found}");
     // The same step beyond what is allowed for, but with slack.
     let high = |x: usize, _| if x < EDGE { 0.0 } else { 4.0 * low };
     let (votes, map) = (votes_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
-    let without = joined(
-        &votes,
-        &map,
-        Joining { reach: (1, 1), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
-    );
+    let without = joined(&votes, &map, JOINING);
     assert!(without.disparity.row(12)[PAD + EDGE - 1].abs() < 1e-6);
-    let with = joined(
-        &votes,
-        &map,
-        Joining {
-            reach: (1, 1),
-            belongs_sigmas: BELONGS_SIGMAS,
-            slack: (3.0 * low as f32, 3.0 * low as f32),
-            slants_known: false,
-        },
-    );
+    let with = joined(&votes, &map, Joining { slack: (3.0 * low as f32, 3.0 * low as f32), ..JOINING });
     assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 4.0 * low / 3.0).abs() < 1e-5);
 }
 
@@ -245,8 +222,7 @@ fn of_votes_at_the_limit_half_counts() {
     let found = |step: f64| {
         let step = |x: usize, _| if x < EDGE { 0.0 } else { step };
         let (votes, map) = (votes_for(step, |_, _| weight), map_of(step, (0.0, 0.0), variance));
-        let joining =
-            Joining { reach: (1, 0), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false };
+        let joining = Joining { reach: (1, 0), ..JOINING };
         let surface = joined(&votes, &map, joining);
         [&surface.disparity, &surface.variance].map(|plane| f64::from(plane.row(12)[PAD + EDGE - 1]))
     };
@@ -277,8 +253,7 @@ fn settled_pixels_keep_what_they_have() {
     for y in 0..ROWS {
         (0..COLUMNS).step_by(3).for_each(|x| surface.variance.row_mut(y)[PAD + x] = 1e-5);
     }
-    let joining =
-        Joining { reach: (2, 2), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false };
+    let joining = Joining { reach: (2, 2), ..JOINING };
     surface
         .par_rows()
         .enumerate()
@@ -300,7 +275,7 @@ fn where_nothing_votes_nothing_is_known() {
     let surface = joined(
         &votes,
         &map_of(slanted, (P, Q), 1.0),
-        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3), slants_known: false },
+        Joining { reach: (3, 3), slack: (0.5, 0.3), ..JOINING },
     );
     assert!(surface.variance.row(5).iter().all(|&variance| variance == f32::INFINITY));
     assert_eq!(surface.disparity.row(5)[PAD + 7], slanted(7, 5) as f32);
@@ -308,11 +283,7 @@ fn where_nothing_votes_nothing_is_known() {
 
 /// The best windows of reach 3 for `votes`, whose windows reach across steps as guesses do.
 fn best_windows(votes: &VotePlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
-    let windows = joined(
-        votes,
-        guesses,
-        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.5, 0.3), slants_known: false },
-    );
+    let windows = joined(votes, guesses, Joining { reach: (3, 3), slack: (0.5, 0.3), ..JOINING });
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
         .enumerate()
@@ -341,11 +312,7 @@ fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
 fn windows_of_another_surface_are_not_taken() {
     let votes = votes_for(slanted, |_, _| 800.0);
     // Windows know one surface, guesses speak of another 1.5 px away.
-    let windows = joined(
-        &votes,
-        &map_of(slanted, (P, Q), 1e-3),
-        Joining { reach: (3, 3), belongs_sigmas: BELONGS_SIGMAS, slack: (0.0, 0.0), slants_known: false },
-    );
+    let windows = joined(&votes, &map_of(slanted, (P, Q), 1e-3), Joining { reach: (3, 3), ..JOINING });
     let guesses = map_of(|x, y| slanted(x, y) + 1.5, (0.0, 0.0), 1e-3);
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
