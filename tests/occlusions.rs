@@ -15,25 +15,10 @@ use promises::{Bounds, Figures, Promise};
 const FRAMES: usize = 100;
 const APERTURE: Aperture = Aperture { sigma_px: 0.5 };
 
-const ASKED_RIGHT: Bounds = Bounds::at_least(0.95);
-const ASKED_WRONG: Bounds = Bounds::at_most(0.01);
-/// Right of what half of the frames see, and wrong of what is answered.
-struct Promised {
-    right: Promise,
-    wrong: Promise,
-}
-/// Before: 0.886 and 0.085.
-const FIRST: Promised =
-    Promised { right: Promise::as_asked(ASKED_RIGHT), wrong: Promise::as_asked(ASKED_WRONG) };
-/// Before: 0.929 and 0.0185.
-const MIDDLE: Promised =
-    Promised { right: Promise::as_asked(ASKED_RIGHT), wrong: Promise::as_asked(ASKED_WRONG) };
-/// Asked 0.01; 0.0137 is what is reached: most are pixels at the edges of bars, which mix both surfaces and show the farther one in all other
-/// frames. Before: 0.884 and 0.083.
-const LAST: Promised = Promised {
-    right: Promise::as_asked(ASKED_RIGHT),
-    wrong: Promise::missed(ASKED_WRONG, Bounds::at_most(0.015)),
-};
+/// 0.966, 0.969 and 0.982 are reached from the first, middle and last frame; the first matcher reached 0.886, 0.929 and 0.884.
+const RIGHT: Promise = Promise::as_asked(Bounds::at_least(0.95));
+/// 0.0081, 0.0057 and 0.0075 are reached; the first matcher reached 0.085, 0.0185 and 0.083.
+const WRONG: Promise = Promise::as_asked(Bounds::at_most(0.01));
 
 fn texture(seed: u64) -> Texture {
     Texture::white(seed, 100, (1.8, 30.0)).with_contrast(APERTURE, 20.0)
@@ -72,7 +57,7 @@ fn bars() -> Painting {
     painting
 }
 
-fn check(reference: ReferenceFrame, promised: &Promised) {
+fn check(reference: ReferenceFrame) {
     let painting = bars();
     let options = MatchOptions { reference, ..MatchOptions::default() };
     let maps = match_volume(&painting.volume(), &options, &Silent).unwrap();
@@ -97,22 +82,22 @@ fn check(reference: ReferenceFrame, promised: &Promised) {
         100.0 * wrong
     );
     let mut figures = Figures::default();
-    figures.check(&format!("{reference:?}: right of what half of the frames see"), promised.right, right);
-    figures.check(&format!("{reference:?}: wrong of the answers"), promised.wrong, wrong);
+    figures.check(&format!("{reference:?}: right of what half of the frames see"), RIGHT, right);
+    figures.check(&format!("{reference:?}: wrong of the answers"), WRONG, wrong);
     figures.finish();
 }
 
 #[test]
 fn bars_before_a_background_are_measured_from_the_first_frame() {
-    check(ReferenceFrame::First, &FIRST);
+    check(ReferenceFrame::First);
 }
 
 #[test]
 fn bars_before_a_background_are_measured_from_the_middle_frame() {
-    check(ReferenceFrame::Middle, &MIDDLE);
+    check(ReferenceFrame::Middle);
 }
 
 #[test]
 fn bars_before_a_background_are_measured_from_the_last_frame() {
-    check(ReferenceFrame::Last, &LAST);
+    check(ReferenceFrame::Last);
 }

@@ -1,23 +1,20 @@
 //! Pixels beside another surface whose frames show something else than their line says: they are hidden in more frames than was seen, or show
 //! both surfaces at once.
 
+use super::mixing::{APART_PX, BESIDE_PX};
 use super::planes::{PAD, VotePlanes};
 use crate::epi::contrast::contrast;
 use crate::epi::lines::Lines;
 use crate::plane::Plane;
 use crate::volume::Volume;
 
-/// Neighbours in the row that tell whether another surface is near, to both sides, in px: as far as the rim's blur reaches.
-const BESIDE_PX: usize = 2;
-/// Disparities that differ by more than this are of two surfaces, in px.
-const APART_PX: f32 = 2.0;
 /// Residuals are too large if their variance is this many times the largest squared deviation of a frame that agrees: ten times what is
 /// typical of the scene.
 const RESIDUAL_SHARE: f32 = 2.5;
 /// Times the variance of the noise that is no reason for doubt: with few frames chance doubles it now and then.
 const RESIDUAL_NOISE: f32 = 4.0;
 
-/// Says which pixels of row `y` are doubtful, from their votes and the guesses that the search made.
+/// Says which pixels of row `y` are doubtful, from their votes and the guesses that these start from.
 pub(super) fn doubtful_row(
     volume: &Volume,
     lines: &Lines,

@@ -7,7 +7,8 @@
 //! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
 //! d + p u + q v fitted to their votes: a Gauss-Newton step of the joint problem, template eliminated (`votes`). A second step starts from the new
 //! disparities. Frames that do not see a point, because it has left the image or something nearer hides it, are left out (`visibility`), the drift
-//! that slant gives to the blur is taken off (`stretch`), and windows follow the surface (`joining`, `support`).
+//! that slant gives to the blur is taken off (`stretch`), pixels at rims go to the surface that has more of them (`mixing`), and windows follow the
+//! surface (`joining`, `support`).
 //!
 //! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
 //! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
@@ -17,6 +18,7 @@ mod doubt;
 mod gains;
 mod joining;
 mod locking;
+mod mixing;
 mod moments;
 mod planes;
 mod smoothing;
@@ -38,6 +40,7 @@ use doubt::doubtful_row;
 use gains::corrections;
 use joining::join_votes;
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
+use mixing::RowSamples;
 use planes::{PAD, Padded, VotePlanes};
 use spline::{RESAMPLED_NOISE_GAIN, SLOPE_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use visibility::stretches;
@@ -108,6 +111,8 @@ pub fn fit(
     let origin = middle(guess);
     let gains = corrections(volume, lines, guess);
     let mut current = guess.clone();
+    // Columns to the surface that a pixel belongs to; 0 if that is its own.
+    let mut misplaced = Plane::filled(rows, columns, 0_i8);
     let mut doubtful = Plane::filled(rows, columns, false);
     let turns = Turns::new();
     let passes = options.steps.max(1);
@@ -119,9 +124,10 @@ pub fn fit(
         // The first steps need not be exact.
         let every = if last { 1 } else { (volume.frames() / COARSE_FRAMES).max(1) };
         let mut planes = VotePlanes::empty(rows, columns);
-        let sums = planes.par_rows().enumerate().map_init(
+        let rows_to_fill = planes.par_rows().zip(misplaced.values_mut().par_chunks_mut(columns));
+        let sums = rows_to_fill.enumerate().map_init(
             || (SplineEpi::default(), vec![NO_VOTE; columns]),
-            |(epi, votes), (y, out)| {
+            |(epi, votes), (y, (out, misplaced))| {
                 let frames = (0..volume.frames()).filter(|t| t.abs_diff(lines.reference()) % every == 0);
                 epi.take(&spline, (volume, gains.as_deref()), y, frames);
                 let guesses = current.row(y);
@@ -135,6 +141,10 @@ pub fn fit(
                     stretches: hidden.as_deref(),
                 };
                 row_votes((&spline, level), epi, lines, guesses, seen, votes);
+                if !last && hidden.is_some() {
+                    let samples = RowSamples { spline: &spline, epi, lines, every };
+                    samples.find_misplaced(guesses, votes, misplaced);
+                }
                 out.put(votes, origin);
                 report();
                 let minimum_frames = options.rule.minimum_frames;
@@ -152,7 +162,7 @@ pub fn fit(
         planes.settle_noise(NOISE_REACH, noise_gain(volume), QUANTISATION_VARIANCE as f32, freedom);
         if last && let Some(share) = options.deviation_share {
             let rows = doubtful.values_mut().par_chunks_mut(columns).enumerate();
-            rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, guess), share, y, out));
+            rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, &current), share, y, out));
         }
         planes.forget_residuals();
         let surface =
@@ -165,6 +175,10 @@ pub fn fit(
             for (value, found) in current.row_mut(y).iter_mut().zip(found) {
                 // NaN stays NaN; a step beyond a pixel is no step of a linearisation.
                 *value += (found + origin - *value).clamp(-1.0, 1.0);
+            }
+            let stepped = current.row(y).to_vec();
+            for (x, &away) in misplaced.row(y).iter().enumerate().filter(|(_, away)| **away != 0) {
+                current.row_mut(y)[x] = stepped[x.wrapping_add_signed(isize::from(away))];
             }
         }
     };
