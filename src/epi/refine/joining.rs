@@ -7,6 +7,7 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::Fit;
+use super::creases::settle_creases;
 use super::planes::{SparePlanes, SurfacePlanes, VotePlanes};
 use super::smoothing::{missed_by_small, smoothed_away, told_by_both};
 use super::stretch::take_off_drift;
@@ -32,6 +33,8 @@ const BELONGS_TO_FIXED: f32 = 4.0;
 const SLANT_SPREAD: f32 = 12.0;
 /// The same of the least of them, so that windows whose size is given lose nothing of a plane that is known no better.
 const SLANT_SPREAD_OF_FIXED: f32 = 4.0;
+/// Planes of the windows that competed are taken for the surface's if they are known better by this, in variance: the best of many is less well known than it says.
+const LEAST_GAIN: f32 = 2.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
@@ -97,7 +100,8 @@ pub(super) fn join_votes(
     take_off_drift(votes, &map);
     votes.forget_derivatives();
     spare.keep(map);
-    let map = survey(votes, SQUARE_REACH, &LONG_REACHES, &mut spare);
+    let mut map = survey(votes, SQUARE_REACH, &LONG_REACHES, &mut spare);
+    settle_creases(&mut map, SLANT_SPREAD);
     let votes = &*votes;
     let smallest = options.window_px / 2;
     let mut surface = join(votes, &map, joining((smallest, smallest), NO_SLACK), spare.any());
@@ -109,6 +113,7 @@ pub(super) fn join_votes(
             join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
         });
     }
+    take_better(&mut surface, &map, wanted);
     let smoothed = smoothed_away(&surface, &map);
     spare.keep(map);
     let [smallest, wider] = SMALL_REACHES.map(|reach| {
@@ -120,4 +125,19 @@ pub(super) fn join_votes(
     surface.raise_variance(&smoothed);
     surface.raise_variance(&told_by_both(smallest, &wider));
     surface
+}
+
+/// Where the widest support leaves more than the `wanted` variance, in px^2, takes the planes of `map`, whose windows are longer, if they are known much better.
+fn take_better(surface: &mut SurfacePlanes, map: &SurfacePlanes, wanted: f32) {
+    surface.par_rows().enumerate().for_each(|(y, row)| {
+        let variances = map.variance.row(y);
+        for (place, variance) in row.variance.iter_mut().enumerate() {
+            if *variance > wanted && LEAST_GAIN * variances[place] < *variance {
+                *variance = variances[place];
+                row.disparity[place] = map.disparity.row(y)[place];
+                row.slant_x[place] = map.slant_x.row(y)[place];
+                row.slant_y[place] = map.slant_y.row(y)[place];
+            }
+        }
+    });
 }
