@@ -26,12 +26,13 @@ const FRAMES: (usize, usize) = (40, 80);
 const TEXTURED_SIGMA_PX: f32 = 0.03;
 /// A median of few pixels would say little. Almost no pixel is so certain here: 0.00014 of them.
 const TEXTURED: Promise = Promise::missed(Bounds::at_least(0.05), Bounds::at_least(0.00005));
-/// 0.028 is what is reached, of some 60 pixels only, and of the 330 that sigma calls best; the thousand best differ by 0.031 px.
-const DIFFERENCE_PX: Promise = Promise::missed(Bounds::at_most(0.02), Bounds::at_most(0.032));
-/// Ten thousand pixels are known to less than this in both halves, in px of the whole baseline, which makes a steadier measure: they are 3 % of all and differ by 0.045 px.
+/// 0.0245 is what is reached, of 115 pixels.
+const DIFFERENCE_PX: Promise = Promise::missed(Bounds::at_most(0.02), Bounds::at_most(0.027));
+/// Thirteen thousand pixels, 4 % of all, are known to less than this in both halves, in px of the whole baseline. A median of so many is a steadier measure.
 const WELL_KNOWN_PX: f32 = 0.1;
+/// At least this share is, and of those that are known best this share differs by 0.048 px.
 const LEAST_WELL_KNOWN: f64 = 0.027;
-const WELL_KNOWN_DIFFERENCE_PX: f32 = 0.048;
+const WELL_KNOWN_DIFFERENCE_PX: f32 = 0.05;
 /// Shares of their differences within one sigma and within two that are asked at least; of Gaussian ones 0.68 and 0.95 are.
 const WITHIN_1_AND_2: [f64; 2] = [0.65, 0.93];
 /// The first matcher predicted 0.70.
@@ -98,33 +99,35 @@ fn odd_and_even_photographs_give_the_same_disparity() {
     let scales = [&even, &odd].map(|frames| (1.0 / baseline(frames)) as f32);
     let maps = [&even, &odd].map(|frames| matched(&volume, frames, middle));
     let pixels = maps[0].disparity.values().len();
-    // Differences in px, and as multiples of their sigma.
-    let differences = |sigma_px: f32| -> (Vec<f32>, Vec<f32>) {
-        let both = |map: fn(&DisparityMaps) -> &Plane<f32>, index: usize| {
-            [0, 1].map(|half| scales[half] * map(&maps[half]).values()[index])
-        };
-        let known = (0..pixels).filter_map(|index| {
+    let both = |map: fn(&DisparityMaps) -> &Plane<f32>, index: usize| {
+        [0, 1].map(|half| scales[half] * map(&maps[half]).values()[index])
+    };
+    // The larger sigma in px, the difference in px, and that as a multiple of its sigma; those known best come first.
+    let mut pairs: Vec<(f32, f32, f32)> = (0..pixels)
+        .map(|index| {
             let sigma = both(|maps| &maps.sigma, index);
             let [a, b] = both(|maps| &maps.disparity, index);
             let difference = (a - b).abs();
-            sigma
-                .iter()
-                .all(|&sigma| sigma <= sigma_px)
-                .then_some((difference, difference / sigma[0].hypot(sigma[1])))
-        });
-        known.unzip()
-    };
-    let median = |values: &mut Vec<f32>| {
+            (sigma[0].max(sigma[1]), difference, difference / sigma[0].hypot(sigma[1]))
+        })
+        .filter(|(_, difference, _)| !difference.is_nan())
+        .collect();
+    pairs.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let known_to = |sigma_px: f32| pairs[..pairs.partition_point(|&(sigma, ..)| sigma <= sigma_px)].to_vec();
+    let median = |values: &[f32]| {
+        let mut values = values.to_vec();
         let middle = values.len() / 2;
         *values.select_nth_unstable_by(middle, f32::total_cmp).1
     };
-    let (mut textured_px, mut textured_sigmas) = differences(TEXTURED_SIGMA_PX);
-    let (mut known_px, known_sigmas) = differences(WELL_KNOWN_PX);
+    let (textured_px, textured_sigmas): (Vec<f32>, Vec<f32>) =
+        known_to(TEXTURED_SIGMA_PX).into_iter().map(|(_, px, sigmas)| (px, sigmas)).unzip();
+    let (known_px, known_sigmas): (Vec<f32>, Vec<f32>) =
+        known_to(WELL_KNOWN_PX).into_iter().map(|(_, px, sigmas)| (px, sigmas)).unzip();
     let share = |values: &[f32]| values.len() as f64 / pixels as f64;
     let far =
         textured_px.iter().filter(|&&difference| difference > 1.0).count() as f64 / textured_px.len() as f64;
     let (textured, known) = (share(&textured_px), share(&known_px));
-    let (difference, ratio) = (median(&mut textured_px), median(&mut textured_sigmas));
+    let (difference, ratio) = (median(&textured_px), median(&textured_sigmas));
     println!(
         "{:.3} % textured; median |difference| {difference:.4} px, {ratio:.2} of its sigma (0.67 if honest); {:.2} % differ by more than 1 px",
         100.0 * textured,
@@ -134,15 +137,16 @@ fn odd_and_even_photographs_give_the_same_disparity() {
     figures.check("share of textured pixels", TEXTURED, textured);
     figures.check("halves: median |difference| in px", DIFFERENCE_PX, f64::from(difference));
     figures.finish();
-    let difference = median(&mut known_px);
+    assert!(known >= LEAST_WELL_KNOWN, "{known}");
+    let difference = median(&known_px[..(LEAST_WELL_KNOWN * pixels as f64) as usize]);
     let within = [1.0, 2.0].map(|sigmas| {
         known_sigmas.iter().filter(|&&difference| difference <= sigmas).count() as f64
             / known_sigmas.len() as f64
     });
     println!(
-        "{known:.4} known to {WELL_KNOWN_PX} px differ by {difference:.4} px; within 1 and 2 sigma: {within:.3?}"
+        "{known:.4} known to {WELL_KNOWN_PX} px; the best known differ by {difference:.4} px; within 1 and 2 sigma: {within:.3?}"
     );
-    assert!(known >= LEAST_WELL_KNOWN && difference <= WELL_KNOWN_DIFFERENCE_PX);
+    assert!(difference <= WELL_KNOWN_DIFFERENCE_PX, "{difference}");
     assert!(within[0] >= WITHIN_1_AND_2[0] && within[1] >= WITHIN_1_AND_2[1]);
 }
 

@@ -33,7 +33,7 @@ const BELONGS_TO_FIXED: f32 = 4.0;
 const SLANT_SPREAD: f32 = 12.0;
 /// The same of the least of them, so that windows whose size is given lose nothing of a plane that is known no better.
 const SLANT_SPREAD_OF_FIXED: f32 = 4.0;
-/// Planes of the windows that competed are taken for the surface's if they are known better by this, in variance: the best of many is less well known than it says.
+/// Planes of the windows that competed are taken for the surface's if their variance is smaller by this: the best of many is less well known than it says.
 const LEAST_GAIN: f32 = 2.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
@@ -114,6 +114,7 @@ pub(super) fn join_votes(
         });
     }
     take_better(&mut surface, &map, wanted);
+    spare.release();
     let smoothed = smoothed_away(&surface, &map);
     spare.keep(map);
     let [smallest, wider] = SMALL_REACHES.map(|reach| {

@@ -319,6 +319,11 @@ impl SparePlanes {
     pub(super) fn keep(&mut self, planes: SurfacePlanes) {
         self.spare.push(planes);
     }
+
+    /// Gives back what is kept.
+    pub(super) fn release(&mut self) {
+        self.spare.clear();
+    }
 }
 
 #[cfg(test)]
