@@ -70,7 +70,7 @@ impl RowSamples<'_> {
         let apart = rim.near - rim.far;
         // How far the rim has moved away from what is behind the pixel.
         let moved = |t: usize| apart * offsets[t] * rim.toward;
-        let there = |t: &usize| t.abs_diff(self.lines.reference()) % self.every == 0;
+        let there = |t: &usize| t.abs_diff(self.lines.reference()).is_multiple_of(self.every);
         let clear = (0..offsets.len()).filter(there).max_by(|&a, &b| moved(a).total_cmp(&moved(b)))?;
         let (mut count, mut shown, mut behind) = (0, [0.0; 2], [0.0; 2]);
         let mut products = 0.0;
