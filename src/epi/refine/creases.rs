@@ -9,7 +9,8 @@ use super::planes::{PAD, PlaneRow, SurfacePlanes};
 
 /// Planes this far from a pixel are those of the faces, and those twice as far are the same, in px.
 const BESIDE_PX: usize = 3;
-/// Faces meet where their slants differ by this many standard deviations: among the differences of a megapixel, chance exceeds it once in five hundred images.
+/// Faces meet where their slants differ by more than this many standard deviations, as planes are known where they are carried to: among the differences of a megapixel,
+/// chance exceeds it less than once in five hundred images.
 const BEND_SIGMAS: f32 = 6.0;
 /// Slants are those of one face if they differ by less than this share of what bends. Of a surface that is curved evenly they would differ by a half of it.
 const ONE_FACE: f32 = 0.25;
@@ -22,6 +23,7 @@ struct Face {
     across: f32,
     along: f32,
     variance: f32,
+    /// What windows disagree by, as maps have it.
     texture: f32,
 }
 

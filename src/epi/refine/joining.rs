@@ -1,7 +1,7 @@
 //! From votes to a surface: which windows are tried, and in what order.
 //!
-//! First the plane of each pixel is found among windows of several shapes, centred on it and beside it. These planes then tell which votes belong together, and the
-//! smallest window that leaves the wanted sigma joins those around each pixel.
+//! First the plane of each pixel is found among windows of several shapes, centred on it and beside it; at creases the faces' own planes settle it. These planes then tell
+//! which votes belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, the plane itself may be known better.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -141,4 +141,31 @@ fn take_better(surface: &mut SurfacePlanes, map: &SurfacePlanes, wanted: f32) {
             }
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::epi::refine::planes::PAD;
+
+    #[test]
+    fn planes_that_are_known_much_better_are_taken_where_supports_do_not_suffice() {
+        const WANTED: f32 = 1.0;
+        // The support's variance, the plane's, and whether the plane is taken.
+        let cases = [(0.9, 0.1, false), (3.0, 1.6, false), (3.0, 1.4, true), (3.0, f32::INFINITY, false)];
+        let [mut surface, mut map] = [(); 2].map(|()| SurfacePlanes::unknown(1, cases.len()));
+        for (x, &(support, plane, _)) in cases.iter().enumerate() {
+            surface.variance.row_mut(0)[PAD + x] = support;
+            map.variance.row_mut(0)[PAD + x] = plane;
+            map.disparity.row_mut(0)[PAD + x] = 7.0;
+            map.slant_x.row_mut(0)[PAD + x] = 0.2;
+            map.slant_y.row_mut(0)[PAD + x] = 0.3;
+        }
+        take_better(&mut surface, &map, WANTED);
+        for (x, &(support, plane, taken)) in cases.iter().enumerate() {
+            let found = [&surface.disparity, &surface.slant_x, &surface.slant_y, &surface.variance];
+            let expected = if taken { [7.0, 0.2, 0.3, plane] } else { [0.0, 0.0, 0.0, support] };
+            assert_eq!(found.map(|values| values.row(0)[PAD + x]), expected, "{support} {plane}");
+        }
+    }
 }

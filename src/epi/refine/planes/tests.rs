@@ -201,3 +201,31 @@ fn more_variance_is_added_pixel_by_pixel() {
     planes.raise_variance(&more);
     assert_eq!(planes.variance.row(0)[PAD..PAD + 3], [1.0, 2.5, f32::INFINITY]);
 }
+
+#[test]
+fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
+    let mut spare = SparePlanes::none(3, 5);
+    let mut planes = spare.any();
+    planes.par_rows().for_each(|row| {
+        for values in [row.disparity, row.slant_x, row.slant_y, row.variance, row.misfit, row.texture] {
+            values.fill(4.0);
+        }
+    });
+    let memory = planes.disparity.row(0).as_ptr();
+    spare.keep(planes);
+    let again = spare.unknown();
+    assert_eq!(again.disparity.row(0).as_ptr(), memory);
+    let fresh = SurfacePlanes::unknown(3, 5);
+    let all = |planes: &SurfacePlanes| {
+        let planes = [
+            &planes.disparity,
+            &planes.slant_x,
+            &planes.slant_y,
+            &planes.variance,
+            &planes.misfit,
+            &planes.texture,
+        ];
+        planes.map(|values| (0..3).flat_map(|y| values.row(y).to_vec()).collect::<Vec<f32>>())
+    };
+    assert_eq!(all(&again), all(&fresh));
+}
