@@ -98,7 +98,7 @@ pub(super) struct MatchArguments {
     /// Side of the smallest window of the sub-pixel fit, odd, from 1 to 21 px
     #[arg(long, value_name = "PX", default_value_t = 3)]
     fit_window: usize,
-    /// Let the window of the fit grow, up to 11 px, where it leaves a larger sigma than this, in px; `inf` keeps all windows the smallest
+    /// Let the window of the fit grow, up to 11 px and up to 21 px on surfaces that show no relief, where it leaves a larger sigma than this, in px; `inf` keeps all windows the smallest
     #[arg(long, value_name = "PX", default_value_t = 0.005)]
     wanted_sigma: f64,
     /// Take the parabola through three costs instead of the fit over all frames (always so for correlation)

@@ -7,9 +7,7 @@ use super::lines::{Hypotheses, Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{
-    DisparityRange, HiddenPoints, LARGEST_GROWN_WINDOW_PX, MatchError, MatchOptions, Method, Ordering,
-};
+use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, Fitted, fit};
 use super::search::{Searched, Task, search};
@@ -53,7 +51,6 @@ pub fn match_volume(
     let fit_options = Fit {
         window_px: options.refine_window_px,
         wanted_sigma_px: options.wanted_sigma_px,
-        largest_window_px: LARGEST_GROWN_WINDOW_PX.max(options.refine_window_px),
         steps,
         rule,
         deviation_share,

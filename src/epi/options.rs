@@ -98,7 +98,7 @@ const LARGEST_SEARCH: usize = 30_000;
 /// The widest window of the fit, in px.
 pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
 
-/// Side to which the windows of the fit grow where texture is weak, in px.
+/// Side to which the windows of the fit grow where texture is weak, in px; on surfaces that show no relief they grow up to 21 px.
 pub const LARGEST_GROWN_WINDOW_PX: usize = 11;
 
 /// Everything that a caller may choose of the matcher.

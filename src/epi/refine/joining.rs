@@ -1,7 +1,8 @@
 //! From votes to a surface: which windows are tried, and in what order.
 //!
 //! First the plane of each pixel is found among windows of several shapes, centred on it and beside it; at creases the faces' own planes settle it. These planes then tell
-//! which votes belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, the plane itself may be known better.
+//! which votes belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, wider ones may, or the plane itself may be known
+//! better (`widening`).
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -9,9 +10,11 @@ use rayon::prelude::*;
 use super::Fit;
 use super::creases::settle_creases;
 use super::planes::{SparePlanes, SurfacePlanes, VotePlanes};
-use super::smoothing::{missed_by_small, smoothed_away, told_by_both};
+use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told_by_both};
 use super::stretch::take_off_drift;
 use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
+use super::widening::{WIDE_REACHES, take_better, take_wide};
+use crate::epi::options::LARGEST_GROWN_WINDOW_PX;
 use crate::plane::Plane;
 
 /// Reaches of the windows of the steps before the last, in columns and rows.
@@ -21,7 +24,7 @@ const FIRST_REACH: (usize, usize) = (2, 2);
 const SQUARE_REACH: (usize, usize) = (3, 3);
 const LONG_REACHES: [(usize, usize); 2] = [(3, 10), (10, 3)];
 /// Reaches to which supports grow, in px.
-const REACHES: [usize; 5] = [1, 2, 3, 4, 5];
+const REACHES: [usize; 5] = [1, 2, 3, 4, LARGEST_GROWN_WINDOW_PX / 2];
 /// Reaches of the small windows that tell what supports smooth away, in px.
 const SMALL_REACHES: [usize; 2] = [1, 2];
 /// Disparities that differ by more than this many of their sigmas belong to two surfaces. Chance exceeds it once in fifty, and a wider limit lets
@@ -33,8 +36,6 @@ const BELONGS_TO_FIXED: f32 = 4.0;
 const SLANT_SPREAD: f32 = 12.0;
 /// The same of the least of them, so that windows whose size is given lose nothing of a plane that is known no better.
 const SLANT_SPREAD_OF_FIXED: f32 = 4.0;
-/// Planes of the windows that competed are taken for the surface's if their variance is smaller by this: the best of many is less well known than it says.
-const LEAST_GAIN: f32 = 2.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
@@ -102,70 +103,46 @@ pub(super) fn join_votes(
     spare.keep(map);
     let mut map = survey(votes, SQUARE_REACH, &LONG_REACHES, &mut spare);
     settle_creases(&mut map, SLANT_SPREAD);
+    map.forget_misfit();
     let votes = &*votes;
-    let smallest = options.window_px / 2;
-    let mut surface = join(votes, &map, joining((smallest, smallest), NO_SLACK), spare.any());
+    let least = options.window_px / 2;
+    let mut surface = join(votes, &map, joining((least, least), NO_SLACK), spare.any());
     let wanted = options.wanted_sigma_px.powi(2) as f32;
-    for reach in
-        REACHES.into_iter().filter(|&reach| reach > smallest && 2 * reach < options.largest_window_px)
-    {
-        surface.par_rows().enumerate().for_each(|(y, out)| {
-            join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
-        });
+    let grow = |surface: &mut SurfacePlanes, reaches: &[usize]| {
+        for &reach in reaches.iter().filter(|&&reach| reach > least) {
+            surface.par_rows().enumerate().for_each(|(y, out)| {
+                join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
+            });
+        }
+    };
+    grow(&mut surface, &REACHES);
+    let disagreement = disagreement(&map);
+    let [smallest, small] = SMALL_REACHES;
+    let join_small = |reach: usize, planes: SurfacePlanes| {
+        let mut small = join(votes, &guesses, joining((reach, reach), GUESS_SLACK), planes);
+        small.forget_fit();
+        small
+    };
+    let side = |reach: usize| 2 * reach + 1;
+    let windows = join_small(small, spare.any());
+    if !fixed {
+        let mut wide = spare.copy_of(&surface);
+        grow(&mut wide, &WIDE_REACHES);
+        for surface in [&mut surface, &mut wide] {
+            take_better(surface, &map, wanted);
+        }
+        wide.forget_fit();
+        surface.forget_misfit();
+        take_wide(&mut surface, &wide, (&windows, side(small)), &disagreement);
     }
-    take_better(&mut surface, &map, wanted);
+    let smoothed = smoothed_away(&surface, &map, disagreement);
     spare.release();
-    let smoothed = smoothed_away(&surface, &map);
-    spare.keep(map);
-    let [smallest, wider] = SMALL_REACHES.map(|reach| {
-        let small = join(votes, &guesses, joining((reach, reach), GUESS_SLACK), spare.any());
-        let missed = missed_by_small(&surface, &small, 2 * reach + 1);
-        spare.keep(small);
-        missed
-    });
+    drop(map);
+    let missed = missed_by_small(&surface, (&windows, side(small)), LEAST_SPARE);
+    drop(windows);
+    let windows = join_small(smallest, spare.any());
+    let missed_by_smallest = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
     surface.raise_variance(&smoothed);
-    surface.raise_variance(&told_by_both(smallest, &wider));
+    surface.raise_variance(&told_by_both(missed_by_smallest, &missed));
     surface
-}
-
-/// Where the widest support leaves more than the `wanted` variance, in px^2, takes the planes of `map`, whose windows are longer, if they are known much better.
-fn take_better(surface: &mut SurfacePlanes, map: &SurfacePlanes, wanted: f32) {
-    surface.par_rows().enumerate().for_each(|(y, row)| {
-        let variances = map.variance.row(y);
-        for (place, variance) in row.variance.iter_mut().enumerate() {
-            if *variance > wanted && LEAST_GAIN * variances[place] < *variance {
-                *variance = variances[place];
-                row.disparity[place] = map.disparity.row(y)[place];
-                row.slant_x[place] = map.slant_x.row(y)[place];
-                row.slant_y[place] = map.slant_y.row(y)[place];
-            }
-        }
-    });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::epi::refine::planes::PAD;
-
-    #[test]
-    fn planes_that_are_known_much_better_are_taken_where_supports_do_not_suffice() {
-        const WANTED: f32 = 1.0;
-        // The support's variance, the plane's, and whether the plane is taken.
-        let cases = [(0.9, 0.1, false), (3.0, 1.6, false), (3.0, 1.4, true), (3.0, f32::INFINITY, false)];
-        let [mut surface, mut map] = [(); 2].map(|()| SurfacePlanes::unknown(1, cases.len()));
-        for (x, &(support, plane, _)) in cases.iter().enumerate() {
-            surface.variance.row_mut(0)[PAD + x] = support;
-            map.variance.row_mut(0)[PAD + x] = plane;
-            map.disparity.row_mut(0)[PAD + x] = 7.0;
-            map.slant_x.row_mut(0)[PAD + x] = 0.2;
-            map.slant_y.row_mut(0)[PAD + x] = 0.3;
-        }
-        take_better(&mut surface, &map, WANTED);
-        for (x, &(support, plane, taken)) in cases.iter().enumerate() {
-            let found = [&surface.disparity, &surface.slant_x, &surface.slant_y, &surface.variance];
-            let expected = if taken { [7.0, 0.2, 0.3, plane] } else { [0.0, 0.0, 0.0, support] };
-            assert_eq!(found.map(|values| values.row(0)[PAD + x]), expected, "{support} {plane}");
-        }
-    }
 }

@@ -28,6 +28,7 @@ mod stretch;
 mod support;
 mod visibility;
 mod votes;
+mod widening;
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -61,10 +62,9 @@ const NOISE_REACH: usize = 3;
 pub struct Fit {
     /// Side of the smallest window, in px, odd.
     pub window_px: usize,
-    /// Where a window leaves a larger sigma than this, in px, it grows as long as it has to ...
+    /// Where a window leaves a larger sigma than this, in px, it grows as far as it has to, up to 11 px, and on surfaces without relief
+    /// up to 21 px.
     pub wanted_sigma_px: f64,
-    /// ... and as far as this side, in px, odd.
-    pub largest_window_px: usize,
     /// Gauss-Newton steps; 0 leaves the disparity and only states its sigma.
     pub steps: usize,
     /// Which frames count.

@@ -267,6 +267,32 @@ impl SurfacePlanes {
         planes
     }
 
+    /// Gives back the room of the misfits.
+    pub(super) fn forget_misfit(&mut self) {
+        self.misfit = Padded::filled(0, 0, 0.0);
+    }
+
+    /// Gives back the room of all but the planes and their variances.
+    pub(super) fn forget_fit(&mut self) {
+        self.forget_misfit();
+        self.texture = Padded::filled(0, 0, 0.0);
+    }
+
+    /// Takes the disparity, slants and variance of `other` at the places, of padded rows, and in the rows for which `takes` says so of the variances of both.
+    pub(super) fn take_where(&mut self, other: &Self, takes: impl Fn(usize, usize, [f32; 2]) -> bool + Sync) {
+        self.par_rows().enumerate().for_each(|(y, row)| {
+            let others = other.variance.row(y);
+            for (place, variance) in row.variance.iter_mut().enumerate() {
+                if takes(place, y, [*variance, others[place]]) {
+                    *variance = others[place];
+                    row.disparity[place] = other.disparity.row(y)[place];
+                    row.slant_x[place] = other.slant_x.row(y)[place];
+                    row.slant_y[place] = other.slant_y.row(y)[place];
+                }
+            }
+        });
+    }
+
     /// Adds `more`, in px^2, to the variances.
     pub(super) fn raise_variance(&mut self, more: &Padded) {
         self.variance.values.par_iter_mut().zip(&more.values).for_each(|(variance, more)| *variance += more);
@@ -314,6 +340,20 @@ impl SparePlanes {
         let mut planes = self.any();
         planes.forget();
         planes
+    }
+
+    /// A copy of `planes`.
+    pub(super) fn copy_of(&mut self, planes: &SurfacePlanes) -> SurfacePlanes {
+        let mut copy = self.any();
+        copy.par_rows().enumerate().for_each(|(y, row)| {
+            row.disparity.copy_from_slice(planes.disparity.row(y));
+            row.slant_x.copy_from_slice(planes.slant_x.row(y));
+            row.slant_y.copy_from_slice(planes.slant_y.row(y));
+            row.variance.copy_from_slice(planes.variance.row(y));
+            row.misfit.copy_from_slice(planes.misfit.row(y));
+            row.texture.copy_from_slice(planes.texture.row(y));
+        });
+        copy
     }
 
     pub(super) fn keep(&mut self, planes: SurfacePlanes) {

@@ -23,7 +23,7 @@ use pools::{Excess, pooled};
 /// A small window this far away has not seen what is smoothed away, but another surface, in px.
 const ANOTHER_SURFACE_PX: f64 = 0.5;
 /// Small windows tell only where supports have at least this share of their variance to spare.
-const LEAST_SPARE: f64 = 0.2;
+pub(super) const LEAST_SPARE: f64 = 0.2;
 /// What competing windows disagree by is alike within as many pixels along a row or a column: half the length of long windows.
 const ALIKE_PX: usize = 9;
 /// A pixel's own windows disagree beyond chance if they do so this many times as far as on a plane, in the mean square; there one in seventy does.
@@ -35,9 +35,15 @@ const STEP_SIGMAS: f32 = 2.0;
 /// Larger steps are edges of things, in px; the search has decided to which side pixels belong.
 const LARGEST_STEP_PX: f32 = 1.0;
 
-/// The variances, in px^2, of what `surface` smooths away, by what the windows disagreed by that competed for the planes of `map`, and at its own steps.
-pub(super) fn smoothed_away(surface: &SurfacePlanes, map: &SurfacePlanes) -> Padded {
-    let mut smoothed = pooled(surface, ALIKE_PX, |place, y| disagreement(map, place, y));
+/// What the windows that competed for the planes of `map` disagreed by beyond chance, as variances in px^2; NaN where pools tell nothing.
+pub(super) fn disagreement(map: &SurfacePlanes) -> Padded {
+    pooled(map, ALIKE_PX, |place, y| disagreement_at(map, place, y))
+}
+
+/// The variances, in px^2, of what `surface` smooths away, by what the windows disagreed by that competed for the planes of `map`, in `pools` and on their own, and at its own
+/// steps.
+pub(super) fn smoothed_away(surface: &SurfacePlanes, map: &SurfacePlanes, pools: Padded) -> Padded {
+    let mut smoothed = pools;
     smoothed.par_rows().enumerate().for_each(|(y, smoothed)| {
         let (apart, variance) = (map.texture.row(y), map.variance.row(y));
         for (place, smoothed) in smoothed.iter_mut().enumerate() {
@@ -51,13 +57,17 @@ pub(super) fn smoothed_away(surface: &SurfacePlanes, map: &SurfacePlanes) -> Pad
     smoothed
 }
 
-/// The same by small windows of `side` px, whose planes are `small`; NaN where they do not tell.
-pub(super) fn missed_by_small(surface: &SurfacePlanes, small: &SurfacePlanes, side: usize) -> Padded {
+/// The same by small windows of `side` px, whose planes are `small`, where supports have the share `least_spare` of their variance to spare; NaN where they do not tell.
+pub(super) fn missed_by_small(
+    surface: &SurfacePlanes,
+    (small, side): (&SurfacePlanes, usize),
+    least_spare: f64,
+) -> Padded {
     pooled(surface, side, |place, y| {
         let noise = f64::from(small.variance.row(y)[place]);
         let spare = noise - f64::from(surface.variance.row(y)[place]);
         let difference = f64::from(small.disparity.row(y)[place] - surface.disparity.row(y)[place]);
-        if spare > LEAST_SPARE * noise && spare.is_finite() && difference.abs() <= ANOTHER_SURFACE_PX {
+        if spare > least_spare * noise && spare.is_finite() && difference.abs() <= ANOTHER_SURFACE_PX {
             // The square of a Gaussian has twice its squared variance for variance.
             Excess::new(difference * difference - spare, 2.0 * spare * spare)
         } else {
@@ -77,7 +87,7 @@ pub(super) fn told_by_both(mut missed: Padded, other: &Padded) -> Padded {
 }
 
 /// How much more the windows disagreed that competed for a pixel than on a plane.
-fn disagreement(map: &SurfacePlanes, place: usize, y: usize) -> Excess {
+fn disagreement_at(map: &SurfacePlanes, place: usize, y: usize) -> Excess {
     let by_chance = f64::from(APART_BY_CHANCE * map.variance.row(y)[place]);
     if by_chance > 0.0 && by_chance.is_finite() {
         // A few windows make one pixel's mean square; it varies by about as much as it is.

@@ -3,8 +3,8 @@
 //! The votes around a pixel are joined by a plane (disparity and slant) as far as they belong to the pixel's own surface. Which ones do
 //! is told by a map of planes, one for each pixel: a neighbour belongs if its own plane's disparity lies on the
 //! pixel's plane, within what both of their sigmas let expect (propagation and separation; Polzehl and Spokoiny
-//! 2006). On one plane everything within reach takes part, so nothing of the information is lost; at a step or a ridge the
-//! support ends.
+//! 2006), and its slants, where they are known, are the pixel's. On one plane everything within reach takes part, so nothing of the information is lost; at a step or
+//! a ridge the support ends.
 
 mod sums;
 #[cfg(test)]
@@ -35,7 +35,7 @@ pub(super) struct Joining {
     pub(super) slant_spread: f32,
     /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
     pub(super) slack: (f32, f32),
-    /// Whether the map's planes have slants that are known as well as wider windows know them. Then slants cost a window next to nothing of what its votes
+    /// Whether the map's planes have slants that are known as well as wider windows know them. Then neighbours of another slant do not belong, and slants cost a window next to nothing of what its votes
     /// tell of the disparity: of a square one a fifth in variance, where textures are uneven, and more of a small one.
     pub(super) slants_known: bool,
 }

@@ -70,7 +70,6 @@ fn fitted(
     let options = Fit {
         window_px: 3,
         wanted_sigma_px: 0.005,
-        largest_window_px: 11,
         steps: 2,
         rule: SeenRule::new(FRAMES, 0.5, HiddenPoints::None),
         deviation_share: None,

@@ -36,7 +36,7 @@ fn surfaces(
 
 fn missed(lift: impl Fn(usize) -> f32) -> Padded {
     let (surface, small) = surfaces((ROWS, COLUMNS), &mut ChaCha8Rng::seed_from_u64(3), lift);
-    missed_by_small(&surface, &small, SIDE)
+    missed_by_small(&surface, (&small, SIDE), LEAST_SPARE)
 }
 
 fn at(padded: &Padded, (x, y): (usize, usize)) -> f32 {
@@ -50,7 +50,7 @@ fn noise_alone_seldom_stands_out() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let told = (0..1000).filter(|_| {
         let (surface, small) = surfaces((side, side), &mut random, |_| 0.0);
-        !at(&missed_by_small(&surface, &small, SIDE), (7, 7)).is_nan()
+        !at(&missed_by_small(&surface, (&small, SIDE), LEAST_SPARE), (7, 7)).is_nan()
     });
     // Gaussians stand out by 2.5 once in 160. Windows share votes, so that few hundred are independent: squares of so few are skew (third moment 2.8 / sqrt(190)), which
     // makes it once in 100. Four standard deviations more.
@@ -97,10 +97,10 @@ fn unknown_pixels_and_other_surfaces_tell_nothing() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let (surface, mut small) = surfaces((ROWS, COLUMNS), &mut random, |_| 0.05);
     (0..ROWS).for_each(|y| small.disparity.row_mut(y).iter_mut().for_each(|value| *value += 0.6));
-    assert!(at(&missed_by_small(&surface, &small, SIDE), (100, 100)).is_nan());
+    assert!(at(&missed_by_small(&surface, (&small, SIDE), LEAST_SPARE), (100, 100)).is_nan());
     let (surface, mut small) = surfaces((ROWS, COLUMNS), &mut random, |_| 0.05);
     (0..ROWS).for_each(|y| small.variance.row_mut(y).fill(f32::INFINITY));
-    assert!(at(&missed_by_small(&surface, &small, SIDE), (100, 100)).is_nan());
+    assert!(at(&missed_by_small(&surface, (&small, SIDE), LEAST_SPARE), (100, 100)).is_nan());
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn chosen(
 #[test]
 fn windows_that_disagree_as_by_chance_tell_nothing() {
     let (surface, map) = chosen(|_, _| 7.0, (0.0, 0.0), |_, _| APART_BY_CHANCE);
-    let smoothed = smoothed_away(&surface, &map);
+    let smoothed = smoothed_away(&surface, &map, disagreement(&map));
     assert!((0..ROWS).all(|y| smoothed.row(y)[PAD..PAD + COLUMNS].iter().all(|&value| value == 0.0)));
 }
 
@@ -148,7 +148,7 @@ fn half_of_what_windows_disagree_by_beyond_chance_is_told() {
     let far = (60, 70);
     let apart = |x, y| APART_BY_CHANCE + if (x, y) == far { 30.0 } else { 4.0 };
     let (surface, map) = chosen(|_, _| 7.0, (0.0, 0.0), apart);
-    let smoothed = smoothed_away(&surface, &map);
+    let smoothed = smoothed_away(&surface, &map, disagreement(&map));
     // The one is a ten thousandth of its square, but an eightieth of its lines.
     for (place, expected) in [((150, 150), 2e-6), (far, 18e-6)] {
         assert!((at(&smoothed, place) / expected - 1.0).abs() < 1e-3, "{place:?}");
@@ -164,7 +164,7 @@ fn steps_are_uncertain_by_where_they_lie() {
     let across_columns = |x: f32, y: f32| plane(x, y) + if y >= 100.0 { 0.06 } else { 0.0 };
     let found = |disparity: &dyn Fn(f32, f32) -> f32, place| {
         let (surface, map) = chosen(disparity, (0.02, -0.03), |_, _| 0.0);
-        at(&smoothed_away(&surface, &map), place)
+        at(&smoothed_away(&surface, &map, disagreement(&map)), place)
     };
     for (near, far) in [(99, 98), (100, 101)] {
         assert!((found(&across_rows, (near, 50)) / expected - 1.0).abs() < 1e-3);

@@ -5,7 +5,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
-use super::Joining;
+use super::{Joining, LEAST_SLANT_SPREAD};
 use crate::epi::options::LARGEST_FIT_WINDOW_PX;
 use crate::epi::refine::planes::{Padded, SurfacePlanes, VotePlanes};
 
@@ -25,6 +25,8 @@ struct Allowance {
     limit: f32,
     /// Square of the slack, in px^2.
     slack_squared: f32,
+    /// By what the squared difference of the slants is compared with the variance of the disparities, in px^2; nothing where slants are not known.
+    slant_spread: f32,
 }
 
 /// What is allowed for at each place of the widest window, row by row.
@@ -43,7 +45,13 @@ impl Allowances {
             let slack = joining.slack.0 + joining.slack.1 * u.abs().max(v.abs());
             // A pixel belongs to itself whatever is known of it.
             let slack_squared = if u == 0.0 && v == 0.0 { f32::INFINITY } else { slack * slack };
-            Allowance { growth: 1.0 + (u * u + v * v) / joining.slant_spread, limit, slack_squared }
+            let slants_tell = joining.slants_known && slack_squared.is_finite();
+            Allowance {
+                growth: 1.0 + (u * u + v * v) / joining.slant_spread,
+                limit,
+                slack_squared,
+                slant_spread: if slants_tell { LEAST_SLANT_SPREAD } else { 0.0 },
+            }
         };
         let places = rows.flat_map(|v| columns.clone().map(move |u| place(u, v))).collect();
         Self { reach: joining.reach, places }
@@ -212,9 +220,16 @@ impl<S: Simd> Block<S> {
         let load = |plane: &Padded| load(simd, plane, row, place);
         let expected = self.slant_x.mul_add(u, self.slant_y.mul_add(v, self.disparity));
         let difference = load(&map.disparity) - expected;
-        let variance = self.variance * allowance.growth + load(&map.variance);
+        let others = load(&map.variance);
+        let variance = self.variance * allowance.growth + others;
         let allowed = variance.mul_add(allowance.limit, f32x16::splat(simd, allowance.slack_squared));
-        let over = difference * difference / allowed;
+        let mut over = difference * difference / allowed;
+        if allowance.slant_spread > 0.0 {
+            // Faces that meet at a crease differ in slant, and next to it in nothing else.
+            let (p, q) = (load(&map.slant_x) - self.slant_x, load(&map.slant_y) - self.slant_y);
+            let apart = p.mul_add(p, q * q) * allowance.slant_spread;
+            over = over.max(apart / ((self.variance + others) * allowance.limit));
+        }
         let share = ((over - 1.0) * (-1.0 / FADING) + 0.5).max(zero).min(f32x16::splat(simd, 1.0));
         let weight = share * load(&votes.weight);
         // The vote less the pixel's own disparity.
