@@ -280,14 +280,17 @@ impl SurfacePlanes {
 
     /// Takes the disparity, slants and variance of `other` at the places, of padded rows, and in the rows for which `takes` says so of the variances of both.
     pub(super) fn take_where(&mut self, other: &Self, takes: impl Fn(usize, usize, [f32; 2]) -> bool + Sync) {
-        self.par_rows().enumerate().for_each(|(y, row)| {
+        // What tells how planes were fitted may be gone.
+        let slants = self.slant_x.par_rows().zip(self.slant_y.par_rows());
+        let planes = self.disparity.par_rows().zip(slants).zip(self.variance.par_rows());
+        planes.enumerate().for_each(|(y, ((disparity, (slant_x, slant_y)), variance))| {
             let others = other.variance.row(y);
-            for (place, variance) in row.variance.iter_mut().enumerate() {
+            for (place, variance) in variance.iter_mut().enumerate() {
                 if takes(place, y, [*variance, others[place]]) {
                     *variance = others[place];
-                    row.disparity[place] = other.disparity.row(y)[place];
-                    row.slant_x[place] = other.slant_x.row(y)[place];
-                    row.slant_y[place] = other.slant_y.row(y)[place];
+                    disparity[place] = other.disparity.row(y)[place];
+                    slant_x[place] = other.slant_x.row(y)[place];
+                    slant_y[place] = other.slant_y.row(y)[place];
                 }
             }
         });

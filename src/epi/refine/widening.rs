@@ -66,6 +66,9 @@ mod tests {
             surface.variance.row_mut(y).fill(SIGMA_PX * SIGMA_PX);
             small.variance.row_mut(y).fill(2.0 * SIGMA_PX * SIGMA_PX);
         }
+        surface.forget_misfit();
+        wide.forget_fit();
+        small.forget_fit();
         let disagreement = Padded::filled(ROWS, COLUMNS, apart);
         take_wide(&mut surface, &wide, (&small, 1), &disagreement);
         let taken = (0..ROWS).flat_map(|y| &surface.variance.row(y)[PAD..PAD + COLUMNS]);
