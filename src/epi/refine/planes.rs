@@ -267,12 +267,12 @@ impl SurfacePlanes {
         planes
     }
 
-    /// Gives back the room of the misfits.
+    /// Gives back the room of the misfits; [`Self::par_rows`], which goes through all planes, then has no rows.
     pub(super) fn forget_misfit(&mut self) {
         self.misfit = Padded::filled(0, 0, 0.0);
     }
 
-    /// Gives back the room of all but the planes and their variances.
+    /// Gives back the room of all but the planes and their variances; [`Self::par_rows`] then has no rows.
     pub(super) fn forget_fit(&mut self) {
         self.forget_misfit();
         self.texture = Padded::filled(0, 0, 0.0);
