@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::Fit;
 use super::creases::settle_creases;
+use super::neighbours::take_neighbours;
 use super::planes::{SparePlanes, SurfacePlanes, VotePlanes};
 use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told_by_both};
 use super::stretch::take_off_drift;
@@ -36,6 +37,10 @@ const BELONGS_TO_FIXED: f32 = 4.0;
 const SLANT_SPREAD: f32 = 12.0;
 /// The same of the least of them, so that windows whose size is given lose nothing of a plane that is known no better.
 const SLANT_SPREAD_OF_FIXED: f32 = 4.0;
+/// What the variance of a plane grows by where it is carried across a crease, as a share of what both slants' variances make: one of two where supports are as wide as high, and all
+/// where windows may be narrow across the crease.
+const SHARE_OF_SUPPORTS: f32 = 0.5;
+const SHARE_OF_NARROW: f32 = 1.0;
 /// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
@@ -67,7 +72,8 @@ pub(super) fn join_votes(
         next
     };
     let mut spare = SparePlanes::none(rows, columns);
-    let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
+    let mut guesses = SurfacePlanes::of_guesses(votes, guess, origin);
+    guesses.forget_fit();
     let survey = |votes: &VotePlanes, square, long: &[(usize, usize)], spare: &mut SparePlanes| {
         let mut map = spare.unknown();
         let mut take_best = |windows: &SurfacePlanes, reach| {
@@ -102,7 +108,7 @@ pub(super) fn join_votes(
     votes.forget_derivatives();
     spare.keep(map);
     let mut map = survey(votes, SQUARE_REACH, &LONG_REACHES, &mut spare);
-    settle_creases(&mut map, SLANT_SPREAD);
+    settle_creases(&mut map, SHARE_OF_NARROW);
     map.forget_misfit();
     let votes = &*votes;
     let least = options.window_px / 2;
@@ -130,12 +136,14 @@ pub(super) fn join_votes(
         grow(&mut wide, &WIDE_REACHES);
         for surface in [&mut surface, &mut wide] {
             take_better(surface, &map, wanted);
+            take_neighbours(surface, wanted, &disagreement);
         }
         wide.forget_fit();
         surface.forget_misfit();
         take_wide(&mut surface, &wide, (&windows, side(small)), &disagreement);
     }
-    let smoothed = smoothed_away(&surface, &map, disagreement);
+    let creases = if fixed { Vec::new() } else { settle_creases(&mut surface, SHARE_OF_SUPPORTS) };
+    let smoothed = smoothed_away((&surface, &creases), &map, disagreement);
     spare.release();
     drop(map);
     let missed = missed_by_small(&surface, (&windows, side(small)), LEAST_SPARE);

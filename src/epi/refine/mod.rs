@@ -14,6 +14,7 @@
 //! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
 //! credible windows disagree by, comes on top (`smoothing`).
 
+mod carried;
 mod creases;
 mod doubt;
 mod gains;
@@ -21,6 +22,7 @@ mod joining;
 mod locking;
 mod mixing;
 mod moments;
+mod neighbours;
 mod planes;
 mod smoothing;
 mod spline;

@@ -212,6 +212,8 @@ pub(super) struct SurfacePlanes {
     pub(super) misfit: Padded,
     /// Mean weight over the variance of the noise: how far texture stands out.
     pub(super) texture: Padded,
+    /// Variance of both slants together, in (px/px)^2; infinite where nothing is known.
+    pub(super) slant_variance: Padded,
 }
 
 /// One row of planes to be filled.
@@ -222,6 +224,7 @@ pub(super) struct PlaneRow<'a> {
     pub(super) variance: &'a mut [f32],
     pub(super) misfit: &'a mut [f32],
     pub(super) texture: &'a mut [f32],
+    pub(super) slant_variance: &'a mut [f32],
 }
 
 impl SurfacePlanes {
@@ -234,6 +237,7 @@ impl SurfacePlanes {
             variance: plane(f32::INFINITY),
             misfit: plane(f32::INFINITY),
             texture: plane(0.0),
+            slant_variance: plane(f32::INFINITY),
         }
     }
 
@@ -243,7 +247,7 @@ impl SurfacePlanes {
             for zeros in [row.disparity, row.slant_x, row.slant_y, row.texture] {
                 zeros.fill(0.0);
             }
-            for infinite in [row.variance, row.misfit] {
+            for infinite in [row.variance, row.misfit, row.slant_variance] {
                 infinite.fill(f32::INFINITY);
             }
         });
@@ -272,28 +276,10 @@ impl SurfacePlanes {
         self.misfit = Padded::filled(0, 0, 0.0);
     }
 
-    /// Gives back the room of all but the planes and their variances; [`Self::par_rows`] then has no rows.
+    /// Gives back the room of all but the planes and the variances; [`Self::par_rows`] then has no rows.
     pub(super) fn forget_fit(&mut self) {
         self.forget_misfit();
         self.texture = Padded::filled(0, 0, 0.0);
-    }
-
-    /// Takes the disparity, slants and variance of `other` at the places, of padded rows, and in the rows for which `takes` says so of the variances of both.
-    pub(super) fn take_where(&mut self, other: &Self, takes: impl Fn(usize, usize, [f32; 2]) -> bool + Sync) {
-        // What tells how planes were fitted may be gone.
-        let slants = self.slant_x.par_rows().zip(self.slant_y.par_rows());
-        let planes = self.disparity.par_rows().zip(slants).zip(self.variance.par_rows());
-        planes.enumerate().for_each(|(y, ((disparity, (slant_x, slant_y)), variance))| {
-            let others = other.variance.row(y);
-            for (place, variance) in variance.iter_mut().enumerate() {
-                if takes(place, y, [*variance, others[place]]) {
-                    *variance = others[place];
-                    disparity[place] = other.disparity.row(y)[place];
-                    slant_x[place] = other.slant_x.row(y)[place];
-                    slant_y[place] = other.slant_y.row(y)[place];
-                }
-            }
-        });
     }
 
     /// Adds `more`, in px^2, to the variances.
@@ -307,15 +293,10 @@ impl SurfacePlanes {
 
     pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = PlaneRow<'_>> {
         let first = self.disparity.par_rows().zip(self.slant_x.par_rows()).zip(self.slant_y.par_rows());
-        let all =
-            first.zip(self.variance.par_rows()).zip(self.misfit.par_rows()).zip(self.texture.par_rows());
-        all.map(|(((((disparity, slant_x), slant_y), variance), misfit), texture)| PlaneRow {
-            disparity,
-            slant_x,
-            slant_y,
-            variance,
-            misfit,
-            texture,
+        let second = first.zip(self.variance.par_rows()).zip(self.misfit.par_rows());
+        let all = second.zip(self.texture.par_rows()).zip(self.slant_variance.par_rows());
+        all.map(|((((((disparity, slant_x), slant_y), variance), misfit), texture), slant_variance)| {
+            PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture, slant_variance }
         })
     }
 }
@@ -355,6 +336,7 @@ impl SparePlanes {
             row.variance.copy_from_slice(planes.variance.row(y));
             row.misfit.copy_from_slice(planes.misfit.row(y));
             row.texture.copy_from_slice(planes.texture.row(y));
+            row.slant_variance.copy_from_slice(planes.slant_variance.row(y));
         });
         copy
     }

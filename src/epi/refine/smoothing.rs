@@ -40,9 +40,13 @@ pub(super) fn disagreement(map: &SurfacePlanes) -> Padded {
     pooled(map, ALIKE_PX, |place, y| disagreement_at(map, place, y))
 }
 
-/// The variances, in px^2, of what `surface` smooths away, by what the windows disagreed by that competed for the planes of `map`, in `pools` and on their own, and at its own
+/// The variances, in px^2, of what `surface` smooths away, whose pixels beside creases lie at these places of each row, by what the windows disagreed by that competed for the planes of `map`, in `pools` and on their own, and at its own
 /// steps.
-pub(super) fn smoothed_away(surface: &SurfacePlanes, map: &SurfacePlanes, pools: Padded) -> Padded {
+pub(super) fn smoothed_away(
+    (surface, creases): (&SurfacePlanes, &[Vec<usize>]),
+    map: &SurfacePlanes,
+    pools: Padded,
+) -> Padded {
     let mut smoothed = pools;
     smoothed.par_rows().enumerate().for_each(|(y, smoothed)| {
         let (apart, variance) = (map.texture.row(y), map.variance.row(y));
@@ -52,7 +56,11 @@ pub(super) fn smoothed_away(surface: &SurfacePlanes, map: &SurfacePlanes, pools:
             let far = apart[place] > FAR_APART * APART_BY_CHANCE * variance[place];
             *smoothed = if far { pooled.max(apart[place]) } else { pooled } / 2.0;
         }
+        // What rises beside a crease is no step, and faces tell where the crease lies.
+        let beside = creases.get(y).into_iter().flatten();
+        let kept: Vec<(usize, f32)> = beside.map(|&place| (place, smoothed[place])).collect();
         add_steps(smoothed, surface, map, y);
+        kept.into_iter().for_each(|(place, value)| smoothed[place] = value);
     });
     smoothed
 }

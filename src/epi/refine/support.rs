@@ -96,8 +96,10 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
 ) {
     let allowances = Allowances::of(joining);
     let mut sums = Sums::<S, N, WINDOWS>::none(simd);
-    let mut after =
-        after.map(|row| [row.disparity, row.slant_x, row.slant_y, row.variance, row.misfit, row.texture]);
+    let mut after = after.map(|row| {
+        let PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture, slant_variance } = row;
+        [disparity, slant_x, slant_y, variance, misfit, texture, slant_variance]
+    });
     let mut start = PAD;
     while start + PAD < after[0][0].len() {
         let block = start..start + LANES;
@@ -120,7 +122,7 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
     }
 }
 
-/// Disparity, slants, variance, misfit and texture of the plane through the votes.
+/// Disparity, slants, variance, misfit, texture and the variance of the slants of the plane through the votes.
 #[inline(always)]
 fn solve<S: Simd>(
     simd: S,
@@ -128,7 +130,7 @@ fn solve<S: Simd>(
     (votes, map): (&VotePlanes, &SurfacePlanes),
     slants_known: bool,
     (y, start): (usize, usize),
-) -> [f32x16<S>; 6] {
+) -> [f32x16<S>; 7] {
     let own = |plane: &Padded| load(simd, plane, y, start);
     let (d, p, q) = (own(&map.disparity), own(&map.slant_x), own(&map.slant_y));
     let noise = own(&votes.noise);
@@ -195,7 +197,9 @@ fn solve<S: Simd>(
     }
     // Votes that belong in part have less noise than their weights say.
     let partly = sums.belonging / s0;
-    let variance = noise * minor_dd * one_over * partly * inflation;
+    let unit = noise * one_over * partly * inflation;
+    let variance = minor_dd * unit;
+    let slant_variance = (s0 * (suu + svv) - su * su - sv * sv) * unit;
     let known = determinant.simd_gt(zero);
     [
         known.select(d + step, d),
@@ -204,6 +208,7 @@ fn solve<S: Simd>(
         known.select(variance, splat(f32::INFINITY)),
         known.select(ratio, splat(f32::INFINITY)),
         known.select(s0 / (noise * sums.count.max(splat(1.0))), zero),
+        known.select(slant_variance, splat(f32::INFINITY)),
     ]
 }
 
@@ -235,12 +240,12 @@ fn take_best_window_simd<S: Simd>(
     let (reach_u, reach_v) = (reach_u as isize, reach_v as isize);
     // The variance of an evenly filled window's plane grows from its middle by u^2 / mean(u^2).
     let spread = |reach: isize| ((reach * (reach + 1)) as f32 / 3.0).max(1.0);
-    let PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture } = map;
-    let mut kept = [disparity, slant_x, slant_y, variance, misfit, texture];
+    let PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture, slant_variance } = map;
+    let mut kept = [disparity, slant_x, slant_y, variance, misfit, texture, slant_variance];
     let mut start = PAD;
     while start + PAD < kept[0].len() {
         let block = start..start + LANES;
-        let mut best: [f32x16<S>; 6] =
+        let mut best: [f32x16<S>; 7] =
             std::array::from_fn(|index| f32x16::from_slice(simd, &kept[index][block.clone()]));
         let mut candidates = [(f32x16::splat(simd, 0.0), f32x16::splat(simd, f32::INFINITY)); 9];
         let mut candidate = candidates.iter_mut();
@@ -271,6 +276,7 @@ fn take_best_window_simd<S: Simd>(
                         known.select(score, f32x16::splat(simd, f32::INFINITY)),
                     );
                 }
+                best[6] = better.select(load(&windows.slant_variance), best[6]);
                 for (best, value) in best.iter_mut().zip([disparity, p, q, variance, score]) {
                     *best = better.select(value, *best);
                 }

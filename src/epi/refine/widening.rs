@@ -13,7 +13,7 @@ pub(super) const WIDE_REACHES: [usize; 2] = [7, LARGEST_FIT_WINDOW_PX / 2];
 /// Wide supports tell of relief where they leave narrow ones this share of the variance less.
 const LEAST_LESS: f64 = 0.1;
 /// Planes of the windows that competed are taken for the surface's if their variance is smaller by this: the best of many is less well known than it says.
-const LEAST_GAIN: f32 = 2.0;
+pub(super) const LEAST_GAIN: f32 = 2.0;
 
 /// Where the widest support leaves more than the `wanted` variance, in px^2, takes the planes of `map`, whose windows are longer, if they are known much better.
 pub(super) fn take_better(surface: &mut SurfacePlanes, map: &SurfacePlanes, wanted: f32) {
@@ -102,12 +102,15 @@ mod tests {
             map.disparity.row_mut(0)[PAD + x] = 7.0;
             map.slant_x.row_mut(0)[PAD + x] = 0.2;
             map.slant_y.row_mut(0)[PAD + x] = 0.3;
+            map.slant_variance.row_mut(0)[PAD + x] = 0.4;
         }
         take_better(&mut surface, &map, WANTED);
         for (x, &(support, plane, taken)) in cases.iter().enumerate() {
-            let found = [&surface.disparity, &surface.slant_x, &surface.slant_y, &surface.variance];
-            let expected = if taken { [7.0, 0.2, 0.3, plane] } else { [0.0, 0.0, 0.0, support] };
-            assert_eq!(found.map(|values| values.row(0)[PAD + x]), expected, "{support} {plane}");
+            let found = surface.plane(PAD + x, 0);
+            let expected =
+                if taken { [7.0, 0.2, 0.3, plane, 0.4] } else { [0.0, 0.0, 0.0, support, f32::INFINITY] };
+            let found = [found.disparity, found.slant_x, found.slant_y, found.variance, found.slant_variance];
+            assert_eq!(found, expected, "{support} {plane}");
         }
     }
 }

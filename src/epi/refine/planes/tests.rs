@@ -207,9 +207,11 @@ fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
     let mut spare = SparePlanes::none(3, 5);
     let mut planes = spare.any();
     planes.par_rows().for_each(|row| {
-        for values in [row.disparity, row.slant_x, row.slant_y, row.variance, row.misfit, row.texture] {
-            values.fill(4.0);
-        }
+        let fit = [row.misfit, row.texture, row.slant_variance];
+        [row.disparity, row.slant_x, row.slant_y, row.variance]
+            .into_iter()
+            .chain(fit)
+            .for_each(|values| values.fill(4.0));
     });
     let memory = planes.disparity.row(0).as_ptr();
     spare.keep(planes);
@@ -224,6 +226,7 @@ fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
             &planes.variance,
             &planes.misfit,
             &planes.texture,
+            &planes.slant_variance,
         ];
         planes.map(|values| (0..3).flat_map(|y| values.row(y).to_vec()).collect::<Vec<f32>>())
     };

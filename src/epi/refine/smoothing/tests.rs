@@ -138,7 +138,7 @@ fn chosen(
 #[test]
 fn windows_that_disagree_as_by_chance_tell_nothing() {
     let (surface, map) = chosen(|_, _| 7.0, (0.0, 0.0), |_, _| APART_BY_CHANCE);
-    let smoothed = smoothed_away(&surface, &map, disagreement(&map));
+    let smoothed = smoothed_away((&surface, &[]), &map, disagreement(&map));
     assert!((0..ROWS).all(|y| smoothed.row(y)[PAD..PAD + COLUMNS].iter().all(|&value| value == 0.0)));
 }
 
@@ -148,7 +148,7 @@ fn half_of_what_windows_disagree_by_beyond_chance_is_told() {
     let far = (60, 70);
     let apart = |x, y| APART_BY_CHANCE + if (x, y) == far { 30.0 } else { 4.0 };
     let (surface, map) = chosen(|_, _| 7.0, (0.0, 0.0), apart);
-    let smoothed = smoothed_away(&surface, &map, disagreement(&map));
+    let smoothed = smoothed_away((&surface, &[]), &map, disagreement(&map));
     // The one is a ten thousandth of its square, but an eightieth of its lines.
     for (place, expected) in [((150, 150), 2e-6), (far, 18e-6)] {
         assert!((at(&smoothed, place) / expected - 1.0).abs() < 1e-3, "{place:?}");
@@ -164,7 +164,7 @@ fn steps_are_uncertain_by_where_they_lie() {
     let across_columns = |x: f32, y: f32| plane(x, y) + if y >= 100.0 { 0.06 } else { 0.0 };
     let found = |disparity: &dyn Fn(f32, f32) -> f32, place| {
         let (surface, map) = chosen(disparity, (0.02, -0.03), |_, _| 0.0);
-        at(&smoothed_away(&surface, &map, disagreement(&map)), place)
+        at(&smoothed_away((&surface, &[]), &map, disagreement(&map)), place)
     };
     for (near, far) in [(99, 98), (100, 101)] {
         assert!((found(&across_rows, (near, 50)) / expected - 1.0).abs() < 1e-3);
@@ -172,6 +172,13 @@ fn steps_are_uncertain_by_where_they_lie() {
         assert_eq!(found(&across_rows, (far, 50)), 0.0);
         assert_eq!(found(&across_columns, (50, far)), 0.0);
     }
+    // Beside creases that the faces tell, none is counted.
+    let (surface, map) = chosen(across_rows, (0.02, -0.03), |_, _| 0.0);
+    let mut creases = vec![Vec::new(); ROWS];
+    creases[50].push(PAD + 99);
+    let smoothed = smoothed_away((&surface, &creases), &map, disagreement(&map));
+    assert_eq!(at(&smoothed, (99, 50)), 0.0);
+    assert!(at(&smoothed, (99, 51)) > 0.0 && at(&smoothed, (100, 50)) > 0.0);
     // At the borders nothing is known beyond.
     for place in [(0, 0), (COLUMNS - 1, ROWS - 1), (0, 100), (100, ROWS - 1)] {
         assert_eq!(found(&plane, place), 0.0);

@@ -94,6 +94,10 @@ fn equal_votes_on_a_plane_give_it_with_the_variance_of_their_mean() {
             let squares = (reach * (reach + 1)) as f64 / 3.0 * count * weight;
             squares / (squares + 100.0 * NOISE)
         };
+        let slant_variance =
+            |reach: usize| share(reach) * NOISE * 3.0 / ((reach * (reach + 1)) as f64 * count * weight);
+        let of_both = slant_variance(reach.0) + slant_variance(reach.1);
+        assert!((at(&surface.slant_variance) / of_both - 1.0).abs() < 1e-4, "{reach:?}");
         assert!((at(&surface.slant_x) - P * share(reach.0)).abs() < 1e-5, "{reach:?}");
         assert!((at(&surface.slant_y) - Q * share(reach.1)).abs() < 1e-5, "{reach:?}");
     }
@@ -177,8 +181,12 @@ fn nested_windows_give_what_each_window_gives_by_itself() {
         for (found, reach) in found.iter().zip(nested_reaches(widest)) {
             let single = joined(&votes, &map, joining(reach));
             let planes = |of: &SurfacePlanes, y: usize| {
-                [&of.disparity, &of.slant_x, &of.slant_y, &of.variance, &of.misfit, &of.texture]
+                let fit = [&of.misfit, &of.texture, &of.slant_variance];
+                [&of.disparity, &of.slant_x, &of.slant_y, &of.variance]
+                    .into_iter()
+                    .chain(fit)
                     .map(|plane| plane.row(y)[PAD..PAD + COLUMNS].to_vec())
+                    .collect::<Vec<_>>()
             };
             for y in 0..ROWS {
                 assert_eq!(planes(found, y), planes(&single, y), "{reach:?}, row {y}");
