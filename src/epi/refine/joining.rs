@@ -72,8 +72,7 @@ pub(super) fn join_votes(
         next
     };
     let mut spare = SparePlanes::none(rows, columns);
-    let mut guesses = SurfacePlanes::of_guesses(votes, guess, origin);
-    guesses.forget_fit();
+    let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
     let survey = |votes: &VotePlanes, square, long: &[(usize, usize)], spare: &mut SparePlanes| {
         let mut map = spare.unknown();
         let mut take_best = |windows: &SurfacePlanes, reach| {
@@ -81,10 +80,10 @@ pub(super) fn join_votes(
                 .enumerate()
                 .for_each(|(y, out)| take_best_window(level, (windows, &guesses), reach, y, out));
         };
-        let mut windows = join(votes, &guesses, joining(square, GUESS_SLACK), spare.any());
+        let mut windows = join(votes, &guesses, joining(square, GUESS_SLACK), spare.windows());
         take_best(&windows, square);
         for &reach in long {
-            let mut wider = [(); 2].map(|()| spare.any());
+            let mut wider = [(); 2].map(|()| spare.windows());
             let [middle, widest] = &mut wider;
             let nested = windows.par_rows().zip(middle.par_rows()).zip(widest.par_rows());
             nested.enumerate().for_each(|(y, ((narrow, middle), wide))| {
@@ -101,7 +100,7 @@ pub(super) fn join_votes(
     };
     let Some(options) = options else {
         let map = survey(votes, FIRST_REACH, &[], &mut spare);
-        return join(votes, &map, joining(FIRST_REACH, NO_SLACK), spare.any());
+        return join(votes, &map, joining(FIRST_REACH, NO_SLACK), spare.supports());
     };
     let map = survey(votes, SQUARE_REACH, &[], &mut spare);
     take_off_drift(votes, &map);
@@ -112,7 +111,7 @@ pub(super) fn join_votes(
     map.forget_misfit();
     let votes = &*votes;
     let least = options.window_px / 2;
-    let mut surface = join(votes, &map, joining((least, least), NO_SLACK), spare.any());
+    let mut surface = join(votes, &map, joining((least, least), NO_SLACK), spare.supports());
     let wanted = options.wanted_sigma_px.powi(2) as f32;
     let grow = |surface: &mut SurfacePlanes, reaches: &[usize]| {
         for &reach in reaches.iter().filter(|&&reach| reach > least) {
@@ -130,7 +129,7 @@ pub(super) fn join_votes(
         small
     };
     let side = |reach: usize| 2 * reach + 1;
-    let windows = join_small(small, spare.any());
+    let windows = join_small(small, spare.supports());
     if !fixed {
         let mut wide = spare.copy_of(&surface);
         grow(&mut wide, &WIDE_REACHES);
@@ -139,7 +138,6 @@ pub(super) fn join_votes(
             take_neighbours(surface, wanted, &disagreement);
         }
         wide.forget_fit();
-        surface.forget_misfit();
         take_wide(&mut surface, &wide, (&windows, side(small)), &disagreement);
     }
     let creases = if fixed { Vec::new() } else { settle_creases(&mut surface, SHARE_OF_SUPPORTS) };
@@ -148,7 +146,7 @@ pub(super) fn join_votes(
     drop(map);
     let missed = missed_by_small(&surface, (&windows, side(small)), LEAST_SPARE);
     drop(windows);
-    let windows = join_small(smallest, spare.any());
+    let windows = join_small(smallest, spare.supports());
     let missed_by_smallest = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
     surface.raise_variance(&smoothed);
     surface.raise_variance(&told_by_both(missed_by_smallest, &missed));

@@ -28,6 +28,10 @@ impl Padded {
         Self { stride, values: rayon::iter::repeat_n(value, rows * stride).collect() }
     }
 
+    fn is_given_back(&self) -> bool {
+        self.values.is_empty()
+    }
+
     /// Row `y` with the room on both sides.
     pub(super) fn row(&self, y: usize) -> &[f32] {
         &self.values[y * self.stride..(y + 1) * self.stride]
@@ -216,7 +220,7 @@ pub(super) struct SurfacePlanes {
     pub(super) slant_variance: Padded,
 }
 
-/// One row of planes to be filled.
+/// One row of planes to be filled; those that have been given back are empty.
 pub(super) struct PlaneRow<'a> {
     pub(super) disparity: &'a mut [f32],
     pub(super) slant_x: &'a mut [f32],
@@ -257,6 +261,8 @@ impl SurfacePlanes {
     pub(super) fn of_guesses(votes: &VotePlanes, guess: &Plane<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
         let mut planes = Self::unknown(rows, columns);
+        planes.forget_fit();
+        planes.slant_variance = Padded::filled(0, 0, 0.0);
         planes.par_rows().enumerate().for_each(|(y, planes)| {
             for (place, &guess) in planes.disparity[PAD..].iter_mut().zip(guess.row(y)) {
                 *place = if guess.is_nan() { 0.0 } else { guess - origin };
@@ -271,12 +277,12 @@ impl SurfacePlanes {
         planes
     }
 
-    /// Gives back the room of the misfits; [`Self::par_rows`], which goes through all planes, then has no rows.
+    /// Gives back the room of the misfits.
     pub(super) fn forget_misfit(&mut self) {
         self.misfit = Padded::filled(0, 0, 0.0);
     }
 
-    /// Gives back the room of all but the planes and the variances; [`Self::par_rows`] then has no rows.
+    /// Gives back the room of all but the planes and the variances.
     pub(super) fn forget_fit(&mut self) {
         self.forget_misfit();
         self.texture = Padded::filled(0, 0, 0.0);
@@ -292,12 +298,23 @@ impl SurfacePlanes {
     }
 
     pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = PlaneRow<'_>> {
-        let first = self.disparity.par_rows().zip(self.slant_x.par_rows()).zip(self.slant_y.par_rows());
-        let second = first.zip(self.variance.par_rows()).zip(self.misfit.par_rows());
-        let all = second.zip(self.texture.par_rows()).zip(self.slant_variance.par_rows());
-        all.map(|((((((disparity, slant_x), slant_y), variance), misfit), texture), slant_variance)| {
+        let stride = self.disparity.stride;
+        let mut rest = [
+            &mut self.slant_x,
+            &mut self.slant_y,
+            &mut self.variance,
+            &mut self.misfit,
+            &mut self.texture,
+            &mut self.slant_variance,
+        ]
+        .map(|plane| plane.values.chunks_mut(stride));
+        let row = |disparity| {
+            // What has been given back has no rows.
+            let [slant_x, slant_y, variance, misfit, texture, slant_variance] =
+                rest.each_mut().map(|rows| rows.next().unwrap_or_default());
             PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture, slant_variance }
-        })
+        };
+        self.disparity.values.chunks_mut(stride).map(row).collect::<Vec<_>>().into_par_iter()
     }
 }
 
@@ -314,27 +331,50 @@ impl SparePlanes {
         Self { rows, columns, spare: Vec::new() }
     }
 
-    /// Planes of unknown content, nothing beside the rows excepted; to be filled.
-    pub(super) fn any(&mut self) -> SurfacePlanes {
+    fn any(&mut self) -> SurfacePlanes {
         self.spare.pop().unwrap_or_else(|| SurfacePlanes::unknown(self.rows, self.columns))
+    }
+
+    /// Planes of windows that compete, for which nobody asks how textured they are; of unknown content, nothing beside the rows excepted; to be filled.
+    pub(super) fn windows(&mut self) -> SurfacePlanes {
+        let mut planes = self.any();
+        if planes.misfit.is_given_back() {
+            std::mem::swap(&mut planes.misfit, &mut planes.texture);
+        }
+        planes.texture = Padded::filled(0, 0, 0.0);
+        planes
+    }
+
+    /// Planes of supports, which are taken however well they fit; of unknown content, nothing beside the rows excepted; to be filled.
+    pub(super) fn supports(&mut self) -> SurfacePlanes {
+        let mut planes = self.any();
+        if planes.texture.is_given_back() {
+            std::mem::swap(&mut planes.misfit, &mut planes.texture);
+        }
+        planes.forget_misfit();
+        planes
     }
 
     /// Planes that know nothing.
     pub(super) fn unknown(&mut self) -> SurfacePlanes {
         let mut planes = self.any();
+        for plane in [&mut planes.misfit, &mut planes.texture] {
+            if plane.is_given_back() {
+                *plane = Padded::filled(self.rows, self.columns, 0.0);
+            }
+        }
         planes.forget();
         planes
     }
 
-    /// A copy of `planes`.
+    /// A copy of the `planes` of supports.
     pub(super) fn copy_of(&mut self, planes: &SurfacePlanes) -> SurfacePlanes {
-        let mut copy = self.any();
+        let mut copy = self.supports();
         copy.par_rows().enumerate().for_each(|(y, row)| {
             row.disparity.copy_from_slice(planes.disparity.row(y));
             row.slant_x.copy_from_slice(planes.slant_x.row(y));
             row.slant_y.copy_from_slice(planes.slant_y.row(y));
             row.variance.copy_from_slice(planes.variance.row(y));
-            row.misfit.copy_from_slice(planes.misfit.row(y));
             row.texture.copy_from_slice(planes.texture.row(y));
             row.slant_variance.copy_from_slice(planes.slant_variance.row(y));
         });

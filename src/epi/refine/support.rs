@@ -111,7 +111,7 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
                 let joined = solve(simd, &sums.of_window::<TURNED>(window), planes, slants_known, (y, start));
                 let variances = f32x16::from_slice(simd, &out[3][block.clone()]);
                 let settled = wanted.map(|wanted| variances.simd_le(f32x16::splat(simd, wanted)));
-                for (plane, value) in out.iter_mut().zip(joined) {
+                for (plane, value) in out.iter_mut().zip(joined).filter(|(plane, _)| !plane.is_empty()) {
                     let place = &mut plane[block.clone()];
                     let old = f32x16::from_slice(simd, place);
                     settled.map_or(value, |settled| settled.select(old, value)).store_slice(place);

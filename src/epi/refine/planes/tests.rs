@@ -205,7 +205,7 @@ fn more_variance_is_added_pixel_by_pixel() {
 #[test]
 fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
     let mut spare = SparePlanes::none(3, 5);
-    let mut planes = spare.any();
+    let mut planes = spare.windows();
     planes.par_rows().for_each(|row| {
         let fit = [row.misfit, row.texture, row.slant_variance];
         [row.disparity, row.slant_x, row.slant_y, row.variance]
