@@ -135,7 +135,8 @@ pub(super) fn join_votes(
         grow(&mut wide, &WIDE_REACHES);
         for surface in [&mut surface, &mut wide] {
             take_better(surface, &map, wanted);
-            take_neighbours(surface, wanted, &disagreement);
+            let missed = missed_by_small(surface, (&windows, side(small)), LEAST_SPARE);
+            take_neighbours(surface, wanted, &[&disagreement, &missed]);
         }
         wide.forget_fit();
         take_wide(&mut surface, &wide, (&windows, side(small)), &disagreement);

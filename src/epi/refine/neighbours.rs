@@ -13,16 +13,21 @@ const REACH_PX: isize = 3;
 /// Planes that differ from the pixel's own by more than this many standard deviations are of another surface.
 const OWN_SIGMAS: f32 = 3.0;
 
+/// That no relief lies between is taken on trust, so a neighbour leaves at least this share of the pixel's own variance: it halves sigma at most.
+const LEAST_LEFT: f32 = 0.25;
+
 /// Where the variance exceeds `wanted`, in px^2, takes the plane among those of the neighbours that is known best where it is carried to, if it is known much better than
-/// the pixel's own and does not contradict it. Not where windows show `relief`, which carried planes would smooth away.
-pub(super) fn take_neighbours(surface: &mut SurfacePlanes, wanted: f32, relief: &Padded) {
+/// the pixel's own and does not contradict it. Not where one of the witnesses of `relief` shows any, which carried planes would smooth away.
+pub(super) fn take_neighbours(surface: &mut SurfacePlanes, wanted: f32, relief: &[&Padded]) {
     let found: Vec<Vec<(usize, CarriedPlane)>> = (0..surface.rows())
         .into_par_iter()
         .map(|y| {
             let places = PAD..surface.variance.row(y).len() - PAD;
             let poor = |&place: &usize| {
                 let variance = surface.variance.row(y)[place];
-                variance > wanted && variance.is_finite() && !(relief.row(y)[place] > 0.0)
+                variance > wanted
+                    && variance.is_finite()
+                    && !relief.iter().any(|relief| relief.row(y)[place] > 0.0)
             };
             places
                 .filter(poor)
@@ -53,7 +58,12 @@ fn best_neighbour(surface: &SurfacePlanes, place: usize, y: usize) -> Option<Car
         LEAST_GAIN * plane.variance < own.variance
             && apart * apart < OWN_SIGMAS * OWN_SIGMAS * (own.variance + plane.variance)
     };
-    carried.filter(may_take).min_by(|one, other| one.variance.total_cmp(&other.variance))
+    let best = carried.filter(may_take).min_by(|one, other| one.variance.total_cmp(&other.variance))?;
+    // Where two estimates differ by more than their sigmas explain, so much less is known (Birge 1932).
+    let expected = own.variance + best.variance;
+    let unlike = ((best.disparity - own.disparity).powi(2) / expected).max(1.0);
+    let floor = own.variance * LEAST_LEFT;
+    Some(CarriedPlane { variance: (unlike * best.variance).max(floor), ..best })
 }
 
 #[cfg(test)]
@@ -90,7 +100,11 @@ mod tests {
         surface.variance.row_mut(POOR.1)[PAD + POOR.0] = variance;
         surface.forget_fit();
         let before = surface.clone();
-        take_neighbours(&mut surface, WANTED, &Padded::filled(ROWS, COLUMNS, relief));
+        take_neighbours(
+            &mut surface,
+            WANTED,
+            &[&Padded::filled(ROWS, COLUMNS, f32::NAN), &Padded::filled(ROWS, COLUMNS, relief)],
+        );
         let others = (0..ROWS).flat_map(|y| (0..COLUMNS).map(move |x| (x, y))).filter(|&pixel| pixel != POOR);
         for (x, y) in others {
             assert_eq!(surface.plane(PAD + x, y), before.plane(PAD + x, y), "{x} {y}");
@@ -107,11 +121,21 @@ mod tests {
             (&|u, v| if (u, v) == (0, 2) { good / 2.0 } else { good }, good / 2.0 + 4.0 * SLANT_VARIANCE),
         ];
         for (around, variance) in cases {
-            let found = taken(0.03, 1e-3, around, f32::NAN);
+            let found = taken(0.01, 1.1 * WANTED, around, f32::NAN);
             assert!((found.disparity - plane(POOR.0, POOR.1)).abs() < 1e-6);
             assert_eq!((found.slant_x, found.slant_y), (P, Q));
             assert!((found.variance / variance - 1.0).abs() < 1e-5, "{found:?}");
         }
+    }
+
+    #[test]
+    fn neighbours_halve_sigma_at_most_and_less_where_the_pixel_says_otherwise() {
+        let good = WANTED / 2.0;
+        let variance_of = |off: f32, variance: f32| taken(off, variance, |_, _| good, f32::NAN).variance;
+        assert!((variance_of(0.01, 1e-3) / 2.5e-4 - 1.0).abs() < 1e-5);
+        let carried = good + SLANT_VARIANCE;
+        let unlike = 0.03 * 0.03 / (1.1 * WANTED + carried);
+        assert!((variance_of(0.03, 1.1 * WANTED) / (unlike * carried) - 1.0).abs() < 1e-4);
     }
 
     #[test]

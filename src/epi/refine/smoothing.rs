@@ -56,11 +56,9 @@ pub(super) fn smoothed_away(
             let far = apart[place] > FAR_APART * APART_BY_CHANCE * variance[place];
             *smoothed = if far { pooled.max(apart[place]) } else { pooled } / 2.0;
         }
-        // What rises beside a crease is no step, and faces tell where the crease lies.
-        let beside = creases.get(y).into_iter().flatten();
-        let kept: Vec<(usize, f32)> = beside.map(|&place| (place, smoothed[place])).collect();
         add_steps(smoothed, surface, map, y);
-        kept.into_iter().for_each(|(place, value)| smoothed[place] = value);
+        // Beside a crease that the faces tell, what rises is no step, and windows that disagree are those that straddle.
+        creases.get(y).into_iter().flatten().for_each(|&place| smoothed[place] = 0.0);
     });
     smoothed
 }
