@@ -2,7 +2,7 @@
 //!
 //! First the plane of each pixel is found among windows of several shapes, centred on it and beside it; at creases the faces' own planes settle it. These planes then tell
 //! which votes belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, wider ones may, or the plane itself may be known
-//! better (`widening`).
+//! better (`widening`) or a neighbour's (`neighbours`). At creases the supports' planes settle once more what is left.
 
 use fearless_simd::Level;
 use rayon::prelude::*;

@@ -12,7 +12,6 @@ use super::widening::LEAST_GAIN;
 const REACH_PX: isize = 3;
 /// Planes that differ from the pixel's own by more than this many standard deviations are of another surface.
 const OWN_SIGMAS: f32 = 3.0;
-
 /// That no relief lies between is taken on trust, so a neighbour leaves at least this share of the pixel's own variance: it halves sigma at most.
 const LEAST_LEFT: f32 = 0.25;
 
