@@ -78,6 +78,9 @@ mod tests {
     const P: f32 = 0.03;
     const Q: f32 = -0.02;
 
+    /// Variances by columns and rows from the poor pixel.
+    type Around = dyn Fn(isize, isize) -> f32;
+
     fn plane(x: usize, y: usize) -> f32 {
         2.0 + P * x as f32 + Q * y as f32
     }
@@ -115,7 +118,7 @@ mod tests {
     fn poor_pixels_take_the_neighbour_that_is_known_best_where_it_is_carried_to() {
         let good = WANTED / 2.0;
         // Next to the pixel, or so much better two rows on that the way there is worth it.
-        let cases: [(&dyn Fn(isize, isize) -> f32, f32); 2] = [
+        let cases: [(&Around, f32); 2] = [
             (&|_, _| good, good + SLANT_VARIANCE),
             (&|u, v| if (u, v) == (0, 2) { good / 2.0 } else { good }, good / 2.0 + 4.0 * SLANT_VARIANCE),
         ];
