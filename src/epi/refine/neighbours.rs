@@ -78,9 +78,6 @@ mod tests {
     const P: f32 = 0.03;
     const Q: f32 = -0.02;
 
-    /// Variances by columns and rows from the poor pixel.
-    type Around = dyn Fn(isize, isize) -> f32;
-
     fn plane(x: usize, y: usize) -> f32 {
         2.0 + P * x as f32 + Q * y as f32
     }
@@ -118,11 +115,10 @@ mod tests {
     fn poor_pixels_take_the_neighbour_that_is_known_best_where_it_is_carried_to() {
         let good = WANTED / 2.0;
         // Next to the pixel, or so much better two rows on that the way there is worth it.
-        let cases: [(&Around, f32); 2] = [
-            (&|_, _| good, good + SLANT_VARIANCE),
-            (&|u, v| if (u, v) == (0, 2) { good / 2.0 } else { good }, good / 2.0 + 4.0 * SLANT_VARIANCE),
-        ];
-        for (around, variance) in cases {
+        for (better, variance) in
+            [(None, good + SLANT_VARIANCE), (Some((0, 2)), good / 2.0 + 4.0 * SLANT_VARIANCE)]
+        {
+            let around = |u, v| if Some((u, v)) == better { good / 2.0 } else { good };
             let found = taken(0.01, 1.1 * WANTED, around, f32::NAN);
             assert!((found.disparity - plane(POOR.0, POOR.1)).abs() < 1e-6);
             assert_eq!((found.slant_x, found.slant_y), (P, Q));
