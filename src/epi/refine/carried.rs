@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::planes::SurfacePlanes;
 
-/// One pixel's plane, or another one's carried to it.
+/// One pixel's plane, or another one's carried to it: disparity in px, slants in px/px, and the variances of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CarriedPlane {
     pub(super) disparity: f32,
@@ -49,9 +49,9 @@ impl SurfacePlanes {
     pub(super) fn take_where(&mut self, other: &Self, takes: impl Fn(usize, usize, [f32; 2]) -> bool + Sync) {
         self.par_planes().enumerate().for_each(|(y, mut row)| {
             for place in 0..row.variance.len() {
-                let own = other.plane(place, y);
-                if takes(place, y, [row.variance[place], own.variance]) {
-                    row.put(place, own);
+                let offered = other.plane(place, y);
+                if takes(place, y, [row.variance[place], offered.variance]) {
+                    row.put(place, offered);
                 }
             }
         });

@@ -18,7 +18,7 @@ const BEYOND_PX: RangeInclusive<isize> = 7..=12;
 const BEND_SIGMAS: f32 = 6.0;
 /// Slants are those of one face if they differ by less than this share of what bends. Of a surface that is curved evenly they would differ by a half of it.
 const ONE_FACE: f32 = 0.25;
-/// A pixel's plane is its face's if neither disparity nor slant differ by more than this many standard deviations.
+/// A pixel's plane is its face's if neither disparity nor slant differ by more than this many standard deviations; chance exceeds it once in four hundred.
 const SETTLED_SIGMAS: f32 = 3.0;
 
 /// In which direction the faces follow each other.
@@ -85,7 +85,8 @@ pub(super) fn settle_creases(map: &mut SurfacePlanes, share: f32) -> Vec<Vec<usi
     beside.into_iter().map(|row| row.into_iter().map(|pixel| pixel.place).collect()).collect()
 }
 
-/// Whether slants on both sides of each pixel of row `y` hint at a crease: half as clearly as they must, at one of two distances.
+/// Whether slants on both sides of each pixel of row `y` hint at a crease: half as clearly as they must, at one of two distances. Most pixels are spared
+/// [`face_beside_crease`] by that, which is slow.
 fn bending(map: &SurfacePlanes, y: usize, across: Across) -> Vec<bool> {
     let (slants, farthest) = match across {
         Across::Columns => (&map.slant_x, 0),

@@ -8,9 +8,9 @@ use super::carried::CarriedPlane;
 use super::planes::{PAD, Padded, SurfacePlanes};
 use super::widening::LEAST_GAIN;
 
-/// Planes are taken from this far along rows and columns, in px.
+/// Planes are taken from this far along rows and columns, in px: as far as square windows that straddle reach.
 const REACH_PX: isize = 3;
-/// Planes that differ from the pixel's own by more than this many standard deviations are of another surface.
+/// Planes that differ from the pixel's own by more than this many standard deviations are of another surface; chance exceeds it once in four hundred.
 const OWN_SIGMAS: f32 = 3.0;
 /// That no relief lies between is taken on trust, so a neighbour leaves at least this share of the pixel's own variance: it halves sigma at most.
 const LEAST_LEFT: f32 = 0.25;

@@ -28,6 +28,11 @@ impl Padded {
         Self { stride, values: rayon::iter::repeat_n(value, rows * stride).collect() }
     }
 
+    /// No room at all.
+    fn given_back() -> Self {
+        Self::filled(0, 0, 0.0)
+    }
+
     fn is_given_back(&self) -> bool {
         self.values.is_empty()
     }
@@ -110,13 +115,13 @@ impl VotePlanes {
 
     /// Gives back the room of the residuals.
     pub(super) fn forget_residuals(&mut self) {
-        self.residual = Padded::filled(0, 0, 0.0);
+        self.residual = Padded::given_back();
     }
 
     /// Gives back the room of the template's derivatives.
     pub(super) fn forget_derivatives(&mut self) {
-        self.gradient = Padded::filled(0, 0, 0.0);
-        self.bend = Padded::filled(0, 0, 0.0);
+        self.gradient = Padded::given_back();
+        self.bend = Padded::given_back();
     }
 
     /// Finds the noise around each pixel, and lets pixels whose residuals exceed it count as much less.
@@ -262,7 +267,7 @@ impl SurfacePlanes {
         let (rows, columns) = (guess.rows(), guess.columns());
         let mut planes = Self::unknown(rows, columns);
         planes.forget_fit();
-        planes.slant_variance = Padded::filled(0, 0, 0.0);
+        planes.slant_variance = Padded::given_back();
         planes.par_rows().enumerate().for_each(|(y, planes)| {
             for (place, &guess) in planes.disparity[PAD..].iter_mut().zip(guess.row(y)) {
                 *place = if guess.is_nan() { 0.0 } else { guess - origin };
@@ -279,13 +284,13 @@ impl SurfacePlanes {
 
     /// Gives back the room of the misfits.
     pub(super) fn forget_misfit(&mut self) {
-        self.misfit = Padded::filled(0, 0, 0.0);
+        self.misfit = Padded::given_back();
     }
 
     /// Gives back the room of all but the planes and the variances.
     pub(super) fn forget_fit(&mut self) {
         self.forget_misfit();
-        self.texture = Padded::filled(0, 0, 0.0);
+        self.texture = Padded::given_back();
     }
 
     /// Adds `more`, in px^2, to the variances.
@@ -341,7 +346,7 @@ impl SparePlanes {
         if planes.misfit.is_given_back() {
             std::mem::swap(&mut planes.misfit, &mut planes.texture);
         }
-        planes.texture = Padded::filled(0, 0, 0.0);
+        planes.texture = Padded::given_back();
         planes
     }
 

@@ -40,8 +40,8 @@ pub(super) fn disagreement(map: &SurfacePlanes) -> Padded {
     pooled(map, ALIKE_PX, |place, y| disagreement_at(map, place, y))
 }
 
-/// The variances, in px^2, of what `surface` smooths away, whose pixels beside creases lie at these places of each row, by what the windows disagreed by that competed for the planes of `map`, in `pools` and on their own, and at its own
-/// steps.
+/// The variances, in px^2, of what `surface` smooths away, by what the windows disagreed by that competed for the planes of `map`, in `pools` and on their own, and at its own
+/// steps. Nothing at `creases`, places of the padded row for each row: there the faces tell.
 pub(super) fn smoothed_away(
     (surface, creases): (&SurfacePlanes, &[Vec<usize>]),
     map: &SurfacePlanes,

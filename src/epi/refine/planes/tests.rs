@@ -213,7 +213,18 @@ fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
             .chain(fit)
             .for_each(|values| values.fill(4.0));
     });
+    assert!(planes.texture.is_given_back() && !planes.misfit.is_given_back());
     let memory = planes.disparity.row(0).as_ptr();
+    // What is of use to the one and not to the other changes its place.
+    let fit = planes.misfit.row(0).as_ptr();
+    spare.keep(planes);
+    let planes = spare.supports();
+    assert!(planes.misfit.is_given_back());
+    assert_eq!(planes.texture.row(0).as_ptr(), fit);
+    spare.keep(planes);
+    let planes = spare.windows();
+    assert!(planes.texture.is_given_back());
+    assert_eq!(planes.misfit.row(0).as_ptr(), fit);
     spare.keep(planes);
     let again = spare.unknown();
     assert_eq!(again.disparity.row(0).as_ptr(), memory);
