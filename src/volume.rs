@@ -1,5 +1,7 @@
 //! The rectified spatio-temporal block f(x, y, t), laid out so that an EPI is contiguous.
 
+mod halved;
+
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -236,11 +238,10 @@ impl Volume {
         assert_eq!(tau.frames(), frames.len());
         let mut selected = Self::of_zeros(rows.len(), self.columns, self.bit_depth, tau, self.fine);
         selected.frame_gains = frames.iter().map(|&t| self.frame_gains[t]).collect();
-        let slices =
-            rows.iter().flat_map(|y| frames.iter().map(move |t| (y * self.frames() + t) * self.columns));
+        let size = (self.frames(), self.columns);
         match (&mut selected.samples, &self.samples) {
-            (Samples::U8(target), Samples::U8(source)) => copy_rows(target, source, self.columns, slices),
-            (Samples::U16(target), Samples::U16(source)) => copy_rows(target, source, self.columns, slices),
+            (Samples::U8(target), Samples::U8(source)) => copy_rows(target, source, size, (rows, frames)),
+            (Samples::U16(target), Samples::U16(source)) => copy_rows(target, source, size, (rows, frames)),
             // Both volumes are of one kind and bit depth, hence of one type.
             _ => {}
         }
@@ -309,101 +310,21 @@ fn fill_bands<T: Copy + Send>(
     });
 }
 
-fn copy_rows<T: Copy>(target: &mut [T], source: &[T], columns: usize, starts: impl Iterator<Item = usize>) {
-    for (out, start) in target.chunks_exact_mut(columns).zip(starts) {
-        out.copy_from_slice(&source[start..start + columns]);
-    }
+/// Copies the given rows of the given frames from EPIs of this many frames and columns.
+fn copy_rows<T: Copy + Send + Sync>(
+    target: &mut [T],
+    source: &[T],
+    (count, columns): (usize, usize),
+    (rows, frames): (&[usize], &[usize]),
+) {
+    let epis = target.par_chunks_exact_mut(frames.len() * columns).zip(rows);
+    epis.for_each(|(epi, y)| {
+        for (out, t) in epi.chunks_exact_mut(columns).zip(frames) {
+            let start = (y * count + t) * columns;
+            out.copy_from_slice(&source[start..start + columns]);
+        }
+    });
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rows_of_frames_come_back() {
-        let tau = Tau::equidistant(2).unwrap();
-        let mut volume = Volume::new(2, 3, 8, tau);
-        volume.insert(1, &Frame::new(2, 3, 8, Samples::U8((10..16).collect())).unwrap()).unwrap();
-        let mut row = [0.0; 3];
-        volume.copy_row(1, 1, &mut row);
-        assert_eq!(row, [13.0, 14.0, 15.0]);
-        assert_eq!(volume.bytes(), 12);
-        let wide = Frame::new(2, 3, 12, Samples::U16(vec![0; 6])).unwrap();
-        assert!(matches!(volume.insert(0, &wide), Err(VolumeError::Unlike { bit_depth: 12, .. })));
-        let wrong = Frame::new(3, 2, 8, Samples::U8(vec![0; 6])).unwrap();
-        assert!(volume.insert(0, &wrong).is_err());
-        assert!(matches!(volume.insert(2, &wrong), Err(VolumeError::NoSuchFrame { .. })));
-    }
-
-    #[test]
-    fn counts_of_a_fine_volume_go_in_as_they_are() {
-        let mut volume = Volume::fine(1, 2, 8, Tau::equidistant(2).unwrap());
-        let counts = Frame::new(1, 2, 16, Samples::U16(vec![32768, 65535])).unwrap();
-        volume.insert_counts(1, &counts).unwrap();
-        let mut row = [0.0; 2];
-        volume.copy_row(0, 1, &mut row);
-        // 32768 counts are 256 DN.
-        assert_eq!(row, [256.0, 65535.0 / 128.0]);
-        let narrow = Frame::new(1, 2, 8, Samples::U8(vec![1, 2])).unwrap();
-        assert!(matches!(volume.insert_counts(0, &narrow), Err(VolumeError::Unlike { bit_depth: 8, .. })));
-        assert!(matches!(volume.insert_counts(2, &counts), Err(VolumeError::NoSuchFrame { .. })));
-        let mut plain = Volume::new(1, 2, 16, Tau::equidistant(2).unwrap());
-        assert!(plain.insert_counts(0, &counts).is_err());
-    }
-
-    #[test]
-    fn a_fine_volume_keeps_fractions_of_a_level() {
-        let mut volume = Volume::fine(1, 3, 12, Tau::equidistant(2).unwrap());
-        // Full scale is 4095 DN, so a count is an eighth.
-        assert_eq!((volume.dn_per_count(), volume.bit_depth()), (0.125, 12));
-        volume.fine_counts_mut().unwrap().copy_from_slice(&[0, 1, 65535, 8, 80, 800]);
-        let mut row = [0.0; 3];
-        volume.copy_row(0, 0, &mut row);
-        assert_eq!(row, [0.0, 0.125, 8191.875]);
-        let raw = Frame::new(1, 3, 12, Samples::U16(vec![0; 3])).unwrap();
-        assert_eq!(volume.insert(0, &raw), Err(VolumeError::NotRectified { index: 0 }));
-        assert_eq!(Volume::new(1, 3, 12, Tau::equidistant(2).unwrap()).fine_counts_mut(), None);
-        for (bit_depth, dn) in [(8, 1.0 / 128.0), (15, 1.0), (16, 2.0)] {
-            assert_eq!(Volume::fine(1, 3, bit_depth, Tau::equidistant(2).unwrap()).dn_per_count(), dn);
-        }
-    }
-
-    #[test]
-    fn bands_fill_a_volume_with_rounded_and_clipped_counts() {
-        let like = Volume::new(5, 2, 12, Tau::equidistant(3).unwrap());
-        // Row y of frame t holds 10 y + t + 0.4 and a value that no sample can hold.
-        let fill = |rows: Range<usize>, t: usize, band: &mut [f32]| {
-            assert_eq!(band.len(), 2 * rows.len());
-            for (y, row) in rows.zip(band.chunks_exact_mut(2)) {
-                row.copy_from_slice(&[(10 * y + t) as f32 + 0.4, if t == 0 { -7.0 } else { 1e6 }]);
-            }
-        };
-        let mut row = [0.0; 2];
-        let coarse = like.filled_alike((8, false), 2, fill);
-        coarse.copy_row(4, 2, &mut row);
-        assert_eq!((row, coarse.bytes()), ([42.0, 255.0], 30));
-        coarse.copy_row(1, 0, &mut row);
-        assert_eq!(row, [10.0, 0.0]);
-        let fine = like.filled_alike((8, true), 2, fill);
-        fine.copy_row(4, 2, &mut row);
-        // 42.4 DN are 5427.2 counts of 1/128 DN.
-        assert_eq!(row, [5427.0 / 128.0, 65535.0 / 128.0]);
-    }
-
-    #[test]
-    fn gains_multiply_what_is_read_and_go_with_their_frames() {
-        let mut volume = Volume::fine(2, 2, 8, Tau::equidistant(3).unwrap());
-        let counts = volume.fine_counts_mut().unwrap();
-        counts.iter_mut().enumerate().for_each(|(index, count)| *count = 128 * index as u16);
-        volume.set_frame_gain(1, 1.5);
-        let mut row = [0.0; 2];
-        volume.copy_row(1, 1, &mut row);
-        assert_eq!((row, volume.frame_gain(1)), ([12.0, 13.5], 1.5));
-        let selected = volume.selected(&[1], &[1, 2], Tau::equidistant(2).unwrap());
-        let mut again = [0.0; 2];
-        selected.copy_row(0, 0, &mut again);
-        assert_eq!((again, selected.dn_per_count()), (row, 1.0 / 128.0));
-        selected.copy_row(0, 1, &mut again);
-        assert_eq!(again, [10.0, 11.0]);
-    }
-}
+mod tests;

@@ -1,0 +1,124 @@
+//! What a volume gives back of what it was given.
+
+use super::*;
+
+#[test]
+fn rows_of_frames_come_back() {
+    let tau = Tau::equidistant(2).unwrap();
+    let mut volume = Volume::new(2, 3, 8, tau);
+    volume.insert(1, &Frame::new(2, 3, 8, Samples::U8((10..16).collect())).unwrap()).unwrap();
+    let mut row = [0.0; 3];
+    volume.copy_row(1, 1, &mut row);
+    assert_eq!(row, [13.0, 14.0, 15.0]);
+    assert_eq!(volume.bytes(), 12);
+    let wide = Frame::new(2, 3, 12, Samples::U16(vec![0; 6])).unwrap();
+    assert!(matches!(volume.insert(0, &wide), Err(VolumeError::Unlike { bit_depth: 12, .. })));
+    let wrong = Frame::new(3, 2, 8, Samples::U8(vec![0; 6])).unwrap();
+    assert!(volume.insert(0, &wrong).is_err());
+    assert!(matches!(volume.insert(2, &wrong), Err(VolumeError::NoSuchFrame { .. })));
+}
+
+#[test]
+fn counts_of_a_fine_volume_go_in_as_they_are() {
+    let mut volume = Volume::fine(1, 2, 8, Tau::equidistant(2).unwrap());
+    let counts = Frame::new(1, 2, 16, Samples::U16(vec![32768, 65535])).unwrap();
+    volume.insert_counts(1, &counts).unwrap();
+    let mut row = [0.0; 2];
+    volume.copy_row(0, 1, &mut row);
+    // 32768 counts are 256 DN.
+    assert_eq!(row, [256.0, 65535.0 / 128.0]);
+    let narrow = Frame::new(1, 2, 8, Samples::U8(vec![1, 2])).unwrap();
+    assert!(matches!(volume.insert_counts(0, &narrow), Err(VolumeError::Unlike { bit_depth: 8, .. })));
+    assert!(matches!(volume.insert_counts(2, &counts), Err(VolumeError::NoSuchFrame { .. })));
+    let mut plain = Volume::new(1, 2, 16, Tau::equidistant(2).unwrap());
+    assert!(plain.insert_counts(0, &counts).is_err());
+}
+
+#[test]
+fn a_fine_volume_keeps_fractions_of_a_level() {
+    let mut volume = Volume::fine(1, 3, 12, Tau::equidistant(2).unwrap());
+    // Full scale is 4095 DN, so a count is an eighth.
+    assert_eq!((volume.dn_per_count(), volume.bit_depth()), (0.125, 12));
+    volume.fine_counts_mut().unwrap().copy_from_slice(&[0, 1, 65535, 8, 80, 800]);
+    let mut row = [0.0; 3];
+    volume.copy_row(0, 0, &mut row);
+    assert_eq!(row, [0.0, 0.125, 8191.875]);
+    let raw = Frame::new(1, 3, 12, Samples::U16(vec![0; 3])).unwrap();
+    assert_eq!(volume.insert(0, &raw), Err(VolumeError::NotRectified { index: 0 }));
+    assert_eq!(Volume::new(1, 3, 12, Tau::equidistant(2).unwrap()).fine_counts_mut(), None);
+    for (bit_depth, dn) in [(8, 1.0 / 128.0), (15, 1.0), (16, 2.0)] {
+        assert_eq!(Volume::fine(1, 3, bit_depth, Tau::equidistant(2).unwrap()).dn_per_count(), dn);
+    }
+}
+
+#[test]
+fn bands_fill_a_volume_with_rounded_and_clipped_counts() {
+    let like = Volume::new(5, 2, 12, Tau::equidistant(3).unwrap());
+    // Row y of frame t holds 10 y + t + 0.4 and a value that no sample can hold.
+    let fill = |rows: Range<usize>, t: usize, band: &mut [f32]| {
+        assert_eq!(band.len(), 2 * rows.len());
+        for (y, row) in rows.zip(band.chunks_exact_mut(2)) {
+            row.copy_from_slice(&[(10 * y + t) as f32 + 0.4, if t == 0 { -7.0 } else { 1e6 }]);
+        }
+    };
+    let mut row = [0.0; 2];
+    let coarse = like.filled_alike((8, false), 2, fill);
+    coarse.copy_row(4, 2, &mut row);
+    assert_eq!((row, coarse.bytes()), ([42.0, 255.0], 30));
+    coarse.copy_row(1, 0, &mut row);
+    assert_eq!(row, [10.0, 0.0]);
+    let fine = like.filled_alike((8, true), 2, fill);
+    fine.copy_row(4, 2, &mut row);
+    // 42.4 DN are 5427.2 counts of 1/128 DN.
+    assert_eq!(row, [5427.0 / 128.0, 65535.0 / 128.0]);
+}
+
+#[test]
+fn gains_multiply_what_is_read_and_go_with_their_frames() {
+    let mut volume = Volume::fine(2, 2, 8, Tau::equidistant(3).unwrap());
+    let counts = volume.fine_counts_mut().unwrap();
+    counts.iter_mut().enumerate().for_each(|(index, count)| *count = 128 * index as u16);
+    volume.set_frame_gain(1, 1.5);
+    let mut row = [0.0; 2];
+    volume.copy_row(1, 1, &mut row);
+    assert_eq!((row, volume.frame_gain(1)), ([12.0, 13.5], 1.5));
+    let selected = volume.selected(&[1], &[1, 2], Tau::equidistant(2).unwrap());
+    let mut again = [0.0; 2];
+    selected.copy_row(0, 0, &mut again);
+    assert_eq!((again, selected.dn_per_count()), (row, 1.0 / 128.0));
+    selected.copy_row(0, 1, &mut again);
+    assert_eq!(again, [10.0, 11.0]);
+}
+
+/// Row 0 of frame 1 of `volume` at half the resolution.
+fn halved_row(volume: &Volume) -> (Vec<f32>, (usize, usize)) {
+    let halved = volume.halved();
+    let mut row = vec![0.0; halved.columns()];
+    halved.copy_row(0, 1, &mut row);
+    (row, (halved.rows(), halved.columns()))
+}
+
+#[test]
+fn half_the_resolution_has_means_of_four_samples_of_any_depth() {
+    let tau = || Tau::equidistant(2).unwrap();
+    let mut bytes = Volume::new(3, 5, 8, tau());
+    let samples = vec![255, 255, 0, 1, 9, 255, 255, 0, 0, 9, 9, 9, 9, 9, 9];
+    bytes.insert(1, &Frame::new(3, 5, 8, Samples::U8(samples)).unwrap()).unwrap();
+    bytes.set_frame_gain(1, 2.0);
+    // The odd row and column are left out; a quarter of a level stays; the gain goes along.
+    assert_eq!(halved_row(&bytes), (vec![510.0, 0.5], (1, 2)));
+    for (bit_depth, samples, means) in [
+        (12, [4095, 4095, 4095, 4095], 4095.0),
+        (12, [1, 0, 0, 0], 0.25),
+        (15, [3, 3, 3, 4], 3.0),
+        (16, [65535, 65535, 65535, 65533], 65534.0),
+    ] {
+        let mut words = Volume::new(2, 2, bit_depth, tau());
+        words.insert(1, &Frame::new(2, 2, bit_depth, Samples::U16(samples.to_vec())).unwrap()).unwrap();
+        assert_eq!(halved_row(&words).0, [means], "{bit_depth} bit");
+    }
+    let mut fine = Volume::fine(2, 2, 8, tau());
+    // Rows x frames x columns.
+    fine.fine_counts_mut().unwrap().copy_from_slice(&[0, 0, 65535, 65535, 0, 0, 65535, 65531]);
+    assert_eq!(halved_row(&fine).0, [65534.0 / 128.0]);
+}
