@@ -37,8 +37,14 @@ fn whole_match(criterion: &mut Criterion) {
     group.sampling_mode(SamplingMode::Flat).sample_size(10);
     group.warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(5));
     group.throughput(Throughput::Elements((COLUMNS * ROWS * FRAMES) as u64));
-    for (name, range) in [("60 px of range", Some(RANGE)), ("range unknown", None)] {
-        let options = MatchOptions { range, ..MatchOptions::default() };
+    let known = MatchOptions { range: Some(RANGE), ..MatchOptions::default() };
+    let unknown = MatchOptions::default();
+    for (name, options) in [
+        ("60 px of range", known.clone()),
+        ("range unknown", unknown.clone()),
+        ("60 px of range, a first look", known.quick()),
+        ("range unknown, a first look", unknown.quick()),
+    ] {
         group.bench_function(name, |bencher| {
             bencher.iter(|| match_volume(&volume, &options, &Silent).unwrap());
         });

@@ -2,43 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
-#[path = "support/scans.rs"]
-mod scans;
+#[path = "support/peak_memory.rs"]
+mod peak_memory;
 
-use std::sync::Arc;
-
-use epirig::capture::{CapturePlan, PauseSwitch};
 use epirig::epi::MatchOptions;
-use epirig::measure::{View, measure};
-use epirig::progress::Silent;
-use epirig::results::ResultsFolder;
-use epirig::sequence::{RealDisk, Sequence};
-use epirig::twin::{Twin, TwinConfig};
+use peak_memory::assert_three_times_the_frames;
 
-/// Peak of this process's resident memory in bytes, as the kernel counts it.
-fn peak_bytes() -> Option<usize> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    Some(line.split_whitespace().nth(1)?.parse::<usize>().ok()? * 1024)
-}
-
-/// The only test of this program: another one's memory would count.
 #[test]
 fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
-    if peak_bytes().is_none() {
-        eprintln!("SKIPPED matching_a_hundred_frames_…: this system does not tell a process its peak memory");
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let twin = Arc::new(Twin::new(TwinConfig::tile(1024, 100)).unwrap());
-    let plan = CapturePlan::at(twin.config().scan.positions_mm());
-    let path = folder.path().join("tile");
-    scans::scan(&twin, &plan, &path, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
-    let sequence = Sequence::open(&path).unwrap();
-    let results = ResultsFolder::create(&path.join("results"), false).unwrap();
-    measure(&sequence, None, &MatchOptions::default(), View::default(), &results, &Silent).unwrap();
-    results.commit().unwrap();
-    let ratio = peak_bytes().unwrap() as f64 / (1024.0 * 1024.0 * 100.0);
-    println!("peak memory is {ratio:.2} times the frames' bytes");
-    assert!(ratio <= 3.0, "{ratio}");
+    assert_three_times_the_frames(
+        "matching_a_hundred_frames_takes_at_most_three_times_their_bytes",
+        &MatchOptions::default(),
+    );
 }

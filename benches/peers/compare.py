@@ -56,7 +56,7 @@ def run_program(arguments):
     return time.perf_counter() - begun
 
 
-def epirig(program, folder, scene, range_px, repeats):
+def epirig(program, folder, scene, range_px, repeats, quick):
     """epirig by its command line. Seconds are those of the matching, as match.json has them; the remark tells those of the command."""
     sequence = folder / "sequence"
     if not sequence.exists():
@@ -67,6 +67,8 @@ def epirig(program, folder, scene, range_px, repeats):
         run_program([program, "import", images, "--out", sequence, "--quiet"])
     results = folder / "results"
     command = [program, "match", sequence, "--out", results, "--overwrite", "--quiet"]
+    if quick:
+        command.append("--quick")
     if range_px is not None:
         command.append(f"--range={range_px[0]}..{range_px[1]}")
     runs = []
@@ -74,7 +76,7 @@ def epirig(program, folder, scene, range_px, repeats):
         wall = run_program(command)
         runs.append((json.loads((results / "match.json").read_text())["seconds"], wall))
     seconds, wall = min(runs)
-    name = "epirig, range unknown" if range_px is None else "epirig"
+    name = ("epirig --quick" if quick else "epirig") + (", range unknown" if range_px is None else "")
     return Run(
         name,
         "all",
@@ -109,8 +111,9 @@ def measured(arguments, scene, folder):
 
     methods = {
         "epirig": lambda: [
-            epirig(arguments.program, folder, scene, range_px, arguments.repeats),
-            epirig(arguments.program, folder, scene, None, arguments.repeats),
+            epirig(arguments.program, folder, scene, known, arguments.repeats, quick)
+            for quick in (False, True)
+            for known in (range_px, None)
         ],
         "numba": lambda: [numba_reference()],
         "sgbm": lambda: [
@@ -129,10 +132,11 @@ def measured(arguments, scene, folder):
 def table(runs, scene):
     """The runs as a Markdown table. Errors are over all answered pixels that both end frames see."""
     lines = [
-        "| method | frames used | time, s | times epirig | mean error, px | away from steps, px | RMS, px | 99 % below, px "
+        "| method | frames used | time, s | times epirig | times epirig --quick | mean error, px | away from steps, px | RMS, px | 99 % below, px "
         "| within 0.1 px | over 1 px | answered |",
-        "| --- | --- " + "| ---: " * 9 + "|",
+        "| --- | --- " + "| ---: " * 10 + "|",
     ]
+    quick = next(run for run in runs if run.name == "epirig --quick")
     for run in runs:
         error = np.abs(run.disparity - scene.disparity)
         answered = scene.visible & np.isfinite(error)
@@ -140,7 +144,8 @@ def table(runs, scene):
         away = error[answered & ~scene.near_step].mean()
         error = error[answered]
         lines.append(
-            f"| {run.name} | {run.frames} | {run.seconds:.2f} | {run.seconds / runs[0].seconds:.2g} | {error.mean():.4f} "
+            f"| {run.name} | {run.frames} | {run.seconds:.2f} | {run.seconds / runs[0].seconds:.2g} | {run.seconds / quick.seconds:.2g} "
+            f"| {error.mean():.4f} "
             f"| {away:.4f} | {np.sqrt(np.mean(error**2)):.3f} | {np.quantile(error, 0.99):.3f} "
             f"| {np.mean(error < 0.1):.2%} | {np.mean(error > 1):.2%} | {share:.1%} |"
         )

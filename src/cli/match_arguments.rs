@@ -56,6 +56,10 @@ enum HiddenName {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Matching")]
 pub(super) struct MatchArguments {
+    /// A first look, in a third of the time: search at half the resolution, fit in windows of one size, by the fifty frames of a hundred or more that tell most. Sigma says
+    /// what that leaves, but for relief that is finer than the windows; things narrower than some 20 px may be passed over
+    #[arg(long, conflicts_with = "wanted_sigma")]
+    quick: bool,
     /// How the samples along a line are compared
     #[arg(long, value_enum, default_value = "variance")]
     method: MethodName,
@@ -95,9 +99,9 @@ pub(super) struct MatchArguments {
     /// Leave a pixel without answer if its confidence is lower (free ordering only), from 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.03)]
     min_confidence: f64,
-    /// Side of the smallest window of the sub-pixel fit, odd, from 1 to 21 px
-    #[arg(long, value_name = "PX", default_value_t = 3)]
-    fit_window: usize,
+    /// Side of the smallest window of the sub-pixel fit, odd, from 1 to 21 px [default: 3, with --quick 5]
+    #[arg(long, value_name = "PX")]
+    fit_window: Option<usize>,
     /// Let the window of the fit grow, up to 11 px and up to 21 px on surfaces that show no relief, where it leaves a larger sigma than this, in px; `inf` keeps all windows the smallest
     #[arg(long, value_name = "PX", default_value_t = 0.005)]
     wanted_sigma: f64,
@@ -115,12 +119,14 @@ impl MatchArguments {
             MethodName::NccMean => Method::NccMean,
         };
         let defaults = MatchOptions::for_method(method);
+        let defaults = if self.quick { defaults.quick() } else { defaults };
         MatchOptions {
             method,
             search: match self.search {
                 SearchName::Factorised => Search::Factorised,
                 SearchName::Exhaustive => Search::Exhaustive,
             },
+            effort: defaults.effort,
             interpolation: match self.interpolation {
                 InterpolationName::Linear => Interpolation::Linear,
                 InterpolationName::Cubic => Interpolation::Cubic,
@@ -143,7 +149,7 @@ impl MatchArguments {
                 OrderingName::Auto => Ordering::Automatic,
             },
             refine: defaults.refine && !self.no_fit,
-            refine_window_px: self.fit_window,
+            refine_window_px: self.fit_window.unwrap_or(defaults.refine_window_px),
             wanted_sigma_px: self.wanted_sigma,
             maximum_sigma_px: self.max_sigma,
             minimum_confidence: self.min_confidence,

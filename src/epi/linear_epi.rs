@@ -11,9 +11,14 @@ pub(super) struct LinearEpi {
 impl LinearEpi {
     /// Row `y` of all frames.
     pub(super) fn new(volume: &Volume, y: usize) -> Self {
+        Self::of_frames(volume, y, 0..volume.frames())
+    }
+
+    /// Row `y` of the given frames, which are counted from 0 on.
+    pub(super) fn of_frames(volume: &Volume, y: usize, frames: impl ExactSizeIterator<Item = usize>) -> Self {
         let columns = volume.columns();
-        let mut samples = vec![0.0; columns * volume.frames()];
-        for (t, row) in samples.chunks_exact_mut(columns).enumerate() {
+        let mut samples = vec![0.0; columns * frames.len()];
+        for (t, row) in frames.zip(samples.chunks_exact_mut(columns)) {
             volume.copy_row(y, t, row);
         }
         Self { columns, samples }
@@ -58,5 +63,7 @@ mod tests {
         for place in [-0.01, 7.01, f32::NAN] {
             assert_eq!(epi.at(0, place), None);
         }
+        let some = LinearEpi::of_frames(&volume, 1, [0, 2].into_iter());
+        assert_eq!((some.frame(1), some.samples.len()), (epi.frame(2), 16));
     }
 }

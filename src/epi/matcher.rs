@@ -7,10 +7,12 @@ use super::lines::{Hypotheses, Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
+use super::options::{DisparityRange, Effort, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
+use super::quick::{Halved, telling_frames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, Fitted, fit};
 use super::search::{Searched, Task, search};
+use super::settling::settle_edges;
 use crate::plane::Plane;
 use crate::progress::Progress;
 use crate::volume::Volume;
@@ -33,24 +35,51 @@ pub fn match_volume(
     let volume = &*compared_samples(volume, options);
     let reference = options.reference_index(volume)?;
     let lines = Lines::new(volume.tau(), reference, volume.columns());
+    let range_found = options.range.is_none();
+    let quick = options.effort == Effort::Quick;
+    let halved = if quick { Halved::of(volume, &lines, options) } else { None };
+    let telling = if quick { telling_frames(volume, reference) } else { None };
+    let (volume, lines) = match &telling {
+        Some((few, own)) => (few, Lines::new(few.tau(), *own, few.columns())),
+        None => (volume, lines),
+    };
+    // Half the resolution tells which disparities occur, but not whether narrow things hide others.
+    let options = &match (&halved, options.range) {
+        (Some(halved), None) => MatchOptions { range: halved.range(progress), ..options.clone() },
+        _ => options.clone(),
+    };
     let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
     let hypotheses = Hypotheses::covering(range, options.raster_px);
     options.check_search(&hypotheses)?;
     let rule = seen_rule(volume, options, ordering);
 
     let rows = volume.rows();
-    progress.begin("matching", rows as u64);
+    progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
     let task = Task { volume, lines: &lines, range, ordering, rule, options };
-    let Searched { guess, cost, confidence, answer: searched, deviation_share } = {
-        let searched = search(task, progress);
+    let Searched { mut guess, cost, confidence, answer: searched, deviation_share } = {
+        let searched = match &halved {
+            None => search(task, progress),
+            Some(halved) => halved.searched(task, progress),
+        };
         progress.end();
         searched?
     };
 
-    let steps = if options.refine { FIT_STEPS } else { 0 };
+    if halved.is_none() && ordering == OrderingUsed::Strict {
+        // A free search has windows that lie to one side of a pixel.
+        settle_edges(task, &mut guess, 1 + options.window_px / 2);
+    }
+    let steps = match (&halved, options.refine) {
+        (_, false) => 0,
+        // One was taken at half the resolution.
+        (Some(_), true) => FIT_STEPS - 1,
+        (None, true) => FIT_STEPS,
+    };
+    drop(halved);
     let fit_options = Fit {
         window_px: options.refine_window_px,
         wanted_sigma_px: options.wanted_sigma_px,
+        effort: options.effort,
         steps,
         rule,
         deviation_share,
@@ -69,7 +98,7 @@ pub fn match_volume(
         answer: Plane::filled(rows, volume.columns(), Answer::Found),
         reference,
         range,
-        range_found: options.range.is_none(),
+        range_found,
         ordering,
         locking: None,
     };

@@ -23,17 +23,19 @@ pub mod normalise;
 mod options;
 mod positions;
 mod profile;
+mod quick;
 pub mod range;
 pub mod refine;
 mod search;
+mod settling;
 mod winner;
 
 pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{match_volume, row_costs};
 pub use options::{
-    DisparityRange, HiddenPoints, LARGEST_GROWN_WINDOW_PX, MatchError, MatchOptions, Method, Ordering,
-    ReferenceFrame, Search,
+    DisparityRange, Effort, HiddenPoints, LARGEST_GROWN_WINDOW_PX, MatchError, MatchOptions, Method,
+    Ordering, ReferenceFrame, Search,
 };
 pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

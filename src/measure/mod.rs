@@ -15,7 +15,7 @@ use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, 
 use crate::epi::interpolation::Interpolation;
 use crate::epi::lines::Lines;
 use crate::epi::{
-    Answer, DisparityMaps, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, Search,
+    Answer, DisparityMaps, Effort, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, Search,
     match_volume, row_costs,
 };
 use crate::photometry::Maps;
@@ -248,6 +248,7 @@ fn settings(options: &MatchOptions) -> MatchSettings {
         HiddenPoints::OneSide => "one-side",
         HiddenPoints::Automatic => "auto",
     };
+    let quick = options.effort == Effort::Quick;
     MatchSettings {
         method: method.to_owned(),
         window_px: options.window_px,
@@ -256,6 +257,7 @@ fn settings(options: &MatchOptions) -> MatchSettings {
             Search::Exhaustive => "exhaustive",
         }
         .to_owned(),
+        quick,
         across_rows: options.across_rows,
         interpolation: interpolation.to_owned(),
         raster_px: options.raster_px,
@@ -263,7 +265,7 @@ fn settings(options: &MatchOptions) -> MatchSettings {
         hidden_points: hidden_points.to_owned(),
         fit: options.refine,
         fit_window_px: options.refine_window_px,
-        wanted_sigma_px: options.wanted_sigma_px.is_finite().then_some(options.wanted_sigma_px),
+        wanted_sigma_px: (options.wanted_sigma_px.is_finite() && !quick).then_some(options.wanted_sigma_px),
         maximum_sigma_px: options.maximum_sigma_px,
         minimum_confidence: options.minimum_confidence,
     }

@@ -97,6 +97,9 @@ pub struct MatchSettings {
     /// `factorised` or `exhaustive`; empty in files of older programs, which knew only the latter.
     #[serde(default)]
     pub search: String,
+    /// Whether it was a first look, at half the resolution; `false` in files of older programs.
+    #[serde(default)]
+    pub quick: bool,
     /// Whether neighbouring rows helped each other.
     #[serde(default)]
     pub across_rows: bool,

@@ -46,7 +46,7 @@ pub(super) fn corrections(volume: &Volume, lines: &Lines, guess: &Plane<f32>) ->
     // Belief ends gradually, so that no point is decisive.
     points.iter_mut().for_each(|point| point.weight = (2.0 - point.spread / limit).clamp(0.0, 1.0));
     points.retain(|point| point.weight > 0.0);
-    let gains: Vec<Gain> = (0..volume.frames()).map(|t| Gain::of(&points, t)).collect();
+    let gains: Vec<Gain> = (0..volume.frames()).into_par_iter().map(|t| Gain::of(&points, t)).collect();
     let deviation = |gain: &Gain| ((gain.value - 1.0) / gain.sigma).powi(2);
     let significant = gains.iter().map(deviation).sum::<f32>() > SIGNIFICANT * gains.len() as f32;
     let variation = gains.iter().map(|gain| (gain.value - 1.0).powi(2)).sum::<f32>() / gains.len() as f32;

@@ -11,11 +11,11 @@ use super::Fit;
 use super::creases::settle_creases;
 use super::neighbours::take_neighbours;
 use super::planes::{SparePlanes, SurfacePlanes, VotePlanes};
-use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told_by_both};
+use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told, told_by_both};
 use super::stretch::take_off_drift;
 use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
 use super::widening::{WIDE_REACHES, take_better, take_wide};
-use crate::epi::options::LARGEST_GROWN_WINDOW_PX;
+use crate::epi::options::{Effort, LARGEST_GROWN_WINDOW_PX};
 use crate::plane::Plane;
 
 /// Reaches of the windows of the steps before the last, in columns and rows.
@@ -55,7 +55,8 @@ pub(super) fn join_votes(
 ) -> SurfacePlanes {
     let (rows, columns) = (guess.rows(), guess.columns());
     // A window of a given size is wanted whole.
-    let fixed = options.is_none_or(|options| options.wanted_sigma_px.is_infinite());
+    let quick = options.is_some_and(|options| options.effort == Effort::Quick);
+    let fixed = options.is_none_or(|options| quick || options.wanted_sigma_px.is_infinite());
     let (belongs_sigmas, slant_spread) =
         if fixed { (BELONGS_TO_FIXED, SLANT_SPREAD_OF_FIXED) } else { (BELONGS_SIGMAS, SLANT_SPREAD) };
     let joining = |reach, slack: (f32, f32)| Joining {
@@ -102,6 +103,27 @@ pub(super) fn join_votes(
         let map = survey(votes, FIRST_REACH, &[], &mut spare);
         return join(votes, &map, joining(FIRST_REACH, NO_SLACK), spare.supports());
     };
+    let least = options.window_px / 2;
+    let side = |reach: usize| 2 * reach + 1;
+    let [smallest, small] = SMALL_REACHES;
+    let join_small = |votes: &VotePlanes, reach: usize, planes: SurfacePlanes| {
+        let mut small = join(votes, &guesses, joining((reach, reach), GUESS_SLACK), planes);
+        small.forget_fit();
+        small
+    };
+    if quick {
+        let map = survey(votes, SQUARE_REACH, &[], &mut spare);
+        take_off_drift(votes, &map);
+        votes.forget_derivatives();
+        let mut surface = join(votes, &map, joining((least, least), NO_SLACK), spare.supports());
+        let smoothed = smoothed_away((&surface, &[]), &map, disagreement(&map));
+        spare.keep(map);
+        let windows = join_small(votes, smallest, spare.supports());
+        let missed = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
+        surface.raise_variance(&smoothed);
+        surface.raise_variance(&told(missed));
+        return surface;
+    }
     let map = survey(votes, SQUARE_REACH, &[], &mut spare);
     take_off_drift(votes, &map);
     votes.forget_derivatives();
@@ -110,7 +132,6 @@ pub(super) fn join_votes(
     settle_creases(&mut map, SHARE_OF_NARROW);
     map.forget_misfit();
     let votes = &*votes;
-    let least = options.window_px / 2;
     let mut surface = join(votes, &map, joining((least, least), NO_SLACK), spare.supports());
     let wanted = options.wanted_sigma_px.powi(2) as f32;
     let grow = |surface: &mut SurfacePlanes, reaches: &[usize]| {
@@ -122,14 +143,7 @@ pub(super) fn join_votes(
     };
     grow(&mut surface, &REACHES);
     let disagreement = disagreement(&map);
-    let [smallest, small] = SMALL_REACHES;
-    let join_small = |reach: usize, planes: SurfacePlanes| {
-        let mut small = join(votes, &guesses, joining((reach, reach), GUESS_SLACK), planes);
-        small.forget_fit();
-        small
-    };
-    let side = |reach: usize| 2 * reach + 1;
-    let windows = join_small(small, spare.supports());
+    let windows = join_small(votes, small, spare.supports());
     if !fixed {
         let mut wide = spare.copy_of(&surface);
         grow(&mut wide, &WIDE_REACHES);
@@ -147,7 +161,7 @@ pub(super) fn join_votes(
     drop(map);
     let missed = missed_by_small(&surface, (&windows, side(small)), LEAST_SPARE);
     drop(windows);
-    let windows = join_small(smallest, spare.supports());
+    let windows = join_small(votes, smallest, spare.supports());
     let missed_by_smallest = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
     surface.raise_variance(&smoothed);
     surface.raise_variance(&told_by_both(missed_by_smallest, &missed));

@@ -82,6 +82,12 @@ pub(super) fn missed_by_small(
     })
 }
 
+/// What one kind of small windows tells, as a variance to be added; nothing where it does not.
+pub(super) fn told(mut missed: Padded) -> Padded {
+    missed.par_rows().for_each(|missed| missed.iter_mut().for_each(|missed| *missed = missed.max(0.0)));
+    missed
+}
+
 /// The lesser of what two kinds of small windows tell, or what one of them does: what they themselves err by beyond their noise counts as if it were smoothed away,
 /// so each tells at most. Nothing where neither does.
 pub(super) fn told_by_both(mut missed: Padded, other: &Padded) -> Padded {

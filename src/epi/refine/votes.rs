@@ -124,10 +124,11 @@ fn in_view(
     for (t, &tau) in lines.offsets().iter().enumerate() {
         if tau >= earliest && tau <= latest && t.abs_diff(lines.reference()) % frames.every == 0 {
             let exact = common * tau * FRACTIONS as f64;
-            let steps = exact.round();
-            let remainder = ((exact - steps) / FRACTIONS as f64) as f32;
-            let column = start as isize + (steps as isize).div_euclid(FRACTIONS as isize);
-            let fraction = (steps as isize).rem_euclid(FRACTIONS as isize) as usize;
+            // Rounded by a cast, which takes no call.
+            let steps = (exact + 0.5_f64.copysign(exact)) as isize;
+            let remainder = ((exact - steps as f64) / FRACTIONS as f64) as f32;
+            let column = start as isize + steps.div_euclid(FRACTIONS as isize);
+            let fraction = steps.rem_euclid(FRACTIONS as isize) as usize;
             samples.push(FrameSample { frame: t, column, tau: tau as f32, fraction, remainder });
         }
     }

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::products::{Products, Regression, Terms, Turns, fraction};
 use crate::epi::lines::{Lines, SeenRule};
 use crate::epi::locking::LockingAmplitudes;
-use crate::epi::options::HiddenPoints;
+use crate::epi::options::{Effort, HiddenPoints};
 use crate::epi::refine::{Fit, FitResult, fit};
 use crate::plane::Plane;
 use crate::tau::Tau;
@@ -70,6 +70,7 @@ fn fitted(
     let options = Fit {
         window_px: 3,
         wanted_sigma_px: 0.005,
+        effort: Effort::Full,
         steps: 2,
         rule: SeenRule::new(FRAMES, 0.5, HiddenPoints::None),
         deviation_share: None,
