@@ -36,7 +36,7 @@ const WITHIN_2_SIGMA: Promise = Promise::as_asked(Bounds::between(0.93, 0.97));
 /// What is asked of a whole match, and of a first look where things are broad.
 const RIGHT: Promise = Promise::as_asked(Bounds::at_least(0.95));
 const WRONG: Promise = Promise::as_asked(Bounds::at_most(0.01));
-/// 0.0115, 0.008 and 0.0135 are reached with bars and gaps of 30 px, from the first, middle and last frame: edges err by half a pixel, and there are twice as many.
+/// 0.0115, 0.007 and 0.0135 are reached with bars and gaps of 30 px, from the first, middle and last frame: edges err by half a pixel, and there are twice as many.
 const WRONG_OF_NARROWER: Promise = Promise::missed(Bounds::at_most(0.01), Bounds::at_most(0.015));
 
 fn camera(columns: usize, rows: usize) -> Camera {
