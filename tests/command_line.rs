@@ -38,6 +38,32 @@ fn the_demo_measures_what_it_simulates() {
 }
 
 #[test]
+fn a_first_look_says_that_it_is_one() {
+    let folder = tempfile::tempdir().unwrap();
+    images(&folder.path().join("photos"), 11);
+    succeeds(folder.path(), &["import", "photos", "--out", "seq"]);
+    let settings = |more: &[&str]| -> serde_json::Value {
+        let arguments = [&["match", "seq", "--overwrite", "--json"], more].concat();
+        let summary: serde_json::Value = serde_json::from_str(&succeeds(folder.path(), &arguments)).unwrap();
+        assert!((summary["median_disparity_px"].as_f64().unwrap() - 8.0).abs() < 0.02, "{summary}");
+        summary["settings"].clone()
+    };
+    let quick = settings(&["--quick"]);
+    assert_eq!((&quick["quick"], &quick["fit_window_px"]), (&true.into(), &5.into()));
+    assert!(quick["wanted_sigma_px"].is_null());
+    assert_eq!(settings(&["--quick", "--fit-window", "7"])["fit_window_px"], 7);
+    let whole = settings(&[]);
+    assert_eq!((&whole["quick"], &whole["fit_window_px"]), (&false.into(), &3.into()));
+    // It has windows of one size.
+    fails(
+        folder.path(),
+        &["match", "seq", "--quick", "--wanted-sigma", "0.01"],
+        2,
+        &["--quick", "--wanted-sigma"],
+    );
+}
+
+#[test]
 fn photographs_become_a_disparity_map() {
     let folder = tempfile::tempdir().unwrap();
     images(&folder.path().join("photos"), 11);

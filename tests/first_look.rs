@@ -9,9 +9,11 @@ mod painted;
 #[path = "support/promises.rs"]
 mod promises;
 
+use std::sync::Mutex;
+
 use epirig::epi::{DisparityMaps, MatchOptions, Method, ReferenceFrame, Search, match_volume};
 use epirig::evaluate::compare_with_truth;
-use epirig::progress::Silent;
+use epirig::progress::{Progress, Silent};
 use painted::{Aperture, Camera, Painting, Strip, Texture, Truth};
 use promises::{Bounds, Figures, Promise};
 
@@ -144,6 +146,63 @@ fn a_texture_that_repeats_is_matched_on_the_right_period() {
         let seen = truth.visible_frames.values().iter().zip(maps.disparity.values());
         assert!(seen.filter(|(frames, _)| usize::from(**frames) == FRAMES).all(|(_, found)| !found.is_nan()));
     }
+}
+
+#[test]
+fn an_edge_is_as_certain_as_it_says() {
+    let painting = Painting::ridge(camera(320, 128), 48.3, 171.4, 0.09, texture(1));
+    let (maps, truth) = look(&painting, MatchOptions::default());
+    let report =
+        compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (0.0, 1.0)).unwrap();
+    let errors = report.in_both_end_frames;
+    println!("{errors:?}");
+    assert_eq!(errors.answered, errors.pixels);
+    let mut figures = Figures::default();
+    figures.check("edge: within 1 sigma", WITHIN_1_SIGMA, errors.within_1_sigma);
+    figures.check("edge: within 2 sigma", WITHIN_2_SIGMA, errors.within_2_sigma);
+    figures.finish();
+}
+
+/// Points whose lines leave the image after four fifths of the baseline.
+#[test]
+fn points_are_answered_that_enough_of_all_frames_see() {
+    let painting = Painting::plane(camera(240, 40), 60.3, (0.0, 0.0), texture(4));
+    let options = MatchOptions { minimum_visible: 0.8, ..MatchOptions::default() };
+    let answered = |options: &MatchOptions| -> Vec<bool> {
+        let maps = match_volume(&painting.volume(), options, &Silent).unwrap();
+        maps.disparity.row(20).iter().map(|disparity| !disparity.is_nan()).collect()
+    };
+    let last = |answered: &[bool]| answered.iter().rposition(|&answered| answered).unwrap();
+    let (whole, quick) = (answered(&options), answered(&options.clone().quick()));
+    // 0.8 * 60.3 px from the border; halved pixels, and the reach of the interpolation, take some columns.
+    assert!((186..=191).contains(&last(&whole)), "{}", last(&whole));
+    assert!((184..=191).contains(&last(&quick)), "{}", last(&quick));
+    assert!(quick[..180].iter().all(|&answered| answered));
+}
+
+/// Names and parts of what was begun.
+#[derive(Default)]
+struct Begun(Mutex<Vec<(String, u64)>>);
+
+impl Progress for Begun {
+    fn begin(&self, what: &str, total: u64) {
+        self.0.lock().unwrap().push((what.to_owned(), total));
+    }
+    fn advance(&self, _count: u64) {}
+    fn end(&self) {}
+}
+
+#[test]
+fn half_of_the_rows_are_searched_and_one_step_is_fitted() {
+    let painting = Painting::plane(camera(120, 33), 9.3, (0.0, 0.0), texture(4));
+    let parts = |options: &MatchOptions| {
+        let begun = Begun::default();
+        match_volume(&painting.volume(), options, &begun).unwrap();
+        let begun = begun.0.into_inner().unwrap();
+        ["matching", "refining"].map(|name| begun.iter().find(|(what, _)| what == name).unwrap().1)
+    };
+    assert_eq!(parts(&MatchOptions::default()), [33, 2 * 33]);
+    assert_eq!(parts(&MatchOptions::default().quick()), [16, 33]);
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub struct DisparityMaps {
     pub disparity: Plane<f32>,
     /// Standard deviation of the disparity in px, from the residuals of the fit; NaN where there is no answer.
     pub sigma: Plane<f32>,
-    /// Cost of the chosen candidate: DN^2 for the variance (of normalised frames: 1/1024 of the local variance), 1 - correlation otherwise; NaN where it has none.
+    /// Cost of the candidate that the search chose, of means of 2 x 2 pixels with [`Effort::Quick`](super::Effort::Quick): DN^2 for the variance (of normalised frames: 1/1024 of the local variance), 1 - correlation otherwise; NaN where it has none.
     pub cost: Plane<f32>,
     /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
     pub confidence: Plane<f32>,

@@ -8,7 +8,7 @@ use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
 use super::options::{DisparityRange, Effort, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
-use super::quick::{Halved, telling_frames};
+use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, Fitted, fit};
 use super::search::{Searched, Task, search};
@@ -38,10 +38,14 @@ pub fn match_volume(
     let range_found = options.range.is_none();
     let quick = options.effort == Effort::Quick;
     let halved = if quick { Halved::of(volume, &lines, options) } else { None };
-    let telling = if quick { telling_frames(volume, reference) } else { None };
-    let (volume, lines) = match &telling {
-        Some((few, own)) => (few, Lines::new(few.tau(), *own, few.columns())),
-        None => (volume, lines),
+    let minimum_frames = seen_rule(volume, options, OrderingUsed::Strict).minimum_frames;
+    let telling = halved.as_ref().and_then(|_| TellingFrames::of(volume, reference, minimum_frames));
+    let (volume, lines, minimum_frames) = match &telling {
+        Some(some) => {
+            let lines = Lines::new(some.volume.tau(), some.reference, some.volume.columns());
+            (&some.volume, lines, some.minimum_frames)
+        }
+        None => (volume, lines, minimum_frames),
     };
     // Half the resolution tells which disparities occur, but not whether narrow things hide others.
     let options = &match (&halved, options.range) {
@@ -51,7 +55,7 @@ pub fn match_volume(
     let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
     let hypotheses = Hypotheses::covering(range, options.raster_px);
     options.check_search(&hypotheses)?;
-    let rule = seen_rule(volume, options, ordering);
+    let rule = SeenRule { minimum_frames, ..seen_rule(volume, options, ordering) };
 
     let rows = volume.rows();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
@@ -113,11 +117,14 @@ pub fn match_volume(
     let pixels = fitted.values().iter().zip(maps.answer.values());
     let answered = pixels.filter(|&(_, &answer)| answer == Answer::Found);
     let answered = answered.map(|(pixel, _)| [pixel.disparity_px, pixel.sigma_px, pixel.locking_px]);
-    maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered, options.wanted_sigma_px));
+    // Windows that do not grow have no wanted sigma.
+    let wanted_sigma_px = if quick { f64::INFINITY } else { options.wanted_sigma_px };
+    maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered, wanted_sigma_px));
     Ok(maps)
 }
 
-/// Costs of all candidates of row `y` as they were when `options` led to `maps`, for pictures of the search: the row's own, whatever other rows added.
+/// Costs of all candidates of row `y` as they were when `options` led to `maps`, for pictures of the search: the row's own, whatever other rows added, and at the whole
+/// resolution, whatever a first look took.
 ///
 /// # Errors
 /// [`MatchError`] if the options do not suit the volume.

@@ -52,8 +52,9 @@ pub enum Search {
 pub enum Effort {
     /// All that helps accuracy: every pixel is searched by itself, and the windows of the fit follow the surface.
     Full,
-    /// What a first look needs, in a third of the time: candidates are searched at half the resolution, and the fit takes windows of one size and, of a hundred
-    /// frames or more, the fifty that tell most. Sigma says what that leaves. Things narrower than some 20 px may be passed over.
+    /// What a first look needs, in a third of the time: candidates are searched at half the resolution, whose costs and confidences are told, and the fit takes windows of
+    /// one size and, of a hundred frames or more, the half that tells most. Sigma says what that leaves, but for relief that is finer than the windows: only windows of more than 3 px have
+    /// smaller ones as witnesses. Things narrower than some 20 px may be passed over. Frames too small to be halved are searched as they are.
     Quick,
 }
 
@@ -104,6 +105,9 @@ pub struct DisparityRange {
 
 /// Most candidates that are searched for a pixel: their indices and the tables of a band must fit.
 const LARGEST_SEARCH: usize = 30_000;
+
+/// The widest window of the costs, in px.
+pub(super) const LARGEST_WINDOW_PX: usize = 31;
 
 /// The widest window of the fit, in px.
 pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
@@ -306,7 +310,7 @@ impl MatchOptions {
         }
         let odd = "odd, from 1 to 31";
         let share = "greater than 0 and at most 1";
-        let allowed = |side: usize| side % 2 == 1 && side <= 31;
+        let allowed = |side: usize| side % 2 == 1 && side <= LARGEST_WINDOW_PX;
         let bad = |option, value, expected| Err(MatchError::BadOption { option, value, expected });
         if !allowed(self.window_px) {
             return bad("the window", self.window_px as f64, odd);

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use super::{Samples, Volume};
 
 impl Volume {
-    /// The volume at half the resolution: every sample is the mean of 2 x 2, kept to a fraction of a level, a last odd row or column left out.
+    /// The volume at half the resolution: every sample is the mean of 2 x 2, kept to a quarter of a level up to 13 bit and to two levels at 16 bit, a last odd row or
+    /// column left out.
     ///
     /// Column X of it lies between the columns 2 X and 2 X + 1 of this volume, and disparities are half as large. It is [fine](Self::fine), with this
     /// volume's frame gains, and takes a quarter of the samples, which are 16 bit wide.
@@ -26,6 +27,9 @@ impl Volume {
         let (rows, columns, frames) = (self.rows / 2, self.columns / 2, self.frames());
         let mut halved = Self::of_zeros(rows, columns, self.bit_depth, self.tau.clone(), true);
         halved.frame_gains.clone_from(&self.frame_gains);
+        if rows == 0 || columns == 0 {
+            return halved;
+        }
         // A level of b bit is 2^(15 - b) counts, and a mean a quarter of four.
         let doublings = if self.fine { -2 } else { 13 - i32::from(self.bit_depth) };
         let size = (self.columns, frames);

@@ -117,6 +117,7 @@ fn half_the_resolution_has_means_of_four_samples_of_any_depth() {
         words.insert(1, &Frame::new(2, 2, bit_depth, Samples::U16(samples.to_vec())).unwrap()).unwrap();
         assert_eq!(halved_row(&words).0, [means], "{bit_depth} bit");
     }
+    assert_eq!(Volume::new(4, 1, 8, tau()).halved().columns(), 0);
     let mut fine = Volume::fine(2, 2, 8, tau());
     // Rows x frames x columns.
     fine.fine_counts_mut().unwrap().copy_from_slice(&[0, 0, 65535, 65535, 0, 0, 65535, 65531]);

@@ -7,8 +7,10 @@ mod doubling;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use super::lines::{Lines, SeenRule};
-use super::options::{DisparityRange, MatchError, MatchOptions};
+use super::options::{DisparityRange, LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
 use super::refine::stepped;
 use super::search::{Searched, Task, search};
@@ -20,40 +22,65 @@ use doubling::settled;
 /// Windows are wider by this much, in px of the halved frames: a raster of whole pixels needs steadier costs.
 const WIDER_PX: usize = 2;
 
-/// Frames that the fit of a first look asks.
-const FRAMES: usize = 50;
-/// They are all of those at both ends, which tell a line's slope best, up to this share of the sequence ...
+/// Sequences of fewer frames are asked as a whole, and of longer ones half of the frames.
+const MANY_FRAMES: usize = 100;
+/// Those are all of the ends, up to this share of the sequence, which tell a line's slope best, ...
 const END_SHARE: f64 = 1.0 / 6.0;
-/// ... and as many again, spread over the rest, for points that are not seen at the ends, as this share of all says.
-const FRAMES_AT_END: f64 = 1.0 / 3.0;
+/// ... two thirds of the half, and the others are spread over what lies between, for points that are not seen at the ends.
+const HALF_AT_END: f64 = 1.0 / 3.0;
 
-/// The frames of which a fit knows nearly as much as of all, where there are many: half of a hundred leave 1.14 times their sigma. With them comes the place of the
-/// reference frame, which is one of them. `None` if all are needed.
-pub(super) fn telling_frames(volume: &Volume, reference: usize) -> Option<(Volume, usize)> {
-    if volume.frames() < 2 * FRAMES {
-        return None;
+/// The frames that a first look's fit asks.
+pub(super) struct TellingFrames {
+    /// Their samples.
+    pub(super) volume: Volume,
+    /// Place of the reference frame among them.
+    pub(super) reference: usize,
+    /// As many of them as any run of frames holds that is long enough to see a point.
+    pub(super) minimum_frames: usize,
+}
+
+impl TellingFrames {
+    /// Half of the frames of `volume`, of which a fit knows nearly as much as of all: they leave 1.14 times the sigma. `None` if all are needed. `minimum_frames` of all have to see a
+    /// point.
+    pub(super) fn of(volume: &Volume, reference: usize, minimum_frames: usize) -> Option<Self> {
+        let count = volume.frames();
+        if count < MANY_FRAMES {
+            return None;
+        }
+        let frames = places(count, reference);
+        let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
+        let tau = Tau::from_positions(&positions).ok()?;
+        let rows: Vec<usize> = (0..volume.rows()).collect();
+        let among = |run: Range<usize>| frames.iter().filter(|t| run.contains(t)).count();
+        let runs = (0..=count - minimum_frames.min(count)).map(|first| among(first..first + minimum_frames));
+        Some(Self {
+            volume: volume.selected(&rows, &frames, tau),
+            reference: frames.iter().position(|&t| t == reference)?,
+            // Two points always lie on a line.
+            minimum_frames: runs.min()?.max(3),
+        })
     }
-    let last = (volume.frames() - 1) as f64;
+}
+
+/// Half of `count` frames and the `reference`, in their order.
+fn places(count: usize, reference: usize) -> Vec<usize> {
+    let (last, half) = ((count - 1) as f64, count / 2);
     let place = |index: usize| {
-        let share = index as f64 / (FRAMES - 1) as f64;
+        let share = index as f64 / (half - 1) as f64;
         let from_end = share.min(1.0 - share);
-        let inner = (0.5 - END_SHARE) / (0.5 - FRAMES_AT_END);
-        let place = if from_end < FRAMES_AT_END {
-            from_end * END_SHARE / FRAMES_AT_END
+        let inner = (0.5 - END_SHARE) / (0.5 - HALF_AT_END);
+        let place = if from_end < HALF_AT_END {
+            from_end * END_SHARE / HALF_AT_END
         } else {
-            END_SHARE + (from_end - FRAMES_AT_END) * inner
+            END_SHARE + (from_end - HALF_AT_END) * inner
         };
         (last * if share < 0.5 { place } else { 1.0 - place }).round() as usize
     };
-    let mut frames: Vec<usize> = (0..FRAMES).map(place).collect();
+    let mut frames: Vec<usize> = (0..half).map(place).collect();
     frames.push(reference);
     frames.sort_unstable();
     frames.dedup();
-    let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
-    let tau = Tau::from_positions(&positions).ok()?;
-    let rows: Vec<usize> = (0..volume.rows()).collect();
-    let reference = frames.iter().position(|&t| t == reference)?;
-    Some((volume.selected(&rows, &frames, tau), reference))
+    frames
 }
 
 /// Frames at half the resolution, with their lines and options.
@@ -67,11 +94,15 @@ impl Halved {
     /// `volume` halved; `None` if it is too small for that.
     pub(super) fn of(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<Self> {
         let halved = volume.halved();
-        let options = MatchOptions {
-            window_px: options.window_px + WIDER_PX,
-            range: options.range.map(|range| scaled(range, 0.5)),
-            ..options.clone()
-        };
+        let limit_px = options.largest_disparity_px(halved.columns().max(1));
+        // Half of an odd number of columns is less than half of them.
+        let range = options.range.map(|range| scaled(range, 0.5)).map(|range| DisparityRange {
+            minimum_px: range.minimum_px.clamp(-limit_px, limit_px),
+            maximum_px: range.maximum_px.clamp(-limit_px, limit_px),
+        });
+        let window_px = (options.window_px + WIDER_PX).min(LARGEST_WINDOW_PX);
+        let options = MatchOptions { window_px, range, ..options.clone() };
+        // What the whole frames allow is too much for these only if they are too small.
         options.check(halved.rows(), halved.columns(), halved.frames()).ok()?;
         let lines = Lines::new(halved.tau(), lines.reference(), halved.columns());
         Some(Self { volume: halved, lines, options })

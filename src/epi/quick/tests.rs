@@ -16,16 +16,34 @@ fn information(tau: &Tau) -> f64 {
 }
 
 #[test]
-fn half_of_a_hundred_frames_leave_an_eighth_more_sigma() {
-    let all = empty(100);
-    for reference in [0, 49, 99] {
-        let (some, own) = telling_frames(&all, reference).unwrap();
-        assert!((50..=51).contains(&some.frames()));
-        assert_eq!(some.tau().values()[own], all.tau().values()[reference]);
-        let sigma = (information(all.tau()) / information(some.tau())).sqrt();
-        assert!((1.12..1.15).contains(&sigma), "{sigma}");
+fn half_of_many_frames_leave_an_eighth_more_sigma() {
+    for count in [100, 101, 200, 333] {
+        let all = empty(count);
+        for reference in [0, count / 2, count - 1] {
+            let some = TellingFrames::of(&all, reference, 3).unwrap();
+            assert!(some.volume.frames().abs_diff(count / 2) <= 1);
+            assert_eq!(some.volume.tau().values()[some.reference], all.tau().values()[reference]);
+            let sigma = (information(all.tau()) / information(some.volume.tau())).sqrt();
+            assert!((1.12..1.15).contains(&sigma), "{count}: {sigma}");
+        }
     }
-    assert!(telling_frames(&empty(99), 0).is_none(), "fewer frames are all needed");
+    assert!(TellingFrames::of(&empty(99), 0, 3).is_none(), "fewer frames are all needed");
+}
+
+#[test]
+fn what_enough_frames_see_enough_of_half_of_them_see() {
+    let all = empty(100);
+    // Half of the frames, wherever they lie; four fifths; all.
+    for (minimum, least) in [(50, 11..16), (80, 30..41), (100, 50..52)] {
+        let some = TellingFrames::of(&all, 40, minimum).unwrap();
+        assert!(least.contains(&some.minimum_frames), "{minimum}: {}", some.minimum_frames);
+        let tau = |t: usize| all.tau().values()[t];
+        for first in 0..=100 - minimum {
+            let run = tau(first)..=tau(first + minimum - 1);
+            let among = some.volume.tau().values().iter().filter(|tau| run.contains(tau)).count();
+            assert!(among >= some.minimum_frames, "{minimum} from {first}");
+        }
+    }
 }
 
 proptest! {
@@ -40,15 +58,15 @@ proptest! {
             all.insert(t, &frame).unwrap();
         }
         let reference = (reference * positions.len() as f64) as usize;
-        let (some, own) = telling_frames(&all, reference).unwrap();
+        let some = TellingFrames::of(&all, reference, 50).unwrap();
         let mut row = [0.0; 8];
         let mut before = None;
-        for (t, tau) in some.tau().values().iter().enumerate() {
-            some.copy_row(1, t, &mut row);
+        for (t, tau) in some.volume.tau().values().iter().enumerate() {
+            some.volume.copy_row(1, t, &mut row);
             let source = row[0] as usize;
             prop_assert!(before < Some(source), "frames keep their order");
             prop_assert!((tau - all.tau().values()[source]).abs() < 1e-12);
-            prop_assert_eq!(t == own, source == reference);
+            prop_assert_eq!(t == some.reference, source == reference);
             before = Some(source);
         }
     }
@@ -128,4 +146,13 @@ fn frames_too_small_to_be_halved_are_not() {
     let halved =
         Halved::of(&volume, &lines, &MatchOptions { range, window_px: 1, ..MatchOptions::default() });
     assert_eq!(halved.map(|halved| halved.rows()), Some(1));
+    // What only just suits the whole frames is cut to what suits half of them.
+    let volume = Volume::new(8, 81, 8, Tau::equidistant(5).unwrap());
+    let lines = Lines::new(volume.tau(), 0, 81);
+    let range = Some(DisparityRange { minimum_px: 90.0, maximum_px: 160.0 });
+    let widest = MatchOptions { range, window_px: 31, ..MatchOptions::default() };
+    widest.check(8, 81, 5).unwrap();
+    let halved = Halved::of(&volume, &lines, &widest).unwrap();
+    assert_eq!((halved.rows(), halved.options.window_px), (4, 31));
+    assert_eq!(halved.options.range, Some(DisparityRange { minimum_px: 45.0, maximum_px: 78.0 }));
 }
