@@ -19,6 +19,8 @@ const ONE_SURFACE_PX: f32 = 1.0;
 const GAP_PX: f32 = 0.5;
 /// At least so many frames are asked, if there are.
 const ASKED_FRAMES: usize = 16;
+/// A surface is taken if it disagrees by less than this share of what the pixel's guess does: where nothing has texture, all disagree alike.
+const CLEARLY_LESS: f32 = 0.5;
 /// Pixels on a side of the one in question that speak for it.
 const SIDE: usize = 2;
 
@@ -74,7 +76,9 @@ impl<'a> Around<'a> {
                 continue;
             }
             let tried = surfaces.into_iter().map(|disparity| (disparity, asked.disagreement(x, disparity)));
-            if let Some((disparity, _)) = tried.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            if let Some((disparity, least)) = tried.min_by(|a, b| a.1.total_cmp(&b.1))
+                && least < CLEARLY_LESS * asked.disagreement(x, guess[x])
+            {
                 guess[x] = disparity;
             }
         }
