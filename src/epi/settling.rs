@@ -20,7 +20,7 @@ const GAP_PX: f32 = 0.5;
 /// At least so many frames are asked, if there are.
 const ASKED_FRAMES: usize = 16;
 /// A surface is taken if it disagrees by less than this share of what the pixel's guess does: where nothing has texture, all disagree alike.
-const CLEARLY_LESS: f32 = 0.5;
+const CLEARLY_LESS: f32 = 0.75;
 /// Pixels on a side of the one in question that speak for it.
 const SIDE: usize = 2;
 
