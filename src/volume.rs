@@ -3,6 +3,7 @@
 mod halved;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use thiserror::Error;
@@ -66,7 +67,11 @@ pub struct Volume {
     columns: usize,
     bit_depth: u8,
     tau: Tau,
-    samples: Samples,
+    /// Rows x stored frames x columns.
+    samples: Arc<Samples>,
+    /// Number of frames that are stored, and which of them are the volume's; `None`: all of them.
+    stored_frames: usize,
+    shown_frames: Option<Vec<usize>>,
     /// Whether samples are fractions of a level.
     fine: bool,
     /// What the samples of each frame are multiplied by.
@@ -90,8 +95,9 @@ impl Volume {
     fn of_zeros(rows: usize, columns: usize, bit_depth: u8, tau: Tau, fine: bool) -> Self {
         let count = rows * columns * tau.frames();
         let samples = if fine { Samples::U16(vec![0; count]) } else { Samples::zeros(bit_depth, count) };
-        let frame_gains = vec![1.0; tau.frames()];
-        Self { rows, columns, bit_depth, tau, samples, fine, frame_gains }
+        let (stored_frames, frame_gains) = (tau.frames(), vec![1.0; tau.frames()]);
+        let samples = Arc::new(samples);
+        Self { rows, columns, bit_depth, tau, samples, stored_frames, shown_frames: None, fine, frame_gains }
     }
 
     /// Puts `frame` at place `index`.
@@ -109,7 +115,7 @@ impl Volume {
         let columns = self.columns;
         let alike =
             frame.rows() == self.rows && frame.columns() == columns && frame.bit_depth() == self.bit_depth;
-        match (&mut self.samples, frame.samples()) {
+        match (self.own_samples(), frame.samples()) {
             (Samples::U8(target), Samples::U8(source)) if alike => {
                 scatter(target, source, index, frames, columns);
             }
@@ -141,7 +147,7 @@ impl Volume {
             return Err(VolumeError::NoSuchFrame { index, frames });
         }
         let alike = self.fine && counts.rows() == self.rows && counts.columns() == columns;
-        match (&mut self.samples, counts.samples()) {
+        match (self.own_samples(), counts.samples()) {
             (Samples::U16(target), Samples::U16(source)) if alike => {
                 scatter(target, source, index, frames, columns);
                 Ok(())
@@ -195,10 +201,20 @@ impl Volume {
 
     /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other volume.
     pub fn fine_counts_mut(&mut self) -> Option<&mut [u16]> {
-        match &mut self.samples {
-            Samples::U16(counts) if self.fine => Some(counts),
+        let fine = self.fine;
+        match self.own_samples() {
+            Samples::U16(counts) if fine => Some(counts),
             _ => None,
         }
+    }
+
+    /// The samples, of the volume's frames alone and shared with no other volume.
+    fn own_samples(&mut self) -> &mut Samples {
+        if self.shown_frames.is_some() {
+            let [rows, frames] = [self.rows, self.frames()].map(|count| (0..count).collect::<Vec<usize>>());
+            *self = self.selected(&rows, &frames, self.tau.clone());
+        }
+        Arc::make_mut(&mut self.samples)
     }
 
     /// What the samples of frame `t` are multiplied by: 1 until it is set.
@@ -223,7 +239,7 @@ impl Volume {
     /// If `y` or `t` lies outside the volume, or `target` is not as long as a row.
     pub fn copy_row(&self, y: usize, t: usize, target: &mut [f32]) {
         assert!(y < self.rows && t < self.frames() && target.len() == self.columns);
-        self.samples.copy_to_f32((y * self.frames() + t) * self.columns, target);
+        self.samples.copy_to_f32((y * self.stored_frames + self.stored_frame(t)) * self.columns, target);
         let factor = self.dn_per_count() * self.frame_gains[t];
         if factor != 1.0 {
             target.iter_mut().for_each(|value| *value *= factor);
@@ -238,14 +254,35 @@ impl Volume {
         assert_eq!(tau.frames(), frames.len());
         let mut selected = Self::of_zeros(rows.len(), self.columns, self.bit_depth, tau, self.fine);
         selected.frame_gains = frames.iter().map(|&t| self.frame_gains[t]).collect();
-        let size = (self.frames(), self.columns);
-        match (&mut selected.samples, &self.samples) {
-            (Samples::U8(target), Samples::U8(source)) => copy_rows(target, source, size, (rows, frames)),
-            (Samples::U16(target), Samples::U16(source)) => copy_rows(target, source, size, (rows, frames)),
+        let size = (self.stored_frames, self.columns);
+        let frames: Vec<usize> = frames.iter().map(|&t| self.stored_frame(t)).collect();
+        match (selected.own_samples(), &*self.samples) {
+            (Samples::U8(target), Samples::U8(source)) => copy_rows(target, source, size, (rows, &frames)),
+            (Samples::U16(target), Samples::U16(source)) => copy_rows(target, source, size, (rows, &frames)),
             // Both volumes are of one kind and bit depth, hence of one type.
             _ => {}
         }
         selected
+    }
+
+    /// The given frames, which lie at `tau`, with their gains: no copy, the samples are shared.
+    ///
+    /// # Panics
+    /// If a frame lies outside the volume, or `tau` has another number of frames.
+    pub(crate) fn showing(&self, frames: &[usize], tau: Tau) -> Self {
+        assert_eq!(tau.frames(), frames.len());
+        Self {
+            tau,
+            samples: Arc::clone(&self.samples),
+            shown_frames: Some(frames.iter().map(|&t| self.stored_frame(t)).collect()),
+            frame_gains: frames.iter().map(|&t| self.frame_gains[t]).collect(),
+            ..*self
+        }
+    }
+
+    /// The place of frame `t` among those that are stored.
+    fn stored_frame(&self, t: usize) -> usize {
+        self.shown_frames.as_ref().map_or(t, |shown| shown[t])
     }
 
     /// A volume of the same size and tau, whose samples `fill` gives in DN of `bit_depth`; [fine](Self::fine) if asked for.
@@ -264,7 +301,7 @@ impl Volume {
         // Casts round towards zero and clip to what the type holds; a bit depth may hold less.
         let largest = if fine { u16::MAX } else { full_scale(bit_depth) };
         let count = move |value: f32| (value * counts_per_dn + 0.5).min(largest.into());
-        match &mut filled.samples {
+        match filled.own_samples() {
             Samples::U8(samples) => {
                 fill_bands(samples, (frames, columns), band_rows, fill, |v| count(v) as u8)
             }
@@ -277,7 +314,7 @@ impl Volume {
 
     /// Bytes that the samples occupy.
     pub fn bytes(&self) -> usize {
-        match &self.samples {
+        match &*self.samples {
             Samples::U8(values) => values.len(),
             Samples::U16(values) => 2 * values.len(),
         }

@@ -32,10 +32,12 @@ impl Volume {
         }
         // A level of b bit is 2^(15 - b) counts, and a mean a quarter of four.
         let doublings = if self.fine { -2 } else { 13 - i32::from(self.bit_depth) };
-        let size = (self.columns, frames);
-        match (&mut halved.samples, &self.samples) {
-            (Samples::U16(target), Samples::U8(source)) => halve(target, source, size, doublings),
-            (Samples::U16(target), Samples::U16(source)) => halve(target, source, size, doublings),
+        let columns = self.columns;
+        let shown: Vec<usize> = (0..frames).map(|t| self.stored_frame(t)).collect();
+        let frames = (self.stored_frames, shown.as_slice());
+        match (halved.own_samples(), &*self.samples) {
+            (Samples::U16(target), Samples::U8(source)) => halve(target, source, columns, frames, doublings),
+            (Samples::U16(target), Samples::U16(source)) => halve(target, source, columns, frames, doublings),
             // A fine volume holds 16 bit.
             _ => {}
         }
@@ -43,21 +45,23 @@ impl Volume {
     }
 }
 
-/// Sums of 2 x 2 samples of EPIs of frames x columns, doubled this many times, or halved and rounded down.
+/// Sums of 2 x 2 samples of EPIs of frames x columns, doubled this many times, or halved and rounded down. Of so many stored frames some are shown.
 fn halve<T: Copy + Into<u32> + Sync>(
     target: &mut [u16],
     source: &[T],
-    (columns, frames): (usize, usize),
+    columns: usize,
+    (stored, shown): (usize, &[usize]),
     doublings: i32,
 ) {
     let (up, down) = (doublings.max(0), (-doublings).max(0));
-    let epis = source.par_chunks_exact(2 * columns * frames);
-    target.par_chunks_exact_mut(columns / 2 * frames).zip(epis).for_each_init(
+    let epis = source.par_chunks_exact(2 * columns * stored);
+    target.par_chunks_exact_mut(columns / 2 * shown.len()).zip(epis).for_each_init(
         || vec![0; columns],
         |sums, (out, pair)| {
-            let (upper, lower) = pair.split_at(columns * frames);
-            let rows = upper.chunks_exact(columns).zip(lower.chunks_exact(columns));
-            for (out, (upper, lower)) in out.chunks_exact_mut(columns / 2).zip(rows) {
+            let (upper, lower) = pair.split_at(columns * stored);
+            for (out, t) in out.chunks_exact_mut(columns / 2).zip(shown) {
+                let row = t * columns..(t + 1) * columns;
+                let (upper, lower) = (&upper[row.clone()], &lower[row]);
                 for (sum, (upper, lower)) in sums.iter_mut().zip(upper.iter().zip(lower)) {
                     *sum = (*upper).into() + (*lower).into();
                 }

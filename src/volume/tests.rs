@@ -90,6 +90,37 @@ fn gains_multiply_what_is_read_and_go_with_their_frames() {
     assert_eq!(again, [10.0, 11.0]);
 }
 
+#[test]
+fn shown_frames_share_their_samples_until_one_is_written() {
+    let mut all = Volume::new(2, 2, 8, Tau::equidistant(4).unwrap());
+    for t in 0..4_u8 {
+        all.insert(usize::from(t), &Frame::new(2, 2, 8, Samples::U8(vec![10 * t; 4])).unwrap()).unwrap();
+    }
+    all.set_frame_gain(2, 1.5);
+    let firsts = |volume: &Volume| -> Vec<f32> {
+        let mut row = [0.0; 2];
+        let first = |t: usize| {
+            volume.copy_row(1, t, &mut row);
+            row[0]
+        };
+        (0..volume.frames()).map(first).collect()
+    };
+    let tau = Tau::from_positions(&[0.0, 1.0, 3.0]).unwrap();
+    let mut shown = all.showing(&[0, 2, 3], tau.clone());
+    assert!(Arc::ptr_eq(&all.samples, &shown.samples));
+    assert_eq!((firsts(&shown), shown.tau()), (vec![0.0, 30.0, 30.0], &tau));
+    // What is made of some frames is made of these.
+    let again = shown.showing(&[1, 2], Tau::equidistant(2).unwrap());
+    assert_eq!(firsts(&again), [30.0, 30.0]);
+    assert_eq!(firsts(&shown.selected(&[0, 1], &[2, 1], Tau::equidistant(2).unwrap())), [30.0, 30.0]);
+    let mut halved = [0.0];
+    shown.halved().copy_row(0, 2, &mut halved);
+    assert_eq!(halved, [30.0]);
+    shown.insert(0, &Frame::new(2, 2, 8, Samples::U8(vec![7; 4])).unwrap()).unwrap();
+    assert_eq!((firsts(&shown), shown.bytes()), (vec![7.0, 30.0, 30.0], 12));
+    assert_eq!(firsts(&all), [0.0, 10.0, 30.0, 30.0]);
+}
+
 /// Row 0 of frame 1 of `volume` at half the resolution.
 fn halved_row(volume: &Volume) -> (Vec<f32>, (usize, usize)) {
     let halved = volume.halved();

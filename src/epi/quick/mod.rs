@@ -31,7 +31,7 @@ const HALF_AT_END: f64 = 1.0 / 3.0;
 
 /// The frames that a first look's fit asks.
 pub(super) struct TellingFrames {
-    /// Their samples.
+    /// Their samples, shared with all frames.
     pub(super) volume: Volume,
     /// Place of the reference frame among them.
     pub(super) reference: usize,
@@ -50,11 +50,10 @@ impl TellingFrames {
         let frames = places(count, reference);
         let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
         let tau = Tau::from_positions(&positions).ok()?;
-        let rows: Vec<usize> = (0..volume.rows()).collect();
         let among = |run: Range<usize>| frames.iter().filter(|t| run.contains(t)).count();
         let runs = (0..=count - minimum_frames.min(count)).map(|first| among(first..first + minimum_frames));
         Some(Self {
-            volume: volume.selected(&rows, &frames, tau),
+            volume: volume.showing(&frames, tau),
             reference: frames.iter().position(|&t| t == reference)?,
             // Two points always lie on a line.
             minimum_frames: runs.min()?.max(3),
