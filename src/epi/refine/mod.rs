@@ -18,6 +18,7 @@ mod carried;
 mod creases;
 mod doubt;
 mod gains;
+mod in_view;
 mod joining;
 mod locking;
 mod mixing;
@@ -107,7 +108,7 @@ pub fn stepped(
     report: impl Fn() + Sync,
 ) -> Plane<f32> {
     let mut current = guess;
-    Steps::new(volume, lines, &current, rule).take(&mut current, report);
+    Steps::rough(volume, lines, &current, rule).take(&mut current, report);
     current
 }
 
@@ -120,7 +121,7 @@ pub fn fit(
     report: impl Fn() + Sync,
 ) -> FitResult {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let steps = Steps::new(volume, lines, guess, options.rule);
+    let steps = Steps::new(volume, lines, guess, options.rule, options.effort);
     let mut current = guess.clone();
     for _ in 1..options.steps {
         steps.take(&mut current, &report);

@@ -1,10 +1,13 @@
 //! Votes and planes of all pixels, laid out so that neighbours of sixteen pixels are loaded at once.
 
+mod means;
+
 use rayon::prelude::*;
 
 use super::moments::LANES;
 use super::votes::Vote;
 use crate::plane::Plane;
+use means::box_means;
 
 /// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach and a block.
 pub(super) const PAD: usize = 32;
@@ -178,37 +181,6 @@ impl VotePlanes {
     }
 }
 
-/// Means over the square of side 2 `reach` + 1 around each pixel, of what `term` makes of the planes' values: a weight and the weighted value. Pixels whose
-/// value in the first plane is 0 do not count; 0 where none does.
-fn box_means<const N: usize>(
-    planes: [&Padded; N],
-    reach: usize,
-    term: impl Fn([f32; N]) -> (f32, f32) + Sync,
-) -> Padded {
-    let stride = planes[0].stride;
-    let rows = planes[0].values.len() / stride.max(1);
-    let mut means = Padded { stride, values: vec![0.0; planes[0].values.len()] };
-    means.par_rows().enumerate().for_each(|(y, out)| {
-        let (mut sums, mut weights) = (vec![0.0_f32; stride], vec![0.0_f32; stride]);
-        for row in y.saturating_sub(reach)..(y + reach + 1).min(rows) {
-            let values = planes.map(|plane| plane.row(row));
-            for (place, (sum, weight)) in sums.iter_mut().zip(&mut weights).enumerate() {
-                let values = values.map(|row| row[place]);
-                let (more, value) = if values[0] > 0.0 { term(values) } else { (0.0, 0.0) };
-                *weight += more;
-                *sum += value;
-            }
-        }
-        let side = 2 * reach + 1;
-        let squares = sums.windows(side).zip(weights.windows(side));
-        for (out, (sums, weights)) in out[reach..].iter_mut().zip(squares) {
-            let weight = weights.iter().sum::<f32>();
-            *out = if weight > 0.0 { sums.iter().sum::<f32>() / weight } else { 0.0 };
-        }
-    });
-    means
-}
-
 /// A plane d + p u + q v for each pixel, and how well it is known.
 #[derive(Debug, Clone)]
 pub(super) struct SurfacePlanes {
@@ -265,9 +237,16 @@ impl SurfacePlanes {
     /// The guesses that the votes are counted from, as planes without slant.
     pub(super) fn of_guesses(votes: &VotePlanes, guess: &Plane<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
-        let mut planes = Self::unknown(rows, columns);
-        planes.forget_fit();
-        planes.slant_variance = Padded::given_back();
+        let plane = |value| Padded::filled(rows, columns, value);
+        let mut planes = Self {
+            disparity: plane(0.0),
+            slant_x: plane(0.0),
+            slant_y: plane(0.0),
+            variance: plane(f32::INFINITY),
+            misfit: Padded::given_back(),
+            texture: Padded::given_back(),
+            slant_variance: Padded::given_back(),
+        };
         planes.par_rows().enumerate().for_each(|(y, planes)| {
             for (place, &guess) in planes.disparity[PAD..].iter_mut().zip(guess.row(y)) {
                 *place = if guess.is_nan() { 0.0 } else { guess - origin };
@@ -362,7 +341,9 @@ impl SparePlanes {
 
     /// Planes that know nothing.
     pub(super) fn unknown(&mut self) -> SurfacePlanes {
-        let mut planes = self.any();
+        let Some(mut planes) = self.spare.pop() else {
+            return SurfacePlanes::unknown(self.rows, self.columns);
+        };
         for plane in [&mut planes.misfit, &mut planes.texture] {
             if plane.is_given_back() {
                 *plane = Padded::filled(self.rows, self.columns, 0.0);

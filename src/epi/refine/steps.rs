@@ -4,15 +4,16 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::gains::corrections;
+use super::in_view::Stretches;
 use super::joining::join_votes;
 use super::mixing::RowSamples;
 use super::planes::{PAD, VotePlanes};
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::stretches;
-use super::votes::{NO_VOTE, Stretches, Vote, row_votes};
+use super::votes::{NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, Vote, row_votes};
 use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::epi::lines::{Lines, SeenRule};
-use crate::epi::options::HiddenPoints;
+use crate::epi::options::{Effort, HiddenPoints};
 use crate::plane::Plane;
 use crate::volume::Volume;
 
@@ -28,6 +29,7 @@ pub(super) struct Steps<'a> {
     pub(super) spline: Spline,
     pub(super) level: Level,
     gains: Option<Vec<f32>>,
+    series_reach_px: f32,
     /// A disparity in the middle of all, so that sums of differences from it are exact enough in single precision.
     pub(super) origin: f32,
 }
@@ -45,7 +47,19 @@ pub(super) struct VotedRow<'a> {
 
 impl<'a> Steps<'a> {
     /// Steps from `guess`.
-    pub(super) fn new(volume: &'a Volume, lines: &'a Lines, guess: &Plane<f32>, rule: SeenRule) -> Self {
+    pub(super) fn new(
+        volume: &'a Volume,
+        lines: &'a Lines,
+        guess: &Plane<f32>,
+        rule: SeenRule,
+        effort: Effort,
+    ) -> Self {
+        let gains = corrections(volume, lines, guess, effort);
+        Self { gains, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule) }
+    }
+
+    /// Steps from `guess` of which others follow: what light varied from frame to frame is left to those.
+    pub(super) fn rough(volume: &'a Volume, lines: &'a Lines, guess: &Plane<f32>, rule: SeenRule) -> Self {
         let (low, high) = extremes(guess);
         Self {
             volume,
@@ -53,7 +67,8 @@ impl<'a> Steps<'a> {
             rule,
             spline: Spline::new(),
             level: Level::new(),
-            gains: corrections(volume, lines, guess),
+            gains: None,
+            series_reach_px: ROUGH_SERIES_REACH_PX,
             origin: 0.5 * (low + high),
         }
     }
@@ -84,6 +99,7 @@ impl<'a> Steps<'a> {
                     // Near an occluder frames are given away, so as not to take its blur for the point.
                     minimum_frames: self.rule.minimum_frames / (every * if hidden.is_some() { 2 } else { 1 }),
                     every,
+                    series_reach_px: self.series_reach_px,
                     stretches: hidden.as_deref(),
                 };
                 row_votes((&self.spline, self.level), epi, self.lines, guesses, seen, votes);

@@ -2,13 +2,16 @@
 
 use fearless_simd::Level;
 
-use super::moments::{FrameSample, LANES, Moments, SeenStretch, block_moments};
-use super::spline::{FRACTIONS, Spline, SplineEpi};
+use super::in_view::{Stretches, in_view};
+use super::moments::{LANES, Moments, block_moments};
+use super::spline::{Spline, SplineEpi};
 use crate::epi::lines::Lines;
 
 /// The series around a block's common disparity is used this far, in px of shift in the frame farthest from the reference: the
-/// third term that it lacks is then below 0.0007 px for texture of 4 px wavelength (omega^2 shift^3 / 6).
-const SERIES_REACH_PX: f32 = 0.125;
+/// third term that it lacks is then below 0.0008 px for texture of 4 px wavelength (omega^2 shift^3 / 6).
+pub(super) const SERIES_REACH_PX: f32 = 0.125;
+/// The same for a step that others follow: 0.0064 px at worst, and a quarter of that on average over the pixels of a block.
+pub(super) const ROUGH_SERIES_REACH_PX: f32 = 0.25;
 
 /// One pixel's share in the fits of the windows that contain it.
 #[derive(Debug, Clone, Copy)]
@@ -29,17 +32,6 @@ pub(super) struct Vote {
 pub(super) const NO_VOTE: Vote =
     Vote { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, bend: 0.0 };
 
-/// Which frames count.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stretches<'a> {
-    /// A pixel seen in fewer frames has no vote.
-    pub(super) minimum_frames: usize,
-    /// Only every so manieth frame from the reference frame on is looked at.
-    pub(super) every: usize,
-    /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in the image.
-    pub(super) stretches: Option<&'a [(f32, f32)]>,
-}
-
 /// Fills `votes` for the row in `epi` from the `guesses`; NaN guesses have no vote.
 pub(super) fn row_votes(
     (spline, level): (&Spline, Level),
@@ -51,14 +43,18 @@ pub(super) fn row_votes(
 ) {
     let columns = lines.columns();
     votes.fill(NO_VOTE);
-    let reach = SERIES_REACH_PX / lines.tau_before().max(lines.tau_after()) as f32;
-    let mut samples = Vec::with_capacity(lines.frames());
+    let reach = frames.series_reach_px / lines.tau_before().max(lines.tau_after()) as f32;
+    let shown = (0..lines.frames()).filter(|t| t.abs_diff(lines.reference()) % frames.every == 0);
+    let shown: Vec<(usize, f64)> = shown.map(|t| (t, lines.offsets()[t])).collect();
+    let mut samples = Vec::with_capacity(shown.len());
     let mut start = 0;
     while start < columns {
         let block = start..(start + LANES).min(columns);
         // Lanes beyond the row's end have no guess and are never seen.
-        let mut open: [f32; LANES] = [f32::NAN; LANES];
-        open[..block.len()].copy_from_slice(&guesses[block.clone()]);
+        let mut open: [f32; LANES] = [f32::INFINITY; LANES];
+        for (open, guess) in open.iter_mut().zip(&guesses[block.clone()]) {
+            *open = if guess.is_nan() { f32::INFINITY } else { *guess };
+        }
         let mut anchor = [0.0; LANES];
         let own = spline.weights(0);
         let taps = epi.taps(lines.reference(), start as isize);
@@ -66,21 +62,21 @@ pub(super) fn row_votes(
             *anchor = own[0].iter().zip(&taps[lane..]).map(|(weight, tap)| weight * tap).sum();
         }
         loop {
-            let lowest = open.iter().copied().fold(f32::NAN, f32::min);
-            if lowest.is_nan() {
+            let lowest = least(open);
+            if lowest == f32::INFINITY {
                 break;
             }
             let within = |guess: f32| guess <= lowest + 2.0 * reach;
-            let highest = open.iter().copied().filter(|&guess| within(guess)).fold(lowest, f32::max);
+            let highest = -least(open.map(|guess| if within(guess) { -guess } else { f32::INFINITY }));
             let common = 0.5 * (f64::from(lowest) + f64::from(highest));
             let served = open.map(within);
-            let seen = in_view(lines, (start, common), &served, frames, &mut samples);
+            let seen = in_view(lines, (start, common), &served, (frames, &shown), &mut samples);
             let moments =
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
                 if served[lane] {
                     votes[start + lane] = vote(&moments, lane, common, open[lane], frames.minimum_frames);
-                    open[lane] = f32::NAN;
+                    open[lane] = f32::INFINITY;
                 }
             }
         }
@@ -88,51 +84,17 @@ pub(super) fn row_votes(
     }
 }
 
-/// The frames that see any of the `served` pixels of the block from column `start` on, whose disparity is about `common`; and, unless all see
-/// all, each pixel's stretch.
-fn in_view(
-    lines: &Lines,
-    (start, common): (usize, f64),
-    served: &[bool; LANES],
-    frames: Stretches<'_>,
-    samples: &mut Vec<FrameSample>,
-) -> Option<SeenStretch> {
-    // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
-    let (low, high) = (1.0, (lines.columns() - 2) as f64);
-    let mut seen = SeenStretch { first: [f32::INFINITY; LANES], last: [f32::NEG_INFINITY; LANES] };
-    let (mut earliest, mut latest) = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut everywhere = true;
-    for lane in (0..LANES).filter(|&lane| served[lane]) {
-        let x = (start + lane) as f64;
-        let (mut first, mut last) = if common == 0.0 {
-            if x >= low && x <= high { (-1.0, 1.0) } else { (f64::INFINITY, f64::NEG_INFINITY) }
-        } else {
-            let ends = ((low - x) / common, (high - x) / common);
-            (ends.0.min(ends.1), ends.0.max(ends.1))
-        };
-        if let Some((from, to)) = frames.stretches.map(|stretches| stretches[start + lane]) {
-            first = first.max(f64::from(from) - 1e-6);
-            last = last.min(f64::from(to) + 1e-6);
+/// The least of some numbers.
+fn least(mut numbers: [f32; LANES]) -> f32 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for place in 0..half {
+            let (one, other) = (numbers[place], numbers[place + half]);
+            numbers[place] = if other < one { other } else { one };
         }
-        seen.first[lane] = first as f32;
-        seen.last[lane] = last as f32;
-        earliest = earliest.min(first);
-        latest = latest.max(last);
-        everywhere &= first <= -lines.tau_before() && last >= lines.tau_after();
+        half /= 2;
     }
-    samples.clear();
-    for (t, &tau) in lines.offsets().iter().enumerate() {
-        if tau >= earliest && tau <= latest && t.abs_diff(lines.reference()) % frames.every == 0 {
-            let exact = common * tau * FRACTIONS as f64;
-            // Rounded by a cast, which takes no call.
-            let steps = (exact + 0.5_f64.copysign(exact)) as isize;
-            let remainder = ((exact - steps as f64) / FRACTIONS as f64) as f32;
-            let column = start as isize + steps.div_euclid(FRACTIONS as isize);
-            let fraction = steps.rem_euclid(FRACTIONS as isize) as usize;
-            samples.push(FrameSample { frame: t, column, tau: tau as f32, fraction, remainder });
-        }
-    }
-    (!everywhere).then_some(seen)
+    numbers[0]
 }
 
 /// The vote of one pixel of a block around `common`, counted from its guess.
@@ -175,7 +137,8 @@ mod tests {
     const FRAMES: usize = 41;
     const COLUMNS: usize = 120;
     const DISPARITY_PX: f64 = 7.313;
-    const WHOLE: Stretches<'static> = Stretches { minimum_frames: FRAMES, every: 1, stretches: None };
+    const WHOLE: Stretches<'static> =
+        Stretches { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, stretches: None };
     /// Five standard deviations of what counts of 1/128 DN (uniform: 0.0023 DN) leave for a gradient of 4 DN/px and more in the regression
     /// over 41 frames of a whole baseline, whose S is 3.6.
     const ROUNDING_PX: f64 = 5.0 * (0.0023 / 4.0) / 1.897;
@@ -348,7 +311,7 @@ mod tests {
         // Something else passes in the last quarter of the frames.
         scene.0.fine_counts_mut().unwrap()[31 * COLUMNS..].fill(128 * 30);
         let stretches = [(-0.5, 0.25); COLUMNS];
-        let frames = Stretches { minimum_frames: 31, every: 1, stretches: Some(&stretches) };
+        let frames = Stretches { minimum_frames: 31, stretches: Some(&stretches), ..WHOLE };
         let votes = votes_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], frames);
         // 31 equidistant frames.
         let spread = 31.0 * (31.0 * 31.0 - 1.0) / 12.0 / 1600.0_f64;
