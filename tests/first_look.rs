@@ -87,22 +87,6 @@ fn a_slanted_plane_is_known_as_well_as_windows_and_frames_allow() {
     }
 }
 
-/// Shares of the pixels that are seen in half of the frames and right within 0.1 px, and of the answers that are wrong by more than 1 px.
-fn right_and_wrong(maps: &DisparityMaps, truth: &Truth) -> (f64, f64) {
-    let (mut visible, mut right, mut answered, mut wrong) = (0_u32, 0_u32, 0_u32, 0_u32);
-    let pixels =
-        truth.disparity.values().iter().zip(maps.disparity.values()).zip(truth.visible_frames.values());
-    for ((truth, found), &frames) in pixels {
-        let error = (found - truth).abs();
-        let half = 2 * usize::from(frames) >= FRAMES;
-        visible += u32::from(half);
-        right += u32::from(half && error <= 0.1);
-        answered += u32::from(!found.is_nan());
-        wrong += u32::from(error > 1.0);
-    }
-    (f64::from(right) / f64::from(visible), f64::from(wrong) / f64::from(answered))
-}
-
 #[test]
 fn things_before_others_keep_their_edges() {
     for (width, wrong) in [(60.0, WRONG), (30.0, WRONG_OF_NARROWER)] {
@@ -114,7 +98,7 @@ fn things_before_others_keep_their_edges() {
         }
         for reference in [ReferenceFrame::First, ReferenceFrame::Middle, ReferenceFrame::Last] {
             let (maps, truth) = look(&painting, MatchOptions { reference, ..MatchOptions::default() });
-            let found = right_and_wrong(&maps, &truth);
+            let found = truth.right_and_wrong(&maps.disparity, FRAMES);
             let scene = format!("bars of {width} px, {reference:?}, {:?}", maps.ordering);
             let mut figures = Figures::default();
             figures.check(&format!("{scene}: right of what half of the frames see"), RIGHT, found.0);

@@ -62,21 +62,9 @@ fn check(reference: ReferenceFrame) {
     let options = MatchOptions { reference, ..MatchOptions::default() };
     let maps = match_volume(&painting.volume(), &options, &Silent).unwrap();
     let truth = painting.truth(maps.reference);
-    let (mut visible, mut right, mut answered, mut wrong) = (0_u32, 0_u32, 0_u32, 0_u32);
-    let pixels =
-        truth.disparity.values().iter().zip(maps.disparity.values()).zip(truth.visible_frames.values());
-    for ((truth, found), &frames) in pixels {
-        let error = (found - truth).abs();
-        let half = 2 * usize::from(frames) >= FRAMES;
-        visible += u32::from(half);
-        right += u32::from(half && error <= 0.1);
-        answered += u32::from(!found.is_nan());
-        wrong += u32::from(error > 1.0);
-    }
-    let right = f64::from(right) / f64::from(visible);
-    let wrong = f64::from(wrong) / f64::from(answered);
+    let (right, wrong) = truth.right_and_wrong(&maps.disparity, FRAMES);
     println!(
-        "{reference:?}, {:?}: {:.2} % of {visible} pixels within 0.1 px, {:.2} % of {answered} answers wrong by more than 1 px",
+        "{reference:?}, {:?}: {:.2} % of the pixels that half of the frames see within 0.1 px, {:.2} % of the answers wrong by more than 1 px",
         maps.ordering,
         100.0 * right,
         100.0 * wrong

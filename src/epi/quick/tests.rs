@@ -72,6 +72,13 @@ proptest! {
     }
 }
 
+/// What a search of halved frames found.
+fn coarse(guess: Plane<f32>, answer: Plane<Answer>) -> Searched {
+    let filled = |value| guess.map(|_| value);
+    let (cost, confidence) = (filled(1.0), filled(0.5));
+    Searched { guess, cost, confidence, answer, deviation_share: Some(0.3) }
+}
+
 #[test]
 fn edges_are_settled_to_a_pixel() {
     let volume = step();
@@ -82,14 +89,8 @@ fn edges_are_settled_to_a_pixel() {
     let mut guess = Plane::filled(halves.0, halves.1, 0.0);
     let last = EDGE / 2 + 1;
     (0..halves.0).for_each(|y| guess.row_mut(y)[..=last].fill(0.5 * NEAR_PX as f32));
-    let coarse = Searched {
-        guess,
-        cost: Plane::filled(halves.0, halves.1, 1.0),
-        confidence: Plane::filled(halves.0, halves.1, 0.5),
-        answer: Plane::filled(halves.0, halves.1, Answer::Found),
-        deviation_share: None,
-    };
-    let found = settled(task(&volume, &lines, &options), &coarse, 2);
+    let answer = Plane::filled(halves.0, halves.1, Answer::Found);
+    let found = settled(task(&volume, &lines, &options), &coarse(guess, answer), 2);
     for y in 0..ROWS {
         for x in 8..COLUMNS - 8 {
             let truth = if x <= EDGE { NEAR_PX as f32 } else { 0.0 };
@@ -117,9 +118,7 @@ fn a_plane_stays_a_plane_and_reasons_stay_with_their_pixels() {
     }
     guess.row_mut(5)[20] = f32::NAN;
     answer.row_mut(5)[20] = Answer::Ambiguous;
-    let cost = Plane::filled(halves.0, halves.1, 1.0);
-    let coarse = Searched { guess, confidence: cost.clone(), cost, answer, deviation_share: Some(0.3) };
-    let found = settled(task(&volume, &lines, &options), &coarse, 2);
+    let found = settled(task(&volume, &lines, &options), &coarse(guess, answer), 2);
     for y in 1..ROWS - 1 {
         for x in 1..COLUMNS - 2 {
             let unknown = (40..42).contains(&x) && (10..12).contains(&y);

@@ -102,6 +102,23 @@ pub struct Truth {
     pub visible_frames: Plane<u16>,
 }
 
+impl Truth {
+    /// Shares of the pixels that at least half of `frames` see and that `found` has right within 0.1 px, and of its answers that are wrong by more than 1 px.
+    pub fn right_and_wrong(&self, found: &Plane<f32>, frames: usize) -> (f64, f64) {
+        let (mut visible, mut right, mut answered, mut wrong) = (0_u32, 0_u32, 0_u32, 0_u32);
+        let pixels = self.disparity.values().iter().zip(found.values()).zip(self.visible_frames.values());
+        for ((truth, found), &seen) in pixels {
+            let error = (found - truth).abs();
+            let half = 2 * usize::from(seen) >= frames;
+            visible += u32::from(half);
+            right += u32::from(half && error <= 0.1);
+            answered += u32::from(!found.is_nan());
+            wrong += u32::from(error > 1.0);
+        }
+        (f64::from(right) / f64::from(visible), f64::from(wrong) / f64::from(answered))
+    }
+}
+
 impl Painting {
     /// A plane with this disparity in the middle of the image.
     pub fn plane(camera: Camera, disparity_px: f64, slant: (f64, f64), texture: Texture) -> Self {
