@@ -90,7 +90,7 @@ pub fn match_volume(
     };
     progress.begin("refining", (rows * steps.max(1)) as u64);
     let FitResult { pixels: fitted, locking } =
-        fit(volume, &lines, &guess, fit_options, || progress.advance(1));
+        fit(volume, &lines, guess, fit_options, || progress.advance(1));
     progress.end();
 
     let verdicts = Verdicts { range, ordering, options };

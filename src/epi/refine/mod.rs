@@ -116,13 +116,13 @@ pub fn stepped(
 pub fn fit(
     volume: &Volume,
     lines: &Lines,
-    guess: &Plane<f32>,
+    guess: Plane<f32>,
     options: Fit,
     report: impl Fn() + Sync,
 ) -> FitResult {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let steps = Steps::new(volume, lines, guess, options.rule, options.effort);
-    let mut current = guess.clone();
+    let steps = Steps::new(volume, lines, &guess, options.rule, options.effort);
+    let mut current = guess;
     for _ in 1..options.steps {
         steps.take(&mut current, &report);
     }
@@ -135,11 +135,12 @@ pub fn fit(
         sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
     });
     let sums: Vec<RowSums> = sums.into_iter().flatten().collect();
-    let mut doubtful = Plane::filled(rows, columns, false);
-    if let Some(share) = options.deviation_share {
+    let doubtful = options.deviation_share.map(|share| {
+        let mut doubtful = Plane::filled(rows, columns, false);
         let rows = doubtful.values_mut().par_chunks_mut(columns).enumerate();
         rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, &current), share, y, out));
-    }
+        doubtful
+    });
     planes.forget_residuals();
     let origin = steps.origin;
     let surface = join_votes(steps.level, &mut planes, &current, origin, Some(options));
@@ -164,7 +165,7 @@ pub fn fit(
             if guess.is_nan() {
                 continue;
             }
-            let doubtful = doubtful.at(x, y);
+            let doubtful = doubtful.as_ref().is_some_and(|doubtful| doubtful.at(x, y));
             let found = row(&surface.disparity, x) + origin;
             let variance = row(&surface.variance, x);
             let textured = row(&surface.texture, x) > least_texture && variance.is_finite();

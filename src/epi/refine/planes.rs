@@ -40,14 +40,25 @@ impl Padded {
         self.values.is_empty()
     }
 
+    /// Zeros in all rows, of which one is stored.
+    fn of_zeros(columns: usize) -> Self {
+        Self::filled(1, columns, 0.0)
+    }
+
     /// Row `y` with the room on both sides.
     pub(super) fn row(&self, y: usize) -> &[f32] {
-        &self.values[y * self.stride..(y + 1) * self.stride]
+        let first = self.first(y);
+        &self.values[first..first + self.stride]
+    }
+
+    /// Where row `y` begins.
+    fn first(&self, y: usize) -> usize {
+        if self.values.len() == self.stride { 0 } else { y * self.stride }
     }
 
     /// The values of a block of row `y`, from `place` on.
     pub(super) fn block(&self, y: usize, place: usize) -> &[f32] {
-        let first = y * self.stride + place;
+        let first = self.first(y) + place;
         &self.values[first..first + LANES]
     }
 
@@ -69,7 +80,7 @@ pub(super) struct VotePlanes {
     pub(super) moment: Padded,
     /// One over the weight; 0 where there is none.
     pub(super) inverse: Padded,
-    /// Variance of the noise around the pixel, in DN^2.
+    /// Variance of the noise around the pixel, in DN^2, once it is settled.
     pub(super) noise: Padded,
     /// Derivatives of the template along x.
     pub(super) gradient: Padded,
@@ -105,7 +116,7 @@ impl VotePlanes {
             weight: plane(),
             moment: plane(),
             inverse: plane(),
-            noise: plane(),
+            noise: Padded::given_back(),
             gradient: plane(),
             bend: plane(),
             residual: plane(),
@@ -240,8 +251,8 @@ impl SurfacePlanes {
         let plane = |value| Padded::filled(rows, columns, value);
         let mut planes = Self {
             disparity: plane(0.0),
-            slant_x: plane(0.0),
-            slant_y: plane(0.0),
+            slant_x: Padded::of_zeros(columns),
+            slant_y: Padded::of_zeros(columns),
             variance: plane(f32::INFINITY),
             misfit: Padded::given_back(),
             texture: Padded::given_back(),

@@ -75,7 +75,7 @@ fn fitted(
         rule: SeenRule::new(FRAMES, 0.5, HiddenPoints::None),
         deviation_share: None,
     };
-    fit(&volume, &lines, &guess, options, || {})
+    fit(&volume, &lines, guess, options, || {})
 }
 
 /// H_0 and H_1: the shares of a wave and of its first alias in the spline through it (Unser 1999: the Fourier transform of the quintic B-spline is

@@ -22,8 +22,8 @@ const NOISE: f64 = 1.5;
 /// Votes for `disparity` with the weight `weight` of each pixel.
 fn votes_for(disparity: impl Fn(usize, usize) -> f64, weight: impl Fn(usize, usize) -> f64) -> VotePlanes {
     let mut votes = VotePlanes::empty(ROWS, COLUMNS);
+    votes.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     for y in 0..ROWS {
-        votes.noise.row_mut(y).fill(NOISE as f32);
         for x in 0..COLUMNS {
             votes.weight.row_mut(y)[PAD + x] = weight(x, y) as f32;
             votes.inverse.row_mut(y)[PAD + x] = (1.0 / weight(x, y)) as f32;
@@ -301,7 +301,8 @@ fn settled_pixels_keep_what_they_have() {
 
 #[test]
 fn where_nothing_votes_nothing_is_known() {
-    let votes = VotePlanes::empty(ROWS, COLUMNS);
+    let mut votes = VotePlanes::empty(ROWS, COLUMNS);
+    votes.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     let surface = joined(
         &votes,
         &map_of(slanted, (P, Q), 1.0),
