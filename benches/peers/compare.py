@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import importlib.metadata
+import itertools
 import json
 import os
 import platform
@@ -37,15 +38,27 @@ class Run:
     remark: str = ""
 
 
+REPEATED_S = 10
+"""Short runs vary most, so they are repeated for so long."""
+
+
+def repeated(repeats):
+    """Counts `repeats` runs, and more until `REPEATED_S` have passed; a run of more than 20 s is not repeated."""
+    first = time.perf_counter()
+    for count in itertools.count():
+        begun = time.perf_counter()
+        if (count >= repeats and begun - first > REPEATED_S) or (count == 1 and begun - first > 20):
+            return
+        yield count
+
+
 def best_of(repeats, work):
-    """Least seconds of `repeats` runs, and the last result; a run of more than 20 s is not repeated."""
+    """Least seconds of the runs, and the last result."""
     least = np.inf
-    for _ in range(repeats):
+    for _ in repeated(repeats):
         begun = time.perf_counter()
         result = work()
         least = min(least, time.perf_counter() - begun)
-        if least > 20:
-            break
     return least, result
 
 
@@ -72,7 +85,7 @@ def epirig(program, folder, scene, range_px, repeats, quick):
     if range_px is not None:
         command.append(f"--range={range_px[0]}..{range_px[1]}")
     runs = []
-    for _ in range(repeats):
+    for _ in repeated(repeats):
         wall = run_program(command)
         runs.append((json.loads((results / "match.json").read_text())["seconds"], wall))
     seconds, wall = min(runs)
@@ -189,7 +202,7 @@ def main():
     parser.add_argument("--program", type=Path, default=REPOSITORY / "target/release/epirig", help="epirig, built in release mode")
     parser.add_argument("--small", action="store_true", help="256 x 256 x 40 instead of 1024 x 1024 x 100")
     parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="cores for every method [default: all]")
-    parser.add_argument("--repeats", type=int, default=3, help="the best of so many runs counts [default: 3]")
+    parser.add_argument("--repeats", type=int, default=3, help="the best of so many runs counts, and of more if they are short [default: 3]")
     parser.add_argument("--without", nargs="*", default=[], choices=["numba", "sgbm", "dis", "pyvale"], help="methods to leave out")
     parser.add_argument("--out", type=Path, help="also write the table to this file")
     arguments = parser.parse_args()
