@@ -56,7 +56,7 @@ enum HiddenName {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Matching")]
 pub(super) struct MatchArguments {
-    /// A first look: match in a quarter of the time, searching at half the resolution and fitting in windows of one size, by half of the frames if there are a hundred or more. Sigma
+    /// A first look: match in less than a third of the time, searching at half the resolution and fitting in windows of one size, by half of the frames if there are a hundred or more. Sigma
     /// says what that leaves, but for relief that is finer than the windows; things narrower than some 20 px may be passed over
     #[arg(long, conflicts_with = "wanted_sigma")]
     quick: bool,

@@ -52,7 +52,7 @@ pub enum Search {
 pub enum Effort {
     /// All that helps accuracy: every pixel is searched by itself, and the windows of the fit follow the surface.
     Full,
-    /// What a first look needs, in a quarter of the time: candidates are searched at half the resolution, whose costs and confidences are told, and the fit takes windows of
+    /// What a first look needs, in less than a third of the time: candidates are searched at half the resolution, whose costs and confidences are told, and the fit takes windows of
     /// one size and, of a hundred frames or more, the half that tells most. Sigma says what that leaves, but for relief that is finer than the windows: only windows of more than 3 px have
     /// smaller ones as witnesses. Things narrower than some 20 px may be passed over. Frames too small to be halved are searched as they are.
     Quick,
