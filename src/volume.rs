@@ -59,6 +59,8 @@ const FINE_COUNTS: f32 = 32768.0;
 
 /// All frames of a sequence: rows x frames x columns samples, so that row y of all frames, the EPI, is one slice.
 ///
+/// Clones share their samples until one of them is written.
+///
 /// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used. Frames that were resampled go
 /// into a [fine](Self::fine) volume, which keeps what lies between the camera's levels.
 #[derive(Debug, Clone, PartialEq)]

@@ -14,6 +14,7 @@ use std::sync::Mutex;
 use epirig::epi::{DisparityMaps, MatchOptions, Method, ReferenceFrame, Search, match_volume};
 use epirig::evaluate::compare_with_truth;
 use epirig::progress::{Progress, Silent};
+use epirig::volume::Volume;
 use painted::{Aperture, Camera, Painting, Strip, Texture, Truth};
 use promises::{Bounds, Figures, Promise};
 
@@ -145,6 +146,27 @@ fn an_edge_is_as_certain_as_it_says() {
     figures.check("edge: within 1 sigma", WITHIN_1_SIGMA, errors.within_1_sigma);
     figures.check("edge: within 2 sigma", WITHIN_2_SIGMA, errors.within_2_sigma);
     figures.finish();
+}
+
+/// A lamp that grows brighter by 3 % and flickers by 1 %.
+#[test]
+fn light_that_varies_is_taken_off() {
+    let painting = Painting::plane(camera(321, 121), 21.7, (0.04, -0.02), texture(3));
+    let mut volume = painting.volume();
+    let rms = |volume: &Volume| {
+        let maps = match_volume(volume, &MatchOptions::default().quick(), &Silent).unwrap();
+        let truth = painting.truth(maps.reference).disparity;
+        compare_with_truth(&maps.disparity, None, &truth, (0.0, 1.0)).unwrap().in_both_end_frames.rms_px
+    };
+    let steady = rms(&volume);
+    for t in 0..FRAMES {
+        let gain = 1.0 + 0.03 * t as f32 / FRAMES as f32 + 0.01 * (2.4 * t as f32).sin();
+        volume.set_frame_gain(t, gain);
+    }
+    let varying = rms(&volume);
+    println!("RMS {steady:.5} px; where light varies {varying:.5} px");
+    // Gains are known to a tenth of a percent, a tenth of a grey level of what varies: a hundredth of the noise's variance. A tenth of the error is room for the first step.
+    assert!(varying < 1.1 * steady, "{varying} {steady}");
 }
 
 /// Points whose lines leave the image after four fifths of the baseline.

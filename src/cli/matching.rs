@@ -20,7 +20,7 @@ use crate::sequence::{ExitStatus, FrameKind, Sequence};
   epirig match seq --reference middle --ordering free      things in front of other things
   epirig match seq --method normalised                     illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
-  epirig match seq --quick --out look                      a first look in less than a third of the time
+  epirig match seq --quick --out look                      a first look: matching takes a third of its time
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
 (255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden, 160 ambiguous), pictures, figures/ and match.json."

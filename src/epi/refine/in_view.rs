@@ -4,7 +4,10 @@ use super::moments::{FrameSample, LANES, SeenStretch};
 use super::spline::FRACTIONS;
 use crate::epi::lines::Lines;
 
-/// Which frames count.
+// Whole pixels and fractions of a shift are told apart by bits.
+const _: () = assert!(FRACTIONS.is_power_of_two());
+
+/// Which frames count, and how far they are followed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stretches<'a> {
     /// A pixel seen in fewer frames has no vote.

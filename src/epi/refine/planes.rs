@@ -40,7 +40,7 @@ impl Padded {
         self.values.is_empty()
     }
 
-    /// Zeros in all rows, of which one is stored.
+    /// Zeros in all rows, of which one is stored: never to be written.
     fn of_zeros(columns: usize) -> Self {
         Self::filled(1, columns, 0.0)
     }
@@ -208,7 +208,7 @@ pub(super) struct SurfacePlanes {
     pub(super) slant_variance: Padded,
 }
 
-/// One row of planes to be filled; those that have been given back are empty.
+/// One row of planes to be filled; those that have been given back are empty, and those of zeros alone may be.
 pub(super) struct PlaneRow<'a> {
     pub(super) disparity: &'a mut [f32],
     pub(super) slant_x: &'a mut [f32],

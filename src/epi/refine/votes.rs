@@ -8,9 +8,9 @@ use super::spline::{Spline, SplineEpi};
 use crate::epi::lines::Lines;
 
 /// The series around a block's common disparity is used this far, in px of shift in the frame farthest from the reference: the
-/// third term that it lacks is then below 0.0008 px for texture of 4 px wavelength (omega^2 shift^3 / 6).
+/// third term that it lacks is then 0.0008 px at most for texture of 4 px wavelength (omega^2 shift^3 / 6).
 pub(super) const SERIES_REACH_PX: f32 = 0.125;
-/// The same for a step that others follow: 0.0064 px at worst, and a quarter of that on average over the pixels of a block.
+/// The same for a first look's step at half the resolution, which another follows: 0.0064 px at worst, and a quarter of that on average over the pixels of a block.
 pub(super) const ROUGH_SERIES_REACH_PX: f32 = 0.25;
 
 /// One pixel's share in the fits of the windows that contain it.
