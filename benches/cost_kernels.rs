@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use epirig::epi::{DisparityRange, MatchOptions, Method, Ordering, match_volume, row_costs};
+use epirig::epi::{DisparityRange, MatchOptions, Matcher, Method, Ordering};
 use epirig::progress::Silent;
 use epirig::twin::{Twin, TwinConfig};
 
@@ -30,9 +30,9 @@ fn costs(criterion: &mut Criterion) {
             window_px,
             ..MatchOptions::for_method(method)
         };
-        let maps = match_volume(&volume, &options, &Silent).unwrap();
-        group
-            .bench_function(name, |bencher| bencher.iter(|| row_costs(&volume, 8, &maps, &options).unwrap()));
+        let matcher = Matcher::new(volume.clone(), options).unwrap();
+        let maps = matcher.matched(&Silent).unwrap();
+        group.bench_function(name, |bencher| bencher.iter(|| matcher.row_costs(8, &maps)));
     }
     group.bench_function("reference: plain loop, linear", |bencher| {
         bencher.iter(|| plain::plain_variance(&volume, 8, RANGE, 0.25));

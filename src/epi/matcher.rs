@@ -1,7 +1,5 @@
 //! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, verdict for each pixel.
 
-use std::borrow::Cow;
-
 use super::cost::{Band, CostTable, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
 use super::locking::PixelLocking;
@@ -20,9 +18,9 @@ use crate::volume::Volume;
 /// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
 const FIT_STEPS: usize = 2;
 
-/// Disparity of every pixel of the reference frame.
+/// Disparity of every pixel of the reference frame, as [`Matcher::matched`] finds it.
 ///
-/// The result does not depend on the number of threads.
+/// With [`Method::Normalised`] the frames are copied; a [`Matcher`] that is given the only volume normalises them in their place.
 ///
 /// # Errors
 /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
@@ -31,8 +29,62 @@ pub fn match_volume(
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<DisparityMaps, MatchError> {
-    options.check(volume.rows(), volume.columns(), volume.frames())?;
-    let volume = &*compared_samples(volume, options);
+    Matcher::new(volume.clone(), options.clone())?.matched(progress)
+}
+
+/// A volume that is ready to be matched.
+#[derive(Debug, Clone)]
+pub struct Matcher {
+    /// The samples that are compared along lines.
+    volume: Volume,
+    options: MatchOptions,
+}
+
+impl Matcher {
+    /// Makes `volume` ready to be matched as `options` say; what has to change in it changes in its place unless samples are shared.
+    ///
+    /// # Errors
+    /// [`MatchError`] if the options do not suit the volume.
+    pub fn new(volume: Volume, options: MatchOptions) -> Result<Self, MatchError> {
+        options.check(volume.rows(), volume.columns(), volume.frames())?;
+        let volume = match options.method {
+            Method::Normalised => locally_normalised(volume, NORMALISING_WINDOW_PX),
+            Method::Variance | Method::NccFirst | Method::NccMean => volume,
+        };
+        Ok(Self { volume, options })
+    }
+
+    /// Disparity of every pixel of the reference frame.
+    ///
+    /// The result does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
+    pub fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, MatchError> {
+        matched(&self.volume, &self.options, progress)
+    }
+
+    /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search: the row's own, whatever other rows
+    /// added, and at the whole resolution, whatever a first look took.
+    ///
+    /// # Panics
+    /// If `y` lies outside the volume.
+    pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Hypotheses, CostTable) {
+        let Self { volume, options } = self;
+        let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+        let hypotheses = Hypotheses::covering(maps.range, options.raster_px);
+        let rule = seen_rule(volume, options, maps.ordering);
+        let band = Band::new(volume, y..y + 1, options);
+        let costs = band_costs(&band, &lines, &hypotheses, rule, options).swap_remove(0);
+        (hypotheses, costs)
+    }
+}
+
+fn matched(
+    volume: &Volume,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<DisparityMaps, MatchError> {
     let reference = options.reference_index(volume)?;
     let lines = Lines::new(volume.tau(), reference, volume.columns());
     let range_found = options.range.is_none();
@@ -121,39 +173,6 @@ pub fn match_volume(
     let wanted_sigma_px = if quick { f64::INFINITY } else { options.wanted_sigma_px };
     maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered, wanted_sigma_px));
     Ok(maps)
-}
-
-/// Costs of all candidates of row `y` as they were when `options` led to `maps`, for pictures of the search: the row's own, whatever other rows added, and at the whole
-/// resolution, whatever a first look took.
-///
-/// # Errors
-/// [`MatchError`] if the options do not suit the volume.
-///
-/// # Panics
-/// If `y` lies outside the volume.
-pub fn row_costs(
-    volume: &Volume,
-    y: usize,
-    maps: &DisparityMaps,
-    options: &MatchOptions,
-) -> Result<(Hypotheses, CostTable), MatchError> {
-    options.check(volume.rows(), volume.columns(), volume.frames())?;
-    let volume = &*compared_samples(volume, options);
-    let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
-    let hypotheses = Hypotheses::covering(maps.range, options.raster_px);
-    let rule = seen_rule(volume, options, maps.ordering);
-    let band = Band::new(volume, y..y + 1, options);
-    let costs = band_costs(&band, &lines, &hypotheses, rule, options).swap_remove(0);
-    Ok((hypotheses, costs))
-}
-
-/// The volume whose samples are compared along lines.
-fn compared_samples<'a>(volume: &'a Volume, options: &MatchOptions) -> Cow<'a, Volume> {
-    if options.method == Method::Normalised {
-        Cow::Owned(locally_normalised(volume, NORMALISING_WINDOW_PX))
-    } else {
-        Cow::Borrowed(volume)
-    }
 }
 
 fn seen_rule(volume: &Volume, options: &MatchOptions, ordering: OrderingUsed) -> SeenRule {

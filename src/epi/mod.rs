@@ -32,7 +32,7 @@ mod winner;
 
 pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
-pub use matcher::{match_volume, row_costs};
+pub use matcher::{Matcher, match_volume};
 pub use options::{
     DisparityRange, Effort, HiddenPoints, LARGEST_GROWN_WINDOW_PX, MatchError, MatchOptions, Method,
     Ordering, ReferenceFrame, Search,

@@ -26,8 +26,8 @@ const FLOOR_OVER_NOISE: f64 = 2.0;
 /// The noise is that of the calmest tenth of blocks of this side, in px.
 const BLOCK_PX: usize = 16;
 const CALM_SHARE: f64 = 0.1;
-/// Rows that a thread takes at a time: they share the sums of their windows.
-const BAND_ROWS: usize = 16;
+/// Rows that a thread takes at a time: they share the sums of their windows, and what they need of other rows is copied first.
+const BAND_ROWS: usize = 64;
 
 /// Height of the window of [`Method::Normalised`](super::Method::Normalised): with 45 pixels, mean and deviation of noise are known to a tenth.
 pub const NORMALISING_WINDOW_PX: usize = 9;
@@ -35,25 +35,25 @@ pub const NORMALISING_WINDOW_PX: usize = 9;
 /// `volume` with a local mean of 128 and a local standard deviation of 32 DN in windows `window_px` (odd) high and about half as wide, cut off at
 /// the borders of the frames.
 ///
-/// Samples are 8 bit wide if those of `volume` are, and else [fine](Volume::fine) ones of 8 bit, so that a volume and its normalised copy take
-/// twice the memory of one. Most of the time does not depend on the window. Frames' gains are applied, though they hardly matter here.
-pub fn locally_normalised(volume: &Volume, window_px: usize) -> Volume {
+/// Samples are 8 bit wide if those of `volume` are, and else [fine](Volume::fine) ones of 8 bit, so that they take no more memory; they change in
+/// their place unless they are shared. Most of the time does not depend on the window. Frames' gains are applied, though they hardly matter here.
+pub fn locally_normalised(volume: Volume, window_px: usize) -> Volume {
     let fine = volume.is_fine() || volume.bit_depth() > 8;
-    let floor = FLOOR_OVER_NOISE * FLOOR_OVER_NOISE * noise_variance(volume);
+    let floor = FLOOR_OVER_NOISE * FLOOR_OVER_NOISE * noise_variance(&volume);
     let halves = (window_px / 4, window_px / 2);
-    let level = Level::new();
-    volume.filled_alike((8, fine), BAND_ROWS, |rows, t, band| {
-        let mut window = Window::new(volume, t, halves);
-        dispatch!(level, simd => window.normalise(simd, rows, floor, band));
+    let (size, level) = ((volume.rows(), volume.columns()), Level::new());
+    volume.refilled((8, fine), (BAND_ROWS, halves.1), |rows, _, values, band| {
+        let mut window = Window::new(size, halves);
+        dispatch!(level, simd => window.normalise(simd, rows, values, floor, band));
     })
 }
 
 /// A window that slides over one frame, with running sums over its rows.
 ///
 /// In double precision the sums of whole levels are exact, so that what leaves the window leaves no trace.
-struct Window<'a> {
-    volume: &'a Volume,
-    t: usize,
+struct Window {
+    /// Rows and columns of the frame.
+    size: (usize, usize),
     /// Columns and rows that the window reaches to either side.
     halves: (usize, usize),
     /// Sums of values and of squares over the window's rows, for each column; with zeros for the columns beyond the borders.
@@ -64,13 +64,12 @@ struct Window<'a> {
     covered: Vec<f64>,
 }
 
-impl<'a> Window<'a> {
-    fn new(volume: &'a Volume, t: usize, halves: (usize, usize)) -> Self {
-        let (columns, half) = (volume.columns(), halves.0);
+impl Window {
+    fn new(size: (usize, usize), halves: (usize, usize)) -> Self {
+        let (columns, half) = (size.1, halves.0);
         let covered = |x: usize| ((x + half + 1).min(columns) - x.saturating_sub(half)) as f64;
         Self {
-            volume,
-            t,
+            size,
             halves,
             by_column: [0, 1].map(|_| vec![0.0; columns + 2 * half]),
             sums: [0, 1].map(|_| vec![0.0; columns]),
@@ -78,30 +77,34 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// Normalises the given rows into `band`, rows x columns.
+    /// Normalises the given rows into `band`, rows x columns; `values` are theirs and those of the rows within reach.
     #[inline(always)]
-    fn normalise<S: Simd>(&mut self, _simd: S, rows: Range<usize>, floor: f64, band: &mut [f32]) {
-        let (columns, half) = (self.volume.columns(), self.halves.1);
-        let mut row = vec![0.0; columns];
+    fn normalise<S: Simd>(
+        &mut self,
+        _simd: S,
+        rows: Range<usize>,
+        values: &[f32],
+        floor: f64,
+        band: &mut [f32],
+    ) {
+        let ((all, columns), half) = (self.size, self.halves.1);
         let first = rows.start.saturating_sub(half);
+        let row = |y: usize| &values[(y - first) * columns..(y - first + 1) * columns];
         let mut held = first..first;
         for (y, out) in rows.zip(band.chunks_exact_mut(columns)) {
-            let wanted = y.saturating_sub(half)..(y + half + 1).min(self.volume.rows());
+            let wanted = y.saturating_sub(half)..(y + half + 1).min(all);
             for entering in held.end..wanted.end {
-                self.volume.copy_row(entering, self.t, &mut row);
-                self.add(&row, 1.0);
+                self.add(row(entering), 1.0);
             }
             for leaving in held.start..wanted.start {
-                self.volume.copy_row(leaving, self.t, &mut row);
-                self.add(&row, -1.0);
+                self.add(row(leaving), -1.0);
             }
             held = wanted;
             for (sums, by_column) in self.sums.iter_mut().zip(&self.by_column) {
                 box_sums(by_column, 2 * self.halves.0 + 1, sums);
             }
-            self.volume.copy_row(y, self.t, &mut row);
             let [sums, squares] = &self.sums;
-            deviations(&row, [sums, squares, &self.covered], (held.len() as f64, floor), out);
+            deviations(row(y), [sums, squares, &self.covered], (held.len() as f64, floor), out);
         }
     }
 
@@ -188,6 +191,7 @@ mod tests {
     use super::*;
     use crate::epi::{MatchOptions, match_volume};
     use crate::evaluate::{ErrorStatistics, compare_with_truth};
+    use crate::frame::{Frame, Samples};
     use crate::progress::Silent;
     use crate::tau::Tau;
     use crate::twin::{Twin, TwinConfig};
@@ -216,25 +220,24 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(16))]
         #[test]
         fn samples_are_those_of_the_definition(
-            values in prop::collection::vec(0_u16..4096, 40 * 12 * 2),
+            values in prop::collection::vec(0_u16..4096, 150 * 12 * 2),
             window_px in prop::sample::select(vec![1_usize, 3, 7, 9, 21]),
         ) {
-            let like = Volume::new(40, 12, 12, Tau::equidistant(2).unwrap());
-            let volume = like.filled_alike((12, false), 7, |rows, t, band| {
-                for (y, row) in rows.zip(band.chunks_exact_mut(12)) {
-                    row.iter_mut().zip(&values[(y * 2 + t) * 12..]).for_each(|(out, &value)| *out = value.into());
-                }
-            });
+            // More rows than two bands.
+            let mut volume = Volume::new(150, 12, 12, Tau::equidistant(2).unwrap());
+            for (t, values) in values.chunks_exact(150 * 12).enumerate() {
+                volume.insert(t, &Frame::new(150, 12, 12, Samples::U16(values.to_vec())).unwrap()).unwrap();
+            }
             let noise = noise_variance(&volume);
-            let normalised = locally_normalised(&volume, window_px);
+            let normalised = locally_normalised(volume.clone(), window_px);
             let mut found = [0.0; 12];
             for t in 0..2 {
-                let rows: Vec<Vec<f32>> = (0..40).map(|y| {
+                let rows: Vec<Vec<f32>> = (0..150).map(|y| {
                     let mut row = vec![0.0; 12];
                     volume.copy_row(y, t, &mut row);
                     row
                 }).collect();
-                for y in 0..40 {
+                for y in 0..150 {
                     normalised.copy_row(y, t, &mut found);
                     for (x, &value) in found.iter().enumerate() {
                         let expected = plain(&rows, (x, y), (window_px / 4, window_px / 2), noise).max(0.0);
@@ -263,20 +266,19 @@ mod tests {
     fn memory_is_that_of_the_frames() {
         for (bit_depth, bytes) in [(8, 800), (12, 1600)] {
             let volume = Volume::new(10, 20, bit_depth, Tau::equidistant(4).unwrap());
-            assert_eq!(locally_normalised(&volume, 9).bytes(), bytes);
+            assert_eq!(locally_normalised(volume, 9).bytes(), bytes);
         }
     }
 
     /// A lamp that travels: from frame to frame and across each frame, gain between 0.55 and 0.85 and offset between -12 and 12 DN.
     fn unevenly_lit(volume: &Volume) -> Volume {
         let columns = volume.columns();
-        volume.filled_alike((volume.bit_depth(), volume.is_fine()), 16, |rows, t, band| {
-            for (y, row) in rows.zip(band.chunks_exact_mut(columns)) {
-                volume.copy_row(y, t, row);
-                for (x, value) in row.iter_mut().enumerate() {
-                    let phase = 0.03 * x as f32 + 0.02 * y as f32 + 0.7 * t as f32;
-                    *value = *value * (0.7 + 0.15 * phase.sin()) + 12.0 * (1.3 * phase).cos();
-                }
+        let kind = (volume.bit_depth(), volume.is_fine());
+        volume.clone().refilled(kind, (16, 0), |rows, t, values, band| {
+            for (index, (value, out)) in values.iter().zip(band).enumerate() {
+                let (x, y) = (index % columns, rows.start + index / columns);
+                let phase = 0.03 * x as f32 + 0.02 * y as f32 + 0.7 * t as f32;
+                *out = *value * (0.7 + 0.15 * phase.sin()) + 12.0 * (1.3 * phase).cos();
             }
         })
     }
@@ -297,7 +299,7 @@ mod tests {
         let (reference, plain) = (errors(&even), errors(&uneven));
         // Most pixels have no answer then, or a wrong one: residuals of some 20 DN are taken for noise.
         assert!((plain.answered as f64) < 0.5 * plain.pixels as f64 || plain.median_px > 0.05, "{plain:?}");
-        let normalised = errors(&locally_normalised(&uneven, NORMALISING_WINDOW_PX));
+        let normalised = errors(&locally_normalised(uneven, NORMALISING_WINDOW_PX));
         assert!(normalised.answered as f64 > 0.99 * normalised.pixels as f64, "{normalised:?}");
         // Contrast is 0.7 of what it was, and noise, quantised once more, is not: 1.5 times the error, and a third of it for the window.
         assert!(normalised.median_px < 2.0 * reference.median_px, "{normalised:?} {reference:?}");

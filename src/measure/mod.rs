@@ -15,8 +15,8 @@ use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, 
 use crate::epi::interpolation::Interpolation;
 use crate::epi::lines::Lines;
 use crate::epi::{
-    Answer, DisparityMaps, Effort, HiddenPoints, MatchError, MatchOptions, Method, OrderingUsed, Search,
-    match_volume, row_costs,
+    Answer, DisparityMaps, Effort, HiddenPoints, MatchError, MatchOptions, Matcher, Method, OrderingUsed,
+    Search,
 };
 use crate::photometry::Maps;
 use crate::plane::Plane;
@@ -106,20 +106,24 @@ pub fn measure(
 ) -> Result<Measurement, MeasureError> {
     let volume = load(sequence, calibration, progress)?;
     let calibration = calibration.map(|(calibration, _)| calibration);
+    let y = figure_row.unwrap_or(volume.rows() / 2).min(volume.rows() - 1);
+    let frames: Vec<usize> = (0..volume.frames()).collect();
+    let epi = volume.selected(&[y], &frames, volume.tau().clone());
     let begun = Instant::now();
-    let maps = match_volume(&volume, options, progress)?;
+    let matcher = Matcher::new(volume, options.clone())?;
+    let maps = matcher.matched(progress)?;
     let seconds = begun.elapsed().as_secs_f64();
     let heights =
         geometry(sequence, calibration).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
-    let mut summary = summarise(sequence, &volume, &maps, options, heights.as_ref(), seconds);
+    let lines = Lines::new(epi.tau(), maps.reference, epi.columns());
+    let mut summary = summarise(sequence, &lines, &maps, options, heights.as_ref(), seconds);
     summary.calibration = calibration.map(Calibration::hash);
     summary.positions = positions_name(calibration.map(|calibration| calibration.positions.source));
 
     progress.begin("writing results", 1);
     write_maps(folder, &maps, heights.as_ref())?;
-    let y = figure_row.unwrap_or(volume.rows() / 2).min(volume.rows() - 1);
-    let (hypotheses, costs) = row_costs(&volume, y, &maps, options)?;
-    for figure in paper_figures(&volume, &maps, FigureRow { y, hypotheses, costs: &costs, truth })? {
+    let (hypotheses, costs) = matcher.row_costs(y, &maps);
+    for figure in paper_figures(&maps, FigureRow { y, epi: &epi, hypotheses, costs: &costs, truth })? {
         folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?;
         folder.write(&format!("figures/{}.csv", figure.name), figure.csv.as_bytes())?;
     }
@@ -190,13 +194,12 @@ fn write_maps(
 
 fn summarise(
     sequence: &Sequence,
-    volume: &Volume,
+    lines: &Lines,
     maps: &DisparityMaps,
     options: &MatchOptions,
     heights: Option<&Heights>,
     seconds: f64,
 ) -> MatchSummary {
-    let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
     let (tau_before, tau_after) = (lines.tau_before(), lines.tau_after());
     MatchSummary {
         format: FORMAT_VERSION,

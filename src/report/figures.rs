@@ -27,6 +27,8 @@ pub struct Figure {
 pub struct FigureRow<'a> {
     /// The row.
     pub y: usize,
+    /// All frames of this row alone: 1 x columns x frames.
+    pub epi: &'a Volume,
     /// Its hypotheses.
     pub hypotheses: Hypotheses,
     /// Their costs.
@@ -44,20 +46,16 @@ const ALIGNED_LINES: usize = 6;
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.
-pub fn paper_figures(
-    volume: &Volume,
-    maps: &DisparityMaps,
-    row: FigureRow<'_>,
-) -> Result<Vec<Figure>, ReportError> {
-    let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+pub fn paper_figures(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Vec<Figure>, ReportError> {
+    let lines = Lines::new(row.epi.tau(), maps.reference, row.epi.columns());
     let mut figures = vec![cost_image(maps, row)?];
     let answered: Vec<usize> =
-        (0..volume.columns()).filter(|&x| maps.answer.at(x, row.y) == Answer::Found).collect();
+        (0..row.epi.columns()).filter(|&x| maps.answer.at(x, row.y) == Answer::Found).collect();
     if answered.is_empty() {
         return Ok(figures);
     }
-    figures.push(neighbour_profiles(volume, maps, &lines, row.y, &answered)?);
-    figures.push(aligned_profiles(volume, maps, &lines, row.y, &answered)?);
+    figures.push(neighbour_profiles(maps, row, &lines, &answered)?);
+    figures.push(aligned_profiles(maps, row, &lines, &answered)?);
     figures.push(disparity_along_row(maps, row)?);
     Ok(figures)
 }
@@ -98,10 +96,9 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
 }
 
 fn neighbour_profiles(
-    volume: &Volume,
     maps: &DisparityMaps,
+    FigureRow { y, epi, .. }: FigureRow<'_>,
     lines: &Lines,
-    y: usize,
     answered: &[usize],
 ) -> Result<Figure, ReportError> {
     // The pixel that is known best, away from the border so that its neighbours are seen too.
@@ -114,7 +111,7 @@ fn neighbour_profiles(
     let series = [(0.0, "(i, j)"), (1.0, "(i, j + 1)"), (-1.0, "(i, j - 1)")].map(|(shift, name)| {
         // j moves while i stays: in the reference frame the line then moves by its share.
         let column = x as f64 + shift * lines.tau_before();
-        let profile = line_profile(volume, lines, column, y, disparity + shift);
+        let profile = line_profile(epi, lines, column, 0, disparity + shift);
         let points = profile.iter().enumerate().map(|(t, &value)| (t as f64, f64::from(value))).collect();
         Series::line(name, points)
     });
@@ -132,17 +129,16 @@ fn neighbour_profiles(
 }
 
 fn aligned_profiles(
-    volume: &Volume,
     maps: &DisparityMaps,
+    FigureRow { y, epi, .. }: FigureRow<'_>,
     lines: &Lines,
-    y: usize,
     answered: &[usize],
 ) -> Result<Figure, ReportError> {
     let chosen =
         (0..ALIGNED_LINES).map(|index| answered[(2 * index + 1) * answered.len() / (2 * ALIGNED_LINES)]);
     let series = chosen.map(|x| {
         let disparity = f64::from(maps.disparity.at(x, y));
-        let profile = line_profile(volume, lines, x as f64, y, disparity);
+        let profile = line_profile(epi, lines, x as f64, 0, disparity);
         let maximum = profile.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
         let columns = lines.offsets().iter().map(|tau| x as f64 + disparity * tau);
         let points = columns.zip(profile.iter().map(|value| f64::from(value / maximum))).collect();

@@ -52,25 +52,48 @@ fn a_fine_volume_keeps_fractions_of_a_level() {
 }
 
 #[test]
-fn bands_fill_a_volume_with_rounded_and_clipped_counts() {
-    let like = Volume::new(5, 2, 12, Tau::equidistant(3).unwrap());
-    // Row y of frame t holds 10 y + t + 0.4 and a value that no sample can hold.
-    let fill = |rows: Range<usize>, t: usize, band: &mut [f32]| {
-        assert_eq!(band.len(), 2 * rows.len());
-        for (y, row) in rows.zip(band.chunks_exact_mut(2)) {
-            row.copy_from_slice(&[(10 * y + t) as f32 + 0.4, if t == 0 { -7.0 } else { 1e6 }]);
+fn bands_are_refilled_with_rounded_and_clipped_counts() {
+    // Row y of frame t holds 10 y + t, then 10 y + t + 0.4 and a value that no sample can hold.
+    let mut volume = Volume::new(5, 2, 12, Tau::equidistant(3).unwrap());
+    for t in 0..3 {
+        let samples = (0..10).map(|index| 10 * (index / 2) + t).collect();
+        volume.insert(t.into(), &Frame::new(5, 2, 12, Samples::U16(samples)).unwrap()).unwrap();
+    }
+    volume.set_frame_gain(1, 2.0);
+    let fill = |rows: Range<usize>, t: usize, values: &[f32], band: &mut [f32]| {
+        let within_reach = rows.start.saturating_sub(1)..(rows.end + 1).min(5);
+        assert_eq!((band.len(), values.len()), (2 * rows.len(), 2 * within_reach.len()));
+        for (y, row) in within_reach.clone().zip(values.chunks_exact(2)) {
+            let gain = if t == 1 { 2 } else { 1 };
+            assert_eq!(row, [(gain * (10 * y + t)) as f32; 2]);
+        }
+        let first = rows.start - within_reach.start;
+        for (row, values) in band.chunks_exact_mut(2).zip(values[2 * first..].chunks_exact(2)) {
+            row.copy_from_slice(&[values[0] + 0.4, if t == 0 { -7.0 } else { 1e6 }]);
         }
     };
-    let mut row = [0.0; 2];
-    let coarse = like.filled_alike((8, false), 2, fill);
-    coarse.copy_row(4, 2, &mut row);
-    assert_eq!((row, coarse.bytes()), ([42.0, 255.0], 30));
-    coarse.copy_row(1, 0, &mut row);
-    assert_eq!(row, [10.0, 0.0]);
-    let fine = like.filled_alike((8, true), 2, fill);
-    fine.copy_row(4, 2, &mut row);
+    let row = |volume: &Volume, y: usize, t: usize| {
+        let mut row = [0.0; 2];
+        volume.copy_row(y, t, &mut row);
+        row
+    };
+    let coarse = volume.clone().refilled((10, false), (2, 1), fill);
+    assert_eq!((row(&coarse, 4, 2), coarse.bytes()), ([42.0, 1023.0], 60));
+    assert_eq!(row(&coarse, 1, 0), [10.0, 0.0]);
+    assert_eq!(row(&coarse, 3, 1), [62.0, 1023.0]);
+    assert_eq!(row(&volume, 4, 2), [42.0, 42.0]);
+    let before = Arc::as_ptr(&volume.samples);
+    let fine = volume.refilled((8, true), (2, 1), fill);
+    assert_eq!(Arc::as_ptr(&fine.samples), before);
     // 42.4 DN are 5427.2 counts of 1/128 DN.
-    assert_eq!(row, [5427.0 / 128.0, 65535.0 / 128.0]);
+    assert_eq!(row(&fine, 4, 2), [5427.0 / 128.0, 65535.0 / 128.0]);
+}
+
+#[test]
+#[should_panic(expected = "samples of 8 bit have another width")]
+fn samples_are_not_replaced_by_narrower_ones() {
+    let volume = Volume::new(2, 2, 12, Tau::equidistant(2).unwrap());
+    let _ = volume.refilled((8, false), (2, 0), |_, _, values, band| band.copy_from_slice(values));
 }
 
 #[test]
