@@ -1,5 +1,7 @@
 //! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, verdict for each pixel.
 
+use rayon::prelude::*;
+
 use super::cost::{Band, CostTable, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
 use super::locking::PixelLocking;
@@ -8,7 +10,7 @@ use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
 use super::options::{DisparityRange, Effort, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
-use super::refine::{Fit, FitResult, Fitted, fit};
+use super::refine::{Fit, FitResult, fit};
 use super::search::{Searched, Task, search};
 use super::settling::settle_edges;
 use crate::plane::Plane;
@@ -141,34 +143,29 @@ fn matched(
         deviation_share,
     };
     progress.begin("refining", (rows * steps.max(1)) as u64);
-    let FitResult { pixels: fitted, locking } =
-        fit(volume, &lines, guess, fit_options, || progress.advance(1));
+    let found = fit(volume, &lines, guess, fit_options, || progress.advance(1));
+    let FitResult { disparity, sigma, doubtful, locking_px, locking } = found;
     progress.end();
 
-    let verdicts = Verdicts { range, ordering, options };
     let mut maps = DisparityMaps {
-        disparity: fitted.map(|value| value.disparity_px),
-        sigma: fitted.map(|value| value.sigma_px),
+        disparity,
+        sigma,
         cost,
         confidence,
-        answer: Plane::filled(rows, volume.columns(), Answer::Found),
+        answer: searched,
         reference,
         range,
         range_found,
         ordering,
         locking: None,
     };
-    for (index, value) in fitted.values().iter().enumerate() {
-        let answer = verdicts.verdict(*value, searched.values()[index], maps.confidence.values()[index]);
-        maps.answer.values_mut()[index] = answer;
-        if answer != Answer::Found {
-            maps.disparity.values_mut()[index] = f32::NAN;
-            maps.sigma.values_mut()[index] = f32::NAN;
-        }
-    }
-    let pixels = fitted.values().iter().zip(maps.answer.values());
-    let answered = pixels.filter(|&(_, &answer)| answer == Answer::Found);
-    let answered = answered.map(|(pixel, _)| [pixel.disparity_px, pixel.sigma_px, pixel.locking_px]);
+    Verdicts { range, ordering, options }.pass(&mut maps, doubtful.as_ref());
+    // Where no bias stands out, none is worst.
+    let answered = locking_px.iter().flat_map(|locking_px| {
+        let pixels = maps.disparity.values().iter().zip(maps.sigma.values()).zip(locking_px.values());
+        let pixels = pixels.zip(maps.answer.values()).filter(|(_, answer)| **answer == Answer::Found);
+        pixels.map(|(((disparity, sigma), bias), _)| [*disparity, *sigma, *bias])
+    });
     // Windows that do not grow have no wanted sigma.
     let wanted_sigma_px = if quick { f64::INFINITY } else { options.wanted_sigma_px };
     maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered, wanted_sigma_px));
@@ -216,16 +213,35 @@ struct Verdicts<'a> {
 }
 
 impl Verdicts<'_> {
-    fn verdict(&self, fitted: Fitted, searched: Answer, confidence: f32) -> Answer {
+    /// Says of each pixel what became of it, which only the search has done so far, and takes the numbers from those that have no answer.
+    fn pass(&self, maps: &mut DisparityMaps, doubtful: Option<&Plane<bool>>) {
+        let columns = maps.answer.columns();
+        let DisparityMaps { disparity, sigma, answer, confidence, .. } = maps;
+        let rows =
+            answer.values_mut().par_chunks_mut(columns).zip(disparity.values_mut().par_chunks_mut(columns));
+        let rows = rows.zip(sigma.values_mut().par_chunks_mut(columns));
+        rows.enumerate().for_each(|(y, ((answers, disparities), sigmas))| {
+            let confidences = confidence.row(y);
+            for (x, answer) in answers.iter_mut().enumerate() {
+                let doubtful = doubtful.is_some_and(|doubtful| doubtful.at(x, y));
+                if *answer == Answer::Found {
+                    *answer = self.of_fitted((disparities[x], sigmas[x]), doubtful, confidences[x]);
+                }
+                if *answer != Answer::Found {
+                    (disparities[x], sigmas[x]) = (f32::NAN, f32::NAN);
+                }
+            }
+        });
+    }
+
+    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), doubtful: bool, confidence: f32) -> Answer {
         let ambiguous = f64::from(confidence) < self.options.minimum_confidence;
         // The fit may leave the raster, but not the range by more than a step of it can.
-        let disparity = f64::from(fitted.disparity_px);
+        let disparity = f64::from(disparity_px);
         let outside = disparity < self.range.minimum_px - 1.0 || disparity > self.range.maximum_px + 1.0;
-        if searched != Answer::Found {
-            searched
-        } else if fitted.sigma_px.is_nan() || f64::from(fitted.sigma_px) > self.options.maximum_sigma_px {
+        if sigma_px.is_nan() || f64::from(sigma_px) > self.options.maximum_sigma_px {
             Answer::NoTexture
-        } else if fitted.doubtful {
+        } else if doubtful {
             Answer::Hidden
         } else if outside {
             Answer::BeyondRange

@@ -74,27 +74,17 @@ pub struct Fit {
     pub deviation_share: Option<f32>,
 }
 
-/// A fitted pixel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fitted {
-    /// Disparity in px.
-    pub disparity_px: f32,
-    /// Its standard deviation in px; NaN where noise alone explains the gradients.
-    pub sigma_px: f32,
-    /// Whether the pixel lies beside another surface and its frames show something else than its line.
-    pub doubtful: bool,
-    /// Predicted bias by pixel locking in px, which is a part of sigma; 0 where none stands out from chance.
-    pub locking_px: f32,
-}
-
-const NOT_FITTED: Fitted =
-    Fitted { disparity_px: f32::NAN, sigma_px: f32::NAN, doubtful: false, locking_px: 0.0 };
-
-/// What the fit found.
+/// What the fit found: planes of rows x columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitResult {
-    /// Rows x columns.
-    pub pixels: Plane<Fitted>,
+    /// Disparity in px; NaN where there was no guess.
+    pub disparity: Plane<f32>,
+    /// Its standard deviation in px; NaN where noise alone explains the gradients.
+    pub sigma: Plane<f32>,
+    /// Whether a pixel lies beside another surface and its frames show something else than its line; `None` if that was not asked.
+    pub doubtful: Option<Plane<bool>>,
+    /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if none stands out from chance.
+    pub locking_px: Option<Plane<f32>>,
     /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was fitted.
     pub locking: Option<LockingAmplitudes>,
 }
@@ -147,36 +137,39 @@ pub fn fit(
     drop(planes);
     let amplitudes = Amplitudes::of(&sums);
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
-    let mut fitted = Plane::filled(rows, columns, NOT_FITTED);
     let outstanding = amplitudes.as_ref().filter(|amplitudes| amplitudes.stand_out());
-    let prediction =
-        outstanding.map(|amplitudes| Prediction::new(amplitudes, &turns, lines, extremes(&current)));
-    fitted.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, fitted)| {
-        let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
-        let guesses = current.row(y);
-        let mut biases = vec![0.0; columns];
-        if let Some(prediction) = &prediction {
+    let locking_px = outstanding.map(|amplitudes| {
+        let prediction = Prediction::new(amplitudes, &turns, lines, extremes(&current));
+        let mut biases = Plane::filled(rows, columns, 0.0);
+        biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
+            let guesses = current.row(y);
             let hidden = steps.points_hide().then(|| stretches(guesses, lines));
             let row = RowLines { lines, disparities: guesses, stretches: hidden.as_deref(), minimum_frames };
-            prediction.row(row, &mut biases);
-        }
-        for (x, fitted) in fitted.iter_mut().enumerate() {
-            let guess = guesses[x];
-            if guess.is_nan() {
-                continue;
-            }
-            let doubtful = doubtful.as_ref().is_some_and(|doubtful| doubtful.at(x, y));
-            let found = row(&surface.disparity, x) + origin;
-            let variance = row(&surface.variance, x);
+            prediction.row(row, out);
+        });
+        biases
+    });
+    let mut disparity = current;
+    let mut sigma = Plane::filled(rows, columns, 0.0);
+    let out = disparity.values_mut().par_chunks_mut(columns).zip(sigma.values_mut().par_chunks_mut(columns));
+    out.enumerate().for_each(|(y, (disparity, sigma))| {
+        let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
+        for x in 0..columns {
+            let (guess, found) = (disparity[x], row(&surface.disparity, x) + origin);
+            let bias = locking_px.as_ref().map_or(0.0, |biases| biases.row(y)[x]);
+            let variance = row(&surface.variance, x) + bias * bias;
             let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
-            let sigma = if textured { variance.sqrt().hypot(biases[x]) } else { f32::NAN };
-            // What the fit would have moved a disparity by that it leaves is a part of its error.
-            let (disparity_px, sigma_px) =
-                if options.steps == 0 { (guess, sigma.hypot(found - guess)) } else { (found, sigma) };
-            *fitted = Fitted { disparity_px, sigma_px, doubtful, locking_px: biases[x] };
+            sigma[x] = if textured && !guess.is_nan() { variance.sqrt() } else { f32::NAN };
+            if options.steps == 0 {
+                // What the fit would have moved a disparity by that it leaves is a part of its error.
+                sigma[x] = sigma[x].hypot(found - guess);
+            } else if !guess.is_nan() {
+                disparity[x] = found;
+            }
         }
     });
-    FitResult { pixels: fitted, locking: amplitudes.map(|amplitudes| amplitudes.stated()) }
+    let locking = amplitudes.map(|amplitudes| amplitudes.stated());
+    FitResult { disparity, sigma, doubtful, locking_px, locking }
 }
 
 /// The weight that noise of variance 1 alone makes on average, for points seen in all frames.

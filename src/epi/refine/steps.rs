@@ -153,10 +153,22 @@ impl<'a> Steps<'a> {
 
 /// Smallest and largest disparity; zeros if there are none.
 pub(super) fn extremes(guess: &Plane<f32>) -> (f32, f32) {
-    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-    for &value in guess.values().iter().filter(|value| !value.is_nan()) {
-        low = low.min(value);
-        high = high.max(value);
-    }
+    const LANES: usize = 16;
+    // No number is less or greater than NaN, and lanes of their own let a processor compare sixteen at once.
+    let widened = |(mut low, mut high): ([f32; LANES], [f32; LANES]), values: &[f32]| {
+        for (value, (low, high)) in values.iter().zip(low.iter_mut().zip(&mut high)) {
+            *low = if *value < *low { *value } else { *low };
+            *high = if *value > *high { *value } else { *high };
+        }
+        (low, high)
+    };
+    let none = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+    let of_row = |row: &[f32]| {
+        let (low, high) = row.chunks(LANES).fold(none, widened);
+        (low.into_iter().fold(f32::INFINITY, f32::min), high.into_iter().fold(f32::NEG_INFINITY, f32::max))
+    };
+    let rows = guess.values().par_chunks(guess.columns().max(1)).map(of_row);
+    let both = |one: (f32, f32), other: (f32, f32)| (one.0.min(other.0), one.1.max(other.1));
+    let (low, high) = rows.reduce(|| (f32::INFINITY, f32::NEG_INFINITY), both);
     if low <= high { (low, high) } else { (0.0, 0.0) }
 }

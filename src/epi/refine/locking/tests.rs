@@ -115,6 +115,10 @@ fn amplitudes_are_those_of_the_spectrum() {
     }
 }
 
+fn locking_px(result: &FitResult, x: usize, y: usize) -> f32 {
+    result.locking_px.as_ref().map_or(0.0, |biases| biases.at(x, y))
+}
+
 /// Mean error of the rows from `first` on that are at `disparity`, its standard error by rows, and the mean predicted bias.
 fn errors(result: &FitResult, first: usize, disparity: f64) -> (f64, f64, f64) {
     // Away from the other rows and from the columns that not all frames see.
@@ -123,8 +127,8 @@ fn errors(result: &FitResult, first: usize, disparity: f64) -> (f64, f64, f64) {
     };
     let rows: Vec<(f64, f64)> = (first + 6..ROWS - 6)
         .map(|y| {
-            let error = |x: usize| result.pixels.at(x, y).disparity_px - disparity as f32;
-            (mean(&error), mean(&|x| result.pixels.at(x, y).locking_px))
+            let error = |x: usize| result.disparity.at(x, y) - disparity as f32;
+            (mean(&error), mean(&|x| locking_px(result, x, y)))
         })
         .collect();
     let count = rows.len() as f64;
@@ -152,9 +156,9 @@ fn the_bias_near_repeating_fractions_is_predicted() {
     );
     // It is a part of sigma there, and hardly any at the generic disparity.
     for x in 60..100 {
-        let (there, elsewhere) = (result.pixels.at(x, ROWS - 8), result.pixels.at(x, 8));
-        assert!(there.locking_px > 0.5 * error as f32 && there.sigma_px > there.locking_px, "column {x}");
-        assert!(elsewhere.locking_px.abs() < 0.0005, "column {x}: {}", elsewhere.locking_px);
+        let [there, elsewhere] = [ROWS - 8, 8].map(|y| locking_px(&result, x, y));
+        assert!(there > 0.5 * error as f32 && result.sigma.at(x, ROWS - 8) > there, "column {x}");
+        assert!(elsewhere.abs() < 0.0005, "column {x}: {elsewhere}");
     }
 }
 
@@ -184,8 +188,8 @@ fn neither_noise_nor_misplaced_frames_are_taken_for_locking() {
             let disparity = |y: usize| if y < ROWS / 2 { GENERIC_PX } else { locked_px };
             let result = fitted(&smooth(seed), disparity, FRAMES / 2, (sigma, jitter));
             assert!(result.locking.is_some());
-            let found = result.pixels.values().iter().find(|pixel| pixel.locking_px != 0.0);
-            assert_eq!(found, None, "seed {seed}, noise {sigma}, jitter {jitter}: {:?}", result.locking);
+            let locking = result.locking;
+            assert!(result.locking_px.is_none(), "seed {seed}, noise {sigma}, jitter {jitter}: {locking:?}");
         }
     }
 }
