@@ -1,8 +1,8 @@
 //! The rectified spatio-temporal block f(x, y, t), laid out so that an EPI is contiguous.
 
 mod halved;
+mod refilled;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::frame::{Frame, Samples, full_scale};
 use crate::tau::Tau;
+use halved::copy_means;
 
 /// Why a frame does not go into a volume.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -71,8 +72,12 @@ pub struct Volume {
     tau: Tau,
     /// Rows x stored frames x columns.
     samples: Arc<Samples>,
-    /// Number of frames that are stored, and which of them are the volume's; `None`: all of them.
+    /// Number of columns and of frames that are stored.
+    stored_columns: usize,
     stored_frames: usize,
+    /// Whether each pixel is the mean of 2 x 2 that are stored.
+    halved: bool,
+    /// Which of the stored frames are the volume's; `None`: all of them.
     shown_frames: Option<Vec<usize>>,
     /// Whether samples are fractions of a level.
     fine: bool,
@@ -97,9 +102,19 @@ impl Volume {
     fn of_zeros(rows: usize, columns: usize, bit_depth: u8, tau: Tau, fine: bool) -> Self {
         let count = rows * columns * tau.frames();
         let samples = if fine { Samples::U16(vec![0; count]) } else { Samples::zeros(bit_depth, count) };
-        let (stored_frames, frame_gains) = (tau.frames(), vec![1.0; tau.frames()]);
-        let samples = Arc::new(samples);
-        Self { rows, columns, bit_depth, tau, samples, stored_frames, shown_frames: None, fine, frame_gains }
+        Self {
+            rows,
+            columns,
+            bit_depth,
+            samples: Arc::new(samples),
+            stored_columns: columns,
+            stored_frames: tau.frames(),
+            halved: false,
+            shown_frames: None,
+            fine,
+            frame_gains: vec![1.0; tau.frames()],
+            tau,
+        }
     }
 
     /// Puts `frame` at place `index`.
@@ -111,7 +126,7 @@ impl Volume {
         if index >= frames {
             return Err(VolumeError::NoSuchFrame { index, frames });
         }
-        if self.fine {
+        if self.is_fine() {
             return Err(VolumeError::NotRectified { index });
         }
         let columns = self.columns;
@@ -148,7 +163,7 @@ impl Volume {
         if index >= frames {
             return Err(VolumeError::NoSuchFrame { index, frames });
         }
-        let alike = self.fine && counts.rows() == self.rows && counts.columns() == columns;
+        let alike = self.is_fine() && counts.rows() == self.rows && counts.columns() == columns;
         match (self.own_samples(), counts.samples()) {
             (Samples::U16(target), Samples::U16(source)) if alike => {
                 scatter(target, source, index, frames, columns);
@@ -193,17 +208,17 @@ impl Volume {
 
     /// Whether the volume holds resampled frames, finer than the camera's levels.
     pub fn is_fine(&self) -> bool {
-        self.fine
+        self.fine || self.halved
     }
 
-    /// What a step of a sample is worth before the frame's gain, in DN: 1 but for a [fine](Self::fine) volume.
+    /// What a step of a stored sample is worth before the frame's gain, in DN: 1 but for a [fine](Self::fine) volume.
     pub fn dn_per_count(&self) -> f32 {
         if self.fine { (f32::from(full_scale(self.bit_depth)) + 1.0) / FINE_COUNTS } else { 1.0 }
     }
 
     /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other volume.
     pub fn fine_counts_mut(&mut self) -> Option<&mut [u16]> {
-        let fine = self.fine;
+        let fine = self.is_fine();
         match self.own_samples() {
             Samples::U16(counts) if fine => Some(counts),
             _ => None,
@@ -212,7 +227,7 @@ impl Volume {
 
     /// The samples, of the volume's frames alone and shared with no other volume.
     fn own_samples(&mut self) -> &mut Samples {
-        if self.shown_frames.is_some() {
+        if self.shown_frames.is_some() || self.halved {
             let [rows, frames] = [self.rows, self.frames()].map(|count| (0..count).collect::<Vec<usize>>());
             *self = self.selected(&rows, &frames, self.tau.clone());
         }
@@ -241,19 +256,32 @@ impl Volume {
     /// If `y` or `t` lies outside the volume, or `target` is not as long as a row.
     pub fn copy_row(&self, y: usize, t: usize, target: &mut [f32]) {
         assert!(y < self.rows && t < self.frames() && target.len() == self.columns);
-        self.samples.copy_to_f32((y * self.stored_frames + self.stored_frame(t)) * self.columns, target);
         let factor = self.dn_per_count() * self.frame_gains[t];
+        self.copy_counts(y, t, target);
         if factor != 1.0 {
             target.iter_mut().for_each(|value| *value *= factor);
         }
     }
 
-    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains.
+    /// Row `y` of frame `t` in stored counts, or fractions of them.
+    fn copy_counts(&self, y: usize, t: usize, target: &mut [f32]) {
+        let start = |y: usize| (y * self.stored_frames + self.stored_frame(t)) * self.stored_columns;
+        if self.halved {
+            copy_means(&self.samples, [2 * y, 2 * y + 1].map(start), target);
+        } else {
+            self.samples.copy_to_f32(start(y), target);
+        }
+    }
+
+    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains; of means of pixels, a [fine](Self::fine) one.
     ///
     /// # Panics
     /// If a row or frame lies outside the volume, or `tau` has another number of frames.
     pub fn selected(&self, rows: &[usize], frames: &[usize], tau: Tau) -> Self {
         assert_eq!(tau.frames(), frames.len());
+        if self.halved {
+            return self.rounded(rows, frames, tau);
+        }
         let mut selected = Self::of_zeros(rows.len(), self.columns, self.bit_depth, tau, self.fine);
         selected.frame_gains = frames.iter().map(|&t| self.frame_gains[t]).collect();
         let size = (self.stored_frames, self.columns);
@@ -287,40 +315,6 @@ impl Volume {
         self.shown_frames.as_ref().map_or(t, |shown| shown[t])
     }
 
-    /// The volume with samples that `fill` makes of those that it had, in DN of `bit_depth`; [fine](Self::fine) if asked for. They take the place of
-    /// the old ones, unless those are shared: then it is a copy that changes. Frames' gains are part of what `fill` is given, and are 1 afterwards.
-    ///
-    /// `fill` is called for up to `band_rows` rows of each frame, in any order and from any thread: with the rows, the frame, the values in DN of those
-    /// rows and of up to `reach` above and below that the frame has, and room for the rows' own values. Samples are rounded to whole counts and clipped
-    /// to those that there are.
-    ///
-    /// # Panics
-    /// If samples of `bit_depth`, or fine ones, are wider or narrower than the volume's.
-    pub fn refilled(
-        mut self,
-        (bit_depth, fine): (u8, bool),
-        (band_rows, reach): (usize, usize),
-        fill: impl Fn(Range<usize>, usize, &[f32], &mut [f32]) + Sync,
-    ) -> Self {
-        let dn_per_count = self.dn_per_count();
-        let gains: Vec<f32> = self.frame_gains.iter().map(|gain| dn_per_count * gain).collect();
-        let size = (self.frames(), self.columns);
-        (self.bit_depth, self.fine) = (bit_depth, fine);
-        self.frame_gains.fill(1.0);
-        let counts_per_dn = 1.0 / self.dn_per_count();
-        // Casts round towards zero and clip to what the type holds; a bit depth may hold less.
-        let largest = if fine { u16::MAX } else { full_scale(bit_depth) };
-        let count = move |value: f32| (value * counts_per_dn + 0.5).min(largest.into());
-        let wide = fine || bit_depth > 8;
-        let bands = (band_rows, reach);
-        match self.own_samples() {
-            Samples::U8(samples) if !wide => refill(samples, size, &gains, bands, fill, |v| count(v) as u8),
-            Samples::U16(samples) if wide => refill(samples, size, &gains, bands, fill, |v| count(v) as u16),
-            _ => panic!("samples of {bit_depth} bit have another width than those that they replace"),
-        }
-        self
-    }
-
     /// Bytes that the samples occupy.
     pub fn bytes(&self) -> usize {
         match &*self.samples {
@@ -334,45 +328,6 @@ fn scatter<T: Copy>(target: &mut [T], source: &[T], index: usize, frames: usize,
     for (epi, row) in target.chunks_exact_mut(frames * columns).zip(source.chunks_exact(columns)) {
         epi[index * columns..(index + 1) * columns].copy_from_slice(row);
     }
-}
-
-/// Refills bands of rows x frames x columns in their place; `gains` make DN of the samples of each frame, and `convert` samples of DN.
-fn refill<T: Copy + Into<f32> + Send + Sync>(
-    samples: &mut [T],
-    (frames, columns): (usize, usize),
-    gains: &[f32],
-    (band_rows, reach): (usize, usize),
-    fill: impl Fn(Range<usize>, usize, &[f32], &mut [f32]) + Sync,
-    convert: impl Fn(f32) -> T + Sync,
-) {
-    let epi = frames * columns;
-    // What a band needs of its neighbours, as it was before they changed.
-    let beside: Vec<[Vec<T>; 2]> = (0..samples.len().div_ceil(band_rows * epi))
-        .map(|index| {
-            let (start, end) = (index * band_rows * epi, ((index + 1) * band_rows * epi).min(samples.len()));
-            let beyond = (end + reach * epi).min(samples.len());
-            [samples[start.saturating_sub(reach * epi)..start].to_vec(), samples[end..beyond].to_vec()]
-        })
-        .collect();
-    samples.par_chunks_mut(band_rows * epi).zip(beside).enumerate().for_each(
-        |(index, (band, [above, below]))| {
-            let rows = band.len() / epi;
-            let mut values = Vec::new();
-            let mut filled = vec![0.0; rows * columns];
-            for (t, &gain) in gains.iter().enumerate() {
-                let own = t * columns..(t + 1) * columns;
-                values.clear();
-                for rows in [&above[..], band, &below[..]] {
-                    let rows = rows.chunks_exact(epi).flat_map(|row| &row[own.clone()]);
-                    values.extend(rows.map(|&sample| gain * sample.into()));
-                }
-                fill(index * band_rows..index * band_rows + rows, t, &values, &mut filled);
-                for (epi, row) in band.chunks_exact_mut(epi).zip(filled.chunks_exact(columns)) {
-                    epi[own.clone()].iter_mut().zip(row).for_each(|(out, &value)| *out = convert(value));
-                }
-            }
-        },
-    );
 }
 
 /// Copies the given rows of the given frames from EPIs of this many frames and columns.

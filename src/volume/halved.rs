@@ -1,15 +1,15 @@
 //! Half the resolution: for what is looked for at large first.
 
+use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::{Samples, Volume};
+use super::{Samples, Tau, Volume};
 
 impl Volume {
-    /// The volume at half the resolution: every sample is the mean of 2 x 2, kept to a quarter of a level up to 13 bit and to two levels at 16 bit, a last odd row or
-    /// column left out.
+    /// The volume at half the resolution: every pixel is the mean of 2 x 2, a last odd row or column left out.
     ///
-    /// Column X of it lies between the columns 2 X and 2 X + 1 of this volume, and disparities are half as large. It is [fine](Self::fine), with this
-    /// volume's frame gains, and takes a quarter of the samples, which are 16 bit wide.
+    /// Column X of it lies between the columns 2 X and 2 X + 1 of this volume, and disparities are half as large. It has this volume's frame gains
+    /// and shares its samples: means are taken where rows are read, which takes less time than to store them and fetch them again.
     ///
     /// ```
     /// use epirig::frame::{Frame, Samples};
@@ -24,51 +24,47 @@ impl Volume {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn halved(&self) -> Self {
-        let (rows, columns, frames) = (self.rows / 2, self.columns / 2, self.frames());
-        let mut halved = Self::of_zeros(rows, columns, self.bit_depth, self.tau.clone(), true);
-        halved.frame_gains.clone_from(&self.frame_gains);
-        if rows == 0 || columns == 0 {
-            return halved;
+        let mut source = self.clone();
+        if source.halved {
+            source.own_samples();
         }
-        // A level of b bit is 2^(15 - b) counts, and a mean a quarter of four.
-        let doublings = if self.fine { -2 } else { 13 - i32::from(self.bit_depth) };
+        Self { rows: source.rows / 2, columns: source.columns / 2, halved: true, ..source }
+    }
+
+    /// Given rows of given frames, which lie at `tau`, as a fine volume.
+    pub(super) fn rounded(&self, rows: &[usize], frames: &[usize], tau: Tau) -> Self {
         let columns = self.columns;
-        let shown: Vec<usize> = (0..frames).map(|t| self.stored_frame(t)).collect();
-        let frames = (self.stored_frames, shown.as_slice());
-        match (halved.own_samples(), &*self.samples) {
-            (Samples::U16(target), Samples::U8(source)) => halve(target, source, columns, frames, doublings),
-            (Samples::U16(target), Samples::U16(source)) => halve(target, source, columns, frames, doublings),
-            // A fine volume holds 16 bit.
-            _ => {}
+        let mut rounded = Self::of_zeros(rows.len(), columns, self.bit_depth, tau, true);
+        rounded.frame_gains = frames.iter().map(|&t| self.frame_gains[t]).collect();
+        let counts = self.dn_per_count() / rounded.dn_per_count();
+        if let Some(samples) = rounded.fine_counts_mut() {
+            let epis = samples.par_chunks_exact_mut((frames.len() * columns).max(1)).zip(rows);
+            epis.for_each(|(epi, &y)| {
+                let mut row = vec![0.0; columns];
+                for (out, &t) in epi.chunks_exact_mut(columns).zip(frames) {
+                    self.copy_counts(y, t, &mut row);
+                    out.iter_mut().zip(&row).for_each(|(out, value)| *out = (value * counts + 0.5) as u16);
+                }
+            });
         }
-        halved
+        rounded
     }
 }
 
-/// Sums of 2 x 2 samples of EPIs of frames x columns, doubled this many times, or halved and rounded down. Of so many stored frames some are shown.
-fn halve<T: Copy + Into<u32> + Sync>(
-    target: &mut [u16],
-    source: &[T],
-    columns: usize,
-    (stored, shown): (usize, &[usize]),
-    doublings: i32,
-) {
-    let (up, down) = (doublings.max(0), (-doublings).max(0));
-    let epis = source.par_chunks_exact(2 * columns * stored);
-    target.par_chunks_exact_mut(columns / 2 * shown.len()).zip(epis).for_each_init(
-        || vec![0; columns],
-        |sums, (out, pair)| {
-            let (upper, lower) = pair.split_at(columns * stored);
-            for (out, t) in out.chunks_exact_mut(columns / 2).zip(shown) {
-                let row = t * columns..(t + 1) * columns;
-                let (upper, lower) = (&upper[row.clone()], &lower[row]);
-                for (sum, (upper, lower)) in sums.iter_mut().zip(upper.iter().zip(lower)) {
-                    *sum = (*upper).into() + (*lower).into();
-                }
-                for (out, pair) in out.iter_mut().zip(sums.chunks_exact(2)) {
-                    *out = ((pair[0] + pair[1]) << up >> down) as u16;
-                }
-            }
-        },
-    );
+/// Means of the samples of two rows, of which each is twice as long as `target` and may be longer, that begin at `starts`.
+pub(super) fn copy_means(samples: &Samples, starts: [usize; 2], target: &mut [f32]) {
+    let rows = starts.map(|start| start..start + 2 * target.len());
+    dispatch!(Level::new(), simd => match samples {
+        Samples::U8(values) => means(simd, rows.map(|row| &values[row]), target),
+        Samples::U16(values) => means(simd, rows.map(|row| &values[row]), target),
+    });
+}
+
+#[inline(always)]
+fn means<S: Simd, T: Copy + Into<i32>>(_simd: S, [upper, lower]: [&[T]; 2], target: &mut [f32]) {
+    let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
+    for (out, (upper, lower)) in target.iter_mut().zip(pairs) {
+        let sum = upper[0].into() + upper[1].into() + lower[0].into() + lower[1].into();
+        *out = 0.25 * sum as f32;
+    }
 }

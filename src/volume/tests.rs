@@ -1,5 +1,7 @@
 //! What a volume gives back of what it was given.
 
+use std::ops::Range;
+
 use super::*;
 
 #[test]
@@ -159,13 +161,13 @@ fn half_the_resolution_has_means_of_four_samples_of_any_depth() {
     let samples = vec![255, 255, 0, 1, 9, 255, 255, 0, 0, 9, 9, 9, 9, 9, 9];
     bytes.insert(1, &Frame::new(3, 5, 8, Samples::U8(samples)).unwrap()).unwrap();
     bytes.set_frame_gain(1, 2.0);
-    // The odd row and column are left out; a quarter of a level stays; the gain goes along.
+    // The odd row and column are left out; fractions of a level stay; the gain goes along.
     assert_eq!(halved_row(&bytes), (vec![510.0, 0.5], (1, 2)));
     for (bit_depth, samples, means) in [
         (12, [4095, 4095, 4095, 4095], 4095.0),
         (12, [1, 0, 0, 0], 0.25),
-        (15, [3, 3, 3, 4], 3.0),
-        (16, [65535, 65535, 65535, 65533], 65534.0),
+        (15, [3, 3, 3, 4], 3.25),
+        (16, [65535, 65535, 65535, 65533], 65534.5),
     ] {
         let mut words = Volume::new(2, 2, bit_depth, tau());
         words.insert(1, &Frame::new(2, 2, bit_depth, Samples::U16(samples.to_vec())).unwrap()).unwrap();
@@ -176,4 +178,43 @@ fn half_the_resolution_has_means_of_four_samples_of_any_depth() {
     // Rows x frames x columns.
     fine.fine_counts_mut().unwrap().copy_from_slice(&[0, 0, 65535, 65535, 0, 0, 65535, 65531]);
     assert_eq!(halved_row(&fine).0, [65534.0 / 128.0]);
+}
+
+#[test]
+fn half_the_resolution_takes_no_memory_until_it_is_selected() {
+    let mut volume = Volume::new(4, 6, 8, Tau::equidistant(3).unwrap());
+    for t in 0..3_u8 {
+        let samples = (0..24).map(|index| 10 * t + index).collect();
+        volume.insert(usize::from(t), &Frame::new(4, 6, 8, Samples::U8(samples)).unwrap()).unwrap();
+    }
+    volume.set_frame_gain(2, 0.5);
+    let halved = volume.halved();
+    assert!(Arc::ptr_eq(&volume.samples, &halved.samples) && halved.is_fine());
+    let rows = |volume: &Volume| -> Vec<Vec<f32>> {
+        let mut row = vec![0.0; volume.columns()];
+        let all = (0..volume.rows()).flat_map(|y| (0..volume.frames()).map(move |t| (y, t)));
+        all.map(|(y, t)| {
+            volume.copy_row(y, t, &mut row);
+            row.clone()
+        })
+        .collect()
+    };
+    // Pixels (0, 0), (1, 0), (0, 1) and (1, 1) of the first frame are 0, 1, 6 and 7.
+    assert_eq!(rows(&halved)[0], [3.5, 5.5, 7.5]);
+    let tau = Tau::equidistant(2).unwrap();
+    let shown = halved.showing(&[1, 2], tau.clone());
+    let selected = halved.selected(&[0, 1], &[1, 2], tau);
+    assert_eq!((rows(&selected), selected.bytes()), (rows(&shown), 24));
+    // Means of means: of 0 to 3, 6 to 9, 12 to 15 and 18 to 21.
+    let quarter = halved.halved();
+    assert_eq!((rows(&quarter)[0].as_slice(), quarter.rows()), ([10.5].as_slice(), 1));
+    let refilled =
+        halved.clone().refilled((8, true), (1, 0), |_, _, values, filled| filled.copy_from_slice(values));
+    assert_eq!(rows(&refilled), rows(&halved));
+    let raw = Frame::new(2, 3, 8, Samples::U8(vec![0; 6])).unwrap();
+    assert_eq!(halved.clone().insert(0, &raw), Err(VolumeError::NotRectified { index: 0 }));
+    let mut own = halved.clone();
+    own.fine_counts_mut().unwrap()[0] = 128;
+    assert_eq!((rows(&own)[0][0], rows(&halved)[0][0]), (1.0, 3.5));
+    assert_eq!(rows(&own)[1..], rows(&halved)[1..]);
 }
