@@ -17,6 +17,7 @@ mod interrupt;
 mod linearity;
 mod match_arguments;
 mod matching;
+mod memory;
 mod motion;
 mod plan;
 mod progress;
@@ -35,6 +36,7 @@ use std::process::ExitCode;
 use clap::{CommandFactory, Parser, Subcommand};
 
 use error::CliError;
+pub use memory::keep_memory;
 use progress::{Talk, tell};
 
 const EXIT_CODES: &str =
@@ -102,8 +104,10 @@ enum Verb {
     },
 }
 
-/// Runs the program with the process's arguments.
+/// Runs the program with the process's arguments. To be called while there is one thread.
 pub fn main() -> ExitCode {
+    // Where it cannot, everything works, a little slower.
+    keep_memory();
     let cli = Cli::parse();
     let talk = Talk::new(cli.json, cli.quiet);
     if let Err(error) = interrupt::install() {

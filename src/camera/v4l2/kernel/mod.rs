@@ -1,4 +1,4 @@
-//! The kernel's calls for video devices: the only unsafe code of the program.
+//! The kernel's calls for video devices, which are nearly all of the program's unsafe code.
 //!
 //! Everything that leaves this folder is safe: plain values, and slices of buffers that the driver does not own at the moment. The
 //! structures and most call numbers are those of crate `v4l`, generated from the kernel's own header.
