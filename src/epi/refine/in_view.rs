@@ -7,26 +7,13 @@ use crate::epi::lines::Lines;
 // Whole pixels and fractions of a shift are told apart by bits.
 const _: () = assert!(FRACTIONS.is_power_of_two());
 
-/// Which frames count, and how far they are followed.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stretches<'a> {
-    /// A pixel seen in fewer frames has no vote.
-    pub(super) minimum_frames: usize,
-    /// Only every so manieth frame from the reference frame on is looked at.
-    pub(super) every: usize,
-    /// How far the series is used, in px of shift in the frame farthest from the reference.
-    pub(super) series_reach_px: f32,
-    /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in the image.
-    pub(super) stretches: Option<&'a [(f32, f32)]>,
-}
-
 /// Of the `shown` frames, with their tau', those that see any of the `served` pixels of the block from column `start` on, whose disparity is about `common`; and,
-/// unless all see all, each pixel's stretch.
+/// unless all see all, each pixel's stretch. Of tau' = tau - tau_r those in `stretches`, one for each pixel of the row, count where they are known.
 pub(super) fn in_view(
     lines: &Lines,
     (start, common): (usize, f64),
     served: &[bool; LANES],
-    (frames, shown): (Stretches<'_>, &[(usize, f64)]),
+    (shown, stretches): (&[(usize, f64)], Option<&[(f32, f32)]>),
     samples: &mut Vec<FrameSample>,
 ) -> Option<SeenStretch> {
     // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
@@ -35,7 +22,7 @@ pub(super) fn in_view(
     let leftmost = start as f64 + moved[0].min(moved[1]);
     let rightmost = (start + LANES - 1) as f64 + moved[0].max(moved[1]);
     // Far from the borders all frames see all of the block. A pixel is more than what rounding could move a line by.
-    let inside = leftmost >= low + 1.0 && rightmost <= high - 1.0 && frames.stretches.is_none();
+    let inside = leftmost >= low + 1.0 && rightmost <= high - 1.0 && stretches.is_none();
     samples.clear();
     if inside {
         samples.extend(shown.iter().map(|&(t, tau)| sample(start, common, t, tau)));
@@ -52,7 +39,7 @@ pub(super) fn in_view(
             let ends = ((low - x) / common, (high - x) / common);
             (ends.0.min(ends.1), ends.0.max(ends.1))
         };
-        if let Some((from, to)) = frames.stretches.map(|stretches| stretches[start + lane]) {
+        if let Some((from, to)) = stretches.map(|stretches| stretches[start + lane]) {
             first = first.max(f64::from(from) - 1e-6);
             last = last.min(f64::from(to) + 1e-6);
         }

@@ -4,13 +4,12 @@ use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::gains::corrections;
-use super::in_view::Stretches;
 use super::joining::join_votes;
 use super::mixing::RowSamples;
 use super::planes::{PAD, VotePlanes};
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::stretches;
-use super::votes::{NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, Vote, row_votes};
+use super::votes::{FramesAsked, NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, Vote, row_votes};
 use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::epi::lines::{Lines, SeenRule};
 use crate::epi::options::{Effort, HiddenPoints};
@@ -95,14 +94,14 @@ impl<'a> Steps<'a> {
                 epi.take(&self.spline, (self.volume, self.gains.as_deref()), y, frames);
                 let guesses = current.row(y);
                 let hidden = self.points_hide().then(|| stretches(guesses, self.lines));
-                let seen = Stretches {
+                let frames_asked = FramesAsked {
                     // Near an occluder frames are given away, so as not to take its blur for the point.
                     minimum_frames: self.rule.minimum_frames / (every * if hidden.is_some() { 2 } else { 1 }),
                     every,
                     series_reach_px: self.series_reach_px,
                     stretches: hidden.as_deref(),
                 };
-                row_votes((&self.spline, self.level), epi, self.lines, guesses, seen, votes);
+                row_votes((&self.spline, self.level), epi, self.lines, guesses, frames_asked, votes);
                 out.put(votes, self.origin);
                 look(VotedRow { y, guesses, epi, votes, hidden: hidden.as_deref() })
             },
@@ -171,4 +170,20 @@ pub(super) fn extremes(guess: &Plane<f32>) -> (f32, f32) {
     let both = |one: (f32, f32), other: (f32, f32)| (one.0.min(other.0), one.1.max(other.1));
     let (low, high) = rows.reduce(|| (f32::INFINITY, f32::NEG_INFINITY), both);
     if low <= high { (low, high) } else { (0.0, 0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extremes_pass_over_pixels_without_a_number() {
+        let mut plane = Plane::filled(3, 37, f32::NAN);
+        assert_eq!(extremes(&plane), (0.0, 0.0));
+        plane.row_mut(1)[36] = -2.5;
+        assert_eq!(extremes(&plane), (-2.5, -2.5));
+        plane.row_mut(0)[0] = 1.0;
+        plane.row_mut(2)[20] = 7.25;
+        assert_eq!(extremes(&plane), (-2.5, 7.25));
+    }
 }

@@ -2,7 +2,7 @@
 
 use fearless_simd::Level;
 
-use super::in_view::{Stretches, in_view};
+use super::in_view::in_view;
 use super::moments::{LANES, Moments, block_moments};
 use super::spline::{Spline, SplineEpi};
 use crate::epi::lines::Lines;
@@ -32,13 +32,26 @@ pub(super) struct Vote {
 pub(super) const NO_VOTE: Vote =
     Vote { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, bend: 0.0 };
 
+/// Which frames count, and how far they are followed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FramesAsked<'a> {
+    /// A pixel seen in fewer frames has no vote.
+    pub(super) minimum_frames: usize,
+    /// Only every so manieth frame from the reference frame on is looked at.
+    pub(super) every: usize,
+    /// How far the series is used, in px of shift in the frame farthest from the reference.
+    pub(super) series_reach_px: f32,
+    /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in the image.
+    pub(super) stretches: Option<&'a [(f32, f32)]>,
+}
+
 /// Fills `votes` for the row in `epi` from the `guesses`; NaN guesses have no vote.
 pub(super) fn row_votes(
     (spline, level): (&Spline, Level),
     epi: &SplineEpi,
     lines: &Lines,
     guesses: &[f32],
-    frames: Stretches<'_>,
+    frames: FramesAsked<'_>,
     votes: &mut [Vote],
 ) {
     let columns = lines.columns();
@@ -70,7 +83,7 @@ pub(super) fn row_votes(
             let highest = -least(open.map(|guess| if within(guess) { -guess } else { f32::INFINITY }));
             let common = 0.5 * (f64::from(lowest) + f64::from(highest));
             let served = open.map(within);
-            let seen = in_view(lines, (start, common), &served, (frames, &shown), &mut samples);
+            let seen = in_view(lines, (start, common), &served, (&shown, frames.stretches), &mut samples);
             let moments =
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
@@ -137,8 +150,8 @@ mod tests {
     const FRAMES: usize = 41;
     const COLUMNS: usize = 120;
     const DISPARITY_PX: f64 = 7.313;
-    const WHOLE: Stretches<'static> =
-        Stretches { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, stretches: None };
+    const WHOLE: FramesAsked<'static> =
+        FramesAsked { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, stretches: None };
     /// Five standard deviations of what counts of 1/128 DN (uniform: 0.0023 DN) leave for a gradient of 4 DN/px and more in the regression
     /// over 41 frames of a whole baseline, whose S is 3.6.
     const ROUNDING_PX: f64 = 5.0 * (0.0023 / 4.0) / 1.897;
@@ -174,7 +187,7 @@ mod tests {
         (volume, lines): &(Volume, Lines),
         y: usize,
         guesses: &[f32],
-        frames: Stretches<'_>,
+        frames: FramesAsked<'_>,
     ) -> Vec<Vote> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
@@ -273,7 +286,7 @@ mod tests {
         let disparity_px = 41.7;
         for (reference, minimum_frames) in [(0, 3), (FRAMES / 2, 30), (FRAMES - 1, 12)] {
             let scene = scene(1, disparity_px, 0.0, reference, 0.0);
-            let frames = Stretches { minimum_frames, ..WHOLE };
+            let frames = FramesAsked { minimum_frames, ..WHOLE };
             let votes = votes_of(&scene, 0, &[disparity_px as f32; COLUMNS], frames);
             for (x, vote) in votes.iter().enumerate() {
                 let seen: Vec<f64> = scene
@@ -311,7 +324,7 @@ mod tests {
         // Something else passes in the last quarter of the frames.
         scene.0.fine_counts_mut().unwrap()[31 * COLUMNS..].fill(128 * 30);
         let stretches = [(-0.5, 0.25); COLUMNS];
-        let frames = Stretches { minimum_frames: 31, stretches: Some(&stretches), ..WHOLE };
+        let frames = FramesAsked { minimum_frames: 31, stretches: Some(&stretches), ..WHOLE };
         let votes = votes_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], frames);
         // 31 equidistant frames.
         let spread = 31.0 * (31.0 * 31.0 - 1.0) / 12.0 / 1600.0_f64;
