@@ -1,7 +1,7 @@
 //! Memory that is given back is kept for what asks next.
 //!
 //! A match holds dozens of planes, a few at a time. The C library hands such large blocks back to the system at once, and the system clears each page
-//! when it is touched again: a sixth of the time of a first look. Kept, they raise the peak by a tenth of the frames' bytes at most.
+//! when it is touched again: a tenth of the time of a first look. Kept, they raise the peak by a tenth of the frames' bytes at most.
 
 #![cfg_attr(
     all(target_os = "linux", target_env = "gnu"),
@@ -12,12 +12,15 @@
 pub fn keep_memory() -> bool {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Larger than all planes of one match together.
+        /// Larger than all planes of one match together; and what older versions take at most.
         const KEPT_BYTES: i32 = 1 << 30;
+        const KEPT_BY_OLDER_BYTES: i32 = 32 << 20;
         // SAFETY: takes two numbers by value and changes parameters of the allocator alone, under its own lock; whatever they are, it keeps its
         // promises. What is allocated already stays as it is.
-        let set = |parameter| unsafe { libc::mallopt(parameter, KEPT_BYTES) } == 1;
-        set(libc::M_MMAP_THRESHOLD) && set(libc::M_TRIM_THRESHOLD)
+        let set = |parameter, bytes| unsafe { libc::mallopt(parameter, bytes) } == 1;
+        let threshold = libc::M_MMAP_THRESHOLD;
+        let kept = set(threshold, KEPT_BYTES) || set(threshold, KEPT_BY_OLDER_BYTES);
+        set(libc::M_TRIM_THRESHOLD, KEPT_BYTES) && kept
     }
     #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
     false
