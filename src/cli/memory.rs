@@ -1,7 +1,7 @@
 //! Memory that is given back is kept for what asks next.
 //!
 //! A match holds dozens of planes, a few at a time. The C library hands such large blocks back to the system at once, and the system clears each page
-//! when it is touched again: a tenth of the time of a first look. Kept, they raise the peak by a tenth of the frames' bytes at most.
+//! when it is touched again: a tenth of the time of a first look. Kept, they raise the peak by an eighth of the frames' bytes at most.
 
 #![cfg_attr(
     all(target_os = "linux", target_env = "gnu"),
