@@ -13,7 +13,8 @@ pub(super) fn in_view(
     lines: &Lines,
     (start, common): (usize, f64),
     served: &[bool; LANES],
-    (shown, stretches): (&[(usize, f64)], Option<&[(f32, f32)]>),
+    shown: &[(usize, f64)],
+    stretches: Option<&[(f32, f32)]>,
     samples: &mut Vec<FrameSample>,
 ) -> Option<SeenStretch> {
     // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
