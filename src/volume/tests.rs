@@ -89,6 +89,9 @@ fn bands_are_refilled_with_rounded_and_clipped_counts() {
     assert_eq!(Arc::as_ptr(&fine.samples), before);
     // 42.4 DN are 5427.2 counts of 1/128 DN.
     assert_eq!(row(&fine, 4, 2), [5427.0 / 128.0, 65535.0 / 128.0]);
+    let bytes = Volume::new(1, 2, 8, Tau::equidistant(2).unwrap());
+    let bytes = bytes.refilled((8, false), (1, 0), |_, _, _, band| band.copy_from_slice(&[-7.0, 1e6]));
+    assert_eq!((row(&bytes, 0, 1), bytes.bytes()), ([0.0, 255.0], 4));
 }
 
 #[test]
