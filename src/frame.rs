@@ -121,7 +121,7 @@ impl Frame {
     /// # Errors
     /// [`FrameError`] if the number of samples or their values contradict size or bit depth.
     pub fn new(rows: usize, columns: usize, bit_depth: u8, samples: Samples) -> Result<Self, FrameError> {
-        if samples.len() != rows * columns {
+        if rows.checked_mul(columns) != Some(samples.len()) {
             return Err(FrameError::Size { rows, columns, samples: samples.len() });
         }
         let narrow = matches!(samples, Samples::U8(_));

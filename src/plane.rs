@@ -1,5 +1,22 @@
 //! A two-dimensional array of values, one for each pixel.
 
+/// Most pixels of an image: 16384 x 16384, more than any sensor has, and few enough that no size of a few of them overflows.
+pub const MOST_PIXELS: usize = 1 << 28;
+
+/// Pixels of an image of `rows` x `columns`; `None` if there are none, or more than [`MOST_PIXELS`]. Whoever takes a size from a file asks this
+/// first.
+///
+/// ```
+/// use epirig::plane::area;
+///
+/// assert_eq!(area(480, 640), Some(307_200));
+/// assert_eq!(area(0, 640), None);
+/// assert_eq!(area(1 << 62, 4), None);
+/// ```
+pub fn area(rows: usize, columns: usize) -> Option<usize> {
+    rows.checked_mul(columns).filter(|pixels| (1..=MOST_PIXELS).contains(pixels))
+}
+
 /// Values on a pixel grid, rows x columns, row by row.
 ///
 /// Pixel centres are at integer coordinates, the first at (0, 0); x runs to the right, y down.
@@ -26,7 +43,7 @@ impl<T: Copy> Plane<T> {
 
     /// A plane over existing values, row by row; `None` if their number is not `rows * columns`.
     pub fn from_values(rows: usize, columns: usize, values: Vec<T>) -> Option<Self> {
-        (values.len() == rows * columns).then_some(Self { rows, columns, values })
+        (rows.checked_mul(columns) == Some(values.len())).then_some(Self { rows, columns, values })
     }
 
     /// The value at column `x` of row `y`.

@@ -17,6 +17,14 @@ pub enum TauError {
         /// The value found.
         value: f64,
     },
+    /// A position so far away that differences of others are lost beside it.
+    #[error("position {index} is {value} mm; no stage goes farther than {FARTHEST_MM} mm: check the unit")]
+    TooFar {
+        /// Index of the position, from 0.
+        index: usize,
+        /// The value found.
+        value: f64,
+    },
     /// A position that does not lie beyond the one before it.
     #[error(
         "positions must increase strictly, but position {index} ({value} mm) does not exceed the one before it \
@@ -31,6 +39,9 @@ pub enum TauError {
         previous: f64,
     },
 }
+
+/// Farthest position, in mm: 1000 km, and nanometres still count there.
+const FARTHEST_MM: f64 = 1e9;
 
 /// tau of every frame: 0 for the first, 1 for the last, strictly increasing, not necessarily equidistant.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,14 +76,20 @@ impl Tau {
         if let Some(index) = positions.iter().position(|value| !value.is_finite()) {
             return Err(TauError::NotFinite { index, value: positions[index] });
         }
-        if let Some(index) = positions.windows(2).position(|pair| pair[1] <= pair[0]) {
+        if let Some(index) = positions.iter().position(|value| value.abs() > FARTHEST_MM) {
+            return Err(TauError::TooFar { index, value: positions[index] });
+        }
+        let not_increasing = |values: &[f64]| values.windows(2).position(|pair| pair[1] <= pair[0]);
+        let tau: Vec<f64> = positions.iter().map(|position| (position - first) / (last - first)).collect();
+        // Positions may differ by so little that their shares of the baseline do not.
+        if let Some(index) = not_increasing(positions).or_else(|| not_increasing(&tau)) {
             return Err(TauError::NotIncreasing {
                 index: index + 1,
                 value: positions[index + 1],
                 previous: positions[index],
             });
         }
-        Ok(Self(positions.iter().map(|position| (position - first) / (last - first)).collect()))
+        Ok(Self(tau))
     }
 
     /// tau of every frame, in [0, 1].
@@ -109,6 +126,18 @@ mod tests {
             Tau::from_positions(&[0.0, f64::NAN, 2.0]),
             Err(TauError::NotFinite { index: 1, .. })
         ));
+    }
+
+    #[test]
+    fn positions_that_no_stage_has_are_refused() {
+        for positions in [[-1e308, 0.0, 1e308], [0.0, 1e308, 2e307], [0.0, 1.0, 2e9]] {
+            assert!(matches!(Tau::from_positions(&positions), Err(TauError::TooFar { .. })));
+        }
+        // The smallest steps that there are: their shares of the baseline are still numbers that rise.
+        let smallest = [0.0, f64::from_bits(1), f64::from_bits(2)];
+        assert_eq!(Tau::from_positions(&smallest).unwrap().values(), [0.0, 0.5, 1.0]);
+        let lost = [0.0, f64::from_bits(1), 1.0, 1e9];
+        assert!(matches!(Tau::from_positions(&lost), Ok(_) | Err(TauError::NotIncreasing { .. })));
     }
 
     #[test]

@@ -14,7 +14,8 @@ use epirig::epi::{MatchOptions, Method, Ordering};
 use epirig::measure::{View, measure};
 use epirig::progress::Silent;
 use epirig::results::ResultsFolder;
-use epirig::sequence::{RealDisk, Sequence};
+use epirig::sequence::Sequence;
+use epirig::storage::RealDisk;
 use epirig::twin::{Twin, TwinConfig};
 
 const TEST: &str = "matching_a_hundred_frames_takes_at_most_three_times_their_bytes";

@@ -21,7 +21,7 @@ use epirig::camera::{SimCamera, SimFault};
 use epirig::capture::{CaptureLimits, CapturePlan, PauseSwitch, Rig, Unattended, capture, resume};
 use epirig::link::LineNoise;
 use epirig::progress::Progress;
-use epirig::sequence::RealDisk;
+use epirig::storage::RealDisk;
 use epirig::stage::simulator::FaultScript;
 use epirig::stage::{Dialect, SimStage, SimStageConfig, Stage, StagePosition, StageSource};
 use epirig::twin::{Twin, TwinConfig};

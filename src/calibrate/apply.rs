@@ -30,6 +30,7 @@ pub fn load_calibrated(
         }
         other => other,
     };
+    sequence.check_records()?;
     let correction = calibration.photometry.correction(maps).map_err(|error| bad(error.into()))?;
     let tau = Tau::from_positions(&calibration.positions.tau).map_err(|error| bad(error.into()))?;
     let mut volume = load(sequence, &calibration.mapping, correction, tau, progress).map_err(bad)?;

@@ -9,6 +9,7 @@ use crate::lens::views::LensError;
 use crate::photometry::PhotometryError;
 use crate::rectify::RectifyError;
 use crate::sequence::SequenceError;
+use crate::storage::ReadError;
 use crate::target::TargetError;
 use crate::tau::TauError;
 use crate::travel::TravelError;
@@ -20,6 +21,9 @@ pub enum CalibrateError {
     /// Frames that cannot be read.
     #[error(transparent)]
     Sequence(#[from] SequenceError),
+    /// A file that cannot be read, or is none.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// Nothing to go by.
     #[error(
         "{} has nothing to calibrate with: no dark, flat or board frames, and no target or lens is described. Take calibration frames with the \
@@ -223,6 +227,7 @@ impl CalibrateError {
         !matches!(
             self,
             Self::Sequence(_)
+                | Self::Read(_)
                 | Self::BadRecord { .. }
                 | Self::Map { .. }
                 | Self::Stale { .. }

@@ -8,8 +8,8 @@ use super::positions::{from_stage, from_target};
 use super::texture::from_texture;
 use super::travel::{FoundTravel, find_travel};
 use super::{
-    CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensSource, PositionSource,
-    PositionsRecord,
+    CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensSource, MapHashes,
+    PositionSource, PositionsRecord,
 };
 use crate::frame::{Frame, full_scale};
 use crate::photometry::{
@@ -41,6 +41,7 @@ pub fn calibrate(
     plan: &CalibrationPlan,
     progress: &dyn Progress,
 ) -> Result<Calibrated, CalibrateError> {
+    sequence.check_records()?;
     let inputs = InputHashes::of(sequence);
     let nothing = inputs.counts[1..].iter().all(|count| *count == 0);
     let texture = plan.positions == PositionSource::Texture;
@@ -50,6 +51,7 @@ pub fn calibrate(
     let record = sequence.record();
     let size = (record.rows, record.columns);
     let mut remarks = Remarks::default();
+    remarks.notes.extend(sequence.end_in_words());
 
     let dark =
         read_all(sequence, &sequence.calibration_frames(FrameKind::Dark), "reading dark frames", progress)?;
@@ -115,6 +117,7 @@ pub fn calibrate(
         sequence_uid: record.uid.clone(),
         inputs,
         photometry,
+        maps: MapHashes::default(),
         linearity,
         frame_gains: gains,
         lens,

@@ -1,28 +1,38 @@
 //! `calibration.json` and its maps and pictures, in the folder of a sequence.
 
 use std::fs;
-use std::io::Write;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use atomic_write_file::AtomicWriteFile;
-
-use super::{CalibrateError, Calibration, FORMAT_VERSION, InputHashes};
+use super::{CalibrateError, Calibration, FORMAT_VERSION, InputHashes, MapHashes};
 use crate::formats::MapFormat;
 use crate::photometry::Maps;
-use crate::plane::Plane;
+use crate::plane::{MOST_PIXELS, Plane};
 use crate::sequence::Sequence;
+use crate::storage::{
+    Disk, RealDisk, ReadError, RecordError, Scratch, Step, read_inside, read_record, write_whole,
+};
 
 /// Name of the record.
 pub const CALIBRATION: &str = "calibration.json";
 /// Folder of maps and pictures.
 const FOLDER: &str = "calibration";
-const DARK_MAP: &str = "dark.tiff";
-const FLAT_MAP: &str = "flat-field.tiff";
+/// The maps.
+const DARK_MAP: &str = "dark";
+const FLAT_MAP: &str = "flat-field";
+/// The largest map, not compressed, with room for tags.
+const LARGEST_MAP: u64 = 4 * MOST_PIXELS as u64 + (1 << 20);
 
-/// Where a calibration is written. The record comes last, so that it names nothing that is not there.
-#[derive(Debug)]
+/// Where a calibration is written: all at its end, so that what fails before leaves the former one as it was.
+///
+/// The record holds the hashes of its maps. New maps come first, beside the former ones, under names that have their hashes; then the record
+/// takes the place of the former one, in one step; and then the new maps take their usual names. So at any moment there is a record with its
+/// own maps.
 pub struct CalibrationFolder {
     sequence: PathBuf,
+    scratch: Scratch,
+    pictures: Vec<String>,
+    disk: Box<dyn Disk>,
 }
 
 impl CalibrationFolder {
@@ -31,13 +41,22 @@ impl CalibrationFolder {
     /// # Errors
     /// [`CalibrateError::Exists`] if it has a calibration and `overwrite` is not set; [`CalibrateError::Io`] if nothing can be written there.
     pub fn of(sequence: &Path, overwrite: bool) -> Result<Self, CalibrateError> {
+        Self::on(Box::new(RealDisk), sequence, overwrite)
+    }
+
+    /// The same on a given disk.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn on(disk: Box<dyn Disk>, sequence: &Path, overwrite: bool) -> Result<Self, CalibrateError> {
         let path = sequence.join(CALIBRATION);
         if path.exists() && !overwrite {
             return Err(CalibrateError::Exists { path });
         }
         // A folder that cannot be written is better known before the work than after it.
-        AtomicWriteFile::open(&path).and_then(AtomicWriteFile::discard).map_err(io("write", &path))?;
-        Ok(Self { sequence: sequence.to_owned() })
+        let scratch =
+            Scratch::beside(&path).map_err(|(path, source)| io("make a folder in", &path)(source))?;
+        Ok(Self { sequence: sequence.to_owned(), scratch, pictures: Vec::new(), disk })
     }
 
     /// The folder of maps and pictures.
@@ -45,42 +64,103 @@ impl CalibrationFolder {
         self.sequence.join(FOLDER)
     }
 
-    /// Writes a file among maps and pictures.
+    /// Takes a picture, or a table behind one, to be put in place with the record.
     ///
     /// # Errors
     /// [`CalibrateError::Io`].
-    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), CalibrateError> {
-        let folder = self.pictures();
-        fs::create_dir_all(&folder).map_err(io("make", &folder))?;
-        write_whole(&folder.join(name), bytes)
+    pub fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), CalibrateError> {
+        let path = self.scratch.path().join(name);
+        let written = self.disk.write(&path, bytes).and_then(|()| self.disk.sync(&path));
+        written.map_err(io("write", &self.pictures().join(name)))?;
+        self.pictures.push(name.to_owned());
+        Ok(())
     }
 
-    /// Writes maps and record.
+    /// Puts maps, record and pictures in place.
     ///
     /// # Errors
     /// [`CalibrateError`] naming the file that cannot be written.
-    pub fn commit(self, calibration: &Calibration, maps: &Maps) -> Result<(), CalibrateError> {
-        let path = self.sequence.join(CALIBRATION);
-        if maps.dark.is_some() || maps.flat_field.is_some() {
-            let folder = self.pictures();
-            fs::create_dir_all(&folder).map_err(io("make", &folder))?;
+    pub fn commit(mut self, calibration: &mut Calibration, maps: &Maps) -> Result<(), CalibrateError> {
+        let (path, folder) = (self.sequence.join(CALIBRATION), self.pictures());
+        let encode = |name: &'static str, map: &Option<Plane<f32>>| {
+            let bytes = map.as_ref().map(|map| MapFormat::Tiff.encode(map)).transpose();
+            let place = folder.join(usual(name));
+            bytes.map_err(|source| CalibrateError::Map { path: place, source })
+        };
+        let maps = [(DARK_MAP, encode(DARK_MAP, &maps.dark)?), (FLAT_MAP, encode(FLAT_MAP, &maps.flat_field)?)];
+        let hashes = maps.each_ref().map(|(_, bytes)| bytes.as_ref().map(|bytes| hash(bytes)));
+        let [dark, flat_field] = hashes.clone();
+        calibration.maps = MapHashes { dark, flat_field };
+        let mut record = serde_json::to_vec_pretty(calibration)
+            .map_err(|error| CalibrateError::BadRecord { path: path.clone(), reason: error.to_string() })?;
+        record.push(b'\n');
+
+        let disk = &mut *self.disk;
+        // An interruption comes before all of it or after.
+        let _step = Step::begin();
+        if !folder.exists() {
+            let made = disk.make_folder(&folder).and_then(|()| disk.sync(&self.sequence));
+            made.map_err(io("make", &folder))?;
         }
-        // Whoever ends the program between two files is not to leave an older record with newer maps.
-        remove(&path)?;
-        for (name, map) in [(DARK_MAP, &maps.dark), (FLAT_MAP, &maps.flat_field)] {
-            let place = self.pictures().join(name);
-            match map {
-                Some(map) => {
-                    let bytes = MapFormat::Tiff.encode(map);
-                    self.write(name, &bytes.map_err(|source| CalibrateError::Map { path: place, source })?)?;
-                }
-                None => remove(&place)?,
+        for ((name, bytes), hash) in maps.iter().zip(&hashes) {
+            if let (Some(bytes), Some(hash)) = (bytes, hash) {
+                let place = folder.join(of_hash(name, hash));
+                write_whole(disk, &place, bytes).map_err(io("write", &place))?;
             }
         }
-        let mut text = serde_json::to_vec_pretty(calibration)
-            .map_err(|error| CalibrateError::BadRecord { path: path.clone(), reason: error.to_string() })?;
-        text.push(b'\n');
-        write_whole(&path, &text)
+        write_whole(disk, &path, &record).map_err(io("write", &path))?;
+        for ((name, _), hash) in maps.iter().zip(&hashes) {
+            let place = folder.join(usual(name));
+            let placed = match hash {
+                Some(hash) => disk.rename(&folder.join(of_hash(name, hash)), &place),
+                None => remove(disk, &place),
+            };
+            placed.map_err(io("put in place", &place))?;
+        }
+        for name in &self.pictures {
+            let place = folder.join(name);
+            disk.rename(&self.scratch.path().join(name), &place).map_err(io("put in place", &place))?;
+        }
+        tidy_up(disk, &folder).and_then(|()| disk.sync(&folder)).map_err(io("tidy up", &folder))
+    }
+}
+
+fn hash(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+/// Name of a map.
+fn usual(name: &str) -> String {
+    format!("{name}.tiff")
+}
+
+/// Its name until the record that knows its hash is in place. Sixteen digits tell maps apart; the record has all of them.
+fn of_hash(name: &str, hash: &str) -> String {
+    format!("{name}-{}.tiff", hash.get(..16).unwrap_or(hash))
+}
+
+/// Removes maps of calibrations that were never finished.
+fn tidy_up(disk: &mut dyn Disk, folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let is_of_hash = |map: &str| {
+            let rest = name.strip_prefix(map).and_then(|rest| rest.strip_prefix('-'));
+            let digits = rest.and_then(|rest| rest.strip_suffix(".tiff"));
+            digits.is_some_and(|digits| digits.len() == 16 && digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
+        };
+        if [DARK_MAP, FLAT_MAP].into_iter().any(is_of_hash) {
+            disk.remove(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+fn remove(disk: &mut dyn Disk, path: &Path) -> io::Result<()> {
+    match disk.remove(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        done => done,
     }
 }
 
@@ -107,11 +187,19 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
     if let Some(reason) = calibration.contradiction(sequence.frames().len(), record.rows, record.columns) {
         return Err(CalibrateError::BadRecord { path, reason });
     }
-    let folder = sequence.folder().join(FOLDER);
-    let needs = calibration.photometry.needs_maps();
+    let (needs_dark, needs_flat_field) = calibration.photometry.needs_maps();
+    let MapHashes { dark, flat_field } = &calibration.maps;
+    let map = |needed: bool, name: &str, hash: &Option<String>| match (needed, hash) {
+        (false, _) => Ok(None),
+        (true, Some(hash)) => read_map(sequence.folder(), name, hash).map(Some),
+        (true, None) => {
+            let reason = format!("it needs a map ({name}) and holds no hash of it");
+            Err(CalibrateError::BadRecord { path: path.clone(), reason })
+        }
+    };
     let maps = Maps {
-        dark: needs.0.then(|| read_map(&folder.join(DARK_MAP))).transpose()?,
-        flat_field: needs.1.then(|| read_map(&folder.join(FLAT_MAP))).transpose()?,
+        dark: map(needs_dark, DARK_MAP, dark)?,
+        flat_field: map(needs_flat_field, FLAT_MAP, flat_field)?,
     };
     Ok(Some((calibration, maps)))
 }
@@ -119,45 +207,40 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
 /// The record at `path`, whatever sequence it belongs to.
 ///
 /// # Errors
-/// [`CalibrateError::Io`] or [`CalibrateError::BadRecord`].
+/// [`CalibrateError::Read`] or [`CalibrateError::BadRecord`].
 pub fn read_calibration_file(path: &Path) -> Result<Calibration, CalibrateError> {
     let bad = |reason: String| CalibrateError::BadRecord { path: path.to_owned(), reason };
-    let text = fs::read_to_string(path).map_err(io("read", path))?;
-    let value: serde_json::Value = serde_json::from_str(&text).map_err(|error| bad(error.to_string()))?;
-    let found = value.get("format").and_then(serde_json::Value::as_u64).unwrap_or(0);
-    if found != u64::from(FORMAT_VERSION) {
-        return Err(bad(format!("it has version {found}, this program reads version {FORMAT_VERSION}")));
-    }
-    serde_json::from_value(value).map_err(|error| bad(error.to_string()))
-}
-
-fn read_map(path: &Path) -> Result<Plane<f32>, CalibrateError> {
-    let bytes = fs::read(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => {
-            CalibrateError::BadRecord { path: path.to_owned(), reason: "it is missing".to_owned() }
+    read_record(path, FORMAT_VERSION).map_err(|error| match error {
+        RecordError::Read(error) => error.into(),
+        RecordError::Version { found, expected, .. } => {
+            bad(format!("it has format version {found}, this program reads version {expected}"))
         }
-        _ => io("read", path)(error),
-    })?;
-    MapFormat::Tiff.decode(&bytes).map_err(|source| CalibrateError::Map { path: path.to_owned(), source })
+        RecordError::Content { fault, .. } => bad(format!("line {}: {fault}", fault.line)),
+    })
 }
 
-fn remove(path: &Path) -> Result<(), CalibrateError> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(io("remove", path)(error)),
-        _ => Ok(()),
+/// The map with this hash: under its usual name, or under the one that it has until a calibration is finished.
+fn read_map(sequence: &Path, name: &str, wanted: &str) -> Result<Plane<f32>, CalibrateError> {
+    let path = sequence.join(FOLDER).join(usual(name));
+    let mut found = Err(CalibrateError::BadRecord { path: path.clone(), reason: "it is missing".to_owned() });
+    for file in [usual(name), of_hash(name, wanted)] {
+        match read_inside(sequence, &format!("{FOLDER}/{file}"), LARGEST_MAP) {
+            Ok(bytes) if hash(&bytes) == wanted => {
+                let map = MapFormat::Tiff.decode(&bytes);
+                return map.map_err(|source| CalibrateError::Map { path, source });
+            }
+            Ok(_) => {
+                let reason = format!("it is not the map that {CALIBRATION} was written with");
+                found = Err(CalibrateError::BadRecord { path: path.clone(), reason });
+            }
+            Err(error) if error.is_missing() => {}
+            Err(error) => found = Err(ReadError::into(error)),
+        }
     }
+    found
 }
 
-fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> CalibrateError {
+fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> CalibrateError {
     let path = path.to_owned();
     move |source| CalibrateError::Io { action, path, source }
-}
-
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), CalibrateError> {
-    let write = || {
-        let mut file = AtomicWriteFile::open(path)?;
-        file.write_all(bytes)?;
-        file.commit()
-    };
-    write().map_err(io("write", path))
 }

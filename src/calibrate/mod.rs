@@ -23,4 +23,6 @@ pub use find::{Calibrated, calibrate};
 pub use folder::{CALIBRATION, CalibrationFolder, read_calibration, read_calibration_file};
 pub use inputs::{InputHashes, Stale};
 pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
-pub use record::{Calibration, FORMAT_VERSION, LensRecord, LensSource, PositionsRecord, TravelRecord};
+pub use record::{
+    Calibration, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord, TravelRecord,
+};

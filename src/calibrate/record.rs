@@ -1,5 +1,8 @@
 //! `calibration.json`.
 
+use std::f64::consts::FRAC_PI_2;
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 
 use super::{InputHashes, PositionSource};
@@ -7,11 +10,12 @@ use crate::lens::LensEstimate;
 use crate::lens::views::LensCalibration;
 use crate::photometry::{FrameGains, Linearity, Outcome, Photometry};
 use crate::rectify::Mapping;
+use crate::sequence::Intrinsics;
 use crate::tau::Tau;
 use crate::travel::{Audit, Direction, TargetScale};
 
 /// Version of `calibration.json`.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Everything that a calibration has found: how raw frames become the volume, and how well that is known.
 ///
@@ -32,6 +36,9 @@ pub struct Calibration {
     pub inputs: InputHashes,
     /// Dark level, flat field, bad pixels.
     pub photometry: Photometry,
+    /// The maps that belong to that.
+    #[serde(default)]
+    pub maps: MapHashes,
     /// How straight the sensor's response is, if frames at several exposures were given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub linearity: Option<Linearity>,
@@ -86,6 +93,9 @@ impl Calibration {
                 ));
             }
         }
+        if let Some(reason) = self.impossible(rows, columns) {
+            return Some(reason);
+        }
         // Rectified frames show a part of the raw ones, in pixels about as large.
         let camera = mapping.camera;
         let fits = |size: usize, raw: usize| (1..=2 * raw).contains(&size);
@@ -93,6 +103,56 @@ impl Calibration {
         (!fits(camera.rows, longer) || !fits(camera.columns, longer))
             .then(|| format!("its rectified frames are {} x {}", camera.columns, camera.rows))
     }
+}
+
+impl Calibration {
+    /// What in lens, scale and gains no rig has, if anything.
+    fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
+        /// Lengths in mm: as far as positions go.
+        const LENGTHS: RangeInclusive<f64> = 1e-9..=1e9;
+        /// Light of a frame over that of a typical one.
+        const GAINS: RangeInclusive<f64> = 1e-3..=1e3;
+        let Self { mapping, positions, .. } = self;
+        let (camera, lens) = (mapping.camera, mapping.lens);
+        let rectified = Intrinsics {
+            focal_length_px: camera.focal_length_px,
+            principal_point_x_px: camera.principal_point_x_px,
+            principal_point_y_px: camera.principal_point_y_px,
+        };
+        let raw = |focal_length_px: f64| Intrinsics {
+            focal_length_px,
+            principal_point_x_px: lens.principal_point_x_px,
+            principal_point_y_px: lens.principal_point_y_px,
+        };
+        let of_lens = [rectified, raw(lens.focal_length_x_px), raw(lens.focal_length_y_px)];
+        let of_lens = of_lens.iter().find_map(|intrinsics| intrinsics.impossible(rows, columns));
+        let turned = mapping.roll_rad.abs().max(mapping.pan_rad.abs());
+        let gains = self.frame_gains.applied().map_or(&[][..], |gains| &gains.gain);
+        match () {
+            () if of_lens.is_some() => of_lens,
+            () if turned > FRAC_PI_2 => Some(format!("a camera turned by {turned} rad cannot be")),
+            () if positions.baseline_mm.is_some_and(|baseline_mm| !LENGTHS.contains(&baseline_mm)) => {
+                Some("its baseline cannot be".to_owned())
+            }
+            () if positions.baseline_sigma_mm.is_some_and(|sigma_mm| !(0.0..=1e9).contains(&sigma_mm)) => {
+                Some("the sigma of its baseline cannot be".to_owned())
+            }
+            () if gains.iter().any(|gain| !GAINS.contains(gain)) => {
+                Some("a frame's gain cannot be".to_owned())
+            }
+            () => None,
+        }
+    }
+}
+
+/// BLAKE3 of the files of maps, so that no other map is taken for them.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MapHashes {
+    /// Of `dark.tiff`, if there is one.
+    pub dark: Option<String>,
+    /// Of `flat-field.tiff`, if there is one.
+    pub flat_field: Option<String>,
 }
 
 /// Where a lens is from.

@@ -116,7 +116,8 @@ mod tests {
 
     use super::*;
     use crate::frame::Samples;
-    use crate::sequence::{Disk, FORMAT_VERSION, Origin, RealDisk, SequenceRecord};
+    use crate::sequence::{FORMAT_VERSION, Origin, SequenceRecord};
+    use crate::storage::{Disk, RealDisk};
 
     /// A disk that writes no frame until it is told to.
     struct Stuck(Arc<AtomicBool>);
@@ -155,12 +156,24 @@ mod tests {
             RealDisk.rename(from, to)
         }
 
+        fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
+            RealDisk.exchange(one, other)
+        }
+
+        fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
+            RealDisk.link(file, name)
+        }
+
         fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
             RealDisk.cut(path, bytes)
         }
 
         fn remove(&mut self, path: &Path) -> io::Result<()> {
             RealDisk.remove(path)
+        }
+
+        fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
+            RealDisk.remove_folder(path)
         }
     }
 

@@ -136,6 +136,33 @@ pub enum CaptureError {
         /// What was to be in front of the camera.
         what: String,
     },
+    /// A scan with a replayed camera stopped before the end.
+    #[error(
+        "{source}; {done} of {planned} frames are in {}: frames of a replay come once, so it cannot be resumed; mend what it replays, and begin \
+         a new scan in another folder", folder.display()
+    )]
+    ReplayEnded {
+        /// The sequence.
+        folder: PathBuf,
+        /// Frames that are there.
+        done: usize,
+        /// Frames planned.
+        planned: usize,
+        /// Why.
+        source: Box<CaptureError>,
+    },
+    /// A sequence that is complete by its end, but not by `verify`.
+    #[error("{}: the scan has ended as complete, but {file}: {problem}{}", folder.display(), if *others > 0 { format!(" (and {others} more, which `epirig verify` lists)") } else { String::new() })]
+    NotAsRecorded {
+        /// The sequence.
+        folder: PathBuf,
+        /// The file or frame that it concerns.
+        file: String,
+        /// What is wrong and what to do.
+        problem: String,
+        /// Further findings.
+        others: usize,
+    },
     /// It stopped before the end, and can be resumed.
     #[error("{source}; {done} of {planned} frames are in {}: `epirig resume {}` goes on", folder.display(), folder.display())]
     Interrupted {
@@ -151,10 +178,10 @@ pub enum CaptureError {
 }
 
 impl CaptureError {
-    /// The reason behind [`Interrupted`](Self::Interrupted), or itself.
+    /// The reason behind [`Interrupted`](Self::Interrupted) or [`ReplayEnded`](Self::ReplayEnded), or itself.
     pub fn cause(&self) -> &Self {
         match self {
-            Self::Interrupted { source, .. } => source.cause(),
+            Self::Interrupted { source, .. } | Self::ReplayEnded { source, .. } => source.cause(),
             other => other,
         }
     }

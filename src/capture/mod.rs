@@ -22,9 +22,10 @@ use std::path::Path;
 
 use crate::camera::Configuration;
 use crate::sequence::{
-    ClosureRecord, Disk, FORMAT_VERSION, Origin, Sequence, SequenceRecord, SequenceWriter, new_uid, now,
+    ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceRecord, SequenceWriter, new_uid, now,
     refuse_existing,
 };
+use crate::storage::Disk;
 
 pub use error::CaptureError;
 pub use estimate::Estimate;
@@ -54,22 +55,27 @@ pub fn capture(
     if !rig.assistant.is_there() {
         calibration_frames::refuse_unattended(plan)?;
     }
+    let is_live = rig.camera.is_live();
     let mut scan = Scan::begin(rig, plan, None)?;
     let record = start_record(&mut scan);
     let writer = SequenceWriter::create_on(disk, out, &record)?;
     let indices: Vec<usize> = (0..record.frames).collect();
     let finished =
         scan.finish(writer, &indices, |scan, archive| scan.calibration_frames(archive, &Present::default()));
-    finished.map_err(|error| interrupted(error, out, record.frames))
+    finished.map_err(|error| interrupted(error, out, record.frames, is_live))
 }
 
-/// How far it came, for whoever resumes.
-fn interrupted(error: CaptureError, folder: &Path, planned: usize) -> CaptureError {
+/// How far it came, for whoever resumes. The frames of a replay come once, so it cannot be resumed.
+fn interrupted(error: CaptureError, folder: &Path, planned: usize, is_live: bool) -> CaptureError {
     if matches!(error, CaptureError::NotClosed { .. }) {
         return error;
     }
     let done = Sequence::open(folder).map_or(0, |sequence| sequence.frames().len());
-    CaptureError::Interrupted { folder: folder.to_owned(), done, planned, source: Box::new(error) }
+    let (folder, source) = (folder.to_owned(), Box::new(error));
+    match is_live {
+        true => CaptureError::Interrupted { folder, done, planned, source },
+        false => CaptureError::ReplayEnded { folder, done, planned, source },
+    }
 }
 
 fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {

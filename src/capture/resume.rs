@@ -9,13 +9,15 @@ use super::scan::{GoodFrame, Scan};
 use super::{CaptureError, CapturePlan, interrupted};
 use crate::progress::Progress;
 use crate::sequence::{
-    ClosureRecord, Disk, Event, ExitStatus, FrameKind, FrameRecord, Origin, Sequence, SequenceError,
-    SequenceWriter, refuse_busy,
+    ClosureRecord, Event, ExitStatus, Finding, FrameKind, FrameRecord, Origin, Sequence, SequenceWriter,
+    refuse_busy, verify,
 };
+use crate::storage::Disk;
 
 /// Takes the frames that the sequence in `folder` lacks, as [`capture`](super::capture) would have done.
 ///
-/// Frames that the journal names are checked first, and damaged ones are taken again. The stage is homed, the last good
+/// Frames that the journal names are checked first, and damaged ones are taken again; records that contradict each other, or a frame that is as it
+/// was written, are refused. The stage is homed, the last good
 /// frame before the first missing one is taken again and compared. A sequence that is complete is left as it is, and one that has lost
 /// its position unnoticed is refused: a rig that has been mended would find nothing wrong with it.
 ///
@@ -45,6 +47,7 @@ pub fn resume(
         ));
     }
     refuse_busy(folder)?;
+    sequence.check_records()?;
     let good = good_frames(&sequence, FrameKind::Scan, rig.progress)?;
     let mut present = Present::default();
     for kind in FrameKind::CALIBRATION {
@@ -54,6 +57,7 @@ pub fn resume(
     let found = indices(&good);
     let missing: Vec<usize> = (0..record.frames).filter(|index| !found.contains(index)).collect();
     if missing.is_empty() && present.is_all_of(plan) && ended == Some(ExitStatus::Complete) {
+        refuse_what_verify_refuses(&sequence, rig.progress)?;
         rig.progress.note("the scan is complete already: nothing is to be done");
         return Ok(sequence.stop().and_then(|stop| stop.closure.clone()));
     }
@@ -85,8 +89,20 @@ pub fn resume(
     };
     goes_on().map_err(|error| match error {
         CaptureError::NotThisScan { .. } => error,
-        other => interrupted(other, folder, record.frames),
+        // Whoever resumes has a camera that can look again.
+        other => interrupted(other, folder, record.frames, true),
     })
+}
+
+/// What is called complete is so by `epirig verify`, too.
+fn refuse_what_verify_refuses(sequence: &Sequence, progress: &dyn Progress) -> Result<(), CaptureError> {
+    let mut findings = verify(sequence, progress)?.findings;
+    if findings.is_empty() {
+        return Ok(());
+    }
+    let others = findings.len() - 1;
+    let Finding { file, problem } = findings.swap_remove(0);
+    Err(CaptureError::NotAsRecorded { folder: sequence.folder().to_owned(), file, problem, others })
 }
 
 fn indices(frames: &[FrameRecord]) -> Vec<usize> {
@@ -109,12 +125,14 @@ fn good_frames(
     for frame in named {
         match sequence.read(&frame) {
             Ok(_) => good.push(frame),
-            // A file that cannot be read now may be as good as ever.
-            Err(error @ SequenceError::Io { .. }) => {
+            Err(error) if error.is_of_the_file() => {
+                progress.note(&format!("{} is taken again: {error}", frame.file));
+            }
+            // A file that cannot be read now may be as good as ever, and one that contradicts a record may be right.
+            Err(error) => {
                 checked = Err(error);
                 break;
             }
-            Err(error) => progress.note(&format!("{} is taken again: {error}", frame.file)),
         }
         progress.advance(1);
     }

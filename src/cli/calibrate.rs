@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::linearity::read_exposures;
 use super::rig::{RigArgument, calibration_plan, recorded_options};
+use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{
     CALIBRATION, Calibration, CalibrationPlan, LensKnowledge, LensSource, PositionSource,
@@ -66,6 +67,8 @@ pub(super) struct CalibrateVerb {
     #[arg(long, value_enum, default_value_t = Positions::Auto)]
     positions: Positions,
     #[command(flatten)]
+    anyway: AnywayArgument,
+    #[command(flatten)]
     rig: RigArgument,
 }
 
@@ -88,6 +91,7 @@ enum Positions {
 impl CalibrateVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let sequence = Sequence::open(&self.seq)?;
+        self.anyway.check(&sequence, talk)?;
         let folder = self.export_lens.as_deref().and_then(Path::parent);
         if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
             return Err(CliError::Usage(format!(
@@ -201,7 +205,7 @@ fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {
     } else {
         opencv_yaml::write(rows, columns, &lens)
     };
-    super::grab::write(path, text.as_bytes())
+    super::files::write(path, text.as_bytes())
 }
 
 /// What a person should know, and may do.

@@ -18,6 +18,7 @@ use crate::report::ReportError;
 use crate::results::ResultsError;
 use crate::sequence::SequenceError;
 use crate::stage::StageError;
+use crate::storage::ReadError;
 use crate::surface::SurfaceError;
 use crate::target::TargetError;
 use crate::twin::TwinError;
@@ -74,6 +75,8 @@ pub(super) enum CliError {
     Target(#[from] TargetError),
     #[error("{path}: cannot {action}: {source}")]
     File { path: PathBuf, action: &'static str, source: std::io::Error },
+    #[error(transparent)]
+    Read(#[from] ReadError),
     #[error("{0}")]
     Usage(String),
     #[error("{0}")]
@@ -135,8 +138,10 @@ impl CliError {
             Self::Results(error) => match error {
                 ResultsError::Exists { .. }
                 | ResultsError::Foreign { .. }
+                | ResultsError::NotAFolder { .. }
                 | ResultsError::UnknownFormat { .. } => USAGE,
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
+                ResultsError::Read(error) => read_code(error),
                 _ => TROUBLE,
             },
             Self::Profile(_)
@@ -153,6 +158,7 @@ impl CliError {
                 SurfaceError::EmptyLine { .. } => USAGE,
                 _ => INTEGRITY,
             },
+            Self::Read(error) => read_code(error),
             Self::RecordedRig(_) | Self::Integrity(_) => INTEGRITY,
             Self::Report(_) | Self::Output(_) | Self::File { .. } => TROUBLE,
         }
@@ -167,6 +173,8 @@ fn capture_code(error: &CaptureError) -> u8 {
         | CaptureError::CannotHome { source: error, .. } => stage_code(error),
         CaptureError::Camera(error) => camera_code(error),
         CaptureError::Sequence(error) => sequence_code(error),
+        CaptureError::ReplayEnded { source, .. } => capture_code(source),
+        CaptureError::NotAsRecorded { .. } => INTEGRITY,
         CaptureError::Paused => INTERRUPTED,
         CaptureError::NotArranged { .. }
         | CaptureError::EmptyPlan(_)
@@ -185,19 +193,26 @@ fn calibrate_code(error: &CalibrateError) -> u8 {
         | CalibrateError::BoardNotDescribed { .. }
         | CalibrateError::LensSize { .. } => USAGE,
         CalibrateError::Io { .. } => TROUBLE,
+        CalibrateError::Read(error) => read_code(error),
         error if error.is_rejection() => REJECTED,
         _ => INTEGRITY,
     }
 }
 
+fn read_code(error: &ReadError) -> u8 {
+    if error.is_trouble() { TROUBLE } else { INTEGRITY }
+}
+
 fn sequence_code(error: &SequenceError) -> u8 {
     match error {
-        SequenceError::Io { .. } | SequenceError::Busy { .. } | SequenceError::Closed => TROUBLE,
+        error if error.is_trouble() => TROUBLE,
+        SequenceError::Busy { .. } | SequenceError::Closed | SequenceError::CannotLink { .. } => TROUBLE,
         SequenceError::Exists { .. }
         | SequenceError::Unfinished { .. }
         | SequenceError::NoImages { .. }
         | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }
+        | SequenceError::TooManyFrames { .. }
         | SequenceError::NotASequence { .. } => USAGE,
         _ => INTEGRITY,
     }

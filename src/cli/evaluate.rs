@@ -6,6 +6,7 @@ use clap::{ArgGroup, Args};
 use serde::Serialize;
 
 use super::match_arguments::MatchArguments;
+use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
 use crate::evaluate::{
@@ -52,6 +53,8 @@ pub(super) struct Evaluate {
     #[arg(long, conflicts_with = "reference")]
     both_ways: bool,
     #[command(flatten)]
+    anyway: AnywayArgument,
+    #[command(flatten)]
     matching: MatchArguments,
 }
 
@@ -91,6 +94,7 @@ impl Evaluate {
 
     fn volume(&self, talk: &Talk) -> Result<Volume, CliError> {
         let sequence = Sequence::open(&self.seq)?;
+        self.anyway.check(&sequence, talk)?;
         let calibration = read_calibration(&sequence)?;
         Ok(load(&sequence, calibration.as_ref(), talk)?)
     }

@@ -1,11 +1,11 @@
 //! `epirig export`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::files::write;
 use super::{CliError, Talk};
 use crate::formats::MapFormat;
 use crate::results::{ResultsError, read_map};
@@ -77,12 +77,7 @@ impl Export {
         let map = read_map(&folder.join(self.map.file()))?;
         let bytes =
             format.encode(&map).map_err(|source| ResultsError::Format { path: self.out.clone(), source })?;
-        let write = || {
-            let mut file = atomic_write_file::AtomicWriteFile::open(&self.out)?;
-            file.write_all(&bytes)?;
-            file.commit()
-        };
-        write().map_err(|source| ResultsError::Io { action: "write", path: self.out.clone(), source })?;
+        write(&self.out, &bytes)?;
         let exported =
             Exported { file: self.out.display().to_string(), rows: map.rows(), columns: map.columns() };
         talk.result(&exported, || format!("{}: {} x {}\n", exported.file, exported.columns, exported.rows))

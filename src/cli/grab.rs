@@ -1,11 +1,11 @@
 //! `epirig grab`.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
 
+use super::files::write;
 use super::rig::{CameraArguments, Options, RigArgument, camera_settings, open_camera, tell_configuration};
 use super::{CliError, Talk};
 use crate::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
@@ -168,16 +168,6 @@ impl Grab {
 
 fn png(frame: &Frame) -> Result<Vec<u8>, CliError> {
     encode_png(frame).map_err(|error| CliError::Output(std::io::Error::other(error)))
-}
-
-/// A file under its name only when it is whole.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    let write = || {
-        let mut file = atomic_write_file::AtomicWriteFile::open(path)?;
-        file.write_all(bytes)?;
-        file.commit()
-    };
-    write().map_err(|source| CliError::File { path: path.to_owned(), action: "write", source })
 }
 
 fn describe(grabbed: &Grabbed) -> String {

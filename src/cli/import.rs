@@ -67,7 +67,7 @@ pub(super) struct Import {
     /// Principal point, in px: column,row [default: the image's middle]
     #[arg(long, value_name = "X,Y", value_parser = parse_point)]
     principal_point_px: Option<(f64, f64)>,
-    /// Link grey PNG files instead of copying them
+    /// Give grey PNG files a second name (a hard link) instead of copying them; both on one file system
     #[arg(long)]
     link: bool,
 }
@@ -98,6 +98,10 @@ impl Import {
         let imported = import(&self.dir, &self.out, &options, talk)?;
         for conversion in &imported.conversions {
             talk.say(&format!("note: {conversion}"));
+        }
+        if let Some(first) = imported.hidden.first() {
+            let count = imported.hidden.len();
+            talk.say(&format!("note: {count} hidden file(s) passed over, such as {first}"));
         }
         let planned_mm = profile.as_ref().and_then(|profile| profile.plan.step_mm);
         if let Some(step_mm) = planned_mm.filter(|_| options.step_mm.is_none() && options.positions.is_none())

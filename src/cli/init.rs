@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
-use super::grab::write;
+use super::files::write;
 use super::{CliError, Talk};
 use crate::camera::pixels::PixelFormat;
 use crate::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};

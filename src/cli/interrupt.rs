@@ -1,17 +1,21 @@
 //! Ctrl-C, hang-up, termination.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use super::progress::tell;
 use crate::capture::PauseSwitch;
-use crate::scratch::Scratch;
 use crate::stage::{StopSwitch, Urgency};
+use crate::storage::abandon;
 
 /// A scan that an interruption ends after the frame in hand, before it stops anything.
 static TO_PAUSE: Mutex<Option<PauseSwitch>> = Mutex::new(None);
 
 /// What an interruption stops; without it the program ends at once.
 static TO_STOP: Mutex<Option<StopSwitch>> = Mutex::new(None);
+
+/// How long an interruption waits for a step of the disk to end.
+const DISK_PATIENCE: Duration = Duration::from_secs(10);
 
 /// 128 + SIGINT, as shells have it.
 pub(super) const INTERRUPTED: u8 = 130;
@@ -77,10 +81,14 @@ fn interrupted() {
     match switch.filter(|switch| switch.pressed() != Some(Urgency::AtOnce)) {
         Some(switch) => stop(&switch),
         None => {
-            Scratch::remove_all();
-            tell(
-                "error: interrupted; a scan keeps the frames it has, and nothing else was left half-written",
-            );
+            tell(match abandon(DISK_PATIENCE) {
+                true => {
+                    "error: interrupted; a scan keeps the frames it has, and nothing else was left half-written"
+                }
+                false => {
+                    "error: interrupted while the disk did not answer; hidden folders .epirig-* may be left, which the next command there removes"
+                }
+            });
             std::process::exit(i32::from(INTERRUPTED));
         }
     }

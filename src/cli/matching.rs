@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::match_arguments::MatchArguments;
+use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::measure::{Measurement, View, measure};
 use crate::results::ResultsFolder;
-use crate::sequence::{ExitStatus, FrameKind, Sequence};
+use crate::sequence::{FrameKind, Sequence};
 
 /// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
 #[derive(Debug, Args)]
@@ -41,6 +42,8 @@ pub(super) struct Match {
     #[arg(long)]
     as_captured: bool,
     #[command(flatten)]
+    anyway: AnywayArgument,
+    #[command(flatten)]
     matching: MatchArguments,
 }
 
@@ -48,6 +51,7 @@ impl Match {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let options = self.matching.options();
         let sequence = Sequence::open(&self.seq)?;
+        self.anyway.check(&sequence, talk)?;
         let calibration = if self.as_captured { None } else { read_calibration(&sequence)? };
         self.tell_calibration(&sequence, calibration.is_some(), talk);
         let record = sequence.record();
@@ -60,15 +64,6 @@ impl Match {
             return Err(CliError::Usage(format!("there is no row {row} to draw; the last is {last}")));
         }
         options.check(rows, columns, sequence.frames().len())?;
-        if sequence.stop().is_none_or(|stop| stop.exit_status != ExitStatus::Complete) {
-            let reason = sequence.stop().and_then(|stop| stop.reason.as_ref());
-            talk.say(&format!(
-                "note: the scan did not end as it should: {} of {} planned frames are there{}",
-                sequence.frames().len(),
-                record.frames,
-                reason.map_or(String::new(), |reason| format!("; {reason}"))
-            ));
-        }
         let out = self.out.unwrap_or_else(|| self.seq.join("results"));
         let folder = ResultsFolder::create(&out, self.overwrite)?;
         let view = View { figure_row: self.figure_row, truth: None };

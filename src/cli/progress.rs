@@ -12,7 +12,13 @@ use crate::progress::Progress;
 
 /// A line to stderr. Who has closed it, or let it fill up, does not want to hear; the work goes on.
 pub(super) fn tell(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", harmless(line));
+}
+
+/// A line without characters that a terminal would obey: words of a file or a device may stand in it.
+fn harmless(line: &str) -> String {
+    let obeyed = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
+    line.replace(obeyed, "\u{fffd}")
 }
 
 /// The program's voice.
@@ -37,7 +43,7 @@ impl Talk {
         if !self.quiet {
             // A hidden bar would swallow the line.
             match self.bar().as_ref().filter(|bar| !bar.is_hidden()) {
-                Some(bar) => bar.println(line),
+                Some(bar) => bar.println(harmless(line)),
                 None => tell(line),
             }
         }
@@ -60,7 +66,11 @@ impl Talk {
     /// Text to stdout as it is.
     pub(super) fn print(&self, text: &str) -> Result<(), CliError> {
         let mut stdout = std::io::stdout().lock();
-        Ok(stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())?)
+        match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+            // Who has read enough, as `head` has, is not to hear of an error.
+            Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+            printed => Ok(printed?),
+        }
     }
 
     /// Does something with the screen to itself.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::measure::rectify_sequence;
@@ -24,11 +25,14 @@ pub(super) struct Rectify {
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]
     out: PathBuf,
+    #[command(flatten)]
+    anyway: AnywayArgument,
 }
 
 impl Rectify {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let sequence = Sequence::open(&self.seq)?;
+        self.anyway.check(&sequence, talk)?;
         let calibration = read_calibration(&sequence)?.ok_or_else(|| {
             CliError::Usage(format!(
                 "{0} has no {CALIBRATION}, so nobody knows how to rectify it; run `epirig calibrate {0}` first",

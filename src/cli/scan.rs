@@ -9,7 +9,8 @@ use super::{CliError, Talk, interrupt};
 use crate::camera::{Camera, ViewSwitch};
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
 use crate::profile::{Driver, Profile};
-use crate::sequence::{ClosureRecord, Event, RealDisk, Sequence, TimesRecord};
+use crate::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
+use crate::storage::RealDisk;
 
 /// The devices of a profile, and what is planned with them.
 pub(super) struct Devices<'a> {

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
+use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{Calibration, read_calibration};
 use crate::epi::LARGEST_GROWN_WINDOW_PX;
@@ -69,11 +70,14 @@ pub(super) struct Surface {
     /// Over how many px across its line the profile is averaged
     #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     profile_width: u32,
+    #[command(flatten)]
+    anyway: AnywayArgument,
 }
 
 impl Surface {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let sequence = Sequence::open(&self.seq)?;
+        self.anyway.check(&sequence, talk)?;
         let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
         let matched = read_summary(&results)?;
         let uid = &sequence.record().uid;
@@ -137,7 +141,7 @@ impl Surface {
             SurfaceQuestions { steps, region, line, profile_width_px: self.profile_width as usize };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, self.overwrite)?;
-        let summary = inspect_surface(&heights, uid, &questions, &folder)?;
+        let summary = inspect_surface(&heights, &matched, &questions, &folder)?;
         folder.commit()?;
         talk.result(&summary, || {
             format!("{}look at {}\n", describe(&summary), out.join("profile.png").display())

@@ -1,11 +1,11 @@
 //! `epirig target print`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 use serde::Serialize;
 
+use super::files::write;
 use super::{CliError, Talk};
 use crate::target::print::{Page, Sheet};
 use crate::target::{ChessBoard, Target};
@@ -112,12 +112,7 @@ impl Print {
         let target = Target { board, bands: self.bands, band_distance_mm: self.band_distance_mm };
         let page = Page::from(self.page);
         let sheet = Sheet::new(&target, page)?;
-        let write = || {
-            let mut file = atomic_write_file::AtomicWriteFile::open(&self.out)?;
-            file.write_all(&format(&sheet))?;
-            file.commit()
-        };
-        write().map_err(|source| CliError::File { path: self.out.clone(), action: "write", source })?;
+        write(&self.out, &format(&sheet))?;
         let (width_mm, height_mm) = sheet.size_mm();
         let printed =
             Printed { file: self.out.display().to_string(), page: page.name(), width_mm, height_mm };

@@ -1,7 +1,7 @@
 //! Portable float map: `Pf`, width and height, a scale whose sign tells the byte order, then rows from the bottom up.
 
 use super::{FormatError, malformed};
-use crate::plane::Plane;
+use crate::plane::{Plane, area};
 
 pub(super) fn encode(map: &Plane<f32>) -> Vec<u8> {
     let mut bytes = format!("Pf\n{} {}\n-1.0\n", map.columns(), map.rows()).into_bytes();
@@ -37,8 +37,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
     let size = |text: &str| text.parse::<usize>().map_err(|_| bad("the size is no number"));
     let (columns, rows) = (size(token()?)?, size(token()?)?);
     let scale: f64 = token()?.parse().map_err(|_| bad("the scale is no number"))?;
-    let count = rows.checked_mul(columns).filter(|count| count.checked_mul(4) == Some(rest.len()));
-    if count.is_none() || columns == 0 {
+    let count = area(rows, columns).filter(|count| 4 * count == rest.len());
+    if count.is_none() {
         return Err(bad("the number of samples is not the size in the header"));
     }
     let value = |sample: &[u8]| {
@@ -50,4 +50,18 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
         rest.chunks_exact(4 * columns).rev().flat_map(|row| row.chunks_exact(4).map(value)).collect();
     Plane::from_values(rows, columns, values)
         .ok_or_else(|| bad("the number of samples is not the size in the header"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_that_cannot_be_are_refused() {
+        for head in ["Pf\n4611686018427387904 0\n-1.0\n", "Pf\n0 4611686018427387904\n-1.0\n", "Pf\n0 0\n-1.0\n"] {
+            assert!(decode(head.as_bytes()).is_err(), "{head}");
+        }
+        let too_wide = format!("Pf\n{} 4\n-1.0\n", 1_u64 << 62);
+        assert!(decode(too_wide.as_bytes()).is_err());
+    }
 }

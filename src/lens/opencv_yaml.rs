@@ -66,6 +66,7 @@ mod tests {
     fn deep_nesting_is_no_crash() {
         for bracket in ["[", "{a: ", "- "] {
             assert!(read_lens(&format!("a: 1\nb: {}", bracket.repeat(100_000))).is_err());
+            assert!(read_lens(&bracket.repeat(50_000)).is_err());
         }
     }
 

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, YamlData};
+use saphyr::{LoadableYamlNode, MarkedYaml, Scalar, ScanError, YamlData};
+use saphyr_parser::{Event, Parser};
 use thiserror::Error;
 
 use super::Lens;
@@ -110,8 +111,10 @@ impl<'a> Entry<'a> {
     }
 
     fn count(&self) -> Result<usize, LensFileError> {
+        /// More than an image has rows, or a matrix.
+        const MOST: i64 = 1 << 28;
         let count = match self.value.data {
-            YamlData::Value(Scalar::Integer(count)) if count > 0 => usize::try_from(count).ok(),
+            YamlData::Value(Scalar::Integer(count)) if (1..=MOST).contains(&count) => usize::try_from(count).ok(),
             _ => None,
         };
         count.ok_or_else(|| self.wrong("a whole number above 0"))
@@ -150,10 +153,8 @@ pub(super) fn read(file: &str) -> Result<LensFile, LensFileError> {
         _ => {}
     }
     let file = standard(file);
-    let documents = MarkedYaml::load_from_str(&file).map_err(|error| LensFileError::NotYaml {
-        line: error.marker().line(),
-        problem: error.info().to_owned(),
-    })?;
+    check_depth(&file)?;
+    let documents = MarkedYaml::load_from_str(&file).map_err(not_yaml)?;
     if let Some(entry) = find(&documents, FISHEYE).filter(|entry| !entry.is_zero()) {
         return Err(entry.other_model("says that this is a fisheye lens".to_owned()));
     }
@@ -172,6 +173,30 @@ pub(super) fn read(file: &str) -> Result<LensFile, LensFileError> {
         columns: size(COLUMNS)?,
         lens: Lens::from_array([fx, fy, cx, cy, k1, k2, p1, p2, k3]),
     })
+}
+
+fn not_yaml(error: ScanError) -> LensFileError {
+    LensFileError::NotYaml { line: error.marker().line(), problem: error.info().to_owned() }
+}
+
+/// Refuses what nests deeper than any calibration: trees are walked by calls within calls.
+fn check_depth(file: &str) -> Result<(), LensFileError> {
+    const DEEPEST: usize = 16;
+    let mut parser = Parser::new_from_str(file);
+    let mut depth = 0_usize;
+    while let Some(event) = parser.next_event() {
+        let (event, span) = event.map_err(not_yaml)?;
+        match event {
+            Event::SequenceStart(..) | Event::MappingStart(..) => depth += 1,
+            Event::SequenceEnd | Event::MappingEnd => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > DEEPEST {
+            let problem = format!("it nests deeper than {DEEPEST} times");
+            return Err(LensFileError::NotYaml { line: span.start.line(), problem });
+        }
+    }
+    Ok(())
 }
 
 /// OpenCV begins its files with a directive in the manner of YAML 1.0, at which parsers stop; as a comment it keeps its line.

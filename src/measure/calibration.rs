@@ -18,8 +18,8 @@ pub fn calibrate_sequence(
     overwrite: bool,
     progress: &dyn Progress,
 ) -> Result<Calibrated, MeasureError> {
-    let folder = CalibrationFolder::of(sequence.folder(), overwrite)?;
-    let found = calibrate(sequence, plan, progress)?;
+    let mut folder = CalibrationFolder::of(sequence.folder(), overwrite)?;
+    let mut found = calibrate(sequence, plan, progress)?;
     for figure in calibration_figures(&found)? {
         let name = format!("{}.png", figure.name);
         let mut bytes = Cursor::new(Vec::new());
@@ -32,6 +32,6 @@ pub fn calibrate_sequence(
         folder.write(&name, bytes.get_ref())?;
         folder.write(&format!("{}.csv", figure.name), figure.csv.as_bytes())?;
     }
-    folder.commit(&found.calibration, &found.maps)?;
+    folder.commit(&mut found.calibration, &found.maps)?;
     Ok(found)
 }

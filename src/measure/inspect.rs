@@ -6,14 +6,14 @@ use super::MeasureError;
 use crate::formats::{Vertex, gsf, ply};
 use crate::plane::Plane;
 use crate::report::{Chart, Series, ValueRange, map_picture};
-use crate::results::ResultsFolder;
+use crate::results::{MatchSummary, ResultsFolder};
 use crate::surface::{
     Depth, DepthAtMargin, Extent, Heights, Line, Part, Profile, Rectangle, Roughness, Steps, StepsOptions,
     SurfaceError, Trend, find_extent, find_steps, fit_trend, profile, roughness,
 };
 
 /// Version of `surface.json`.
-const FORMAT_VERSION: u32 = 1;
+const FORMAT_VERSION: u32 = 2;
 
 /// What is asked of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,8 @@ pub struct SurfaceSummary {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
+    /// How the scan had ended when it was matched, as in `match.json`.
+    pub scan_ended: String,
     /// Distance that heights are counted from, in mm.
     pub distance_mm: f64,
     /// Width of a pixel there, in mm.
@@ -93,13 +95,13 @@ pub struct LevelsSummary {
     pub parts: Vec<Part>,
 }
 
-/// Answers `questions` and writes the answers into `folder`, which the caller commits.
+/// Answers `questions` about the heights of what was `matched` and writes the answers into `folder`, which the caller commits.
 ///
 /// # Errors
 /// [`MeasureError::Surface`] if there is no trend or no profile; that there is one level only is an answer.
 pub fn inspect_surface(
     heights: &Heights,
-    sequence_uid: &str,
+    matched: &MatchSummary,
     questions: &SurfaceQuestions,
     folder: &ResultsFolder,
 ) -> Result<SurfaceSummary, MeasureError> {
@@ -118,7 +120,8 @@ pub fn inspect_surface(
     let summary = SurfaceSummary {
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
-        sequence_uid: sequence_uid.to_owned(),
+        sequence_uid: matched.sequence_uid.clone(),
+        scan_ended: matched.scan_ended.clone(),
         distance_mm: heights.distance_mm,
         pixel_mm: heights.pixel_mm(),
         field: FieldSummary {

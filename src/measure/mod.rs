@@ -205,6 +205,7 @@ fn summarise(
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: sequence.record().uid.clone(),
+        scan_ended: sequence.ended().to_owned(),
         calibration: None,
         positions: String::new(),
         settings: settings(options),

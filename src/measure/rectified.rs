@@ -7,7 +7,7 @@ use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, 
 use crate::frame::{Frame, Samples};
 use crate::photometry::Maps;
 use crate::progress::Progress;
-use crate::sequence::{Derived, Intrinsics, Origin, Sequence, refuse_existing, write_derived};
+use crate::sequence::{Derived, ExitStatus, Intrinsics, Origin, Sequence, refuse_existing, write_derived};
 
 /// Bits of the samples: what lies between the camera's levels is kept.
 const BIT_DEPTH: u8 = 16;
@@ -47,6 +47,12 @@ pub fn rectify_sequence(
         }),
         positions_mm,
         sources: sequence.frames().iter().map(|record| record.file.clone()).collect(),
+        // All frames that are there are in it; that positions are wrong is no less true of these.
+        exit_status: match sequence.check_closed() {
+            Ok(()) => ExitStatus::Complete,
+            Err(_) => ExitStatus::NotClosed,
+        },
+        reason: sequence.check_closed().err().map(|error| error.to_string()),
     };
     let mut row = vec![0.0_f32; volume.columns()];
     let frame = |t: usize| {

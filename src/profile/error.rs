@@ -81,6 +81,14 @@ pub enum Problem {
         /// The parser's words.
         reason: String,
     },
+    /// More of something than makes sense; the rest is not looked at.
+    #[error("more than {most} {what}; the rest is not looked at")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many are.
+        most: usize,
+    },
     /// An override has no key and value.
     #[error("{text:?} is no setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm")]
     NoSetting {

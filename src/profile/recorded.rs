@@ -2,16 +2,20 @@
 
 use std::path::PathBuf;
 
+use serde_json::Value;
 use thiserror::Error;
 
+use super::schema::{LARGEST, SMALLEST};
 use super::settings::Settings;
 use super::{Profile, read};
-use crate::sequence::Sequence;
+use crate::plane::area;
+use crate::sequence::{Finding, Sequence};
+use crate::storage::{RecordFault, parse_value};
 
 /// Why the rig of a sequence cannot be understood.
 #[derive(Debug, Error)]
 #[error(
-    "{}: its rig cannot be understood: {source}; use the program that wrote it ({program}), or restore the file from a copy",
+    "{}: its rig cannot be understood: rig.{source}; use the program that wrote it ({program}), or restore the file from a copy",
     path.display()
 )]
 pub struct RecordedRigError {
@@ -20,8 +24,20 @@ pub struct RecordedRigError {
     /// What wrote it.
     pub program: String,
     /// What is wrong.
-    pub source: serde_json::Error,
+    pub source: RecordFault,
 }
+
+/// Fields that something is divided by.
+const DIVISORS: [&str; 8] = [
+    "stage.microstep_um",
+    "stage.travel_mm",
+    "stage.velocity_mm_s",
+    "stage.acceleration_mm_s2",
+    "camera.rate_hz",
+    "plan.step_mm",
+    "optics.sensor_width_mm",
+    "board.square_mm",
+];
 
 impl Profile {
     /// The rig that the frames of `sequence` were taken with: of a scan all of it, of imported images what was said of lens and
@@ -31,12 +47,44 @@ impl Profile {
     /// [`RecordedRigError`].
     pub fn of_sequence(sequence: &Sequence) -> Result<Option<Self>, RecordedRigError> {
         let record = sequence.record();
-        let profile = record.origin.rig().map(|rig| serde_json::from_value(rig.clone())).transpose();
+        let profile = record.origin.rig().map(Self::of_record).transpose();
         profile.map_err(|source| RecordedRigError {
             path: sequence.folder().join("sequence.json"),
             program: record.program.clone(),
             source,
         })
+    }
+
+    /// From a record; numbers that no rig has are refused.
+    ///
+    /// # Errors
+    /// The key and what is wrong with it.
+    pub fn of_record(rig: &Value) -> Result<Self, RecordFault> {
+        let profile: Self = parse_value(rig.clone())?;
+        let fault = |key: String, reason: String| RecordFault { line: 0, key, reason };
+        if let Some((key, number)) = impossible_number(rig, String::new()) {
+            return Err(fault(key, format!("{number} cannot be")));
+        }
+        let plan = &profile.plan;
+        let boards = profile.board.into_iter().chain(profile.target.print.map(|print| print.board));
+        let corners: Vec<usize> = boards.flat_map(|board| [board.columns, board.rows]).collect();
+        let size = profile.camera.size.map_or(Some(1), |size| area(size.rows, size.columns));
+        // As the keys of a profile in TOML allow.
+        for (key, is_possible) in [
+            ("plan.frames", plan.frames.is_none_or(|frames| (2..=100_000).contains(&frames))),
+            ("plan.average", (1..=65_536).contains(&plan.average)),
+            ("plan.dark", plan.dark <= 1000),
+            ("plan.flat", plan.flat <= 1000),
+            ("plan.board", plan.board <= 1000),
+            ("limits.retakes", profile.limits.retakes <= 100),
+            ("board or target.print", corners.iter().all(|count| (2..=1000).contains(count))),
+            ("camera.size", size.is_some()),
+        ] {
+            if !is_possible {
+                return Err(fault(key.to_owned(), "out of range".to_owned()));
+            }
+        }
+        Ok(profile)
     }
 
     /// What it says of lens and targets alone: all that images say nothing of is as if it had been left out.
@@ -45,5 +93,57 @@ impl Profile {
         // Where nothing was given, nothing is wrong.
         let (nothing, _) = read::read(Settings::default());
         Self { optics, target, board, ..nothing }
+    }
+
+    /// Where it contradicts what else the records of its sequence say.
+    pub fn contradictions(&self, sequence: &Sequence) -> Vec<Finding> {
+        let record = sequence.record();
+        let mut found = Vec::new();
+        let mut contradicts = |what: &str| {
+            found.push(Finding {
+                file: "sequence.json".to_owned(),
+                problem: format!("{what} are not those of the rig that is recorded with them; restore it from a copy"),
+            });
+        };
+        if let (Some(planned), Some(recorded)) = (self.plan.positions_mm(), &record.positions_mm)
+            && planned != *recorded
+        {
+            contradicts("the planned positions");
+        }
+        let lens = self.optics.lens(record.columns, record.rows).map(|lens| {
+            [lens.focal_length_x_px, lens.principal_point_x_px, lens.principal_point_y_px]
+        });
+        let recorded = record.intrinsics.map(|intrinsics| {
+            [intrinsics.focal_length_px, intrinsics.principal_point_x_px, intrinsics.principal_point_y_px]
+        });
+        // The same formula in another order of its factors: equal but for rounding.
+        let differ = |(one, other): (f64, f64)| (one - other).abs() > 1e-9 * one.abs().max(other.abs()).max(1.0);
+        if let (Some(lens), Some(recorded)) = (lens, recorded)
+            && lens.into_iter().zip(recorded).any(differ)
+        {
+            contradicts("focal length and principal point");
+        }
+        found
+    }
+}
+
+/// The first number that no rig has, with its key.
+fn impossible_number(value: &Value, key: String) -> Option<(String, f64)> {
+    match value {
+        Value::Number(number) => {
+            let size = number.as_f64().unwrap_or(f64::INFINITY).abs();
+            let least = if DIVISORS.iter().any(|divisor| key.ends_with(divisor)) { SMALLEST } else { 0.0 };
+            // What begins chance may be any whole number.
+            (!(least..=LARGEST).contains(&size) && key != "sim.seed").then_some((key, size))
+        }
+        Value::Array(values) => values
+            .iter()
+            .enumerate()
+            .find_map(|(index, value)| impossible_number(value, format!("{key}[{index}]"))),
+        Value::Object(entries) => entries.iter().find_map(|(name, value)| {
+            let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+            impossible_number(value, key)
+        }),
+        Value::Null | Value::Bool(_) | Value::String(_) => None,
     }
 }

@@ -11,6 +11,11 @@ use super::quantity::Unit;
 use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
 use crate::camera::Control;
 
+/// Mistakes that are listed.
+const MOST_MISTAKES: usize = 50;
+/// More controls than any camera has.
+const MOST_CONTROLS: usize = 1000;
+
 /// A value as it was given.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Given {
@@ -86,11 +91,15 @@ pub(super) struct Settings {
 impl Settings {
     /// What a file says; `source` is its name.
     pub(super) fn of_file(text: &str, source: &str) -> Self {
-        let file = File { text, source };
+        let lines = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(place, _)| place + 1);
+        let file = File { source, lines: lines.collect() };
         let mut settings = Self::default();
         match DeTable::parse(text) {
             Ok(table) => {
                 for (name, value) in in_order(table.get_ref()) {
+                    if settings.is_full() {
+                        break;
+                    }
                     settings.add_section(&file, name, value);
                 }
             }
@@ -113,6 +122,9 @@ impl Settings {
         match section {
             Ok((section, table)) => {
                 for (name, value) in in_order(table) {
+                    if self.is_full() {
+                        return;
+                    }
                     self.add_entry(file, section, name, value);
                 }
             }
@@ -146,6 +158,9 @@ impl Settings {
 
     fn add_control(&mut self, name: &str, given: Given, place: Place) {
         let name = match control_name(name) {
+            Ok(_) if self.controls.len() >= MOST_CONTROLS => {
+                return self.note(place, Problem::TooMany { what: "controls", most: MOST_CONTROLS });
+            }
             Ok(name) => name,
             Err(problem) => return self.note(place, problem),
         };
@@ -155,8 +170,21 @@ impl Settings {
         }
     }
 
+    /// Notes a mistake. A person mends some, and asks again.
     fn note(&mut self, place: Place, problem: Problem) {
-        self.mistakes.push(Mistake { place, problem });
+        match self.mistakes.len() {
+            ..MOST_MISTAKES => self.mistakes.push(Mistake { place, problem }),
+            MOST_MISTAKES => {
+                let problem = Problem::TooMany { what: "mistakes", most: MOST_MISTAKES };
+                self.mistakes.push(Mistake { place, problem });
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether so much is wrong that nothing more is looked at.
+    fn is_full(&self) -> bool {
+        self.mistakes.len() > MOST_MISTAKES
     }
 
     /// Takes an override's value instead of what there is.
@@ -229,8 +257,9 @@ fn in_order<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t DeValue<'i
 }
 
 struct File<'a> {
-    text: &'a str,
     source: &'a str,
+    /// Where each line but the first begins, in bytes.
+    lines: Vec<usize>,
 }
 
 impl File<'_> {
@@ -239,8 +268,7 @@ impl File<'_> {
     }
 
     fn place(&self, byte: usize) -> Place {
-        let before = &self.text.as_bytes()[..byte.min(self.text.len())];
-        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+        let line = 1 + self.lines.partition_point(|start| *start <= byte);
         Place::Line { source: self.source.to_owned(), line }
     }
 }

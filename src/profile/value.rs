@@ -2,7 +2,7 @@
 
 use super::error::Problem;
 use super::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
-use super::schema::{Allowed, Key, Kind, LONGEST_H};
+use super::schema::{LARGEST, SMALLEST, Allowed, Key, Kind, LONGEST_H};
 use super::settings::Given;
 use crate::camera::pixels::FourCc;
 use crate::camera::{CameraChoice, Size};
@@ -125,10 +125,10 @@ fn measured(key: &Key, unit_in_key: Option<Unit>, given: &Given) -> Result<Measu
     } else {
         // A focal length in px is positive as one in mm is.
         let value = if unit.quantity == found.unit.quantity { found.in_unit(unit) } else { found.value };
-        value.is_finite()
+        value.abs() <= LARGEST
             && match allowed {
                 Allowed::Any => true,
-                Allowed::Positive => value > 0.0,
+                Allowed::Positive => value >= SMALLEST,
                 Allowed::ZeroOrMore => value >= 0.0,
                 Allowed::UpTo(most) => (0.0..=most).contains(&value),
                 Allowed::Within(most) => value.abs() <= most,

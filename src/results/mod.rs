@@ -12,9 +12,10 @@ pub use read::{read_map, read_summary};
 pub use write::{ResultsFolder, mask_value};
 
 use crate::epi::{LockingAmplitudes, LockingHarmonic, PixelLocking};
+use crate::storage::ReadError;
 
 /// Version of `match.json`.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Why results cannot be written or read.
 #[derive(Debug, Error)]
@@ -26,12 +27,29 @@ pub enum ResultsError {
         /// The folder.
         path: PathBuf,
     },
-    /// The folder holds something that are no results.
-    #[error("{} holds something that is no result of this program and is not replaced; choose another folder with --out", path.display())]
+    /// The folder holds something that is no result.
+    #[error("{} holds {name}, which is no result of this program, so it is not replaced; choose another folder with --out", path.display())]
     Foreign {
         /// The folder.
         path: PathBuf,
+        /// Name of what it holds.
+        name: String,
     },
+    /// There is a file where a folder should be.
+    #[error("{} is not a folder; choose another folder with --out", path.display())]
+    NotAFolder {
+        /// What is there.
+        path: PathBuf,
+    },
+    /// Another program writes there.
+    #[error("{} is being written by another epirig; wait until it has ended", path.display())]
+    Busy {
+        /// The folder in the making.
+        path: PathBuf,
+    },
+    /// A file that cannot be read, or is none.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// The operating system refused.
     #[error("cannot {action} {}: {source}; {}", path.display(), advice(action, source))]
     Io {
@@ -174,6 +192,8 @@ pub struct MatchSummary {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
+    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or `unfinished`.
+    pub scan_ended: String,
     /// Hash of the calibration by which the frames were corrected and rectified; `None`: they were matched as captured.
     #[serde(default)]
     pub calibration: Option<String>,

@@ -1,11 +1,14 @@
 //! Reading results back.
 
-use std::fs;
 use std::path::Path;
 
 use super::{FORMAT_VERSION, MatchSummary, ResultsError};
 use crate::formats::MapFormat;
-use crate::plane::Plane;
+use crate::plane::{MOST_PIXELS, Plane};
+use crate::storage::{RealDisk, RecordError, read_file, read_record, recover};
+
+/// The largest map, as numbers of 64 bit that are not compressed.
+const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
 
 /// Reads a map, whose format the file's ending tells.
 ///
@@ -15,7 +18,7 @@ pub fn read_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     let format = MapFormat::from_extension(&extension)
         .ok_or_else(|| ResultsError::UnknownFormat { path: path.to_owned() })?;
-    let bytes = read(path)?;
+    let bytes = read_file(path, LARGEST_MAP)?;
     format.decode(&bytes).map_err(|source| ResultsError::Format { path: path.to_owned(), source })
 }
 
@@ -24,17 +27,17 @@ pub fn read_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
 /// # Errors
 /// [`ResultsError`] if it is missing, of another version or not to be understood.
 pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
-    let path = folder.join("match.json");
-    let bytes = read(&path)?;
-    let bad = |reason: String| ResultsError::BadSummary { path: path.clone(), reason };
-    let summary: MatchSummary = serde_json::from_slice(&bytes).map_err(|error| bad(error.to_string()))?;
-    if summary.format == FORMAT_VERSION {
-        Ok(summary)
-    } else {
-        Err(bad(format!("format version {}, not {FORMAT_VERSION}", summary.format)))
-    }
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, ResultsError> {
-    fs::read(path).map_err(|source| ResultsError::Io { action: "read", path: path.to_owned(), source })
+    // A killed program may have set them aside.
+    recover(&mut RealDisk, folder)
+        .map_err(|source| ResultsError::Io { action: "bring back", path: folder.to_owned(), source })?;
+    read_record(&folder.join("match.json"), FORMAT_VERSION).map_err(|error| match error {
+        RecordError::Read(error) => error.into(),
+        RecordError::Version { path, found, expected } => {
+            let reason = format!("it has format version {found}, this program reads version {expected}");
+            ResultsError::BadSummary { path, reason }
+        }
+        RecordError::Content { path, fault } => {
+            ResultsError::BadSummary { path, reason: format!("line {}: {fault}", fault.line) }
+        }
+    })
 }

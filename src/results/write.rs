@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use image::{GrayImage, RgbImage};
 use serde::Serialize;
@@ -10,7 +11,9 @@ use super::{MatchSummary, ResultsError};
 use crate::epi::Answer;
 use crate::formats::MapFormat;
 use crate::plane::Plane;
-use crate::scratch::Scratch;
+use crate::storage::{
+    Disk, RealDisk, Scratch, is_in_the_making, is_scratch, is_writing, put_in_place, recover,
+};
 
 /// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden,
 /// 160 ambiguous.
@@ -25,7 +28,8 @@ pub fn mask_value(answer: Answer) -> u8 {
     }
 }
 
-/// Files and folders that results consist of; a folder that holds anything else is never replaced.
+/// Files and folders that results consist of; a folder that holds anything else is never replaced. What killed programs have left there counts
+/// as ours, too.
 const OWN_NAMES: [&str; 26] = [
     "match.json",
     "disparity.pfm",
@@ -55,24 +59,32 @@ const OWN_NAMES: [&str; 26] = [
     "used.png",
 ];
 
-/// Whether results may be put at `target`: nothing is there, or an empty folder, or results that may be replaced.
+/// Refuses to put results at `target` unless nothing is there, or an empty folder, or results that may be replaced.
 fn check_target(target: &Path, overwrite: bool) -> Result<(), ResultsError> {
-    let foreign = || ResultsError::Foreign { path: target.to_owned() };
     let io = |source| ResultsError::Io { action: "look into", path: target.to_owned(), source };
     match fs::symlink_metadata(target) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         // Below a file there is no folder: making it will say so, with the path of that file.
         Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => return Ok(()),
         Err(error) => return Err(io(error)),
-        Ok(metadata) if !metadata.is_dir() => return Err(foreign()),
+        Ok(metadata) if !metadata.is_dir() => {
+            return Err(ResultsError::NotAFolder { path: target.to_owned() });
+        }
         Ok(_) => {}
     }
     let mut occupied = false;
     for entry in fs::read_dir(target).map_err(io)? {
+        let entry = entry.map_err(io)?;
+        let name = entry.file_name();
+        if is_scratch(&name) {
+            if is_writing(&entry.path()) {
+                return Err(ResultsError::Busy { path: entry.path() });
+            }
+            continue;
+        }
         occupied = true;
-        let name = entry.map_err(io)?.file_name();
-        if !OWN_NAMES.iter().any(|own| name == *own) {
-            return Err(foreign());
+        if !OWN_NAMES.iter().any(|own| name == *own) && !is_in_the_making(&name) {
+            return Err(ResultsError::Foreign { path: target.to_owned(), name: name.to_string_lossy().into_owned() });
         }
     }
     match occupied && !overwrite {
@@ -83,11 +95,11 @@ fn check_target(target: &Path, overwrite: bool) -> Result<(), ResultsError> {
 
 /// A folder of results in the making, beside its final place; [`ResultsFolder::commit`] puts it there whole. Dropped
 /// without that, it leaves nothing.
-#[derive(Debug)]
 pub struct ResultsFolder {
     target: PathBuf,
     overwrite: bool,
     scratch: Scratch,
+    disk: Mutex<Box<dyn Disk>>,
 }
 
 impl ResultsFolder {
@@ -97,16 +109,29 @@ impl ResultsFolder {
     /// [`ResultsError`] if `target` holds something and `overwrite` is not set (or it is no folder of results), or its
     /// parent cannot be written.
     pub fn create(target: &Path, overwrite: bool) -> Result<Self, ResultsError> {
+        Self::create_on(Box::new(RealDisk), target, overwrite)
+    }
+
+    /// The same on a given disk.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_on(mut disk: Box<dyn Disk>, target: &Path, overwrite: bool) -> Result<Self, ResultsError> {
+        recover(&mut *disk, target).map_err(io("bring back", target))?;
         check_target(target, overwrite)?;
-        let io = |(path, source)| ResultsError::Io { action: "make a folder in", path, source };
-        let scratch = Scratch::beside(target).map_err(io)?;
-        let building = scratch.path().join("results");
-        fs::create_dir(&building).map_err(|source| io((building, source)))?;
-        Ok(Self { target: target.to_owned(), overwrite, scratch })
+        let scratch = Scratch::beside(target)
+            .map_err(|(path, source)| ResultsError::Io { action: "make a folder in", path, source })?;
+        let building = scratch.path().join(BUILDING);
+        disk.make_folder(&building).map_err(io("make a folder in", &building))?;
+        Ok(Self { target: target.to_owned(), overwrite, scratch, disk: Mutex::new(disk) })
     }
 
     fn building(&self) -> PathBuf {
-        self.scratch.path().join("results")
+        self.scratch.path().join(BUILDING)
+    }
+
+    fn disk(&self) -> MutexGuard<'_, Box<dyn Disk>> {
+        self.disk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Writes `bytes` as file `name`, which may lie in a folder of its own.
@@ -115,16 +140,16 @@ impl ResultsFolder {
     /// [`ResultsError::Io`].
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
         let path = self.building().join(name);
-        let write = || {
-            if let Some(parent) = path.parent() {
-                fs::create_dir_all(parent)?;
+        let mut disk = self.disk();
+        let mut write = || {
+            if let Some(parent) = path.parent().filter(|parent| !parent.exists()) {
+                disk.make_folder(parent)?;
             }
-            let mut file = fs::File::create(&path)?;
-            std::io::Write::write_all(&mut file, bytes)?;
-            file.sync_all()
+            disk.write(&path, bytes)?;
+            disk.sync(&path)
         };
         // The person knows the final place, not the one beside it.
-        write().map_err(|source| ResultsError::Io { action: "write", path: self.target.join(name), source })
+        write().map_err(io("write", &self.target.join(name)))
     }
 
     /// Writes a map in the format that its name tells.
@@ -201,25 +226,18 @@ impl ResultsFolder {
     /// # Errors
     /// [`ResultsError`]; what was there before stays if the new folder cannot take its place.
     pub fn commit(self) -> Result<(), ResultsError> {
-        let target = self.target.clone();
-        let io = |source| ResultsError::Io { action: "put in place", path: target.clone(), source };
         // Something may have come there since the work began.
         check_target(&self.target, self.overwrite)?;
-        let previous = self.scratch.path().join("previous");
-        let replaced = self.target.exists();
-        if replaced {
-            fs::rename(&self.target, &previous).map_err(io)?;
-        }
-        if let Err(source) = fs::rename(self.building(), &self.target) {
-            if replaced {
-                // The rename before this one has just worked, and nothing else knows the name.
-                let _ = fs::rename(&previous, &self.target);
-            }
-            return Err(io(source));
-        }
-        if let Some(parent) = self.target.parent().filter(|parent| !parent.as_os_str().is_empty()) {
-            fs::File::open(parent).and_then(|folder| folder.sync_all()).map_err(io)?;
-        }
-        Ok(())
+        let building = self.building();
+        let placed = put_in_place(&mut **self.disk(), &building, &self.target);
+        placed.map_err(io("put in place", &self.target))
     }
+}
+
+/// Name of the folder in the scratch folder.
+const BUILDING: &str = "results";
+
+fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> ResultsError {
+    let path = path.to_owned();
+    move |source| ResultsError::Io { action, path, source }
 }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::disk::RealDisk;
 use super::error::SequenceError;
 use super::record::{ExitStatus, FORMAT_VERSION, Intrinsics, Origin, SequenceRecord};
 use super::writer::{
@@ -10,6 +9,7 @@ use super::writer::{
 };
 use crate::frame::{Frame, FrameError};
 use crate::progress::Progress;
+use crate::storage::RealDisk;
 
 /// What is known of a sequence that is made of another, besides its frames.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +28,10 @@ pub struct Derived {
     pub positions_mm: Option<Vec<f64>>,
     /// The file that each frame is made of.
     pub sources: Vec<String>,
+    /// How the scan ended that it is made of: what is wrong with its positions is wrong with these.
+    pub exit_status: ExitStatus,
+    /// Why it ended so, if it was not complete.
+    pub reason: Option<String>,
 }
 
 /// Makes the sequence `out`, with a frame for each of its sources, which `frame` gives by their index.
@@ -43,7 +47,7 @@ pub fn write_derived(
     progress: &dyn Progress,
 ) -> Result<(), SequenceError> {
     refuse_existing(out)?;
-    let Derived { origin, rows, columns, bit_depth, intrinsics, positions_mm, sources } = derived;
+    let Derived { origin, rows, columns, bit_depth, intrinsics, positions_mm, sources, exit_status, reason } = derived;
     let record = SequenceRecord {
         format: FORMAT_VERSION,
         uid: new_uid(),
@@ -69,6 +73,6 @@ pub fn write_derived(
         progress.advance(1);
     }
     progress.end();
-    writer.finish(ExitStatus::Complete, StopFacts::default())?;
+    writer.finish(exit_status, StopFacts { reason, ..StopFacts::default() })?;
     publish(&mut RealDisk, &building, out)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::frame::FrameError;
+use crate::storage::{ReadError, RecordError};
 use crate::tau::TauError;
 use crate::volume::VolumeError;
 
@@ -22,6 +23,9 @@ pub enum SequenceError {
         /// What the operating system said.
         source: std::io::Error,
     },
+    /// A file that cannot be read, or is none.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// The folder to be made exists and is not empty.
     #[error("{} exists already and is not empty; choose another folder, or move it away", path.display())]
     Exists {
@@ -33,6 +37,14 @@ pub enum SequenceError {
     Unfinished {
         /// The folder.
         path: PathBuf,
+    },
+    /// An image that cannot get a second name.
+    #[error("{} cannot be linked: {source}; leave --link out, and the images are copied", path.display())]
+    CannotLink {
+        /// The image.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
     },
     /// Another program writes the sequence.
     #[error("{} is being written by another epirig; wait until it has ended", path.display())]
@@ -49,6 +61,22 @@ pub enum SequenceError {
         /// The folder.
         path: PathBuf,
     },
+    /// Names of images behind which there is no file.
+    #[error("{}: {}; put the image itself there, or move it away: without it every later frame would be one step off", folder.display(), found.join(", "))]
+    NotFiles {
+        /// The folder.
+        folder: PathBuf,
+        /// Each name with what is wrong with it.
+        found: Vec<String>,
+    },
+    /// An image of a kind that cannot be used.
+    #[error("{} cannot be used: {reason}", path.display())]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        reason: String,
+    },
     /// Fewer than two frames.
     #[error("{} holds {count} frame(s) to use; a sequence needs at least 2", path.display())]
     TooFewFrames {
@@ -56,6 +84,16 @@ pub enum SequenceError {
         path: PathBuf,
         /// How many there are.
         count: usize,
+    },
+    /// More frames than a sequence can have.
+    #[error("{} holds {count} images, a sequence has {most} at most; take a part with --frames", path.display())]
+    TooManyFrames {
+        /// The folder.
+        path: PathBuf,
+        /// How many there are.
+        count: usize,
+        /// How many there may be.
+        most: usize,
     },
     /// A selection of frames that do not exist.
     #[error("frames {first}..{last} are not all there: {} holds {count} images, 0 to {}; change --frames", path.display(), count.saturating_sub(1))]
@@ -144,6 +182,34 @@ pub enum SequenceError {
         /// What is wrong.
         source: TauError,
     },
+    /// A scan whose positions are known to be wrong.
+    #[error("{}: the scan was not closed, so the positions of its frames are wrong ({reason}); take the scan again, or go on all the same with --anyway", folder.display())]
+    NotClosed {
+        /// The sequence.
+        folder: PathBuf,
+        /// What was found at its end.
+        reason: String,
+    },
+    /// A record that contradicts a frame that is as it was written.
+    #[error("{}: {reason}; the frame is as it was written, so the record is wrong: restore it from a copy", path.display())]
+    RecordAtFault {
+        /// The record.
+        path: PathBuf,
+        /// What contradicts what.
+        reason: String,
+    },
+    /// Records that contradict each other.
+    #[error("{}, {file}: {problem}{}", folder.display(), if *others > 0 { format!(" (and {others} more, which `epirig verify` lists)") } else { String::new() })]
+    Contradiction {
+        /// The sequence.
+        folder: PathBuf,
+        /// The record or frame that it concerns.
+        file: String,
+        /// What is wrong and what to do.
+        problem: String,
+        /// Further contradictions.
+        others: usize,
+    },
     /// A record that cannot be understood.
     #[error("{}{}: {reason}; restore it from a copy, or import the frames again", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
     BadRecord {
@@ -160,7 +226,7 @@ pub enum SequenceError {
         /// The file.
         path: PathBuf,
         /// Version found.
-        found: u32,
+        found: u64,
         /// Version understood.
         expected: u32,
     },
@@ -187,7 +253,34 @@ pub enum SequenceError {
     Volume(#[from] VolumeError),
 }
 
+impl From<RecordError> for SequenceError {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::Read(error) => Self::Read(error),
+            RecordError::Version { path, found, expected } => Self::Version { path, found, expected },
+            RecordError::Content { path, fault } => {
+                Self::BadRecord { path, line: Some(fault.line), reason: fault.to_string() }
+            }
+        }
+    }
+}
+
 impl SequenceError {
+    /// Whether a frame's file is not what was written, so that taking it again is right. Of all other errors nobody knows whether the
+    /// file is at fault.
+    pub fn is_of_the_file(&self) -> bool {
+        matches!(self, Self::MissingFrame { .. } | Self::HashMismatch { .. })
+    }
+
+    /// Whether the disk or the access to it is at fault rather than what it holds.
+    pub fn is_trouble(&self) -> bool {
+        match self {
+            Self::Io { .. } => true,
+            Self::Read(error) => error.is_trouble(),
+            _ => false,
+        }
+    }
+
     pub(super) fn io(action: &'static str, path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |source| Self::Io { action, path, source }

@@ -5,18 +5,19 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::disk::RealDisk;
 use super::error::SequenceError;
 use super::nominal_lens::NominalLens;
-use super::pixels::{DecodedImage, decode_grey, with_bit_depth};
+use super::pixels::{DecodedImage, ImageFault, decode_grey, header, with_bit_depth};
 use super::positions::read_positions;
-use super::reader::{START, describe};
+use super::reader::{MOST_FRAMES, START, describe};
 use super::record::{ExitStatus, FORMAT_VERSION, FrameKind, Origin, SequenceRecord};
 use super::writer::{
     FrameFacts, SequenceWriter, StopFacts, new_uid, now, publish, refuse_existing, scratch_beside,
     write_record,
 };
 use crate::progress::Progress;
+use crate::storage::{RealDisk, kind, read_file};
+use crate::tau::Tau;
 
 /// What a person says of the images.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -73,26 +74,50 @@ pub struct Imported {
     pub bit_depth: u8,
     /// What was done to the images, one sentence each.
     pub conversions: Vec<String>,
+    /// Names of hidden files that were passed over.
+    pub hidden: Vec<String>,
 }
 
-/// Images in a folder, in natural order: `frame_9` before `frame_10`.
+/// Images in a folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Listing {
+    /// The images in natural order: `frame_9` before `frame_10`.
+    pub images: Vec<PathBuf>,
+    /// Names of hidden files that were passed over: some systems keep notes of their own beside images (`._0001.png`).
+    pub hidden: Vec<String>,
+}
+
+/// Lists the images in a folder. Links to files count as files.
 ///
 /// # Errors
-/// [`SequenceError`] if the folder cannot be listed or holds no images.
-pub fn list_images(folder: &Path) -> Result<Vec<PathBuf>, SequenceError> {
-    let mut images = Vec::new();
+/// [`SequenceError`] if the folder cannot be listed or holds no images; [`SequenceError::NotFiles`] if a name of an image has no file
+/// behind it.
+pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
+    let (mut images, mut hidden, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
     for entry in fs::read_dir(folder).map_err(SequenceError::io("look into", folder))? {
         let path = entry.map_err(SequenceError::io("look into", folder))?.path();
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        if matches!(extension.as_deref(), Some("png" | "tif" | "tiff" | "jpg" | "jpeg")) && path.is_file() {
-            images.push(path);
+        if !matches!(extension.as_deref(), Some("png" | "tif" | "tiff" | "jpg" | "jpeg")) {
+            continue;
         }
+        let name = name(&path);
+        match fs::metadata(&path) {
+            _ if name.starts_with('.') => hidden.push(name),
+            Ok(metadata) if metadata.is_file() => images.push(path),
+            Ok(metadata) => wrong.push(format!("{name} is {}", kind(metadata.file_type()))),
+            Err(error) => wrong.push(format!("{name} leads to no file that can be read ({error})")),
+        }
+    }
+    hidden.sort();
+    if !wrong.is_empty() {
+        wrong.sort_by(|a, b| natural_order(a, b));
+        return Err(SequenceError::NotFiles { folder: folder.to_owned(), found: wrong });
     }
     if images.is_empty() {
         return Err(SequenceError::NoImages { path: folder.to_owned() });
     }
-    images.sort_by(|a, b| natural_order(&name(a), &name(b)));
-    Ok(images)
+    images.sort_by(|a, b| natural_order(&name(a), &name(b)).then_with(|| a.cmp(b)));
+    Ok(Listing { images, hidden })
 }
 
 /// Makes the sequence `out` of the images in `folder`, which stay as they are. Calibration images must be of the size and the bit depth
@@ -108,7 +133,7 @@ pub fn import(
     options: &ImportOptions,
     progress: &dyn Progress,
 ) -> Result<Imported, SequenceError> {
-    let all = list_images(folder)?;
+    let Listing { images: all, mut hidden } = list_images(folder)?;
     let (first, last) = options.frames.unwrap_or((0, all.len() - 1));
     if first > last || last >= all.len() {
         return Err(SequenceError::NoSuchFrames { path: folder.to_owned(), first, last, count: all.len() });
@@ -122,15 +147,28 @@ pub fn import(
     let mut calibration = Vec::new();
     for (kind, folder) in options.calibration() {
         refuse_inside(out, folder)?;
-        calibration.push((kind, list_images(folder)?));
+        let listing = list_images(folder)?;
+        hidden.extend(listing.hidden);
+        calibration.push((kind, listing.images));
     }
     let positions_mm = match (&options.positions, options.step_mm) {
         (Some(path), _) => Some(read_positions(path, images.len())?),
-        (None, Some(step_mm)) => Some((0..images.len()).map(|index| index as f64 * step_mm).collect()),
+        (None, Some(step_mm)) => {
+            let positions: Vec<f64> = (0..images.len()).map(|index| index as f64 * step_mm).collect();
+            Tau::from_positions(&positions)
+                .map_err(|source| SequenceError::Positions { path: folder.to_owned(), source })?;
+            Some(positions)
+        }
         (None, None) => None,
     };
 
-    let (_, head) = read_image(&images[0], options.bit_depth)?;
+    if images.len() > MOST_FRAMES {
+        return Err(SequenceError::TooManyFrames { path: folder.to_owned(), count: images.len(), most: MOST_FRAMES });
+    }
+    let bytes = read_file(&images[0], LARGEST_IMAGE)?;
+    let stored = header(&bytes).map_err(fault_of(&images[0]))?;
+    let head = decode(&images[0], &bytes, options.bit_depth)?;
+    drop(bytes);
     let scratch = scratch_beside(out)?;
     let building = scratch.path().join("sequence");
 
@@ -140,6 +178,7 @@ pub fn import(
         writer: SequenceWriter::create(&building, &record)?,
         options,
         first: &images[0],
+        stored: describe(stored.rows, stored.columns, stored.bits),
         expected: describe(record.rows, record.columns, record.bit_depth),
         conversions: BTreeMap::new(),
     };
@@ -173,6 +212,7 @@ pub fn import(
         columns: record.columns,
         bit_depth: record.bit_depth,
         conversions: done,
+        hidden,
     })
 }
 
@@ -182,7 +222,9 @@ struct Import<'a> {
     options: &'a ImportOptions,
     /// The image that the others must be like ...
     first: &'a Path,
-    /// ... and what it is.
+    /// ... what its head says ...
+    stored: String,
+    /// ... and what it makes.
     expected: String,
     /// What was done to how many images.
     conversions: BTreeMap<&'static str, usize>,
@@ -197,16 +239,16 @@ impl Import<'_> {
         path: &Path,
         commanded_mm: Option<f64>,
     ) -> Result<(), SequenceError> {
-        let (bytes, image) = read_image(path, self.options.bit_depth)?;
+        let bytes = read_file(path, LARGEST_IMAGE)?;
+        let stored = header(&bytes).map_err(fault_of(path))?;
+        let stored = describe(stored.rows, stored.columns, stored.bits);
+        if stored != self.stored {
+            return Err(self.unlike(kind, path, stored, self.stored.clone()));
+        }
+        let image = decode(path, &bytes, self.options.bit_depth)?;
         let found = describe(image.frame.rows(), image.frame.columns(), image.frame.bit_depth());
         if found != self.expected {
-            let (path, expected) = (path.to_owned(), self.expected.clone());
-            return Err(match kind {
-                FrameKind::Scan => {
-                    SequenceError::Unlike { path, found, first: self.first.to_owned(), expected }
-                }
-                _ => SequenceError::CalibrationUnlike { path, found, expected },
-            });
+            return Err(self.unlike(kind, path, found, self.expected.clone()));
         }
         if let Some(words) = image.conversion {
             *self.conversions.entry(words).or_default() += 1;
@@ -216,6 +258,14 @@ impl Import<'_> {
             (true, true) => self.writer.put_link(kind, index, &image.frame, (path, &bytes), facts),
             (true, false) => self.writer.put_encoded(kind, index, &image.frame, &bytes, facts),
             (false, _) => self.writer.put(kind, index, &image.frame, facts),
+        }
+    }
+
+    fn unlike(&self, kind: FrameKind, path: &Path, found: String, expected: String) -> SequenceError {
+        let path = path.to_owned();
+        match kind {
+            FrameKind::Scan => SequenceError::Unlike { path, found, first: self.first.to_owned(), expected },
+            _ => SequenceError::CalibrationUnlike { path, found, expected },
         }
     }
 }
@@ -261,15 +311,24 @@ fn start_record(
     }
 }
 
-fn read_image(path: &Path, bit_depth: Option<u8>) -> Result<(Vec<u8>, DecodedImage), SequenceError> {
-    let bytes = fs::read(path).map_err(SequenceError::io("read", path))?;
-    let mut image =
-        decode_grey(&bytes).map_err(|reason| SequenceError::BadImage { path: path.to_owned(), reason })?;
+/// Larger than any image that can be measured, also one that is not compressed.
+const LARGEST_IMAGE: u64 = 5 << 28;
+
+fn decode(path: &Path, bytes: &[u8], bit_depth: Option<u8>) -> Result<DecodedImage, SequenceError> {
+    let mut image = decode_grey(bytes).map_err(fault_of(path))?;
     if let Some(bit_depth) = bit_depth {
         image.frame = with_bit_depth(image.frame, bit_depth)
             .map_err(|source| SequenceError::BitDepth { path: path.to_owned(), source })?;
     }
-    Ok((bytes, image))
+    Ok(image)
+}
+
+fn fault_of(path: &Path) -> impl FnOnce(ImageFault) -> SequenceError {
+    let path = path.to_owned();
+    move |fault| match fault {
+        ImageFault::Damaged(reason) => SequenceError::BadImage { path, reason },
+        other => SequenceError::Unusable { path, reason: other.to_string() },
+    }
 }
 
 fn name(path: &Path) -> String {

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::reader::START;
 use super::{Origin, Sequence, SequenceError};
 use crate::progress::Progress;
 use crate::volume::Volume;
@@ -11,10 +10,12 @@ use crate::volume::Volume;
 /// the DN of their originals: noise and cost mean the same in both.
 ///
 /// # Errors
-/// [`SequenceError`] naming the first frame that cannot be used.
+/// [`SequenceError`] naming the first frame that cannot be used, or [`Contradiction`](SequenceError::Contradiction) if the records
+/// are not to be believed.
 pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volume, SequenceError> {
     let record = sequence.record();
     let tau = sequence.tau()?;
+    sequence.check_records()?;
     // The size in the record is believed only after a frame has shown it.
     if let Some(first) = sequence.frames().first() {
         sequence.read(first)?;
@@ -24,14 +25,7 @@ pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volum
         Origin::Captured { .. } | Origin::Imported { .. } => None,
     };
     let mut volume = match original_bits {
-        Some(bits @ 1..=16) => Volume::fine(record.rows, record.columns, bits, tau),
-        Some(bits) => {
-            return Err(SequenceError::BadRecord {
-                path: sequence.folder().join(START),
-                line: None,
-                reason: format!("the original frames cannot have had {bits} bits"),
-            });
-        }
+        Some(bits) => Volume::fine(record.rows, record.columns, bits, tau),
         None => Volume::new(record.rows, record.columns, record.bit_depth, tau),
     };
     progress.begin("reading frames", sequence.frames().len() as u64);

@@ -4,8 +4,8 @@
 //! event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes one frame by frame,
 //! [`import`] makes one of images that other software took, [`Sequence`] reads it and [`verify`] checks every byte.
 
+mod consistency;
 mod derived;
-mod disk;
 mod error;
 pub mod import;
 mod load;
@@ -18,12 +18,12 @@ mod resume;
 mod verify;
 mod writer;
 
+pub use consistency::Finding;
 pub use derived::{Derived, write_derived};
-pub use disk::{Disk, DiskFault, FaultyDisk, RealDisk};
 pub use error::SequenceError;
 pub use load::load_volume;
 pub use nominal_lens::{FocalLength, NominalLens};
-pub use pixels::{DecodedImage, decode_grey, encode_png};
+pub use pixels::{DecodedImage, Header, ImageFault, decode_grey, encode_png, header};
 pub use positions::read_positions;
 pub use reader::Sequence;
 pub use record::{
@@ -32,6 +32,6 @@ pub use record::{
     StopRecord, TimesRecord,
 };
 pub(crate) use resume::refuse_busy;
-pub use verify::{Finding, VerifyReport, verify};
+pub use verify::{VerifyReport, verify};
 pub use writer::{FrameFacts, SequenceWriter, StopFacts};
 pub(crate) use writer::{new_uid, now, refuse_existing};

@@ -4,8 +4,10 @@ use std::io::Cursor;
 
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
+use thiserror::Error;
 
 use crate::frame::{Frame, FrameError, Samples};
+use crate::plane::area;
 
 /// An image as a grey frame, with what had to be done to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,19 +20,111 @@ pub struct DecodedImage {
     pub conversion: Option<&'static str>,
 }
 
+/// Why an image file makes no frame.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum ImageFault {
+    /// The bytes do not follow their format.
+    #[error("{0}")]
+    Damaged(String),
+    /// A sound file of a kind that is not read.
+    #[error("{0}")]
+    Unsupported(String),
+    /// More pixels than can be measured.
+    #[error("{columns} x {rows} pixels are more than can be measured (16384 x 16384)")]
+    TooLarge {
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+    },
+}
+
+impl From<image::ImageError> for ImageFault {
+    fn from(error: image::ImageError) -> Self {
+        match error {
+            image::ImageError::Unsupported(_) => {
+                Self::Unsupported(format!("{error}; save it as a grey PNG of 8 or 16 bit"))
+            }
+            other => Self::Damaged(other.to_string()),
+        }
+    }
+}
+
+/// What the head of an image file says, before a pixel is decoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Header {
+    /// Rows of the frame that it makes.
+    pub rows: usize,
+    /// Columns of that frame.
+    pub columns: usize,
+    /// Bits of its stored samples: 8 or 16.
+    pub bits: u8,
+}
+
+/// Reads the head of a PNG, TIFF or JPEG alone: a small file can say that it is very large.
+///
+/// # Errors
+/// [`ImageFault`].
+pub fn header(bytes: &[u8]) -> Result<Header, ImageFault> {
+    head(bytes).map(|(_, _, _, header)| header)
+}
+
+/// Most bytes that the decoded image may take: colour and transparency of 16 bit take eight for a pixel.
+const MOST_DECODED: u64 = 1 << 30;
+
+type Head<'a> = (image::ImageFormat, Box<dyn ImageDecoder + 'a>, Orientation, Header);
+
+fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| ImageFault::Damaged(error.to_string()))?;
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(2 * MOST_DECODED);
+    reader.limits(limits);
+    let format =
+        reader.format().ok_or_else(|| ImageFault::Damaged("not a PNG, TIFF or JPEG".to_owned()))?;
+    let mut decoder = reader.into_decoder()?;
+    let (width, height) = decoder.dimensions();
+    let (mut rows, mut columns) = (height as usize, width as usize);
+    if area(rows, columns).is_none() || decoder.total_bytes() > MOST_DECODED {
+        return Err(ImageFault::TooLarge { rows, columns });
+    }
+    let colour = decoder.color_type();
+    let bits = match colour.bytes_per_pixel() / colour.channel_count() {
+        1 => 8,
+        2 => 16,
+        _ => {
+            let reason = "floating-point samples are not read; save it as a grey PNG of 8 or 16 bit";
+            return Err(ImageFault::Unsupported(reason.to_owned()));
+        }
+    };
+    let orientation = decoder.orientation()?;
+    if turns_by_a_quarter(orientation) {
+        (rows, columns) = (columns, rows);
+    }
+    Ok((format, Box::new(decoder), orientation, Header { rows, columns, bits }))
+}
+
+/// Whether rows become columns.
+fn turns_by_a_quarter(orientation: Orientation) -> bool {
+    matches!(
+        orientation,
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    )
+}
+
 /// Decodes a PNG, TIFF or JPEG, whatever its name says, and makes it grey: Rec. 709 luma of the stored values, transparency
 /// ignored.
 ///
 /// # Errors
-/// What the decoder says of the file.
-pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
-    let say = |error: image::ImageError| error.to_string();
-    let reader =
-        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
-    let format = reader.format().ok_or("not a PNG, TIFF or JPEG")?;
-    let mut decoder = reader.into_decoder().map_err(say)?;
-    let orientation = decoder.orientation().map_err(say)?;
-    let mut image = DynamicImage::from_decoder(decoder).map_err(say)?;
+/// [`ImageFault`].
+pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, ImageFault> {
+    let (format, decoder, orientation, _) = head(bytes)?;
+    let mut image = DynamicImage::from_decoder(decoder)?;
     let turned = orientation != Orientation::NoTransforms;
     image.apply_orientation(orientation);
     let (width, height) = (image.width(), image.height());
@@ -54,13 +148,10 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, String> {
         wide @ (DynamicImage::ImageLumaA16(_)
         | DynamicImage::ImageRgb16(_)
         | DynamicImage::ImageRgba16(_)) => (16, Samples::U16(wide.to_luma16().into_raw())),
-        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            return Err("floating-point samples; save it with 8 or 16 bit".to_owned());
-        }
         narrow => (8, Samples::U8(narrow.to_luma8().into_raw())),
     };
     let frame =
-        Frame::new(height as usize, width as usize, bit_depth, samples).map_err(|error| error.to_string())?;
+        Frame::new(height as usize, width as usize, bit_depth, samples).map_err(|error| ImageFault::Damaged(error.to_string()))?;
     let usable_as_is = format == image::ImageFormat::Png && conversion.is_none();
     Ok(DecodedImage { frame, usable_as_is, conversion })
 }

@@ -3,7 +3,11 @@
 use std::path::Path;
 
 use super::SequenceError;
+use crate::storage::read_text;
 use crate::tau::Tau;
+
+/// More than a line for each of the frames that a sequence can have.
+const LARGEST_TABLE: u64 = 64 << 20;
 
 /// Reads a CSV of positions in mm: one number a line, or a table with a column named `position_mm`. Lines that start with
 /// `#` are comments.
@@ -12,7 +16,7 @@ use crate::tau::Tau;
 /// [`SequenceError`] if the file cannot be read, a field is no number, the count is not `frames` or the positions do not
 /// increase strictly.
 pub fn read_positions(path: &Path, frames: usize) -> Result<Vec<f64>, SequenceError> {
-    let text = std::fs::read_to_string(path).map_err(SequenceError::io("read", path))?;
+    let text = read_text(path, LARGEST_TABLE)?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))

@@ -1,14 +1,14 @@
 //! Reading a sequence's records and frames.
 
-use std::fs;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
-
 use super::error::SequenceError;
-use super::pixels::{decode_grey, with_bit_depth};
-use super::record::{Event, FORMAT_VERSION, FrameKind, FrameRecord, SequenceRecord, StopRecord};
+use super::pixels::{Header, decode_grey, header, with_bit_depth};
+use super::record::{Event, ExitStatus, FORMAT_VERSION, FrameKind, FrameRecord, Origin, SequenceRecord, StopRecord};
 use crate::frame::Frame;
+use crate::plane::area;
+use crate::storage::{parse_record, read_file, read_inside, read_record};
 use crate::tau::Tau;
 
 /// The start record.
@@ -17,6 +17,14 @@ pub(super) const START: &str = "sequence.json";
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// The final record.
 pub(super) const STOP: &str = "stop.json";
+
+/// Most frames that a sequence has, as in a profile's plan.
+pub(super) const MOST_FRAMES: usize = 100_000;
+/// Largest journal: [`MOST_FRAMES`] lines, each ten times as long as a frame's usually is.
+pub(super) const LARGEST_JOURNAL: u64 = 1 << 30;
+
+/// What is wrong with a scan that ended so.
+const NOT_CLOSED: &str = "the scan was not closed: the rig did not stay as it was, so the positions of its frames are wrong";
 
 /// A sequence on disk, its records read and understood.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,35 +40,19 @@ impl Sequence {
     /// Reads the records in `folder`; frames are read when asked for.
     ///
     /// # Errors
-    /// [`SequenceError`] naming the record that is missing, of another version or not to be understood.
+    /// [`SequenceError`] naming the record that is missing, of another version, not to be understood, or holds what cannot be.
     pub fn open(folder: &Path) -> Result<Self, SequenceError> {
         let path = folder.join(START);
         if !path.exists() {
             return Err(SequenceError::NotASequence { path: folder.to_owned() });
         }
-        let record: SequenceRecord = read_record(&path)?;
-        if record.rows == 0 || record.columns == 0 || !(1..=16).contains(&record.bit_depth) {
-            let reason = format!(
-                "frames of {} x {} of {} bit cannot be",
-                record.columns, record.rows, record.bit_depth
-            );
+        let record: SequenceRecord = read_record(&path, FORMAT_VERSION)?;
+        if let Some(reason) = impossible(&record) {
             return Err(SequenceError::BadRecord { path, line: None, reason });
         }
         let stop_path = folder.join(STOP);
-        let stop = if stop_path.exists() { Some(read_record(&stop_path)?) } else { None };
-        let journal = folder.join(JOURNAL);
-        let bytes = fs::read(&journal).map_err(SequenceError::io("read", &journal))?;
-        let text = String::from_utf8_lossy(&bytes);
-        let bad = |line, reason| SequenceError::BadRecord { path: journal.clone(), line: Some(line), reason };
-        let mut events = Vec::new();
-        for (index, line) in text.lines().enumerate() {
-            match serde_json::from_str(line) {
-                Ok(event) => events.push(event),
-                // The last line is cut short if the program was killed while it wrote; what it names was not promised.
-                Err(_) if index + 1 == text.lines().count() && !text.ends_with('\n') => {}
-                Err(error) => return Err(bad(index + 1, error.to_string())),
-            }
-        }
+        let stop = if stop_path.exists() { Some(read_record(&stop_path, FORMAT_VERSION)?) } else { None };
+        let events = read_journal(&folder.join(JOURNAL))?;
         let frames = named_frames(&events, FrameKind::Scan);
         Ok(Self { folder: folder.to_owned(), record, frames, events, stop })
     }
@@ -95,6 +87,40 @@ impl Sequence {
         self.stop.as_ref()
     }
 
+    /// How the scan ended, as results have it: the status in `stop.json`, or `unfinished` without one.
+    pub fn ended(&self) -> &'static str {
+        self.stop.as_ref().map_or("unfinished", |stop| stop.exit_status.name())
+    }
+
+    /// What a person has to know of how the scan ended; `None` if it is complete.
+    pub fn end_in_words(&self) -> Option<String> {
+        let (there, planned) = (self.frames.len(), self.record.frames);
+        let how = match self.stop.as_ref().map(|stop| stop.exit_status) {
+            Some(ExitStatus::Complete) => return None,
+            Some(ExitStatus::NotClosed) => NOT_CLOSED.to_owned(),
+            Some(ExitStatus::Aborted | ExitStatus::Failed) => {
+                format!("the scan ended before it was complete: {there} of {planned} planned frames are there")
+            }
+            None => format!("the scan has not ended: {there} of {planned} planned frames are there"),
+        };
+        let reason = self.stop.as_ref().and_then(|stop| stop.reason.as_ref());
+        Some(reason.map_or(how.clone(), |reason| format!("{how} ({reason})")))
+    }
+
+    /// Refuses a scan whose positions are known to be wrong.
+    ///
+    /// # Errors
+    /// [`SequenceError::NotClosed`].
+    pub fn check_closed(&self) -> Result<(), SequenceError> {
+        match &self.stop {
+            Some(stop) if stop.exit_status == ExitStatus::NotClosed => Err(SequenceError::NotClosed {
+                folder: self.folder.clone(),
+                reason: stop.reason.clone().unwrap_or_else(|| "no reason is recorded".to_owned()),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// tau of the frames that are there: from reported positions, else from those asked for, else by count.
     ///
     /// # Errors
@@ -126,43 +152,111 @@ impl Sequence {
         self.folder.join(&frame.file)
     }
 
-    /// Reads a frame and checks it against the records.
+    /// Reads a frame and checks it against the records: its hash first, then its size and format, and only then its pixels.
     ///
     /// # Errors
-    /// [`SequenceError`] if the file is missing, changed, damaged or not of the recorded size and bit depth.
+    /// [`SequenceError`] if the file is missing, changed, outside the sequence's folder or no file at all; and
+    /// [`SequenceError::RecordAtFault`] if it is as it was written, but the records say otherwise.
     pub fn read(&self, frame: &FrameRecord) -> Result<Frame, SequenceError> {
         let path = self.path(frame);
-        let bytes = fs::read(&path).map_err(|source| match source.kind() {
-            std::io::ErrorKind::NotFound => SequenceError::MissingFrame { path: path.clone() },
-            _ => SequenceError::Io { action: "read", path: path.clone(), source },
+        let bytes = read_inside(&self.folder, &frame.file, self.largest_file()).map_err(|error| {
+            if error.is_missing() { SequenceError::MissingFrame { path: path.clone() } } else { error.into() }
         })?;
-        let decoded = decode_grey(&bytes);
         if blake3::hash(&bytes).to_hex().as_str() != frame.blake3 {
-            return Err(match decoded {
-                Err(reason) => SequenceError::BadImage { path, reason },
-                Ok(_) => SequenceError::HashMismatch { path },
-            });
+            return Err(SequenceError::HashMismatch { path });
         }
-        let image = decoded.map_err(|reason| SequenceError::BadImage { path: path.clone(), reason })?.frame;
-        let record = &self.record;
-        let expected = describe(record.rows, record.columns, if record.bit_depth <= 8 { 8 } else { 16 });
-        let found = describe(image.rows(), image.columns(), image.bit_depth());
+        // From here on the file is what was written, so a contradiction is the records'.
+        let (record, file) = (&self.record, &frame.file);
+        let wrong = |record: &str, reason: String| {
+            Err(SequenceError::RecordAtFault { path: self.folder.join(record), reason })
+        };
+        if bytes.len() as u64 != frame.bytes {
+            let found = format!("it says that {file} has {} bytes, but it has {}", frame.bytes, bytes.len());
+            return wrong(JOURNAL, found);
+        }
+        let stored_bits = if record.bit_depth <= 8 { 8 } else { 16 };
+        let expected = describe(record.rows, record.columns, stored_bits);
+        let found = match header(&bytes) {
+            Ok(Header { rows, columns, bits }) => describe(rows, columns, bits),
+            Err(fault) => return wrong(START, format!("it says {expected}, but {file} is no such image: {fault}")),
+        };
         if found != expected {
-            let first = self.folder.join(START);
-            return Err(SequenceError::Unlike { path, found, first, expected });
+            return wrong(START, format!("it says {expected}, but {file} is {found}"));
         }
-        with_bit_depth(image, record.bit_depth).map_err(|source| SequenceError::BitDepth { path, source })
+        match decode_grey(&bytes).map_err(|fault| fault.to_string()).and_then(|image| {
+            with_bit_depth(image.frame, record.bit_depth).map_err(|fault| fault.to_string())
+        }) {
+            Ok(frame) => Ok(frame),
+            Err(fault) => wrong(START, format!("it says {} bit, but {file}: {fault}", record.bit_depth)),
+        }
     }
+
+    /// Bytes that the file of a frame has at most: what does not compress becomes little larger, and some programs add text.
+    fn largest_file(&self) -> u64 {
+        const TEXT: u64 = 16 << 20;
+        let samples = (self.record.rows * self.record.columns) as u64;
+        2 * samples * u64::from(self.record.bit_depth.div_ceil(8)) + TEXT
+    }
+}
+
+/// What a start record says that cannot be; `None` if all of it can.
+fn impossible(record: &SequenceRecord) -> Option<String> {
+    let SequenceRecord { rows, columns, bit_depth, frames, .. } = *record;
+    if area(rows, columns).is_none() || !(1..=16).contains(&bit_depth) {
+        return Some(format!("frames of {columns} x {rows} of {bit_depth} bit cannot be"));
+    }
+    if !(1..=MOST_FRAMES).contains(&frames) {
+        return Some(format!("a plan of {frames} frames cannot be; 1 to {MOST_FRAMES} can"));
+    }
+    if let Origin::Rectified { original_bit_depth, dn_per_sample, .. } = record.origin
+        && !((1..=16).contains(&original_bit_depth) && dn_per_sample > 0.0)
+    {
+        return Some(format!("the original frames cannot have had {original_bit_depth} bit"));
+    }
+    record.intrinsics.and_then(|intrinsics| intrinsics.impossible(rows, columns))
+}
+
+fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
+    let bytes = read_file(path, LARGEST_JOURNAL)?;
+    let mut events = Vec::new();
+    let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate().peekable();
+    while let Some((index, line)) = lines.next() {
+        match event(line) {
+            Ok(event) => events.push(event),
+            // The last line is cut short if the program was killed while it wrote; what it names was not promised.
+            Err(_) if lines.peek().is_none() && !line.ends_with(b"\n") => {}
+            Err(reason) => {
+                return Err(SequenceError::BadRecord { path: path.to_owned(), line: Some(index + 1), reason });
+            }
+        }
+    }
+    Ok(events)
+}
+
+/// The event in a line of the journal.
+pub(super) fn event(line: &[u8]) -> Result<Event, String> {
+    let text = std::str::from_utf8(line).map_err(|error| format!("not text in UTF-8 ({error})"))?;
+    parse_record(text).map_err(|fault| {
+        // Which key is wrong is told by the record that the event holds, without its kind.
+        match parse_record::<FrameRecord>(text) {
+            Err(of_frame) if !of_frame.key.is_empty() => of_frame.to_string(),
+            _ => fault.to_string(),
+        }
+    })
 }
 
 /// The frames of a kind, by index: of those of one index that supersede each other the last.
 fn named_frames(events: &[Event], wanted: FrameKind) -> Vec<FrameRecord> {
     let mut frames: Vec<FrameRecord> = Vec::new();
+    let mut places: HashMap<usize, usize> = HashMap::new();
     let named = events.iter().filter_map(Event::frame).filter(|(kind, _)| *kind == wanted);
     for (_, frame) in named {
-        match frames.iter_mut().find(|earlier| earlier.index == frame.index) {
-            Some(earlier) if frame.supersedes => *earlier = frame.clone(),
-            _ => frames.push(frame.clone()),
+        match places.get(&frame.index) {
+            Some(&earlier) if frame.supersedes => frames[earlier] = frame.clone(),
+            _ => {
+                places.entry(frame.index).or_insert(frames.len());
+                frames.push(frame.clone());
+            }
         }
     }
     frames.sort_by_key(|frame| frame.index);
@@ -172,20 +266,4 @@ fn named_frames(events: &[Event], wanted: FrameKind) -> Vec<FrameRecord> {
 /// A size and depth in words, for comparing and for saying.
 pub(super) fn describe(rows: usize, columns: usize, bits: u8) -> String {
     format!("{columns} x {rows} of {bits} bit")
-}
-
-fn read_record<T: DeserializeOwned>(path: &Path) -> Result<T, SequenceError> {
-    let bad = |error: serde_json::Error| SequenceError::BadRecord {
-        path: path.to_owned(),
-        line: Some(error.line()),
-        reason: error.to_string(),
-    };
-    let text = fs::read_to_string(path).map_err(SequenceError::io("read", path))?;
-    let value: serde_json::Value = serde_json::from_str(&text).map_err(bad)?;
-    // The version is looked at first: the fields of another version would only confuse.
-    let found = value.get("format").and_then(serde_json::Value::as_u64).unwrap_or(0) as u32;
-    if found != FORMAT_VERSION {
-        return Err(SequenceError::Version { path: path.to_owned(), found, expected: FORMAT_VERSION });
-    }
-    serde_json::from_value(value).map_err(bad)
 }

@@ -153,6 +153,19 @@ impl Intrinsics {
         let middle = |size: usize| 0.5 * (size as f64 - 1.0);
         Self { focal_length_px, principal_point_x_px: middle(columns), principal_point_y_px: middle(rows) }
     }
+
+    /// What in them cannot be of a camera that took images of `rows` x `columns`; `None` if all can. Its view is narrower than 179.9 deg
+    /// and wider than a second of arc, and its axis meets the plane of the image within a hundred images from the middle.
+    pub fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
+        let size = rows.max(columns) as f64;
+        let length_px = self.focal_length_px;
+        if !(1e-3 * size..=1e6 * size).contains(&length_px) {
+            return Some(format!("a focal length of {length_px} px cannot be"));
+        }
+        let point = [self.principal_point_x_px, self.principal_point_y_px];
+        let far = point.iter().any(|place_px| !place_px.is_finite() || place_px.abs() > 100.0 * size);
+        far.then(|| format!("a principal point of {}, {} px cannot be", point[0], point[1]))
+    }
 }
 
 /// `sequence.json`: what was known before the first frame.
@@ -340,6 +353,18 @@ pub enum ExitStatus {
     Failed,
     /// The position was lost in it and nobody noticed at the time: its frames do not show what their positions say.
     NotClosed,
+}
+
+impl ExitStatus {
+    /// As in `stop.json`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::Aborted => "aborted",
+            Self::Failed => "failed",
+            Self::NotClosed => "not-closed",
+        }
+    }
 }
 
 /// Whether the rig was at the end what it was at the beginning.

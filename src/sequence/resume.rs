@@ -4,10 +4,10 @@ use std::fs::{self, File, TryLockError};
 use std::path::Path;
 
 use super::SequenceError;
-use super::disk::{Disk, IN_THE_MAKING};
-use super::reader::{JOURNAL, STOP, Sequence};
+use super::reader::{JOURNAL, LARGEST_JOURNAL, STOP, Sequence, event};
 use super::record::{Event, FrameKind};
 use super::writer::SequenceWriter;
+use crate::storage::{Disk, is_in_the_making, open_file, read_file};
 
 impl SequenceWriter {
     /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files in the making and the
@@ -19,8 +19,7 @@ impl SequenceWriter {
         let lock = lock(folder)?;
         let sequence = Sequence::open(folder)?;
         let journal = folder.join(JOURNAL);
-        let journal_bytes =
-            mend_journal(&mut *disk, &journal).map_err(SequenceError::io("mend", &journal))?;
+        let journal_bytes = mend_journal(&mut *disk, &journal)?;
         let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
         for place in std::iter::once("").chain(kinds.map(FrameKind::folder)) {
             let place = folder.join(place);
@@ -46,20 +45,23 @@ pub(crate) fn refuse_busy(folder: &Path) -> Result<(), SequenceError> {
 }
 
 /// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's length.
-fn mend_journal(disk: &mut dyn Disk, path: &Path) -> std::io::Result<u64> {
-    let bytes = fs::read(path)?;
+fn mend_journal(disk: &mut dyn Disk, path: &Path) -> Result<u64, SequenceError> {
+    let bytes = read_file(path, LARGEST_JOURNAL)?;
     let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
-    if whole == bytes.len() {
-        return Ok(whole as u64);
-    }
-    if serde_json::from_slice::<Event>(&bytes[whole..]).is_ok() {
-        disk.append(path, b"\n")?;
+    let mut mend = || {
+        if whole == bytes.len() {
+            return Ok(whole as u64);
+        }
+        if event(&bytes[whole..]).is_ok() {
+            disk.append(path, b"\n")?;
+            disk.sync(path)?;
+            return Ok(bytes.len() as u64 + 1);
+        }
+        disk.cut(path, whole as u64)?;
         disk.sync(path)?;
-        return Ok(bytes.len() as u64 + 1);
-    }
-    disk.cut(path, whole as u64)?;
-    disk.sync(path)?;
-    Ok(whole as u64)
+        Ok(whole as u64)
+    };
+    mend().map_err(SequenceError::io("mend", path))
 }
 
 fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> {
@@ -68,10 +70,9 @@ fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> 
         entries => entries?,
     };
     for entry in entries {
-        let path = entry?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with('.') && name.ends_with(IN_THE_MAKING) {
-            disk.remove(&path)?;
+        let entry = entry?;
+        if is_in_the_making(&entry.file_name()) {
+            disk.remove(&entry.path())?;
         }
     }
     Ok(())
@@ -80,7 +81,7 @@ fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> 
 /// Keeps other programs from writing the same sequence, where the file system knows locks.
 pub(super) fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
     let path = folder.join(JOURNAL);
-    let journal = File::open(&path).map_err(SequenceError::io("read", &path))?;
+    let journal = open_file(&path)?;
     match journal.try_lock() {
         Ok(()) => Ok(Some(journal)),
         Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),

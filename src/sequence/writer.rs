@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use super::disk::{Disk, RealDisk, write_whole};
 use super::error::SequenceError;
 use super::pixels::encode_png;
 use super::reader::{JOURNAL, START, STOP, Sequence};
@@ -14,7 +13,7 @@ use super::record::{
 };
 use super::resume::lock;
 use crate::frame::Frame;
-use crate::scratch::Scratch;
+use crate::storage::{Disk, RealDisk, Scratch, write_whole};
 
 /// What is known of a frame besides its pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -142,10 +141,10 @@ impl SequenceWriter {
         self.record(kind, index, frame, encoded, facts)
     }
 
-    /// Adds the frame `index` as a symbolic link to the grey PNG `target`, whose bytes are `encoded`.
+    /// Adds the frame `index` as another name of the grey PNG `target`, whose bytes are `encoded`: no second copy is made.
     ///
     /// # Errors
-    /// As [`SequenceWriter::add`].
+    /// As [`SequenceWriter::add`]; and if both are not on the same file system.
     pub(super) fn put_link(
         &mut self,
         kind: FrameKind,
@@ -156,7 +155,9 @@ impl SequenceWriter {
     ) -> Result<(), SequenceError> {
         let path = self.folder.join(kind.file(index));
         self.make_place(kind)?;
-        link(target, &path).map_err(SequenceError::io("link", &path))?;
+        let place = self.folder.join(kind.folder());
+        let linked = self.disk.link(target, &path).and_then(|()| self.disk.sync(&place));
+        linked.map_err(|source| SequenceError::CannotLink { path: target.to_owned(), source })?;
         self.record(kind, index, frame, encoded, facts)
     }
 
@@ -297,14 +298,4 @@ pub(super) fn scratch_beside(out: &Path) -> Result<Scratch, SequenceError> {
         path,
         source,
     })
-}
-
-#[cfg(unix)]
-fn link(target: &Path, path: &Path) -> std::io::Result<()> {
-    std::os::unix::fs::symlink(fs::canonicalize(target)?, path)
-}
-
-#[cfg(not(unix))]
-fn link(target: &Path, path: &Path) -> std::io::Result<()> {
-    fs::hard_link(target, path)
 }

@@ -9,7 +9,8 @@ use std::sync::Arc;
 use epirig::camera::{SimCamera, SimView, ViewSwitch};
 use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, capture, resume};
 use epirig::progress::Silent;
-use epirig::sequence::{ClosureRecord, Disk, Sequence, verify};
+use epirig::sequence::{ClosureRecord, Sequence, verify};
+use epirig::storage::Disk;
 use epirig::stage::{SimStage, SimStageConfig, Stage, StagePosition};
 use epirig::twin::{HandBoard, Twin, TwinConfig};
 

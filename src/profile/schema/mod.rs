@@ -13,6 +13,11 @@ pub(super) use measurement::{board, limits, optics, plan, target};
 /// Longest time of a profile, in h: so that a duration is exact as a number of seconds.
 pub(super) const LONGEST_H: f64 = 24.0;
 
+/// Largest number of a quantity in its key's unit, and smallest of one that is divided by: no quotient of two leaves what a time can be.
+pub(super) const LARGEST: f64 = 1e9;
+/// See [`LARGEST`].
+pub(super) const SMALLEST: f64 = 1e-9;
+
 /// More corners each way than any board has that a camera can count.
 pub(super) const MOST_CORNERS: i64 = 1000;
 
@@ -91,9 +96,11 @@ impl Kind {
                     Allowed::ZeroOrMore if unit.quantity == Quantity::Time => {
                         format!("a time from 0 s to {LONGEST_H} h")
                     }
-                    Allowed::Any => nouns,
-                    Allowed::Positive => format!("{nouns} greater than 0"),
-                    Allowed::ZeroOrMore => format!("{nouns} of 0 or more"),
+                    Allowed::Any => format!("{nouns} up to {LARGEST:e} {}", unit.name),
+                    Allowed::Positive => {
+                        format!("{nouns} greater than 0, from {SMALLEST:e} {0} to {LARGEST:e} {0}", unit.name)
+                    }
+                    Allowed::ZeroOrMore => format!("{nouns} of 0 or more, up to {LARGEST:e} {}", unit.name),
                     Allowed::UpTo(most) => format!("{nouns} from 0 {} to {most} {}", unit.name, unit.name),
                     Allowed::Within(most) => {
                         format!("{nouns} from -{most} {} to {most} {}", unit.name, unit.name)

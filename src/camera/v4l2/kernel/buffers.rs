@@ -7,7 +7,7 @@ use std::ptr::NonNull;
 use v4l::v4l_sys as sys;
 use v4l::v4l2::{self, vidioc};
 
-use super::call::{Direction, Node, zeroed};
+use super::call::{Direction, Node, REQBUFS, Request, STREAMOFF, STREAMON, zeroed};
 
 const MEMORY_MAPPED: u32 = 1;
 
@@ -83,7 +83,7 @@ impl Buffers {
         for index in 0..made {
             let mut buffer = node.buffer(direction, index);
             let mapped =
-                node.call(vidioc::VIDIOC_QUERYBUF, &mut buffer).and_then(|()| Mapping::of(node, &buffer));
+                exchange(node, vidioc::VIDIOC_QUERYBUF, &mut buffer).and_then(|()| Mapping::of(node, &buffer));
             match mapped {
                 Ok(mapping) => mappings.push(mapping),
                 Err(error) => {
@@ -119,7 +119,7 @@ impl Buffers {
         let mut buffer = node.buffer(self.direction, index);
         buffer.bytesused = u32::try_from(bytes_used).unwrap_or(u32::MAX);
         buffer.field = sys::v4l2_field_V4L2_FIELD_NONE;
-        node.call(vidioc::VIDIOC_QBUF, &mut buffer)?;
+        exchange(node, vidioc::VIDIOC_QBUF, &mut buffer)?;
         *queued = true;
         Ok(())
     }
@@ -127,7 +127,7 @@ impl Buffers {
     /// Takes a buffer that the driver is done with; `None` if there is none now.
     pub(in crate::camera::v4l2) fn dequeue(&mut self, node: &Node) -> io::Result<Option<Dequeued>> {
         let mut buffer = node.buffer(self.direction, 0);
-        match node.call(vidioc::VIDIOC_DQBUF, &mut buffer) {
+        match exchange(node, vidioc::VIDIOC_DQBUF, &mut buffer) {
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(None),
             done => done?,
         }
@@ -181,10 +181,17 @@ impl Buffers {
     }
 }
 
+/// Of memory-mapped buffers in one plane, as [`Node::buffer`] makes them.
+fn exchange(node: &Node, request: Request, buffer: &mut sys::v4l2_buffer) -> io::Result<()> {
+    // SAFETY: the three numbers of this function's callers take this structure. Its union is a pointer for buffers of the caller's own memory
+    // and for those of several planes only; these are neither.
+    unsafe { node.call_with_pointers(request, buffer) }
+}
+
 impl Node {
     fn switch_stream(&self, direction: Direction, on: bool) -> io::Result<()> {
         let mut kind = direction as std::os::raw::c_int;
-        self.call(if on { vidioc::VIDIOC_STREAMON } else { vidioc::VIDIOC_STREAMOFF }, &mut kind)
+        self.call(if on { STREAMON } else { STREAMOFF }, &mut kind)
     }
 
     fn request_buffers(&self, direction: Direction, count: usize) -> io::Result<usize> {
@@ -194,7 +201,7 @@ impl Node {
             memory: MEMORY_MAPPED,
             ..zeroed()
         };
-        self.call(vidioc::VIDIOC_REQBUFS, &mut wanted)?;
+        self.call(REQBUFS, &mut wanted)?;
         Ok(wanted.count as usize)
     }
 

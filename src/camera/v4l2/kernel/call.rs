@@ -2,8 +2,10 @@
 
 use std::fs::{File, OpenOptions};
 use std::io;
+use std::marker::PhantomData;
 use std::mem::size_of;
 use std::os::fd::{AsFd, AsRawFd};
+use std::os::raw::c_int;
 use std::os::unix::fs::OpenOptionsExt;
 use std::time::Duration;
 
@@ -21,11 +23,11 @@ pub(super) type Request = vidioc::_IOC_TYPE;
 /// Where a call number holds the size of its argument.
 const SIZE_SHIFT: u32 = 16;
 const SIZE_MASK: Request = 0x3fff;
-pub(super) const READ: Request = 2;
+const READ: Request = 2;
 const DIRECTION_SHIFT: u32 = 30;
 
-/// The number of a call that the crate leaves out.
-pub(super) const fn request(direction: Request, number: Request, size: usize) -> Request {
+/// The number of a call.
+const fn request(direction: Request, number: Request, size: usize) -> Request {
     direction << DIRECTION_SHIFT | (size as Request) << SIZE_SHIFT | (b'V' as Request) << 8 | number
 }
 
@@ -87,7 +89,47 @@ kernel_structs!(
     v4l2_buffer
 );
 // SAFETY: a number.
-unsafe impl KernelStruct for std::os::raw::c_int {}
+unsafe impl KernelStruct for c_int {}
+
+/// The number of a call whose argument, a `T`, holds nothing that the kernel takes for a pointer.
+#[derive(Debug)]
+pub(super) struct Call<T> {
+    number: Request,
+    argument: PhantomData<fn(T)>,
+}
+
+impl<T> Call<T> {
+    /// # Safety
+    /// The number is that of a call that takes a `T`, and the kernel follows no pointer in it.
+    pub(super) const unsafe fn new(number: Request) -> Self {
+        Self { number, argument: PhantomData }
+    }
+}
+
+macro_rules! calls {
+    ($($name:ident($argument:ty) = $number:expr),* $(,)?) => { $(
+        // SAFETY: number and argument belong together in the kernel's header (videodev2.h), and the argument consists of numbers and text.
+        pub(super) const $name: Call<$argument> = unsafe { Call::new($number) };
+    )* };
+}
+calls! {
+    QUERYCAP(sys::v4l2_capability) = vidioc::VIDIOC_QUERYCAP,
+    ENUM_FMT(sys::v4l2_fmtdesc) = vidioc::VIDIOC_ENUM_FMT,
+    ENUM_FRAMESIZES(sys::v4l2_frmsizeenum) = vidioc::VIDIOC_ENUM_FRAMESIZES,
+    ENUM_FRAMEINTERVALS(sys::v4l2_frmivalenum) = vidioc::VIDIOC_ENUM_FRAMEINTERVALS,
+    G_PARM(sys::v4l2_streamparm) = vidioc::VIDIOC_G_PARM,
+    S_PARM(sys::v4l2_streamparm) = vidioc::VIDIOC_S_PARM,
+    G_INPUT(c_int) = vidioc::VIDIOC_G_INPUT,
+    ENUMINPUT(sys::v4l2_input) = vidioc::VIDIOC_ENUMINPUT,
+    QUERY_EXT_CTRL(sys::v4l2_query_ext_ctrl) = vidioc::VIDIOC_QUERY_EXT_CTRL,
+    QUERYMENU(sys::v4l2_querymenu) = vidioc::VIDIOC_QUERYMENU,
+    REQBUFS(sys::v4l2_requestbuffers) = vidioc::VIDIOC_REQBUFS,
+    STREAMON(c_int) = vidioc::VIDIOC_STREAMON,
+    STREAMOFF(c_int) = vidioc::VIDIOC_STREAMOFF,
+    // The crate leaves these out.
+    G_DV_TIMINGS(sys::v4l2_dv_timings) = request(READ | 1, 88, size_of::<sys::v4l2_dv_timings>()),
+    QUERY_DV_TIMINGS(sys::v4l2_dv_timings) = request(READ, 99, size_of::<sys::v4l2_dv_timings>()),
+}
 
 pub(super) fn text(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
@@ -110,15 +152,29 @@ impl Node {
         self.0.as_ref().ok_or_else(|| Errno::NODEV.into())
     }
 
-    pub(super) fn call<T: KernelStruct>(&self, request: Request, argument: &mut T) -> io::Result<()> {
+    /// A call whose argument holds no pointer.
+    pub(super) fn call<T: KernelStruct>(&self, call: Call<T>, argument: &mut T) -> io::Result<()> {
+        // SAFETY: as whoever made the `Call` has promised, the kernel finds no pointer in the argument.
+        unsafe { self.call_with_pointers(call.number, argument) }
+    }
+
+    /// A call whose argument the kernel may find pointers in.
+    ///
+    /// # Safety
+    /// The number is that of a call that takes a `T`. Every pointer that the kernel follows for this call points to memory that is borrowed,
+    /// exclusively if it is written, for longer than the call.
+    pub(super) unsafe fn call_with_pointers<T: KernelStruct>(
+        &self,
+        request: Request,
+        argument: &mut T,
+    ) -> io::Result<()> {
         if (request >> SIZE_SHIFT & SIZE_MASK) as usize != size_of::<T>() {
             return Err(io::Error::other("a call of the kernel with an argument of another size"));
         }
         let file = self.file()?.as_raw_fd();
         loop {
             // SAFETY: the call number holds the size of the argument, which is that of `T` as just checked, so the kernel stays within
-            // `argument`, which is borrowed exclusively. Where `T` holds a pointer (extended controls, string controls), the
-            // caller in this file points it at what it borrows for longer than the call, or leaves it zero.
+            // `argument`, which is borrowed exclusively, and within what the caller vouches for.
             let done = unsafe { v4l2::ioctl(file, request, std::ptr::from_mut(argument).cast()) };
             match done {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
@@ -145,7 +201,7 @@ impl Node {
 
     pub(in crate::camera::v4l2) fn capabilities(&self) -> io::Result<Capabilities> {
         let mut found: sys::v4l2_capability = zeroed();
-        self.call(vidioc::VIDIOC_QUERYCAP, &mut found)?;
+        self.call(QUERYCAP, &mut found)?;
         let flags = if found.capabilities & sys::V4L2_CAP_DEVICE_CAPS != 0 {
             found.device_caps
         } else {

@@ -5,7 +5,7 @@ use std::io;
 use v4l::v4l_sys as sys;
 use v4l::v4l2::vidioc;
 
-use super::call::{Node, Request, has_none, text, zeroed};
+use super::call::{Node, QUERY_EXT_CTRL, QUERYMENU, Request, has_none, text, zeroed};
 
 /// Present values, of controls of any class.
 const CURRENT_VALUES: u32 = 0;
@@ -34,7 +34,7 @@ impl Node {
     /// The control with this number, if there is one.
     pub(in crate::camera::v4l2) fn query_control(&self, id: u32) -> io::Result<Option<ControlQuery>> {
         let mut found = sys::v4l2_query_ext_ctrl { id, ..zeroed() };
-        match self.call(vidioc::VIDIOC_QUERY_EXT_CTRL, &mut found) {
+        match self.call(QUERY_EXT_CTRL, &mut found) {
             // No more, or none at all.
             Err(error) if has_none(&error) => return Ok(None),
             done => done?,
@@ -55,7 +55,7 @@ impl Node {
     /// The name of a menu's item; the number, for a menu of numbers. `None` for an item that is left out.
     pub(in crate::camera::v4l2) fn menu_item(&self, id: u32, index: u32, of_numbers: bool) -> Option<String> {
         let mut found = sys::v4l2_querymenu { id, index, ..zeroed() };
-        self.call(vidioc::VIDIOC_QUERYMENU, &mut found).ok()?;
+        self.call(QUERYMENU, &mut found).ok()?;
         // SAFETY: the members of the union are bytes and a number, valid whatever was written. It is packed: they are copied.
         let (name, value) = unsafe { (found.__bindgen_anon_1.name, found.__bindgen_anon_1.value) };
         Some(if of_numbers { value.to_string() } else { text(&name) })
@@ -87,12 +87,14 @@ impl Node {
         self.exchange(vidioc::VIDIOC_S_EXT_CTRLS, &mut control)
     }
 
-    /// The controls state no payload, so that the kernel follows no pointer in them.
+    /// Of controls that are numbers.
     fn exchange(&self, request: Request, controls: &mut [sys::v4l2_ext_control]) -> io::Result<()> {
         let count = u32::try_from(controls.len()).map_err(io::Error::other)?;
         let mut all = sys::v4l2_ext_controls { count, controls: controls.as_mut_ptr(), ..zeroed() };
         all.__bindgen_anon_1.which = CURRENT_VALUES;
-        self.call(request, &mut all)
+        // SAFETY: the two numbers of this method's callers take this structure. Its one pointer is to `controls`, which is borrowed exclusively
+        // and holds `count` of them; these state no payload (their size is zero), so the kernel follows no pointer in them.
+        unsafe { self.call_with_pointers(request, &mut all) }
     }
 }
 

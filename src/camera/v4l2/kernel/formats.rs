@@ -5,7 +5,10 @@ use std::io;
 use v4l::v4l_sys as sys;
 use v4l::v4l2::vidioc;
 
-use super::call::{Direction, Node, enumerate, text, zeroed};
+use super::call::{
+    Direction, ENUM_FMT, ENUM_FRAMEINTERVALS, ENUM_FRAMESIZES, G_PARM, Node, Request, S_PARM, enumerate,
+    text, zeroed,
+};
 
 /// `struct v4l2_pix_format`.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +33,7 @@ impl Node {
     pub(in crate::camera::v4l2) fn formats(&self) -> io::Result<Vec<(u32, String)>> {
         enumerate(|index| {
             let mut found = sys::v4l2_fmtdesc { index, type_: Direction::Capture as u32, ..zeroed() };
-            self.call(vidioc::VIDIOC_ENUM_FMT, &mut found)?;
+            self.call(ENUM_FMT, &mut found)?;
             Ok((found.pixelformat, text(&found.description)))
         })
     }
@@ -38,7 +41,7 @@ impl Node {
     pub(in crate::camera::v4l2) fn frame_sizes(&self, four_cc: u32) -> io::Result<Vec<FrameSize>> {
         enumerate(|index| {
             let mut found = sys::v4l2_frmsizeenum { index, pixel_format: four_cc, ..zeroed() };
-            self.call(vidioc::VIDIOC_ENUM_FRAMESIZES, &mut found)?;
+            self.call(ENUM_FRAMESIZES, &mut found)?;
             let sizes = found.__bindgen_anon_1;
             // SAFETY: all members of the union are structures of u32, valid whatever was written.
             let (discrete, range) = unsafe { (sizes.discrete, sizes.stepwise) };
@@ -69,7 +72,7 @@ impl Node {
                 height: rows,
                 ..zeroed()
             };
-            self.call(vidioc::VIDIOC_ENUM_FRAMEINTERVALS, &mut found)?;
+            self.call(ENUM_FRAMEINTERVALS, &mut found)?;
             let intervals = found.__bindgen_anon_1;
             // SAFETY: all members of the union are structures of u32, valid whatever was written.
             let (discrete, range) = unsafe { (intervals.discrete, intervals.stepwise) };
@@ -86,7 +89,7 @@ impl Node {
 
     pub(in crate::camera::v4l2) fn format(&self, direction: Direction) -> io::Result<PixFormat> {
         let mut format = sys::v4l2_format { type_: direction as u32, ..zeroed() };
-        self.call(vidioc::VIDIOC_G_FMT, &mut format)?;
+        self.exchange_format(vidioc::VIDIOC_G_FMT, &mut format)?;
         Ok(pix_format(&format))
     }
 
@@ -106,14 +109,21 @@ impl Node {
             field: sys::v4l2_field_V4L2_FIELD_NONE,
             ..pixels_of(&zeroed())
         };
-        self.call(vidioc::VIDIOC_S_FMT, &mut format)?;
+        self.exchange_format(vidioc::VIDIOC_S_FMT, &mut format)?;
         Ok(pix_format(&format))
+    }
+
+    /// Of capture and output devices, as [`Direction`] knows no others.
+    fn exchange_format(&self, request: Request, format: &mut sys::v4l2_format) -> io::Result<()> {
+        // SAFETY: the two numbers of this method's callers take this structure. It holds pointers for overlays alone, and its type is that of
+        // capture or output.
+        unsafe { self.call_with_pointers(request, format) }
     }
 
     /// Time per frame, as a fraction of a second.
     pub(in crate::camera::v4l2) fn interval(&self) -> io::Result<(u32, u32)> {
         let mut parameters = sys::v4l2_streamparm { type_: Direction::Capture as u32, ..zeroed() };
-        self.call(vidioc::VIDIOC_G_PARM, &mut parameters)?;
+        self.call(G_PARM, &mut parameters)?;
         // SAFETY: the members of the union are structures of u32 and bytes, valid whatever was written.
         let interval = unsafe { parameters.parm.capture.timeperframe };
         Ok((interval.numerator, interval.denominator))
@@ -122,7 +132,7 @@ impl Node {
     pub(in crate::camera::v4l2) fn set_interval(&self, numerator: u32, denominator: u32) -> io::Result<()> {
         let mut parameters = sys::v4l2_streamparm { type_: Direction::Capture as u32, ..zeroed() };
         parameters.parm.capture.timeperframe = sys::v4l2_fract { numerator, denominator };
-        self.call(vidioc::VIDIOC_S_PARM, &mut parameters)
+        self.call(S_PARM, &mut parameters)
     }
 }
 

@@ -1,16 +1,10 @@
 //! The state of an input and of its signal.
 
 use std::io;
-use std::mem::size_of;
 
 use v4l::v4l_sys as sys;
-use v4l::v4l2::vidioc;
 
-use super::call::{Node, READ, Request, request, zeroed};
-
-/// `VIDIOC_G_DV_TIMINGS` and `VIDIOC_QUERY_DV_TIMINGS`, which the crate leaves out.
-const GET_DV_TIMINGS: Request = request(READ | 1, 88, size_of::<sys::v4l2_dv_timings>());
-const QUERY_DV_TIMINGS: Request = request(READ, 99, size_of::<sys::v4l2_dv_timings>());
+use super::call::{Call, ENUMINPUT, G_DV_TIMINGS, G_INPUT, Node, QUERY_DV_TIMINGS, zeroed};
 
 /// `struct v4l2_input`.
 #[derive(Debug, Clone, Copy)]
@@ -43,15 +37,15 @@ impl Node {
     /// The state of the selected input.
     pub(in crate::camera::v4l2) fn input(&self) -> io::Result<InputState> {
         let mut index: std::os::raw::c_int = 0;
-        self.call(vidioc::VIDIOC_G_INPUT, &mut index)?;
+        self.call(G_INPUT, &mut index)?;
         let mut input = sys::v4l2_input { index: index as u32, ..zeroed() };
-        self.call(vidioc::VIDIOC_ENUMINPUT, &mut input)?;
+        self.call(ENUMINPUT, &mut input)?;
         Ok(InputState { status: input.status, capabilities: input.capabilities })
     }
 
     /// The timings that the input is set for.
     pub(in crate::camera::v4l2) fn dv_timings(&self) -> io::Result<DvTimings> {
-        self.timings(GET_DV_TIMINGS)
+        self.timings(G_DV_TIMINGS)
     }
 
     /// The timings of the signal that arrives.
@@ -59,9 +53,9 @@ impl Node {
         self.timings(QUERY_DV_TIMINGS)
     }
 
-    fn timings(&self, request: Request) -> io::Result<DvTimings> {
+    fn timings(&self, call: Call<sys::v4l2_dv_timings>) -> io::Result<DvTimings> {
         let mut timings: sys::v4l2_dv_timings = zeroed();
-        self.call(request, &mut timings)?;
+        self.call(call, &mut timings)?;
         // SAFETY: the members of the union are structures of numbers, valid whatever was written. They are packed: fields are copied.
         let bt = unsafe { timings.__bindgen_anon_1.bt };
         Ok(DvTimings {

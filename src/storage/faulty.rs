@@ -17,7 +17,7 @@ pub enum DiskFault {
 /// The real disk, until a given step.
 ///
 /// ```
-/// use epirig::sequence::{Disk, DiskFault, FaultyDisk};
+/// use epirig::storage::{Disk, DiskFault, FaultyDisk};
 ///
 /// let folder = tempfile::tempdir()?;
 /// let file = folder.path().join("file");
@@ -35,12 +35,19 @@ pub struct FaultyDisk {
     steps: usize,
     /// Whether the program has been killed.
     dead: bool,
+    /// Whether two names can change places in one step.
+    exchanges: bool,
 }
 
 impl FaultyDisk {
     /// A disk that does `steps` steps before it fails.
     pub fn new(fault: DiskFault, steps: usize) -> Self {
-        Self { fault, steps, dead: false }
+        Self { fault, steps, dead: false, exchanges: true }
+    }
+
+    /// The same on a file system that knows no exchange of names.
+    pub fn without_exchange(self) -> Self {
+        Self { exchanges: false, ..self }
     }
 
     /// Whether this step still works.
@@ -103,11 +110,26 @@ impl Disk for FaultyDisk {
         self.step(|disk| disk.rename(from, to))
     }
 
+    fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()> {
+        if !self.exchanges {
+            return Err(io::ErrorKind::Unsupported.into());
+        }
+        self.step(|disk| disk.exchange(one, other))
+    }
+
+    fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
+        self.step(|disk| disk.link(file, name))
+    }
+
     fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
         self.step(|disk| disk.cut(path, bytes))
     }
 
     fn remove(&mut self, path: &Path) -> io::Result<()> {
         self.step(|disk| disk.remove(path))
+    }
+
+    fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
+        self.step(|disk| disk.remove_folder(path))
     }
 }

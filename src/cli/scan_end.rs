@@ -1,0 +1,27 @@
+//! Scans that did not end as they should.
+
+use clap::Args;
+
+use super::{CliError, Talk};
+use crate::sequence::Sequence;
+
+/// Whether wrong positions are put up with.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct AnywayArgument {
+    /// Go on although the scan was not closed, so that the positions of its frames are wrong
+    #[arg(long)]
+    anyway: bool,
+}
+
+impl AnywayArgument {
+    /// Refuses a scan whose positions are wrong, unless that is put up with; and says how a scan ended that is not complete.
+    pub(super) fn check(self, sequence: &Sequence, talk: &Talk) -> Result<(), CliError> {
+        if !self.anyway {
+            sequence.check_closed()?;
+        }
+        if let Some(words) = sequence.end_in_words() {
+            talk.say(&format!("note: {words}"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,177 @@
+//! How much memory there is, before work begins that needs much of it.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What bounds the memory of this program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bound {
+    /// What the machine has free, swap included.
+    Machine,
+    /// A limit of the control group that it runs in: of a container, a batch system or a service.
+    ControlGroup,
+    /// A limit of the process, as `ulimit -v` sets it.
+    Process,
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        to.write_str(match self {
+            Self::Machine => "is free on this machine",
+            Self::ControlGroup => "is left by the limit of the control group (container)",
+            Self::Process => "is left by the limit of the process (ulimit)",
+        })
+    }
+}
+
+/// Memory that this program can still take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Available {
+    /// Bytes.
+    pub bytes: u64,
+    /// What leaves no more.
+    pub bound: Bound,
+}
+
+/// What this program can still take; `None` where the system does not tell.
+pub fn available() -> Option<Available> {
+    let found = available_in(Path::new("/"));
+    found.into_iter().chain(limit_of_process()).min_by_key(|available| available.bytes)
+}
+
+/// The same by the files below `root` alone, laid out as those of Linux.
+fn available_in(root: &Path) -> Option<Available> {
+    let machine = free_on_machine(root).map(|bytes| Available { bytes, bound: Bound::Machine });
+    let group = left_by_groups(root).map(|bytes| Available { bytes, bound: Bound::ControlGroup });
+    machine.into_iter().chain(group).min_by_key(|available| available.bytes)
+}
+
+fn read(path: &Path) -> Option<String> {
+    std::fs::read_to_string(path).ok()
+}
+
+/// The number behind a word at the beginning of a line.
+fn entry(text: &str, word: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(word))?;
+    line.trim_start_matches(':').split_whitespace().next()?.parse().ok()
+}
+
+fn free_on_machine(root: &Path) -> Option<u64> {
+    let text = read(&root.join("proc/meminfo"))?;
+    let kib = entry(&text, "MemAvailable:")?.saturating_add(entry(&text, "SwapFree:").unwrap_or(0));
+    kib.checked_mul(1024)
+}
+
+/// What the control group of this process and those above it leave: the least of all. What the kernel keeps of files, it gives back.
+fn left_by_groups(root: &Path) -> Option<u64> {
+    let groups = read(&root.join("proc/self/cgroup"))?;
+    let mounted = root.join("sys/fs/cgroup");
+    let found = groups.lines().filter_map(|line| {
+        let (controllers, path) = line.split_once(':')?.1.split_once(':')?;
+        match controllers {
+            "" => left_by(&mounted, path, ["memory.max", "memory.current", "inactive_file ", "active_file "]),
+            _ if controllers.split(',').any(|name| name == "memory") => left_by(
+                &mounted.join("memory"),
+                path,
+                ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file ", "total_active_file "],
+            ),
+            _ => None,
+        }
+    });
+    found.min()
+}
+
+fn left_by(mounted: &Path, path: &str, [limit, used, kept, kept_too]: [&str; 4]) -> Option<u64> {
+    let number = |group: &Path, name: &str| read(&group.join(name))?.trim().parse::<u64>().ok();
+    // In a name space of its own, a group seen from outside lies above the root.
+    let mut group: PathBuf = mounted.join(path.trim_start_matches('/').trim_start_matches("../"));
+    let mut least = None;
+    loop {
+        if let (Some(limit), Some(used)) = (number(&group, limit), number(&group, used)) {
+            let stat = read(&group.join("memory.stat")).unwrap_or_default();
+            let kept = [kept, kept_too].into_iter().filter_map(|word| entry(&stat, word)).sum::<u64>();
+            let left = limit.saturating_sub(used.saturating_sub(kept));
+            least = Some(least.map_or(left, |least: u64| least.min(left)));
+        }
+        if group == *mounted || !group.pop() {
+            return least;
+        }
+    }
+}
+
+/// What `ulimit -v` and `-d` leave. Each thread reserves addresses for its stack and its part of the heap.
+#[cfg(target_os = "linux")]
+fn limit_of_process() -> Option<Available> {
+    use rustix::process::{Resource, getrlimit};
+
+    const THREAD_BYTES: u64 = 72 << 20;
+    let status = read(Path::new("/proc/self/status"))?;
+    let used = |word: &str| entry(&status, word).unwrap_or(0).saturating_mul(1024);
+    let threads = std::thread::available_parallelism().map_or(1, |count| count.get() as u64);
+    let left = |limit: Option<u64>, used: u64| {
+        limit.map(|limit| limit.saturating_sub(used).saturating_sub(threads * THREAD_BYTES))
+    };
+    let addresses = left(getrlimit(Resource::As).current, used("VmSize:"));
+    let data = left(getrlimit(Resource::Data).current, used("VmData:"));
+    let bytes = addresses.into_iter().chain(data).min()?;
+    Some(Available { bytes, bound: Bound::Process })
+}
+
+#[cfg(not(target_os = "linux"))]
+fn limit_of_process() -> Option<Available> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn machine(files: &[(&str, &str)]) -> tempfile::TempDir {
+        let root = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            let path = root.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        root
+    }
+
+    const MEMINFO: (&str, &str) =
+        ("proc/meminfo", "MemTotal: 16000 kB\nMemAvailable:    8000 kB\nSwapFree:  2000 kB\n");
+
+    #[test]
+    fn the_machine_has_what_the_kernel_says() {
+        let root = machine(&[MEMINFO]);
+        let found = Available { bytes: 10_000 * 1024, bound: Bound::Machine };
+        assert_eq!(available_in(root.path()), Some(found));
+        assert_eq!(available_in(machine(&[]).path()), None);
+    }
+
+    #[test]
+    fn the_narrowest_control_group_counts() {
+        let root = machine(&[
+            MEMINFO,
+            ("proc/self/cgroup", "0::/lab/scan\n"),
+            ("sys/fs/cgroup/lab/scan/memory.max", "max\n"),
+            ("sys/fs/cgroup/lab/scan/memory.current", "1000\n"),
+            ("sys/fs/cgroup/lab/memory.max", "5000000\n"),
+            ("sys/fs/cgroup/lab/memory.current", "4000000\n"),
+            ("sys/fs/cgroup/lab/memory.stat", "anon 1\ninactive_file 500000\nactive_file 100000\n"),
+        ]);
+        let found = Available { bytes: 1_600_000, bound: Bound::ControlGroup };
+        assert_eq!(available_in(root.path()), Some(found));
+    }
+
+    #[test]
+    fn control_groups_of_the_first_kind_count_too() {
+        let root = machine(&[
+            MEMINFO,
+            ("proc/self/cgroup", "5:cpu:/x\n4:memory:/docker/1234\n"),
+            ("sys/fs/cgroup/memory/memory.limit_in_bytes", "3000000\n"),
+            ("sys/fs/cgroup/memory/memory.usage_in_bytes", "2500000\n"),
+            ("sys/fs/cgroup/memory/memory.stat", "total_inactive_file 100000\n"),
+        ]);
+        let found = Available { bytes: 600_000, bound: Bound::ControlGroup };
+        assert_eq!(available_in(root.path()), Some(found));
+    }
+}
