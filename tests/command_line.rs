@@ -161,7 +161,11 @@ fn grey_png_files_are_copied_byte_by_byte_or_linked() {
     succeeds(folder.path(), &["import", "photos", "--out", "linked", "--link"]);
     let source = fs::read(folder.path().join("photos/frame_1.png")).unwrap();
     assert_eq!(fs::read(folder.path().join("copied/frames/0000.png")).unwrap(), source);
-    assert!(folder.path().join("linked/frames/0001.png").symlink_metadata().unwrap().is_symlink());
+    // A second name of the same file, and no link that leads out of the sequence.
+    let linked = folder.path().join("linked/frames/0001.png").symlink_metadata().unwrap();
+    assert!(linked.is_file());
+    #[cfg(unix)]
+    assert_eq!(std::os::unix::fs::MetadataExt::nlink(&linked), 2);
     succeeds(folder.path(), &["verify", "linked"]);
     assert_eq!(names(&folder.path().join("copied/frames")), ["0000.png", "0001.png", "0002.png"]);
 }

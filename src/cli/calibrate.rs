@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::linearity::read_exposures;
 use super::rig::{RigArgument, calibration_plan, recorded_options};
+use super::need::{check, close_others, frames_of};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{
@@ -13,10 +14,10 @@ use crate::calibrate::{
     read_calibration_file,
 };
 use crate::lens::{LensEstimate, opencv_yaml, ros_camera_info};
-use crate::measure::calibrate_sequence;
+use crate::measure::{calibrate_sequence, calibration_need};
 use crate::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
 use crate::profile::Profile;
-use crate::sequence::Sequence;
+use crate::sequence::{FrameKind, Sequence};
 
 /// Find out what a rig is really like: light, lens, direction of travel, position of every frame
 ///
@@ -100,6 +101,9 @@ impl CalibrateVerb {
             )));
         }
         let plan = self.plan(&sequence)?;
+        let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
+        let need = calibration_need(frames_of(&sequence, None), others.iter().sum());
+        check("calibrating", need, talk, close_others)?;
         let found = calibrate_sequence(&sequence, &plan, self.overwrite, talk)?;
         let calibration = &found.calibration;
         if let Some(path) = &self.export_lens {

@@ -12,6 +12,7 @@ use crate::epi::MatchError;
 use crate::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
 use crate::link::LinkError;
 use crate::measure::MeasureError;
+use crate::memory::Bound;
 use crate::preflight::PreflightError;
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
@@ -75,6 +76,8 @@ pub(super) enum CliError {
     Target(#[from] TargetError),
     #[error("{path}: cannot {action}: {source}")]
     File { path: PathBuf, action: &'static str, source: std::io::Error },
+    #[error("{what} needs up to {needed} of memory, and {available} {bound}; {advice}")]
+    Memory { what: String, needed: String, available: String, bound: Bound, advice: String },
     #[error(transparent)]
     Read(#[from] ReadError),
     #[error("{0}")]
@@ -160,7 +163,7 @@ impl CliError {
             },
             Self::Read(error) => read_code(error),
             Self::RecordedRig(_) | Self::Integrity(_) => INTEGRITY,
-            Self::Report(_) | Self::Output(_) | Self::File { .. } => TROUBLE,
+            Self::Report(_) | Self::Output(_) | Self::File { .. } | Self::Memory { .. } => TROUBLE,
         }
     }
 }

@@ -6,6 +6,7 @@ use clap::{ArgGroup, Args};
 use serde::Serialize;
 
 use super::match_arguments::MatchArguments;
+use super::need::{check, close_others, frames_of};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
@@ -13,7 +14,7 @@ use crate::evaluate::{
     BothWaysReport, Differences, ErrorStatistics, SplitHalfReport, TruthReport, both_ways,
     compare_with_truth, leave_out, split_half,
 };
-use crate::measure::load;
+use crate::measure::{Frames, load, match_need};
 use crate::results::{read_map, read_summary};
 use crate::sequence::Sequence;
 use crate::volume::Volume;
@@ -96,6 +97,10 @@ impl Evaluate {
         let sequence = Sequence::open(&self.seq)?;
         self.anyway.check(&sequence, talk)?;
         let calibration = read_calibration(&sequence)?;
+        // Some of the checks hold frames of their own beside all of them.
+        let frames = frames_of(&sequence, calibration.as_ref().map(|(calibration, _)| calibration));
+        let twice = Frames { count: 2 * frames.count, ..frames };
+        check("evaluating", match_need(twice, &self.matching.options()), talk, close_others)?;
         Ok(load(&sequence, calibration.as_ref(), talk)?)
     }
 

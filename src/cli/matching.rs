@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::match_arguments::MatchArguments;
+use super::need::{check_match, frames_of};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
@@ -66,6 +67,11 @@ impl Match {
         options.check(rows, columns, sequence.frames().len())?;
         let out = self.out.unwrap_or_else(|| self.seq.join("results"));
         let folder = ResultsFolder::create(&out, self.overwrite)?;
+        check_match(
+            frames_of(&sequence, calibration.as_ref().map(|(calibration, _)| calibration)),
+            &options,
+            talk,
+        )?;
         let view = View { figure_row: self.figure_row, truth: None };
         let measurement = measure(&sequence, calibration.as_ref(), &options, view, &folder, talk)?;
         folder.commit()?;

@@ -20,6 +20,7 @@ mod match_arguments;
 mod matching;
 mod memory;
 mod motion;
+mod need;
 mod plan;
 mod progress;
 mod rectify;
@@ -42,7 +43,7 @@ pub use memory::keep_memory;
 use progress::{Talk, tell};
 
 const EXIT_CODES: &str =
-    "Exit codes: 0 done, 1 file or disk trouble, 2 wrong use, 3 no device, 4 device fault, \
+    "Exit codes: 0 done, 1 file, disk or memory trouble, 2 wrong use, 3 no device, 4 device fault, \
 5 bad or damaged data, 6 calibration rejected, 7 interrupted and can be resumed, 130 interrupted.
 
 Examples:

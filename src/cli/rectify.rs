@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::need::{check, close_others, frames_of};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
-use crate::measure::rectify_sequence;
+use crate::measure::{rectification_need, rectify_sequence};
 use crate::sequence::Sequence;
 
 /// Write the frames of a calibrated sequence, corrected and rectified, as a sequence of their own
@@ -39,6 +40,8 @@ impl Rectify {
                 self.seq.display()
             ))
         })?;
+        let need = rectification_need(frames_of(&sequence, Some(&calibration.0)));
+        check("rectifying", need, talk, close_others)?;
         let derived = rectify_sequence(&sequence, &calibration, &self.out, talk)?;
         if derived.intrinsics.is_none() {
             talk.say("note: the lens is not known, so heights in mm cannot be told of these frames either");

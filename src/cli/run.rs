@@ -10,11 +10,12 @@ use super::capture::RigArguments;
 use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
 use super::matching::{advise, describe};
+use super::need::check_match;
 use super::rig::{calibration_plan, can_be_calibrated};
 use super::scan::{Captured, Course, Devices, scan};
 use super::{CliError, Talk};
 use crate::epi::MatchOptions;
-use crate::measure::{Measurement, View, calibrate_sequence, measure};
+use crate::measure::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::plane::Plane;
 use crate::preflight::{Report, Verdict};
 use crate::profile::Profile;
@@ -71,6 +72,14 @@ impl Run {
         let configuration = devices.camera.configure(&devices.plan.camera)?;
         let frames = devices.plan.positions_mm.len();
         self.matching.options().check(configuration.rows, configuration.columns, frames)?;
+        let deep = configuration.bit_depth > 8 || devices.plan.averaged > 1 || can_be_calibrated(&profile);
+        let held = Frames {
+            count: frames,
+            rows: configuration.rows,
+            columns: configuration.columns,
+            sample_bytes: if deep { 2 } else { 1 },
+        };
+        check_match(held, &self.matching.options(), talk)?;
         let measured = measure_object(devices, &profile, &self.matching.options(), &self.out, None, talk)?;
         let Measured { captured, measurement, results } = measured;
         results.commit()?;

@@ -5,11 +5,12 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
+use super::need::{check, close_others};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{Calibration, read_calibration};
 use crate::epi::LARGEST_GROWN_WINDOW_PX;
-use crate::measure::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface};
+use crate::measure::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface, surface_need};
 use crate::results::{ResultsFolder, read_map, read_summary};
 use crate::sequence::Sequence;
 use crate::surface::{Rectangle, StepsOptions, TrendKind, heights};
@@ -107,6 +108,7 @@ impl Surface {
                 results.display()
             )));
         }
+        check("this", surface_need(disparity.rows(), disparity.columns()), talk, close_others)?;
         let heights = heights(geometry, &disparity, &sigma).ok_or_else(|| {
             CliError::Integrity(format!(
                 "{}: no pixel has a disparity; look at mask.png there",

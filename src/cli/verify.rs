@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::rig::twin_config;
 use super::{CliError, Talk};
 use crate::profile::Profile;
-use crate::sequence::{Finding, Sequence, verify};
+use crate::sequence::{Finding, Origin, Sequence, verify};
 
 /// Check that a sequence is what its records say, and that these agree: hashes, gaps, sizes, positions
 #[derive(Debug, Args)]
@@ -16,12 +17,29 @@ pub(super) struct Verify {
     seq: PathBuf,
 }
 
+/// The simulated rig is told twice, too: by the profile, and as it was made of that.
+fn other_twin(sequence: &Sequence, rig: &Profile) -> Option<Finding> {
+    let record = sequence.record();
+    let Origin::Captured { twin: Some(recorded), .. } = &record.origin else { return None };
+    // Another version of the program may have made it otherwise.
+    let ours = record.program == concat!("epirig ", env!("CARGO_PKG_VERSION"));
+    let made = twin_config(rig).ok().and_then(|twin| serde_json::to_value(twin).ok());
+    (ours && made.as_ref() != Some(recorded)).then(|| Finding {
+        file: "sequence.json".to_owned(),
+        problem: "the simulated rig is not that of the profile recorded with it; restore it from a copy".to_owned(),
+    })
+}
+
 impl Verify {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let sequence = Sequence::open(&self.seq)?;
         let mut report = verify(&sequence, talk)?;
         match Profile::of_sequence(&sequence) {
-            Ok(rig) => report.findings.extend(rig.iter().flat_map(|rig| rig.contradictions(&sequence))),
+            Ok(Some(rig)) => {
+                report.findings.extend(rig.contradictions(&sequence));
+                report.findings.extend(other_twin(&sequence, &rig));
+            }
+            Ok(None) => {}
             Err(error) => {
                 let file = "sequence.json".to_owned();
                 report.findings.push(Finding { file, problem: error.to_string() });

@@ -3,6 +3,7 @@
 mod calibration;
 
 mod inspect;
+mod need;
 mod rectified;
 
 use std::time::Instant;
@@ -29,6 +30,7 @@ use crate::sequence::{Sequence, SequenceError, load_volume};
 use crate::surface::{Geometry, Heights, SurfaceError, heights};
 use crate::volume::Volume;
 
+pub use need::{Frames, calibration_need, frames_that_fit, match_need, rectification_need, surface_need};
 pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
 pub use rectified::rectify_sequence;
 

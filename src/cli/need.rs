@@ -1,0 +1,74 @@
+//! Memory that a verb needs, compared with what there is.
+
+use super::{CliError, Talk};
+use crate::calibrate::Calibration;
+use crate::epi::MatchOptions;
+use crate::measure::{Frames, frames_that_fit, match_need};
+use crate::memory::{Available, available};
+use crate::sequence::Sequence;
+
+/// The frames of a sequence as they are held for matching: rectified, if it is calibrated.
+pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&Calibration>) -> Frames {
+    let record = sequence.record();
+    let count = sequence.frames().len();
+    match calibration.map(|calibration| calibration.mapping.camera) {
+        Some(camera) => Frames { count, rows: camera.rows, columns: camera.columns, sample_bytes: 2 },
+        None => Frames {
+            count,
+            rows: record.rows,
+            columns: record.columns,
+            sample_bytes: usize::from(record.bit_depth.div_ceil(8)),
+        },
+    }
+}
+
+/// Refuses to match what would not fit, and says what would.
+pub(super) fn check_match(frames: Frames, options: &MatchOptions, talk: &Talk) -> Result<(), CliError> {
+    check("matching", match_need(frames, options), talk, |available| {
+        let quick = options.clone().quick();
+        let first_look = match_need(frames, &quick);
+        let fewer = frames_that_fit(frames, options, available.bytes).map(|count| {
+            format!("{count} of the {} frames would fit (`epirig import --frames` takes a part)", frames.count)
+        });
+        match () {
+            () if first_look <= available.bytes && first_look < match_need(frames, options) => {
+                format!("`--quick` needs {}", size(first_look))
+            }
+            () => fewer.unwrap_or_else(|| "no part of it would fit; use a machine with more memory".to_owned()),
+        }
+    })
+}
+
+/// Says how much memory `what` needs, and refuses it if there is less; `advice` tells what a person may do.
+pub(super) fn check(
+    what: &str,
+    bytes: u64,
+    talk: &Talk,
+    advice: impl FnOnce(Available) -> String,
+) -> Result<(), CliError> {
+    let Some(available) = available() else { return Ok(()) };
+    if bytes > available.bytes {
+        return Err(CliError::Memory {
+            what: what.to_owned(),
+            needed: size(bytes),
+            available: size(available.bytes),
+            bound: available.bound,
+            advice: advice(available),
+        });
+    }
+    talk.say(&format!("{what} needs up to {} of memory", size(bytes)));
+    Ok(())
+}
+
+/// What a person may do about a need of which there is no smaller part.
+pub(super) fn close_others(_: Available) -> String {
+    "close other programs, raise the limit, or use a machine with more memory".to_owned()
+}
+
+/// Bytes as people say them.
+fn size(bytes: u64) -> String {
+    match bytes as f64 {
+        small if small < 1e9 => format!("{:.0} MB", (small / 1e6).ceil()),
+        large => format!("{:.1} GB", (large / 1e8).ceil() / 10.0),
+    }
+}
