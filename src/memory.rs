@@ -73,7 +73,12 @@ fn left_by_groups(root: &Path) -> Option<u64> {
             _ if controllers.split(',').any(|name| name == "memory") => left_by(
                 &mounted.join("memory"),
                 path,
-                ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file ", "total_active_file "],
+                [
+                    "memory.limit_in_bytes",
+                    "memory.usage_in_bytes",
+                    "total_inactive_file ",
+                    "total_active_file ",
+                ],
             ),
             _ => None,
         }

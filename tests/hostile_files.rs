@@ -58,7 +58,8 @@ fn change_lines(folder: &Path, change: impl Fn(&mut Vec<serde_json::Value>)) {
 /// `verify` finds these words, and nothing is calibrated or matched.
 fn is_refused(folder: &Path, words: &[&str]) {
     let output = epirig(folder, &["verify", "seq"]);
-    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let said =
+        format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert_eq!(output.status.code(), Some(5), "{said}");
     for word in words {
         assert!(said.contains(word), "verify does not say \"{word}\": {said}");
@@ -152,7 +153,14 @@ fn whatever_is_told_twice_has_to_agree() {
         (|lines| lines[2]["certificate"]["saturated_share"] = 0.005.into(), &["frame 2", "full scale"]),
         (|lines| lines[2]["exposure"]["exposure_start_ns"] = 0.into(), &["frame 2", "at rest"]),
         (|lines| lines[2]["index"] = 3.into(), &["frame 3", "twice"]),
-        (|lines| lines.push(serde_json::json!({"event": "retake", "index": 99, "attempt": 1, "reason": "", "at": ""})), &["frame 99"]),
+        (
+            |lines| {
+                lines.push(
+                    serde_json::json!({"event": "retake", "index": 99, "attempt": 1, "reason": "", "at": ""}),
+                )
+            },
+            &["frame 99"],
+        ),
     ];
     for (change, words) in changes {
         let folder = folder();
@@ -208,7 +216,12 @@ fn numbers_that_cannot_be_are_refused() {
         lines[8]["commanded_mm"] = 1.5e308.into();
     });
     is_refused(folder.path(), &["no stage goes farther"]);
-    fails(folder.path(), &["import", "photos", "--out", "far", "--step-mm", "1e308"], 5, &["photos", "finite"]);
+    fails(
+        folder.path(),
+        &["import", "photos", "--out", "far", "--step-mm", "1e308"],
+        5,
+        &["photos", "finite"],
+    );
     fails(folder.path(), &["import", "photos", "--out", "far", "--step-mm", "1e300"], 5, &["no stage goes"]);
     fs::write(folder.path().join("far.csv"), "-1.5e308\n0\n1\n2\n3\n4\n5\n6\n1.5e308\n").unwrap();
     fails(folder.path(), &["import", "photos", "--out", "far", "--positions", "far.csv"], 5, &["far.csv"]);
@@ -277,7 +290,8 @@ fn a_scan_that_was_not_closed_is_measured_on_request_only_and_the_results_say_so
         fs::create_dir(images.join(kind)).unwrap();
         for index in 0..3_u8 {
             let level = if kind == "dark" { 3 } else { 200 };
-            let samples = (0..24 * 64_usize).map(|pixel| level + (pixel * 7 + usize::from(index) * 5) as u8 % 3);
+            let samples =
+                (0..24 * 64_usize).map(|pixel| level + (pixel * 7 + usize::from(index) * 5) as u8 % 3);
             let frame = Frame::new(24, 64, 8, Samples::U8(samples.collect())).unwrap();
             write_png(&images.join(kind).join(format!("{index}.png")), &frame);
         }
@@ -449,7 +463,10 @@ fn files_that_nest_or_promise_too_much_end_with_an_error() {
         ("overflow.pfm", format!("Pf\n{} 0\n-1.0\n", 1_u64 << 62).into_bytes()),
         ("deep.npy", npy(&"(".repeat(60), 60)),
         ("long.npy", npy("{", u32::MAX)),
-        ("huge.npy", npy("{'descr': '<f4', 'fortran_order': False, 'shape': (4611686018427387904, 4), }", 78)),
+        (
+            "huge.npy",
+            npy("{'descr': '<f4', 'fortran_order': False, 'shape': (4611686018427387904, 4), }", 78),
+        ),
     ] {
         fs::write(folder.path().join(name), bytes).unwrap();
         let (code, said) = within_a_minute(folder.path(), &["evaluate", "seq", "--truth", name]);
@@ -474,7 +491,10 @@ fn errors_say_what_is_wrong_and_where() {
     fs::write(&path, bytes).unwrap();
     let (code, error) = said(&["match", "seq"]);
     assert_eq!(code, Some(5), "{error}");
-    assert!(error.contains("UTF-8") && error.contains("sequence.json") && !error.contains("check the disk"), "{error}");
+    assert!(
+        error.contains("UTF-8") && error.contains("sequence.json") && !error.contains("check the disk"),
+        "{error}"
+    );
     // A value of another type: its key and line.
     fs::write(&path, record.replace("\"bit_depth\": 8", "\"bit_depth\": \"eight\"")).unwrap();
     let (code, error) = said(&["match", "seq"]);
@@ -488,10 +508,17 @@ fn errors_say_what_is_wrong_and_where() {
     fails(folder.path(), &["match", "seq"], 5, &["journal.jsonl, line 1: mean_dn"]);
     fs::write(&journal, &lines).unwrap();
     // A size that the frames do not have: the record is at fault, and no frame is to be removed.
-    fs::write(&path, record.replace("\"columns\": 64", "\"columns\": 160").replace("\"rows\": 24", "\"rows\": 1")).unwrap();
+    fs::write(
+        &path,
+        record.replace("\"columns\": 64", "\"columns\": 160").replace("\"rows\": 24", "\"rows\": 1"),
+    )
+    .unwrap();
     let (code, error) = said(&["match", "seq"]);
     assert_eq!(code, Some(5), "{error}");
-    assert!(error.contains("160 x 1") && error.contains("64 x 24") && !error.contains("remove it"), "{error}");
+    assert!(
+        error.contains("160 x 1") && error.contains("64 x 24") && !error.contains("remove it"),
+        "{error}"
+    );
     fs::write(&path, &record).unwrap();
     // A replay of a damaged sequence cannot be gone on with.
     fs::write(folder.path().join("seq/frames/0004.png"), "damaged").unwrap();
@@ -504,11 +531,9 @@ fn errors_say_what_is_wrong_and_where() {
 #[test]
 fn who_reads_no_further_is_told_nothing() {
     let folder = folder();
-    for arguments in [
-        &["completions", "bash"][..],
-        &["plan", "--rig", "sim"],
-        &["plan", "--rig", "sim", "--json"],
-    ] {
+    for arguments in
+        [&["completions", "bash"][..], &["plan", "--rig", "sim"], &["plan", "--rig", "sim", "--json"]]
+    {
         let mut child = Command::new(env!("CARGO_BIN_EXE_epirig"))
             .args(arguments)
             .current_dir(folder.path())
@@ -534,7 +559,10 @@ fn a_sound_image_of_a_kind_that_is_not_read_is_not_called_damaged() {
     let output = epirig(folder.path(), &["import", "photos", "--out", "seq"]);
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(5), "{said}");
-    assert!(said.contains("frame_1.tif") && said.contains("8 or 16 bit") && !said.contains("damaged"), "{said}");
+    assert!(
+        said.contains("frame_1.tif") && said.contains("8 or 16 bit") && !said.contains("damaged"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -544,7 +572,8 @@ fn what_does_not_fit_into_memory_is_refused_before_it_begins() {
     let photos = folder.path().join("photos");
     fs::create_dir(&photos).unwrap();
     // Maps of 2.25 million pixels take some 400 MB.
-    let samples: Vec<u8> = (0..1500 * 1500_u32).map(|pixel| (pixel.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let samples: Vec<u8> =
+        (0..1500 * 1500_u32).map(|pixel| (pixel.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     for index in 0..3 {
         let frame = Frame::new(1500, 1500, 8, Samples::U8(samples.clone())).unwrap();
         write_png(&photos.join(format!("{index}.png")), &frame);
@@ -557,7 +586,9 @@ fn what_does_not_fit_into_memory_is_refused_before_it_begins() {
         let output = command.output().unwrap();
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    for arguments in ["match seq --range 0..9", "calibrate seq --positions texture", "evaluate seq --both-ways"] {
+    for arguments in
+        ["match seq --range 0..9", "calibrate seq --positions texture", "evaluate seq --both-ways"]
+    {
         let (code, said) = limited(450_000, arguments);
         assert_eq!(code, Some(1), "{arguments}: {said}");
         assert!(said.contains("of memory") && said.contains("ulimit"), "{arguments}: {said}");

@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 use epirig::capture::{CaptureError, CapturePlan, PauseSwitch};
 use epirig::sequence::{Event, ExitStatus, FrameKind, FrameRecord, Sequence};
-use epirig::storage::{DiskFault, FaultyDisk, RealDisk};
 use epirig::stage::SimStageConfig;
+use epirig::storage::{DiskFault, FaultyDisk, RealDisk};
 use epirig::twin::Twin;
 use scans::{FRAMES, assert_whole, plan, scan, scan_on, twin};
 

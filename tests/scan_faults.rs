@@ -21,9 +21,9 @@ use epirig::camera::{SimCamera, SimFault};
 use epirig::capture::{CaptureLimits, CapturePlan, PauseSwitch, Rig, Unattended, capture, resume};
 use epirig::link::LineNoise;
 use epirig::progress::Progress;
-use epirig::storage::RealDisk;
 use epirig::stage::simulator::FaultScript;
 use epirig::stage::{Dialect, SimStage, SimStageConfig, Stage, StagePosition, StageSource};
+use epirig::storage::RealDisk;
 use epirig::twin::{Twin, TwinConfig};
 use faulty_rig::{Mischief, Once, Tampered, Watched, When, connect, step_mm};
 use scan_fault_list::{

@@ -10,7 +10,8 @@ use crate::photometry::Maps;
 use crate::plane::{MOST_PIXELS, Plane};
 use crate::sequence::Sequence;
 use crate::storage::{
-    Disk, RealDisk, ReadError, RecordError, Scratch, Step, read_inside, read_record, write_whole,
+    Disk, ReadError, RealDisk, RecordError, Scratch, Step, is_in_the_making, read_inside, read_record,
+    write_whole,
 };
 
 /// Name of the record.
@@ -87,7 +88,8 @@ impl CalibrationFolder {
             let place = folder.join(usual(name));
             bytes.map_err(|source| CalibrateError::Map { path: place, source })
         };
-        let maps = [(DARK_MAP, encode(DARK_MAP, &maps.dark)?), (FLAT_MAP, encode(FLAT_MAP, &maps.flat_field)?)];
+        let maps =
+            [(DARK_MAP, encode(DARK_MAP, &maps.dark)?), (FLAT_MAP, encode(FLAT_MAP, &maps.flat_field)?)];
         let hashes = maps.each_ref().map(|(_, bytes)| bytes.as_ref().map(|bytes| hash(bytes)));
         let [dark, flat_field] = hashes.clone();
         calibration.maps = MapHashes { dark, flat_field };
@@ -139,7 +141,7 @@ fn of_hash(name: &str, hash: &str) -> String {
     format!("{name}-{}.tiff", hash.get(..16).unwrap_or(hash))
 }
 
-/// Removes maps of calibrations that were never finished.
+/// Removes maps and parts of files of calibrations that were never finished.
 fn tidy_up(disk: &mut dyn Disk, folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
@@ -148,9 +150,11 @@ fn tidy_up(disk: &mut dyn Disk, folder: &Path) -> io::Result<()> {
         let is_of_hash = |map: &str| {
             let rest = name.strip_prefix(map).and_then(|rest| rest.strip_prefix('-'));
             let digits = rest.and_then(|rest| rest.strip_suffix(".tiff"));
-            digits.is_some_and(|digits| digits.len() == 16 && digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
+            digits.is_some_and(|digits| {
+                digits.len() == 16 && digits.bytes().all(|byte| byte.is_ascii_hexdigit())
+            })
         };
-        if [DARK_MAP, FLAT_MAP].into_iter().any(is_of_hash) {
+        if [DARK_MAP, FLAT_MAP].into_iter().any(is_of_hash) || is_in_the_making(&entry.file_name()) {
             disk.remove(&entry.path())?;
         }
     }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::linearity::read_exposures;
-use super::rig::{RigArgument, calibration_plan, recorded_options};
 use super::need::{check, close_others, frames_of};
+use super::rig::{RigArgument, calibration_plan, recorded_options};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{

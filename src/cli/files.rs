@@ -7,6 +7,9 @@ use crate::storage::{RealDisk, write_whole};
 
 /// A file under its name only when it is whole.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    write_whole(&mut RealDisk, path, bytes)
-        .map_err(|source| CliError::File { path: path.to_owned(), action: "write", source })
+    write_whole(&mut RealDisk, path, bytes).map_err(|source| CliError::File {
+        path: path.to_owned(),
+        action: "write",
+        source,
+    })
 }

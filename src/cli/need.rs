@@ -28,13 +28,18 @@ pub(super) fn check_match(frames: Frames, options: &MatchOptions, talk: &Talk) -
         let quick = options.clone().quick();
         let first_look = match_need(frames, &quick);
         let fewer = frames_that_fit(frames, options, available.bytes).map(|count| {
-            format!("{count} of the {} frames would fit (`epirig import --frames` takes a part)", frames.count)
+            format!(
+                "{count} of the {} frames would fit (`epirig import --frames` takes a part)",
+                frames.count
+            )
         });
         match () {
             () if first_look <= available.bytes && first_look < match_need(frames, options) => {
                 format!("`--quick` needs {}", size(first_look))
             }
-            () => fewer.unwrap_or_else(|| "no part of it would fit; use a machine with more memory".to_owned()),
+            () => {
+                fewer.unwrap_or_else(|| "no part of it would fit; use a machine with more memory".to_owned())
+            }
         }
     })
 }

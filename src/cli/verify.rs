@@ -26,7 +26,8 @@ fn other_twin(sequence: &Sequence, rig: &Profile) -> Option<Finding> {
     let made = twin_config(rig).ok().and_then(|twin| serde_json::to_value(twin).ok());
     (ours && made.as_ref() != Some(recorded)).then(|| Finding {
         file: "sequence.json".to_owned(),
-        problem: "the simulated rig is not that of the profile recorded with it; restore it from a copy".to_owned(),
+        problem: "the simulated rig is not that of the profile recorded with it; restore it from a copy"
+            .to_owned(),
     })
 }
 

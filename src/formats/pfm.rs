@@ -58,7 +58,9 @@ mod tests {
 
     #[test]
     fn sizes_that_cannot_be_are_refused() {
-        for head in ["Pf\n4611686018427387904 0\n-1.0\n", "Pf\n0 4611686018427387904\n-1.0\n", "Pf\n0 0\n-1.0\n"] {
+        for head in
+            ["Pf\n4611686018427387904 0\n-1.0\n", "Pf\n0 4611686018427387904\n-1.0\n", "Pf\n0 0\n-1.0\n"]
+        {
             assert!(decode(head.as_bytes()).is_err(), "{head}");
         }
         let too_wide = format!("Pf\n{} 4\n-1.0\n", 1_u64 << 62);

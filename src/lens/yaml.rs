@@ -114,7 +114,9 @@ impl<'a> Entry<'a> {
         /// More than an image has rows, or a matrix.
         const MOST: i64 = 1 << 28;
         let count = match self.value.data {
-            YamlData::Value(Scalar::Integer(count)) if (1..=MOST).contains(&count) => usize::try_from(count).ok(),
+            YamlData::Value(Scalar::Integer(count)) if (1..=MOST).contains(&count) => {
+                usize::try_from(count).ok()
+            }
             _ => None,
         };
         count.ok_or_else(|| self.wrong("a whole number above 0"))

@@ -30,8 +30,8 @@ use crate::sequence::{Sequence, SequenceError, load_volume};
 use crate::surface::{Geometry, Heights, SurfaceError, heights};
 use crate::volume::Volume;
 
-pub use need::{Frames, calibration_need, frames_that_fit, match_need, rectification_need, surface_need};
 pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
+pub use need::{Frames, calibration_need, frames_that_fit, match_need, rectification_need, surface_need};
 pub use rectified::rectify_sequence;
 
 /// Why a sequence has no results.

@@ -102,7 +102,9 @@ impl Profile {
         let mut contradicts = |what: &str| {
             found.push(Finding {
                 file: "sequence.json".to_owned(),
-                problem: format!("{what} are not those of the rig that is recorded with them; restore it from a copy"),
+                problem: format!(
+                    "{what} are not those of the rig that is recorded with them; restore it from a copy"
+                ),
             });
         };
         if let (Some(planned), Some(recorded)) = (self.plan.positions_mm(), &record.positions_mm)
@@ -110,14 +112,16 @@ impl Profile {
         {
             contradicts("the planned positions");
         }
-        let lens = self.optics.lens(record.columns, record.rows).map(|lens| {
-            [lens.focal_length_x_px, lens.principal_point_x_px, lens.principal_point_y_px]
-        });
+        let lens = self
+            .optics
+            .lens(record.columns, record.rows)
+            .map(|lens| [lens.focal_length_x_px, lens.principal_point_x_px, lens.principal_point_y_px]);
         let recorded = record.intrinsics.map(|intrinsics| {
             [intrinsics.focal_length_px, intrinsics.principal_point_x_px, intrinsics.principal_point_y_px]
         });
         // The same formula in another order of its factors: equal but for rounding.
-        let differ = |(one, other): (f64, f64)| (one - other).abs() > 1e-9 * one.abs().max(other.abs()).max(1.0);
+        let differ =
+            |(one, other): (f64, f64)| (one - other).abs() > 1e-9 * one.abs().max(other.abs()).max(1.0);
         if let (Some(lens), Some(recorded)) = (lens, recorded)
             && lens.into_iter().zip(recorded).any(differ)
         {

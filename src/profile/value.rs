@@ -2,7 +2,7 @@
 
 use super::error::Problem;
 use super::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
-use super::schema::{LARGEST, SMALLEST, Allowed, Key, Kind, LONGEST_H};
+use super::schema::{Allowed, Key, Kind, LARGEST, LONGEST_H, SMALLEST};
 use super::settings::Given;
 use crate::camera::pixels::FourCc;
 use crate::camera::{CameraChoice, Size};

@@ -28,8 +28,11 @@ pub fn read_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
 /// [`ResultsError`] if it is missing, of another version or not to be understood.
 pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
     // A killed program may have set them aside.
-    recover(&mut RealDisk, folder)
-        .map_err(|source| ResultsError::Io { action: "bring back", path: folder.to_owned(), source })?;
+    recover(&mut RealDisk, folder).map_err(|source| ResultsError::Io {
+        action: "bring back",
+        path: folder.to_owned(),
+        source,
+    })?;
     read_record(&folder.join("match.json"), FORMAT_VERSION).map_err(|error| match error {
         RecordError::Read(error) => error.into(),
         RecordError::Version { path, found, expected } => {

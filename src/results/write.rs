@@ -84,7 +84,10 @@ fn check_target(target: &Path, overwrite: bool) -> Result<(), ResultsError> {
         }
         occupied = true;
         if !OWN_NAMES.iter().any(|own| name == *own) && !is_in_the_making(&name) {
-            return Err(ResultsError::Foreign { path: target.to_owned(), name: name.to_string_lossy().into_owned() });
+            return Err(ResultsError::Foreign {
+                path: target.to_owned(),
+                name: name.to_string_lossy().into_owned(),
+            });
         }
     }
     match occupied && !overwrite {
@@ -119,8 +122,11 @@ impl ResultsFolder {
     pub fn create_on(mut disk: Box<dyn Disk>, target: &Path, overwrite: bool) -> Result<Self, ResultsError> {
         recover(&mut *disk, target).map_err(io("bring back", target))?;
         check_target(target, overwrite)?;
-        let scratch = Scratch::beside(target)
-            .map_err(|(path, source)| ResultsError::Io { action: "make a folder in", path, source })?;
+        let scratch = Scratch::beside(target).map_err(|(path, source)| ResultsError::Io {
+            action: "make a folder in",
+            path,
+            source,
+        })?;
         let building = scratch.path().join(BUILDING);
         disk.make_folder(&building).map_err(io("make a folder in", &building))?;
         Ok(Self { target: target.to_owned(), overwrite, scratch, disk: Mutex::new(disk) })

@@ -68,7 +68,8 @@ impl Sequence {
             if let Event::Retake(retake) = event
                 && retake.index >= self.record().frames
             {
-                let problem = format!("frame {} was taken again, but is not in the plan; {RESTORE}", retake.index);
+                let problem =
+                    format!("frame {} was taken again, but is not in the plan; {RESTORE}", retake.index);
                 found.push(Finding::new(JOURNAL, problem));
             }
         }
@@ -81,7 +82,8 @@ impl Sequence {
             && stop.exit_status == ExitStatus::Complete
             && stop.frames != self.frames().len()
         {
-            let problem = format!("counts {} frames, the journal {}; {RESTORE}", stop.frames, self.frames().len());
+            let problem =
+                format!("counts {} frames, the journal {}; {RESTORE}", stop.frames, self.frames().len());
             found.push(Finding::new(STOP, problem));
         }
         found
@@ -117,7 +119,10 @@ impl Sequence {
             found.push(Finding::new(START, problem));
         }
         if set.averaged == 0 || (set.averaged > 1 && record.bit_depth != 16) {
-            let problem = format!("{} frames were averaged to one of {} bit; {RESTORE}", set.averaged, record.bit_depth);
+            let problem = format!(
+                "{} frames were averaged to one of {} bit; {RESTORE}",
+                set.averaged, record.bit_depth
+            );
             found.push(Finding::new(START, problem));
         }
     }
@@ -133,7 +138,10 @@ impl Sequence {
         // Whether it fits the bit depth, the frame itself tells better.
         let mean_is_possible = (0.0..=f64::from(u16::MAX)).contains(&frame.mean_dn);
         if !mean_is_possible || frame.saturated > record.rows * record.columns {
-            problems.push(format!("a mean of {} DN with {} samples at full scale cannot be", frame.mean_dn, frame.saturated));
+            problems.push(format!(
+                "a mean of {} DN with {} samples at full scale cannot be",
+                frame.mean_dn, frame.saturated
+            ));
         }
         if let Some(exposure) = &frame.exposure
             && exposure.exposure_start_ns < exposure.requested_ns

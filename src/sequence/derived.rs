@@ -47,7 +47,8 @@ pub fn write_derived(
     progress: &dyn Progress,
 ) -> Result<(), SequenceError> {
     refuse_existing(out)?;
-    let Derived { origin, rows, columns, bit_depth, intrinsics, positions_mm, sources, exit_status, reason } = derived;
+    let Derived { origin, rows, columns, bit_depth, intrinsics, positions_mm, sources, exit_status, reason } =
+        derived;
     let record = SequenceRecord {
         format: FORMAT_VERSION,
         uid: new_uid(),

@@ -163,7 +163,11 @@ pub fn import(
     };
 
     if images.len() > MOST_FRAMES {
-        return Err(SequenceError::TooManyFrames { path: folder.to_owned(), count: images.len(), most: MOST_FRAMES });
+        return Err(SequenceError::TooManyFrames {
+            path: folder.to_owned(),
+            count: images.len(),
+            most: MOST_FRAMES,
+        });
     }
     let bytes = read_file(&images[0], LARGEST_IMAGE)?;
     let stored = header(&bytes).map_err(fault_of(&images[0]))?;

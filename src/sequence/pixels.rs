@@ -82,8 +82,7 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some(2 * MOST_DECODED);
     reader.limits(limits);
-    let format =
-        reader.format().ok_or_else(|| ImageFault::Damaged("not a PNG, TIFF or JPEG".to_owned()))?;
+    let format = reader.format().ok_or_else(|| ImageFault::Damaged("not a PNG, TIFF or JPEG".to_owned()))?;
     let mut decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     let (mut rows, mut columns) = (height as usize, width as usize);
@@ -150,8 +149,8 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, ImageFault> {
         | DynamicImage::ImageRgba16(_)) => (16, Samples::U16(wide.to_luma16().into_raw())),
         narrow => (8, Samples::U8(narrow.to_luma8().into_raw())),
     };
-    let frame =
-        Frame::new(height as usize, width as usize, bit_depth, samples).map_err(|error| ImageFault::Damaged(error.to_string()))?;
+    let frame = Frame::new(height as usize, width as usize, bit_depth, samples)
+        .map_err(|error| ImageFault::Damaged(error.to_string()))?;
     let usable_as_is = format == image::ImageFormat::Png && conversion.is_none();
     Ok(DecodedImage { frame, usable_as_is, conversion })
 }

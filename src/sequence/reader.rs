@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::error::SequenceError;
 use super::pixels::{Header, decode_grey, header, with_bit_depth};
-use super::record::{Event, ExitStatus, FORMAT_VERSION, FrameKind, FrameRecord, Origin, SequenceRecord, StopRecord};
+use super::record::{
+    Event, ExitStatus, FORMAT_VERSION, FrameKind, FrameRecord, Origin, SequenceRecord, StopRecord,
+};
 use crate::frame::Frame;
 use crate::plane::area;
 use crate::storage::{parse_record, read_file, read_inside, read_record};
@@ -24,7 +26,8 @@ pub(super) const MOST_FRAMES: usize = 100_000;
 pub(super) const LARGEST_JOURNAL: u64 = 1 << 30;
 
 /// What is wrong with a scan that ended so.
-const NOT_CLOSED: &str = "the scan was not closed: the rig did not stay as it was, so the positions of its frames are wrong";
+const NOT_CLOSED: &str =
+    "the scan was not closed: the rig did not stay as it was, so the positions of its frames are wrong";
 
 /// A sequence on disk, its records read and understood.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +102,9 @@ impl Sequence {
             Some(ExitStatus::Complete) => return None,
             Some(ExitStatus::NotClosed) => NOT_CLOSED.to_owned(),
             Some(ExitStatus::Aborted | ExitStatus::Failed) => {
-                format!("the scan ended before it was complete: {there} of {planned} planned frames are there")
+                format!(
+                    "the scan ended before it was complete: {there} of {planned} planned frames are there"
+                )
             }
             None => format!("the scan has not ended: {there} of {planned} planned frames are there"),
         };
@@ -178,7 +183,9 @@ impl Sequence {
         let expected = describe(record.rows, record.columns, stored_bits);
         let found = match header(&bytes) {
             Ok(Header { rows, columns, bits }) => describe(rows, columns, bits),
-            Err(fault) => return wrong(START, format!("it says {expected}, but {file} is no such image: {fault}")),
+            Err(fault) => {
+                return wrong(START, format!("it says {expected}, but {file} is no such image: {fault}"));
+            }
         };
         if found != expected {
             return wrong(START, format!("it says {expected}, but {file} is {found}"));
@@ -226,7 +233,11 @@ fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
             // The last line is cut short if the program was killed while it wrote; what it names was not promised.
             Err(_) if lines.peek().is_none() && !line.ends_with(b"\n") => {}
             Err(reason) => {
-                return Err(SequenceError::BadRecord { path: path.to_owned(), line: Some(index + 1), reason });
+                return Err(SequenceError::BadRecord {
+                    path: path.to_owned(),
+                    line: Some(index + 1),
+                    reason,
+                });
             }
         }
     }

@@ -110,7 +110,8 @@ fn stray_files(sequence: &Sequence, others: &[FrameRecord]) -> Result<Vec<Findin
             // Calibration frames are optional.
             Err(error) if error.kind() == ErrorKind::NotFound && name != FrameKind::Scan.folder() => continue,
             Err(error) => {
-                findings.push(Finding::new(name, format!("cannot be listed: {error}; restore it from a copy")));
+                findings
+                    .push(Finding::new(name, format!("cannot be listed: {error}; restore it from a copy")));
                 continue;
             }
             Ok(entries) => entries,

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::ReadError;
-#[cfg(not(target_os = "linux"))]
-use super::read_file;
 #[cfg(target_os = "linux")]
 use super::read::{WITHOUT_WAITING, read_open};
+#[cfg(not(target_os = "linux"))]
+use super::read_file;
 
 /// Reads the file `name` in `folder`, of at most `limit` bytes. Absolute names, `..` and links that lead out of the folder
 /// are refused, as is anything but a regular file.
@@ -21,7 +21,8 @@ pub fn read_inside(folder: &Path, name: &str, limit: u64) -> Result<Vec<u8>, Rea
 
         let path = folder.join(name);
         let io = |error: Errno| ReadError::io(&path)(error.into());
-        let root = open(folder, OFlags::PATH | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty()).map_err(io)?;
+        let root =
+            open(folder, OFlags::PATH | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty()).map_err(io)?;
         let within = ResolveFlags::BENEATH | ResolveFlags::NO_MAGICLINKS;
         match openat2(&root, name, OFlags::RDONLY | WITHOUT_WAITING, Mode::empty(), within) {
             Ok(file) => read_open(file.into(), &path, limit),
@@ -82,7 +83,9 @@ mod tests {
             assert_eq!(read_inside(&folder, name, 9).unwrap(), b"frame");
             check(&folder, name).unwrap();
         }
-        for name in ["../secret", "frames/../../secret", &absolute, "frames/outside.png", "frames/absolute.png"] {
+        for name in
+            ["../secret", "frames/../../secret", &absolute, "frames/outside.png", "frames/absolute.png"]
+        {
             assert!(matches!(read_inside(&folder, name, 9), Err(ReadError::Outside { .. })), "{name}");
             assert!(matches!(check(&folder, name), Err(ReadError::Outside { .. })), "{name}");
         }

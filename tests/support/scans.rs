@@ -10,8 +10,8 @@ use epirig::camera::{SimCamera, SimView, ViewSwitch};
 use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, capture, resume};
 use epirig::progress::Silent;
 use epirig::sequence::{ClosureRecord, Sequence, verify};
-use epirig::storage::Disk;
 use epirig::stage::{SimStage, SimStageConfig, Stage, StagePosition};
+use epirig::storage::Disk;
 use epirig::twin::{HandBoard, Twin, TwinConfig};
 
 pub const FRAMES: usize = 6;

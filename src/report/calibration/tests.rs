@@ -143,6 +143,7 @@ fn bare() -> Calibrated {
             hot_pixels: Outcome::SwitchedOff,
         },
         linearity: None,
+        maps: Default::default(),
         frame_gains: Outcome::SwitchedOff,
         lens: LensRecord {
             source: LensSource::Unknown,

@@ -82,8 +82,8 @@ impl Buffers {
         let mut mappings = Vec::with_capacity(made);
         for index in 0..made {
             let mut buffer = node.buffer(direction, index);
-            let mapped =
-                exchange(node, vidioc::VIDIOC_QUERYBUF, &mut buffer).and_then(|()| Mapping::of(node, &buffer));
+            let mapped = exchange(node, vidioc::VIDIOC_QUERYBUF, &mut buffer)
+                .and_then(|()| Mapping::of(node, &buffer));
             match mapped {
                 Ok(mapping) => mappings.push(mapping),
                 Err(error) => {
