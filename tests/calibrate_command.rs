@@ -217,7 +217,7 @@ fn a_calibration_that_does_not_fit_the_frames_is_not_used() {
     let other = good.replacen("\"sequence_uid\": \"", "\"sequence_uid\": \"x", 1);
     for (text, words) in [
         (&good[..good.len() / 2], &["calibration.json", "--overwrite"][..]),
-        (&good.replace("\"format\": 1", "\"format\": 2"), &["version 2", "reads version 1"]),
+        (&good.replace("\"format\": 2", "\"format\": 3"), &["version 3", "reads version 2"]),
         (&other, &["stale", "another sequence", "--as-captured"]),
         (&short, &["8 positions for 9 frames"]),
         (&huge, &["1000000000 x"]),
@@ -235,6 +235,11 @@ fn a_calibration_that_does_not_fit_the_frames_is_not_used() {
     fails(path, &["match", "seq"], 5, &["flat-field.tiff", "missing", "--overwrite"]);
     fs::write(&map, &bytes[..bytes.len() / 2]).unwrap();
     fails(path, &["match", "seq"], 5, &["flat-field.tiff", "--overwrite"]);
+    // A sound map of the right size, and not the one that belongs to the record.
+    let mut other = epirig::formats::MapFormat::Tiff.decode(&bytes).unwrap();
+    other.values_mut().iter_mut().for_each(|gain| *gain *= 1.01);
+    fs::write(&map, epirig::formats::MapFormat::Tiff.encode(&other).unwrap()).unwrap();
+    fails(path, &["match", "seq"], 5, &["flat-field.tiff", "not the map", "--overwrite"]);
     fs::write(&map, &bytes).unwrap();
     // A frame less, and frames that have changed.
     let journal = path.join("seq/journal.jsonl");

@@ -154,9 +154,15 @@ fn a_scan_is_captured_verified_and_replayed() {
     }
     let more = ["capture", "--out", "more", "--step-mm", "0.5", "--frames", "7", "--driver", "sim"];
     let more = [&more[..], &["--camera", "replay:seq"]].concat();
-    fails(folder.path(), &more, 7, &["replay:seq", "all of its 6 frames", "epirig resume more"]);
+    fails(folder.path(), &more, 5, &["replay:seq", "all of its 6 frames", "no more until"]);
     // What was taken until then stays, and says how it ended.
     assert_eq!(Sequence::open(&folder.path().join("more")).unwrap().frames().len(), 6);
+    fails(folder.path(), &["resume", "more"], 5, &["all of its 6 frames"]);
+    // One that can go on, does with the frame that is missing, not with its first.
+    std::fs::remove_file(folder.path().join("again/frames/0004.png")).unwrap();
+    succeeds(folder.path(), &["resume", "again"]);
+    let resumed = Sequence::open(&folder.path().join("again")).unwrap();
+    assert_eq!(resumed.frames()[4].blake3, sequence.frames()[4].blake3);
 }
 
 #[test]

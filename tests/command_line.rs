@@ -196,6 +196,7 @@ fn help_has_examples_and_completions_name_the_verbs() {
         "decode",
         "simulate",
         "target",
+        "licences",
         "completions",
     ] {
         let help = succeeds(folder.path(), &[verb, "--help"]);

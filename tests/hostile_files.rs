@@ -589,7 +589,7 @@ fn what_does_not_fit_into_memory_is_refused_before_it_begins() {
     for arguments in
         ["match seq --range 0..9", "calibrate seq --positions texture", "evaluate seq --both-ways"]
     {
-        let (code, said) = limited(450_000, arguments);
+        let (code, said) = limited(300_000, arguments);
         assert_eq!(code, Some(1), "{arguments}: {said}");
         assert!(said.contains("of memory") && said.contains("ulimit"), "{arguments}: {said}");
     }

@@ -141,6 +141,9 @@ pub trait Camera: Send {
     /// [`CameraError`] if there was none within the patience of the settings; the camera is stopped then.
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError>;
 
+    /// Says which stop of the scan the next frame is for, counted from 0. A camera that shows what is there now need not know.
+    fn at_stop(&mut self, _index: usize) {}
+
     /// Whether it shows what is there now, as often as it is asked; `false` for one that gives frames taken long ago.
     fn is_live(&self) -> bool {
         true
@@ -190,6 +193,10 @@ impl<C: Camera + ?Sized> Camera for Box<C> {
 
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
         (**self).grab_after(moment)
+    }
+
+    fn at_stop(&mut self, index: usize) {
+        (**self).at_stop(index);
     }
 
     fn is_live(&self) -> bool {

@@ -13,7 +13,7 @@ use crate::sequence::Sequence;
 /// Simulated time between two frames.
 const FRAME_TIME: Duration = Duration::from_millis(40);
 
-/// A camera that gives the frames of a sequence, in their order, each once, checked against their hashes. Its clock is simulated:
+/// A camera that gives the frames of a sequence, one for each stop of a scan in their order, checked against their hashes. Its clock is simulated:
 /// a frame begins when it is asked for.
 #[derive(Debug)]
 pub struct ReplayCamera {
@@ -157,6 +157,10 @@ impl Camera for ReplayCamera {
             controls: Vec::new(),
         };
         Ok(TakenFrame { frame, facts })
+    }
+
+    fn at_stop(&mut self, index: usize) {
+        self.next = index;
     }
 
     fn is_live(&self) -> bool {

@@ -136,10 +136,9 @@ pub enum CaptureError {
         /// What was to be in front of the camera.
         what: String,
     },
-    /// A scan with a replayed camera stopped before the end.
+    /// A scan with a replayed camera stopped, because of what it replays.
     #[error(
-        "{source}; {done} of {planned} frames are in {}: frames of a replay come once, so it cannot be resumed; mend what it replays, and begin \
-         a new scan in another folder", folder.display()
+        "{source}; {done} of {planned} frames are in {}, and there will be no more until what is replayed is mended", folder.display()
     )]
     ReplayEnded {
         /// The sequence.

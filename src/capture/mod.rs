@@ -20,7 +20,7 @@ mod step;
 
 use std::path::Path;
 
-use crate::camera::Configuration;
+use crate::camera::{CameraError, Configuration};
 use crate::sequence::{
     ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceRecord, SequenceWriter, new_uid, now,
     refuse_existing,
@@ -55,26 +55,27 @@ pub fn capture(
     if !rig.assistant.is_there() {
         calibration_frames::refuse_unattended(plan)?;
     }
-    let is_live = rig.camera.is_live();
     let mut scan = Scan::begin(rig, plan, None)?;
     let record = start_record(&mut scan);
     let writer = SequenceWriter::create_on(disk, out, &record)?;
     let indices: Vec<usize> = (0..record.frames).collect();
     let finished =
         scan.finish(writer, &indices, |scan, archive| scan.calibration_frames(archive, &Present::default()));
-    finished.map_err(|error| interrupted(error, out, record.frames, is_live))
+    finished.map_err(|error| interrupted(error, out, record.frames))
 }
 
-/// How far it came, for whoever resumes. The frames of a replay come once, so it cannot be resumed.
-fn interrupted(error: CaptureError, folder: &Path, planned: usize, is_live: bool) -> CaptureError {
+/// How far it came, for whoever resumes; or that a replay will not come further by resuming.
+fn interrupted(error: CaptureError, folder: &Path, planned: usize) -> CaptureError {
     if matches!(error, CaptureError::NotClosed { .. }) {
         return error;
     }
     let done = Sequence::open(folder).map_or(0, |sequence| sequence.frames().len());
     let (folder, source) = (folder.to_owned(), Box::new(error));
-    match is_live {
-        true => CaptureError::Interrupted { folder, done, planned, source },
-        false => CaptureError::ReplayEnded { folder, done, planned, source },
+    match source.cause() {
+        CaptureError::Camera(CameraError::Sequence(_) | CameraError::Exhausted { .. }) => {
+            CaptureError::ReplayEnded { folder, done, planned, source }
+        }
+        _ => CaptureError::Interrupted { folder, done, planned, source },
     }
 }
 

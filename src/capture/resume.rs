@@ -89,8 +89,7 @@ pub fn resume(
     };
     goes_on().map_err(|error| match error {
         CaptureError::NotThisScan { .. } => error,
-        // Whoever resumes has a camera that can look again.
-        other => interrupted(other, folder, record.frames, true),
+        other => interrupted(other, folder, record.frames),
     })
 }
 

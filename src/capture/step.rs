@@ -22,6 +22,7 @@ impl Scan<'_, '_> {
         let arrived = self.camera().now();
         self.times.moving_s += arrived.since(begun).as_secs_f64();
         let at_rest = arrived.after(self.plan.settle);
+        self.camera().at_stop(index);
         let (frame, exposures) = self.look(at_rest)?;
         // Read again after the exposure: a stage that has crept away or restarted meanwhile spoils the frame.
         let after_mm = self.check_position(commanded_mm)?;

@@ -17,7 +17,8 @@ use crate::lens::{LensEstimate, opencv_yaml, ros_camera_info};
 use crate::measure::{calibrate_sequence, calibration_need};
 use crate::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
 use crate::profile::Profile;
-use crate::sequence::{FrameKind, Sequence};
+use crate::sequence::{FrameKind, Intrinsics, Sequence};
+use crate::storage::read_text;
 
 /// Find out what a rig is really like: light, lens, direction of travel, position of every frame
 ///
@@ -178,26 +179,37 @@ fn parse_lens_file(text: &str) -> Result<PathBuf, String> {
         .ok_or_else(|| format!("\"{text}\" does not end in .yml (OpenCV) or .yaml (ROS camera_info)"))
 }
 
+/// Larger than any file with a lens, also one with all views that it was found by.
+const LARGEST_LENS: u64 = 16 << 20;
+
 fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, CliError> {
     let name = path.display().to_string();
-    if path.extension().is_some_and(|ending| ending == "json") {
-        if !path.is_file() {
-            return Err(CliError::Usage(format!(
-                "{name}: there is no such file to take the lens from; check the path"
-            )));
-        }
-        let estimate = read_calibration_file(path)?.lens.estimate;
-        return Ok(LensKnowledge::File { name, estimate: Box::new(estimate) });
+    if !path.exists() {
+        return Err(CliError::Usage(format!(
+            "{name}: there is no such file to take the lens from; give a YAML file of OpenCV or ROS, or a calibration.json"
+        )));
     }
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| CliError::Usage(format!("{name}: cannot be read as a lens: {error}; give a YAML file of OpenCV or ROS, or a calibration.json")))?;
-    let file =
-        opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
-    let (rows, columns) = (file.rows.unwrap_or(rows), file.columns.unwrap_or(columns));
-    Ok(LensKnowledge::File {
-        name,
-        estimate: Box::new(LensEstimate::of_a_calibration(file.lens, rows, columns)),
-    })
+    let estimate = if path.extension().is_some_and(|ending| ending == "json") {
+        read_calibration_file(path)?.lens.estimate
+    } else {
+        let text = read_text(path, LARGEST_LENS)?;
+        let file =
+            opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
+        let (rows, columns) = (file.rows.unwrap_or(rows), file.columns.unwrap_or(columns));
+        LensEstimate::of_a_calibration(file.lens, rows, columns)
+    };
+    let lens = estimate.lens;
+    for focal_length_px in [lens.focal_length_x_px, lens.focal_length_y_px] {
+        let intrinsics = Intrinsics {
+            focal_length_px,
+            principal_point_x_px: lens.principal_point_x_px,
+            principal_point_y_px: lens.principal_point_y_px,
+        };
+        if let Some(reason) = intrinsics.impossible(estimate.rows, estimate.columns) {
+            return Err(CliError::Integrity(format!("{name}: {reason}; check the file")));
+        }
+    }
+    Ok(LensKnowledge::File { name, estimate: Box::new(estimate) })
 }
 
 fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {

@@ -10,6 +10,7 @@ use super::{CliError, Talk};
 use crate::link::{Entry, Side, Transcript, TranscriptError};
 use crate::stage::Dialect;
 use crate::stage::decode::Decoder;
+use crate::storage::read_named;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum DialectName {
@@ -117,12 +118,15 @@ impl Decode {
     }
 }
 
+/// Weeks of what goes over a stage's line.
+const LARGEST_RECORDING: u64 = 1 << 28;
+
 fn read(path: &Path) -> Result<Vec<u8>, CliError> {
+    if path != Path::new("-") {
+        return Ok(read_named(path, LARGEST_RECORDING)?);
+    }
     let mut bytes = Vec::new();
-    let read = if path == Path::new("-") {
-        std::io::stdin().read_to_end(&mut bytes).map(|_| bytes)
-    } else {
-        std::fs::read(path)
-    };
-    read.map_err(|source| CliError::File { path: path.to_owned(), action: "read", source })
+    let read = std::io::stdin().take(LARGEST_RECORDING).read_to_end(&mut bytes);
+    read.map_err(|source| CliError::File { path: path.to_owned(), action: "read", source })?;
+    Ok(bytes)
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::match_arguments::MatchArguments;
 use super::need::{check, close_others, frames_of};
-use super::scan_end::AnywayArgument;
+use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
 use crate::evaluate::{
@@ -85,6 +85,7 @@ impl Evaluate {
         };
         let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
         let summary = read_summary(&folder)?;
+        tell_results(&summary, talk);
         let disparity = read_map(&folder.join("disparity.tiff"))?;
         let sigma = read_map(&folder.join("sigma.tiff"))?;
         let truth = read_map(truth_file)?;

@@ -6,9 +6,10 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::files::write;
+use super::scan_end::tell_results;
 use super::{CliError, Talk};
 use crate::formats::MapFormat;
-use crate::results::{ResultsError, read_map};
+use crate::results::{ResultsError, read_map, read_summary};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum MapName {
@@ -74,6 +75,7 @@ impl Export {
             return Err(CliError::Usage(format!("{} exists already; give another name", self.out.display())));
         }
         let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
+        tell_results(&read_summary(&folder)?, talk);
         let map = read_map(&folder.join(self.map.file()))?;
         let bytes =
             format.encode(&map).map_err(|source| ResultsError::Format { path: self.out.clone(), source })?;

@@ -4,15 +4,17 @@ use std::path::Path;
 
 use super::CliError;
 use crate::photometry::ExposureLevel;
-use crate::sequence::{SequenceRecord, decode_grey};
+use crate::sequence::{LARGEST_IMAGE, SequenceRecord, decode_grey, header};
+use crate::storage::{read_file, read_text};
+
+/// More lines than anybody writes.
+const LARGEST_TABLE: u64 = 1 << 20;
 
 /// Reads a CSV with the columns file and exposure, in any order, and the images that it names, from its own folder. They must be like the frames of
 /// `record`.
 pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec<ExposureLevel>, CliError> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        CliError::Usage(format!("{name}: cannot be read as a table of exposures: {error}; check the path"))
-    })?;
+    let text = read_text(path, LARGEST_TABLE)?;
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let bad = |line: u64, reason: String| {
@@ -37,28 +39,25 @@ pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec
             .filter(|value: &f64| value.is_finite() && *value >= 0.0)
             .ok_or_else(|| bad(line, format!("\"{}\" is no exposure", &row[exposure])))?;
         let image = path.parent().unwrap_or(Path::new("")).join(&row[file]);
-        let bytes = std::fs::read(&image)
-            .map_err(|error| bad(line, format!("cannot read {}: {error}", image.display())))?;
-        let frame = decode_grey(&bytes)
-            .map_err(|reason| bad(line, format!("{} is damaged or no image: {reason}", image.display())))?
-            .frame;
-        let found = (frame.columns(), frame.rows());
-        if found != (record.columns, record.rows) || (frame.bit_depth() <= 8) != (record.bit_depth <= 8) {
+        let bytes = read_file(&image, LARGEST_IMAGE).map_err(|error| bad(line, error.to_string()))?;
+        let no_image = |fault| bad(line, format!("{} is damaged or no image: {fault}", image.display()));
+        let head = header(&bytes).map_err(no_image)?;
+        if (head.rows, head.columns, head.bits <= 8) != (record.rows, record.columns, record.bit_depth <= 8) {
             return Err(bad(
                 line,
                 format!(
                     "{} is {} x {} of {} bit, the frames are {} x {} of {} bit: take it with the same setting of the camera",
                     image.display(),
-                    found.0,
-                    found.1,
-                    frame.bit_depth(),
+                    head.columns,
+                    head.rows,
+                    head.bits,
                     record.columns,
                     record.rows,
                     record.bit_depth
                 ),
             ));
         }
-        levels.push(ExposureLevel::of(exposure, &frame));
+        levels.push(ExposureLevel::of(exposure, &decode_grey(&bytes).map_err(no_image)?.frame));
     }
     if levels.is_empty() {
         return Err(bad(1, "it names no image".to_owned()));

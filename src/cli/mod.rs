@@ -15,6 +15,7 @@ mod grab;
 mod import;
 mod init;
 mod interrupt;
+mod licences;
 mod linearity;
 mod match_arguments;
 mod matching;
@@ -97,6 +98,7 @@ enum Verb {
     Decode(decode::Decode),
     Simulate(simulate::Simulate),
     Target(target::TargetVerb),
+    Licences(licences::Licences),
     /// Print a completion script for a shell
     #[command(
         after_help = "Example:\n  epirig completions bash > ~/.local/share/bash-completion/completions/epirig"
@@ -142,6 +144,7 @@ pub fn main() -> ExitCode {
         Verb::Decode(verb) => verb.run(&talk),
         Verb::Simulate(verb) => verb.run(&talk),
         Verb::Target(verb) => verb.run(&talk),
+        Verb::Licences(verb) => verb.run(&talk),
         Verb::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "epirig", &mut script);

@@ -3,7 +3,8 @@
 use clap::Args;
 
 use super::{CliError, Talk};
-use crate::sequence::Sequence;
+use crate::results::MatchSummary;
+use crate::sequence::{ExitStatus, Sequence};
 
 /// Whether wrong positions are put up with.
 #[derive(Debug, Clone, Copy, Args)]
@@ -11,6 +12,13 @@ pub(super) struct AnywayArgument {
     /// Go on although the scan was not closed, so that the positions of its frames are wrong
     #[arg(long)]
     anyway: bool,
+}
+
+/// Says how the scan ended that results are of, if it was not complete.
+pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
+    if summary.scan_ended != ExitStatus::Complete.name() {
+        talk.say(&format!("note: the scan of these results ended as {}", summary.scan_ended));
+    }
 }
 
 impl AnywayArgument {

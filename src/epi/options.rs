@@ -107,7 +107,7 @@ pub struct DisparityRange {
 const LARGEST_SEARCH: usize = 30_000;
 
 /// The widest window of the costs, in px.
-pub(super) const LARGEST_WINDOW_PX: usize = 31;
+pub const LARGEST_WINDOW_PX: usize = 31;
 
 /// The widest window of the fit, in px.
 pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;

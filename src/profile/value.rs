@@ -125,10 +125,16 @@ fn measured(key: &Key, unit_in_key: Option<Unit>, given: &Given) -> Result<Measu
     } else {
         // A focal length in px is positive as one in mm is.
         let value = if unit.quantity == found.unit.quantity { found.in_unit(unit) } else { found.value };
-        value.abs() <= LARGEST
+        let is_divisor = allowed == Allowed::Positive;
+        if value.abs() > LARGEST || (is_divisor && value > 0.0 && value < SMALLEST) {
+            let least = if is_divisor { SMALLEST } else { -LARGEST };
+            let range = format!("from {least:e} to {LARGEST:e} {}", unit.name);
+            return Err(not_allowed(key.path(), range, given));
+        }
+        value.is_finite()
             && match allowed {
                 Allowed::Any => true,
-                Allowed::Positive => value >= SMALLEST,
+                Allowed::Positive => value > 0.0,
                 Allowed::ZeroOrMore => value >= 0.0,
                 Allowed::UpTo(most) => (0.0..=most).contains(&value),
                 Allowed::Within(most) => value.abs() <= most,

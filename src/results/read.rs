@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{FORMAT_VERSION, MatchSummary, ResultsError};
+use super::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError};
+use crate::epi::LARGEST_WINDOW_PX;
 use crate::formats::MapFormat;
 use crate::plane::{MOST_PIXELS, Plane};
 use crate::storage::{RealDisk, RecordError, read_file, read_record, recover};
@@ -33,7 +34,8 @@ pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
         path: folder.to_owned(),
         source,
     })?;
-    read_record(&folder.join("match.json"), FORMAT_VERSION).map_err(|error| match error {
+    let path = folder.join("match.json");
+    let summary: MatchSummary = read_record(&path, FORMAT_VERSION).map_err(|error| match error {
         RecordError::Read(error) => error.into(),
         RecordError::Version { path, found, expected } => {
             let reason = format!("it has format version {found}, this program reads version {expected}");
@@ -42,5 +44,11 @@ pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
         RecordError::Content { path, fault } => {
             ResultsError::BadSummary { path, reason: format!("line {}: {fault}", fault.line) }
         }
-    })
+    })?;
+    let MatchSettings { window_px, fit_window_px, .. } = summary.settings;
+    if window_px.max(fit_window_px) > LARGEST_WINDOW_PX {
+        let reason = format!("windows of {window_px} and {fit_window_px} px cannot be");
+        return Err(ResultsError::BadSummary { path, reason });
+    }
+    Ok(summary)
 }

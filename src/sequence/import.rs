@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::SequenceError;
 use super::nominal_lens::NominalLens;
-use super::pixels::{DecodedImage, ImageFault, decode_grey, header, with_bit_depth};
+use super::pixels::{DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, header, with_bit_depth};
 use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
 use super::record::{ExitStatus, FORMAT_VERSION, FrameKind, Origin, SequenceRecord};
@@ -314,9 +314,6 @@ fn start_record(
         intrinsics: options.lens.map(|lens| lens.intrinsics(columns, rows)),
     }
 }
-
-/// Larger than any image that can be measured, also one that is not compressed.
-const LARGEST_IMAGE: u64 = 5 << 28;
 
 fn decode(path: &Path, bytes: &[u8], bit_depth: Option<u8>) -> Result<DecodedImage, SequenceError> {
     let mut image = decode_grey(bytes).map_err(fault_of(path))?;

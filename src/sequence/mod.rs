@@ -23,7 +23,7 @@ pub use derived::{Derived, write_derived};
 pub use error::SequenceError;
 pub use load::load_volume;
 pub use nominal_lens::{FocalLength, NominalLens};
-pub use pixels::{DecodedImage, Header, ImageFault, decode_grey, encode_png, header};
+pub use pixels::{DecodedImage, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header};
 pub use positions::read_positions;
 pub use reader::Sequence;
 pub use record::{

@@ -70,6 +70,9 @@ pub fn header(bytes: &[u8]) -> Result<Header, ImageFault> {
     head(bytes).map(|(_, _, _, header)| header)
 }
 
+/// Bytes of the largest image file that is read: more than any image that can be measured, also one that is not compressed.
+pub const LARGEST_IMAGE: u64 = 5 << 28;
+
 /// Most bytes that the decoded image may take: colour and transparency of 16 bit take eight for a pixel.
 const MOST_DECODED: u64 = 1 << 30;
 

@@ -102,13 +102,21 @@ pub fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     read_open(open(path).map_err(ReadError::io(path))?, path, limit)
 }
 
-/// Reads a text of at most `limit` bytes that a person has named; it may also come through a pipe.
+/// Reads at most `limit` bytes of what a person has named, which may also be a pipe.
+///
+/// # Errors
+/// [`ReadError`].
+pub fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
+    let file = File::open(path).map_err(ReadError::io(path))?;
+    read_to_limit(file, path, limit)
+}
+
+/// The same as text.
 ///
 /// # Errors
 /// [`ReadError`].
 pub fn read_text(path: &Path, limit: u64) -> Result<String, ReadError> {
-    let file = File::open(path).map_err(ReadError::io(path))?;
-    text(read_to_limit(file, path, limit)?, path)
+    text(read_named(path, limit)?, path)
 }
 
 /// The text that a file's bytes are.

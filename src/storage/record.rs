@@ -79,7 +79,7 @@ pub fn parse_record<T: DeserializeOwned>(text: &str) -> Result<T, RecordFault> {
     };
     let mut text = serde_json::Deserializer::from_str(text);
     let record = serde_path_to_error::deserialize(&mut text).map_err(|error| {
-        let key = Some(error.path().to_string()).filter(|key| key != "." && !error.inner().is_syntax());
+        let key = Some(error.path().to_string()).filter(|key| key != "." && error.inner().is_data());
         fault(key.unwrap_or_default(), error.into_inner())
     })?;
     text.end().map_err(|error| fault(String::new(), error))?;

@@ -167,10 +167,12 @@ impl ChessBoard {
     /// [`TargetError::Description`] for less than 2 x 2 corners, or squares without a size.
     pub fn check(&self) -> Result<(), TargetError> {
         let wrong = |reason: String| Err(TargetError::Description { reason });
-        if self.columns < 2 || self.rows < 2 {
+        /// More each way than any camera can count.
+        const MOST: usize = 1000;
+        if self.columns.min(self.rows) < 2 || self.columns.max(self.rows) > MOST {
             return wrong(format!("{} x {} inner corners", self.columns, self.rows));
         }
-        if !(self.square_mm.is_finite() && self.square_mm > 0.0) {
+        if !(1e-9..=1e9).contains(&self.square_mm) {
             return wrong(format!("squares of {} mm", self.square_mm));
         }
         Ok(())
@@ -188,7 +190,7 @@ impl Target {
         }
         // A band is one square higher than its rows of corners reach apart, on either side.
         let band_mm = (self.board.rows + 1) as f64 * self.board.square_mm;
-        if self.bands == 2 && !(self.band_distance_mm.is_finite() && self.band_distance_mm >= band_mm) {
+        if self.bands == 2 && !(band_mm..=1e12).contains(&self.band_distance_mm) {
             return wrong(format!(
                 "bands {} mm apart that are {band_mm} mm high each overlap",
                 self.band_distance_mm

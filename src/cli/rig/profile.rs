@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::cli::CliError;
 use crate::profile::{Override, Profile, ProfileError, REAL, SIM, overrides_from_environment};
+use crate::storage::read_text;
 
 /// The profile that is taken if none is named, where a person works ...
 const LOCAL: &str = "rig.toml";
@@ -132,14 +133,13 @@ fn simulated(name: &Path) -> Option<(&'static str, &'static str)> {
 }
 
 fn read(path: &Path) -> Result<String, CliError> {
-    std::fs::read_to_string(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => CliError::Usage(format!(
+    /// More than a person writes of a rig.
+    const LARGEST: u64 = 4 << 20;
+    read_text(path, LARGEST).map_err(|error| match error.is_missing() {
+        true => CliError::Usage(format!(
             "there is no rig profile {0}; `epirig init --out {0}` writes one, `--rig sim` needs no hardware",
             path.display()
         )),
-        _ => CliError::Usage(format!(
-            "{}: cannot be read as a rig profile: {error}; give a file in UTF-8",
-            path.display()
-        )),
+        false => CliError::Usage(format!("no rig profile: {error}")),
     })
 }

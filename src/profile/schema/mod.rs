@@ -96,11 +96,9 @@ impl Kind {
                     Allowed::ZeroOrMore if unit.quantity == Quantity::Time => {
                         format!("a time from 0 s to {LONGEST_H} h")
                     }
-                    Allowed::Any => format!("{nouns} up to {LARGEST:e} {}", unit.name),
-                    Allowed::Positive => {
-                        format!("{nouns} greater than 0, from {SMALLEST:e} {0} to {LARGEST:e} {0}", unit.name)
-                    }
-                    Allowed::ZeroOrMore => format!("{nouns} of 0 or more, up to {LARGEST:e} {}", unit.name),
+                    Allowed::Any => nouns,
+                    Allowed::Positive => format!("{nouns} greater than 0"),
+                    Allowed::ZeroOrMore => format!("{nouns} of 0 or more"),
                     Allowed::UpTo(most) => format!("{nouns} from 0 {} to {most} {}", unit.name, unit.name),
                     Allowed::Within(most) => {
                         format!("{nouns} from -{most} {} to {most} {}", unit.name, unit.name)

@@ -1,0 +1,25 @@
+//! `epirig licences`.
+
+use clap::Args;
+use serde::Serialize;
+
+use super::{CliError, Talk};
+
+/// Made by cargo-about, see CONTRIBUTING.md.
+const THIRD_PARTY: &str = include_str!("../../THIRD-PARTY.txt");
+
+/// Print the licences of epirig and of all that it contains
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  epirig licences | less")]
+pub(super) struct Licences {}
+
+#[derive(Serialize)]
+struct Output {
+    licences: &'static str,
+}
+
+impl Licences {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        talk.result(&Output { licences: THIRD_PARTY }, || THIRD_PARTY.to_owned())
+    }
+}
