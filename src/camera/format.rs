@@ -4,6 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use super::pixels::FourCc;
+use crate::plane::area;
 
 /// Time from frame to frame, in s, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,7 +56,7 @@ impl std::str::FromStr for Size {
         let sides =
             text.split_once(['x', 'X']).map(|(columns, rows)| (columns.trim().parse(), rows.trim().parse()));
         match sides {
-            Some((Ok(columns), Ok(rows))) if columns > 0 && rows > 0 => Ok(Self { columns, rows }),
+            Some((Ok(columns), Ok(rows))) if area(rows, columns).is_some() => Ok(Self { columns, rows }),
             _ => Err("a size is COLUMNSxROWS, such as 1280x720".to_owned()),
         }
     }

@@ -192,7 +192,9 @@ fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, 
     let estimate = if path.extension().is_some_and(|ending| ending == "json") {
         read_calibration_file(path)?.lens.estimate
     } else {
-        let text = read_text(path, LARGEST_LENS)?;
+        let text = read_text(path, LARGEST_LENS).map_err(|error| {
+            CliError::Usage(format!("{error} (a lens is a YAML file of OpenCV or ROS, or a calibration.json)"))
+        })?;
         let file =
             opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
         let (rows, columns) = (file.rows.unwrap_or(rows), file.columns.unwrap_or(columns));

@@ -14,7 +14,8 @@ const LARGEST_TABLE: u64 = 1 << 20;
 /// `record`.
 pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec<ExposureLevel>, CliError> {
     let name = path.display();
-    let text = read_text(path, LARGEST_TABLE)?;
+    let text = read_text(path, LARGEST_TABLE)
+        .map_err(|error| CliError::Usage(format!("no table of exposures: {error}")))?;
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let bad = |line: u64, reason: String| {
