@@ -6,7 +6,7 @@
 
 mod support;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -31,6 +31,8 @@ struct Case {
     target: &'static str,
     /// Whether that was there before.
     replaces: bool,
+    /// Whether former and new results change places as a whole: then it is one of the two, with all of its files.
+    exchanges: bool,
     /// Whether what is there is whole.
     is_whole: fn(&Path) -> bool,
 }
@@ -45,18 +47,21 @@ fn cases() -> Vec<Case> {
             arguments: &["match", "seq", "--overwrite", "--range", "0..12"],
             target: "seq/results",
             replaces: true,
-            is_whole: |path| epirig::results::read_summary(path).is_ok() && path.join("figures").is_dir(),
+            exchanges: true,
+            is_whole: |path| epirig::results::read_summary(path).is_ok(),
         },
         Case {
             arguments: &["surface", "seq", "--overwrite", "--trend", "plane"],
             target: "seq/results/surface",
             replaces: true,
+            exchanges: true,
             is_whole: |path| path.join("surface.json").is_file(),
         },
         Case {
             arguments: &["calibrate", "seq", "--overwrite", "--flat-field", "pixels"],
             target: "seq/calibration",
             replaces: true,
+            exchanges: false,
             is_whole: |path| {
                 let sequence = Sequence::open(path.parent().unwrap()).unwrap();
                 matches!(read_calibration(&sequence), Ok(Some(_)))
@@ -66,12 +71,14 @@ fn cases() -> Vec<Case> {
             arguments: &["import", "photos", "--out", "imported", "--dark", "dark"],
             target: "imported",
             replaces: false,
+            exchanges: false,
             is_whole: sequence,
         },
         Case {
             arguments: &["rectify", "seq", "--out", "straight"],
             target: "straight",
             replaces: false,
+            exchanges: false,
             is_whole: sequence,
         },
         Case {
@@ -93,6 +100,7 @@ fn cases() -> Vec<Case> {
             ],
             target: "ran",
             replaces: false,
+            exchanges: false,
             // A scan that was interrupted can be resumed: what its journal names is there.
             is_whole: |path| {
                 let sequence = Sequence::open(path).unwrap();
@@ -102,21 +110,42 @@ fn cases() -> Vec<Case> {
             },
         },
         Case {
+            arguments: &["resume", "cut"],
+            target: "cut",
+            replaces: true,
+            exchanges: false,
+            is_whole: |path| {
+                let sequence = Sequence::open(path).unwrap();
+                let frames = sequence.frames();
+                frames.len() >= 4 && frames.iter().all(|frame| sequence.read(frame).is_ok())
+            },
+        },
+        Case {
+            arguments: &["init", "--out", "rig.toml"],
+            target: "rig.toml",
+            replaces: false,
+            exchanges: false,
+            is_whole: |path| fs::read_to_string(path).unwrap().contains("[sim]"),
+        },
+        Case {
             arguments: &["export", "seq", "--out", "map.npy"],
             target: "map.npy",
             replaces: false,
+            exchanges: false,
             is_whole: |path| epirig::results::read_map(path).is_ok(),
         },
         Case {
             arguments: &["target", "print", "--out", "board.pdf"],
             target: "board.pdf",
             replaces: false,
+            exchanges: false,
             is_whole: |path| fs::read(path).unwrap().ends_with(b"%%EOF\n"),
         },
         Case {
             arguments: &["grab", "--camera", "sim", "--size", "64x48", "--out", "grabbed.png"],
             target: "grabbed.png",
             replaces: false,
+            exchanges: false,
             is_whole: |path| epirig::sequence::decode_grey(&fs::read(path).unwrap()).is_ok(),
         },
     ]
@@ -140,6 +169,16 @@ fn prepared() -> tempfile::TempDir {
     succeeds(path, &["calibrate", "seq", "--flat-field", "order:1"]);
     succeeds(path, &["match", "seq", "--as-captured"]);
     succeeds(path, &["surface", "seq"]);
+    // A scan that was killed after its fourth frame.
+    let scan = ["--size", "64x48", "--set", "plan.frames=8", "--set", "sim.scene=plane"];
+    succeeds(path, &[&["capture", "--out", "cut", "--rig", "sim"][..], &scan].concat());
+    let journal = fs::read_to_string(path.join("cut/journal.jsonl")).unwrap();
+    let lines: Vec<&str> = journal.split_inclusive('\n').take(4).collect();
+    fs::write(path.join("cut/journal.jsonl"), lines.concat()).unwrap();
+    fs::remove_file(path.join("cut/stop.json")).unwrap();
+    for index in 4..8 {
+        fs::remove_file(path.join(format!("cut/frames/{index:04}.png"))).unwrap();
+    }
     folder
 }
 
@@ -177,6 +216,23 @@ fn left_behind(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
+/// Names of the files of results, but for what another verb adds to them.
+fn names<'a>(files: impl Iterator<Item = &'a PathBuf>, target: &Path) -> BTreeSet<PathBuf> {
+    let names = files.filter_map(|path| path.strip_prefix(target).ok());
+    names.filter(|name| !name.starts_with("surface")).map(Path::to_owned).collect()
+}
+
+/// Whether a file of results is one to its end.
+fn is_readable(path: &Path, bytes: &[u8]) -> bool {
+    match path.extension().unwrap().to_str().unwrap() {
+        "tiff" | "pfm" | "npy" => epirig::results::read_map(path).is_ok(),
+        "png" => epirig::sequence::decode_grey(bytes).is_ok(),
+        "json" => serde_json::from_slice::<serde_json::Value>(bytes).is_ok(),
+        "csv" => bytes.ends_with(b"\n"),
+        _ => !bytes.is_empty(),
+    }
+}
+
 /// How a verb ended that was disturbed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Disturbance {
@@ -195,6 +251,13 @@ fn judge(case: &Case, folder: &Path, before: &BTreeMap<PathBuf, Vec<u8>>, output
     let target = folder.join(target);
     if target.exists() {
         assert!((case.is_whole)(&target), "half of a result: {context}");
+        if case.exchanges {
+            let now = content(&target);
+            assert_eq!(names(now.keys(), &target), names(before.keys(), &target), "{context}");
+            for (path, bytes) in &now {
+                assert!(is_readable(path, bytes), "half of {}: {context}", path.display());
+            }
+        }
     } else {
         assert!(!case.replaces, "the former result is gone: {context}");
         assert!(!output.status.success(), "{context}");
@@ -272,7 +335,8 @@ fn three_hundred_signals_to_each_verb_lose_nothing() {
                 Some(_) => panic!("{:?}: {}", case.arguments, String::from_utf8_lossy(&output.stderr)),
             }
             judge(&case, folder.path(), &before, &output, Disturbance::Signal);
-            if !case.replaces && folder.path().join(case.target).exists() {
+            // Where there is nothing more to do, it begins anew.
+            if !case.exchanges && folder.path().join(case.target).exists() {
                 folder = copied(prepared.path());
             }
         }
@@ -285,15 +349,18 @@ fn three_hundred_signals_to_each_verb_lose_nothing() {
     }
 }
 
-/// System calls by which files change. A step of the disk is one of these.
+/// System calls by which names change and files reach the disk: the steps of the disk, but for those that write bytes.
 const STEPS: &str = "rename,renameat,renameat2,mkdir,mkdirat,unlink,unlinkat,rmdir,fsync,linkat";
+const STEPS_AND_WRITES: &str =
+    "rename,renameat,renameat2,mkdir,mkdirat,unlink,unlinkat,rmdir,fsync,linkat,write";
 
 /// Runs a verb in which `inject` happens at its nth step on the disk; whether there was such a step.
-fn traced(case: &Case, folder: &Path, inject: &str, step: usize) -> Option<(Output, bool)> {
-    let log = folder.with_extension("strace");
+fn traced(case: &Case, folder: &Path, (steps, inject): (&str, &str), step: usize) -> Option<(Output, bool)> {
+    let place = tempfile::tempdir().unwrap();
+    let log = place.path().join("strace");
     let mut command = Command::new("strace");
     command.args(["-f", "-qq", "--seccomp-bpf", "-e", "signal=none", "-o"]).arg(&log);
-    command.args(["-e", &format!("trace={STEPS}"), "-e", &format!("inject={STEPS}:{inject}:when={step}")]);
+    command.args(["-e", &format!("trace={steps}"), "-e", &format!("inject={steps}:{inject}:when={step}")]);
     command.arg(env!("CARGO_BIN_EXE_epirig")).args(case.arguments);
     let output = spawn(&mut command, folder).wait_with_output().unwrap();
     let log = fs::read_to_string(log).ok()?;
@@ -318,14 +385,14 @@ fn can_trace(name: &str) -> bool {
 }
 
 /// Each verb, disturbed at each of its steps on the disk in turn.
-fn disturb_each_step(inject: &str, by: Disturbance) {
+fn disturb_each_step(steps_of: &str, inject: &str, by: Disturbance) {
     let prepared = prepared();
     for case in cases() {
         let mut steps = 0;
         for step in 1.. {
             let folder = copied(prepared.path());
             let before = content(folder.path());
-            let (output, happened) = traced(&case, folder.path(), inject, step).unwrap();
+            let (output, happened) = traced(&case, folder.path(), (steps_of, inject), step).unwrap();
             judge(&case, folder.path(), &before, &output, by);
             if !happened {
                 assert!(output.status.success(), "{:?}: {output:?}", case.arguments);
@@ -343,20 +410,20 @@ fn disturb_each_step(inject: &str, by: Disturbance) {
 #[test]
 fn a_signal_at_each_step_of_the_disk_loses_nothing() {
     if can_trace("a_signal_at_each_step_of_the_disk_loses_nothing") {
-        disturb_each_step("signal=TERM", Disturbance::Signal);
+        disturb_each_step(STEPS, "signal=TERM", Disturbance::Signal);
     }
 }
 
 #[test]
 fn a_kill_at_each_step_of_the_disk_loses_nothing() {
     if can_trace("a_kill_at_each_step_of_the_disk_loses_nothing") {
-        disturb_each_step("signal=KILL", Disturbance::Harder);
+        disturb_each_step(STEPS, "signal=KILL", Disturbance::Harder);
     }
 }
 
 #[test]
 fn a_disk_that_refuses_any_one_step_loses_nothing() {
     if can_trace("a_disk_that_refuses_any_one_step_loses_nothing") {
-        disturb_each_step("error=ENOSPC", Disturbance::Harder);
+        disturb_each_step(STEPS_AND_WRITES, "error=ENOSPC", Disturbance::Harder);
     }
 }

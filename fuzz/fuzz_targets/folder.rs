@@ -60,16 +60,14 @@ fn write(path: &Path) {
 /// Does with the sequence whatever reads only. Nothing may panic, hang or ask for more memory than there is.
 pub fn use_it() {
     let Ok(sequence) = Sequence::open(&FOLDER) else { return };
-    let found = sequence.contradictions();
-    let report = verify(&sequence, &Silent);
-    if let Ok(report) = &report {
-        assert!(found.iter().all(|finding| report.findings.contains(finding)));
-    }
-    let _ = (sequence.tau(), sequence.end_in_words(), sequence.check_closed());
+    let _ = (verify(&sequence, &Silent), sequence.end_in_words(), sequence.check_closed());
     if let Ok(Some(rig)) = Profile::of_sequence(&sequence) {
         let _ = rig.contradictions(&sequence);
     }
-    if load_volume(&sequence, &Silent).is_ok() {
-        assert!(sequence.contradictions().is_empty());
+    if let Ok(volume) = load_volume(&sequence, &Silent) {
+        // What is loaded is what the files hold, whatever the records say.
+        assert_eq!((volume.rows(), volume.columns()), (6, 8));
+        let tau = volume.tau().values();
+        assert!(tau.windows(2).all(|pair| pair[0] < pair[1]) && tau.first() == Some(&0.0) && tau.last() == Some(&1.0));
     }
 }

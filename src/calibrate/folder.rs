@@ -10,8 +10,8 @@ use crate::photometry::Maps;
 use crate::plane::{MOST_PIXELS, Plane};
 use crate::sequence::Sequence;
 use crate::storage::{
-    Disk, ReadError, RealDisk, RecordError, Scratch, Step, is_in_the_making, read_inside, read_record,
-    write_whole,
+    Disk, ReadError, RealDisk, RecordError, Scratch, Step, is_in_the_making, is_own_folder, is_there,
+    read_inside, read_record, write_whole,
 };
 
 /// Name of the record.
@@ -51,7 +51,7 @@ impl CalibrationFolder {
     /// As [`of`](Self::of).
     pub fn on(disk: Box<dyn Disk>, sequence: &Path, overwrite: bool) -> Result<Self, CalibrateError> {
         let path = sequence.join(CALIBRATION);
-        if path.exists() && !overwrite {
+        if !overwrite && is_there(&path).map_err(io("look at", &path))? {
             return Err(CalibrateError::Exists { path });
         }
         // A folder that cannot be written is better known before the work than after it.
@@ -100,7 +100,7 @@ impl CalibrationFolder {
         let disk = &mut *self.disk;
         // An interruption comes before all of it or after.
         let _step = Step::begin();
-        if !folder.exists() {
+        if !is_own_folder(&folder).map_err(io("write into", &folder))? {
             let made = disk.make_folder(&folder).and_then(|()| disk.sync(&self.sequence));
             made.map_err(io("make", &folder))?;
         }
@@ -174,7 +174,7 @@ fn remove(disk: &mut dyn Disk, path: &Path) -> io::Result<()> {
 /// [`CalibrateError`] if it cannot be read, or is [stale](CalibrateError::Stale): made of other frames than are there now.
 pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps)>, CalibrateError> {
     let path = sequence.folder().join(CALIBRATION);
-    if !path.exists() {
+    if !is_there(&path).map_err(io("look at", &path))? {
         return Ok(None);
     }
     let calibration = read_calibration_file(&path)?;

@@ -37,7 +37,6 @@ pub struct Calibration {
     /// Dark level, flat field, bad pixels.
     pub photometry: Photometry,
     /// The maps that belong to that.
-    #[serde(default)]
     pub maps: MapHashes,
     /// How straight the sensor's response is, if frames at several exposures were given.
     #[serde(default, skip_serializing_if = "Option::is_none")]

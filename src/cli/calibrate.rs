@@ -193,7 +193,9 @@ fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, 
         read_calibration_file(path)?.lens.estimate
     } else {
         let text = read_text(path, LARGEST_LENS).map_err(|error| {
-            CliError::Usage(format!("{error} (a lens is a YAML file of OpenCV or ROS, or a calibration.json)"))
+            CliError::Usage(format!(
+                "{error} (a lens is a YAML file of OpenCV or ROS, or a calibration.json)"
+            ))
         })?;
         let file =
             opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;

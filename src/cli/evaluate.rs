@@ -15,7 +15,7 @@ use crate::evaluate::{
     compare_with_truth, leave_out, split_half,
 };
 use crate::measure::{Frames, load, match_need};
-use crate::results::{read_map, read_summary};
+use crate::results::{read_map, read_named_map, read_summary};
 use crate::sequence::Sequence;
 use crate::volume::Volume;
 
@@ -88,7 +88,7 @@ impl Evaluate {
         tell_results(&summary, talk);
         let disparity = read_map(&folder.join("disparity.tiff"))?;
         let sigma = read_map(&folder.join("sigma.tiff"))?;
-        let truth = read_map(truth_file)?;
+        let truth = read_named_map(truth_file)?;
         let report =
             compare_with_truth(&disparity, Some(&sigma), &truth, (summary.tau_before, summary.tau_after))?;
         talk.result(&TruthOutput { truth: &report }, || table(&report))

@@ -108,7 +108,12 @@ impl Surface {
                 results.display()
             )));
         }
-        check("this", surface_need(disparity.rows(), disparity.columns()), talk, close_others)?;
+        check(
+            "inspecting the surface",
+            surface_need(disparity.rows(), disparity.columns()),
+            talk,
+            close_others,
+        )?;
         let heights = heights(geometry, &disparity, &sigma).ok_or_else(|| {
             CliError::Integrity(format!(
                 "{}: no pixel has a disparity; look at mask.png there",

@@ -45,13 +45,17 @@ impl Frames {
     }
 }
 
+/// As many as work together, without starting them: where memory is short, that could fail.
 fn threads() -> u64 {
-    rayon::current_num_threads() as u64
+    std::thread::available_parallelism().map_or(1, |count| count.get() as u64)
 }
 
 /// Bytes that matching `frames` takes at most.
 pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
-    frames.with(if options.effort == Effort::Quick { FIRST_LOOK } else { MATCH })
+    let need = frames.with(if options.effort == Effort::Quick { FIRST_LOOK } else { MATCH });
+    // Bands of costs take up to half of what the frames take.
+    let bands = if options.across_rows { (frames.bytes() / 2).max(32 << 20) } else { 0 };
+    need + bands
 }
 
 /// Bytes that a calibration takes at most, of the `frames` of a scan and so many others, dark, flat and board frames, of the same size.

@@ -47,12 +47,9 @@ pub fn rectify_sequence(
         }),
         positions_mm,
         sources: sequence.frames().iter().map(|record| record.file.clone()).collect(),
-        // All frames that are there are in it; that positions are wrong is no less true of these.
-        exit_status: match sequence.check_closed() {
-            Ok(()) => ExitStatus::Complete,
-            Err(_) => ExitStatus::NotClosed,
-        },
-        reason: sequence.check_closed().err().map(|error| error.to_string()),
+        // What is wrong with how it ended is no less true of these frames.
+        exit_status: sequence.stop().map_or(ExitStatus::Aborted, |stop| stop.exit_status),
+        reason: sequence.end_in_words(),
     };
     let mut row = vec![0.0_f32; volume.columns()];
     let frame = |t: usize| {

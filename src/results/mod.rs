@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-pub use read::{read_map, read_summary};
+pub use read::{read_map, read_named_map, read_summary};
 pub use write::{ResultsFolder, mask_value};
 
 use crate::epi::{LockingAmplitudes, LockingHarmonic, PixelLocking};

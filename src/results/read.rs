@@ -6,7 +6,7 @@ use super::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError};
 use crate::epi::LARGEST_WINDOW_PX;
 use crate::formats::MapFormat;
 use crate::plane::{MOST_PIXELS, Plane};
-use crate::storage::{RealDisk, RecordError, read_file, read_record, recover};
+use crate::storage::{ReadError, RealDisk, RecordError, read_file, read_named, read_record, recover};
 
 /// The largest map, as numbers of 64 bit that are not compressed.
 const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
@@ -16,10 +16,25 @@ const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
 /// # Errors
 /// [`ResultsError`] if the file cannot be read, or is no map.
 pub fn read_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
+    decoded(path, read_file)
+}
+
+/// The same of a map that a person names, which may also come through a pipe.
+///
+/// # Errors
+/// As [`read_map`].
+pub fn read_named_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
+    decoded(path, read_named)
+}
+
+fn decoded(
+    path: &Path,
+    read: fn(&Path, u64) -> Result<Vec<u8>, ReadError>,
+) -> Result<Plane<f32>, ResultsError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     let format = MapFormat::from_extension(&extension)
         .ok_or_else(|| ResultsError::UnknownFormat { path: path.to_owned() })?;
-    let bytes = read_file(path, LARGEST_MAP)?;
+    let bytes = read(path, LARGEST_MAP)?;
     format.decode(&bytes).map_err(|source| ResultsError::Format { path: path.to_owned(), source })
 }
 

@@ -109,9 +109,8 @@ impl Sequence {
         let record = self.record();
         let Origin::Captured { configuration: Some(set), .. } = &record.origin else { return };
         let size = (record.rows, record.columns);
-        // Of a colour mosaic four pixels make one.
-        let mosaic = (2 * record.rows, 2 * record.columns);
-        if ![size, mosaic].contains(&(set.rows, set.columns)) {
+        // Of a colour mosaic four pixels make one; an odd row or column is left out.
+        if size != (set.rows, set.columns) && size != (set.rows / 2, set.columns / 2) {
             let problem = format!(
                 "the camera was set to {} x {}, frames are {} x {}; {RESTORE}",
                 set.columns, set.rows, record.columns, record.rows

@@ -70,10 +70,10 @@ pub fn header(bytes: &[u8]) -> Result<Header, ImageFault> {
     head(bytes).map(|(_, _, _, header)| header)
 }
 
-/// Bytes of the largest image file that is read: more than any image that can be measured, also one that is not compressed.
+/// Bytes of the largest image file that is read: more than [`MOST_DECODED`], for one that is not compressed.
 pub const LARGEST_IMAGE: u64 = 5 << 28;
 
-/// Most bytes that the decoded image may take: colour and transparency of 16 bit take eight for a pixel.
+/// Most bytes that the decoded image may take: 16 bit grey of the largest size takes half of it, colour of 8 bit three quarters.
 const MOST_DECODED: u64 = 1 << 30;
 
 type Head<'a> = (image::ImageFormat, Box<dyn ImageDecoder + 'a>, Orientation, Header);
@@ -89,8 +89,12 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
     let mut decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     let (mut rows, mut columns) = (height as usize, width as usize);
-    if area(rows, columns).is_none() || decoder.total_bytes() > MOST_DECODED {
+    if area(rows, columns).is_none() {
         return Err(ImageFault::TooLarge { rows, columns });
+    }
+    if decoder.total_bytes() > MOST_DECODED {
+        let reason = "it takes more than 1 GiB decoded; save it as a grey PNG of 8 or 16 bit";
+        return Err(ImageFault::Unsupported(reason.to_owned()));
     }
     let colour = decoder.color_type();
     let bits = match colour.bytes_per_pixel() / colour.channel_count() {

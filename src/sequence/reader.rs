@@ -10,7 +10,7 @@ use super::record::{
 };
 use crate::frame::Frame;
 use crate::plane::area;
-use crate::storage::{parse_record, read_file, read_inside, read_record};
+use crate::storage::{is_there, parse_record, read_file, read_inside, read_record};
 use crate::tau::Tau;
 
 /// The start record.
@@ -22,6 +22,8 @@ pub(super) const STOP: &str = "stop.json";
 
 /// Most frames that a sequence has, as in a profile's plan.
 pub(super) const MOST_FRAMES: usize = 100_000;
+/// Most lines of a journal: each frame may be taken again a few times.
+const MOST_LINES: usize = 5 * MOST_FRAMES;
 /// Largest journal: [`MOST_FRAMES`] lines, each ten times as long as a frame's usually is.
 pub(super) const LARGEST_JOURNAL: u64 = 1 << 30;
 
@@ -54,7 +56,8 @@ impl Sequence {
             return Err(SequenceError::BadRecord { path, line: None, reason });
         }
         let stop_path = folder.join(STOP);
-        let stop = if stop_path.exists() { Some(read_record(&stop_path, FORMAT_VERSION)?) } else { None };
+        let ended = is_there(&stop_path).map_err(SequenceError::io("look at", &stop_path))?;
+        let stop = if ended { Some(read_record(&stop_path, FORMAT_VERSION)?) } else { None };
         let events = read_journal(&folder.join(JOURNAL))?;
         let frames = named_frames(&events, FrameKind::Scan);
         Ok(Self { folder: folder.to_owned(), record, frames, events, stop })
@@ -228,6 +231,10 @@ fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
     let mut events = Vec::new();
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate().peekable();
     while let Some((index, line)) = lines.next() {
+        if index == MOST_LINES {
+            let reason = format!("a journal has {MOST_LINES} lines at most");
+            return Err(SequenceError::BadRecord { path: path.to_owned(), line: Some(index + 1), reason });
+        }
         match event(line) {
             Ok(event) => events.push(event),
             // The last line is cut short if the program was killed while it wrote; what it names was not promised.

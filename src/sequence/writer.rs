@@ -13,7 +13,7 @@ use super::record::{
 };
 use super::resume::lock;
 use crate::frame::Frame;
-use crate::storage::{Disk, RealDisk, Scratch, write_whole};
+use crate::storage::{Disk, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
 
 /// What is known of a frame besides its pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -164,7 +164,7 @@ impl SequenceWriter {
     /// The folder of such frames, if it is not there yet.
     fn make_place(&mut self, kind: FrameKind) -> Result<(), SequenceError> {
         let place = self.folder.join(kind.folder());
-        if place.exists() {
+        if is_own_folder(&place).map_err(SequenceError::io("write into", &place))? {
             return Ok(());
         }
         let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&self.folder));
@@ -286,9 +286,7 @@ pub(super) fn write_record(
 
 /// Gives a folder that is whole its final name.
 pub(super) fn publish(disk: &mut dyn Disk, folder: &Path, out: &Path) -> Result<(), SequenceError> {
-    disk.rename(folder, out).map_err(SequenceError::io("make the folder", out))?;
-    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    disk.sync(parent).map_err(SequenceError::io("write", parent))
+    put_in_place(disk, folder, out).map_err(SequenceError::io("make the folder", out))
 }
 
 /// A hidden folder in which `out` is made.

@@ -86,12 +86,17 @@ impl Disk for RealDisk {
 
     fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
         let _step = Step::begin();
-        fs::write(path, bytes)
+        // A link that lies there may lead anywhere: it is replaced, not followed.
+        match fs::remove_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        OpenOptions::new().write(true).create_new(true).open(path)?.write_all(bytes)
     }
 
     fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
         let _step = Step::begin();
-        OpenOptions::new().create(true).append(true).open(path)?.write_all(bytes)
+        not_following(OpenOptions::new().create(true).append(true)).open(path)?.write_all(bytes)
     }
 
     fn sync(&mut self, path: &Path) -> io::Result<()> {
@@ -116,7 +121,7 @@ impl Disk for RealDisk {
 
     fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {
         let _step = Step::begin();
-        OpenOptions::new().write(true).open(path)?.set_len(bytes)
+        not_following(OpenOptions::new().write(true)).open(path)?.set_len(bytes)
     }
 
     fn remove(&mut self, path: &Path) -> io::Result<()> {
@@ -127,6 +132,38 @@ impl Disk for RealDisk {
     fn remove_folder(&mut self, path: &Path) -> io::Result<()> {
         let _step = Step::begin();
         fs::remove_dir_all(path)
+    }
+}
+
+/// Opens no link.
+fn not_following(options: &mut OpenOptions) -> &mut OpenOptions {
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(options, rustix::fs::OFlags::NOFOLLOW.bits() as i32);
+    options
+}
+
+/// Whether there is a folder, and not a link to one, which may lie anywhere; `false` if there is nothing.
+///
+/// # Errors
+/// What the operating system says; of kind `NotADirectory` if something else is there.
+pub fn is_own_folder(path: &Path) -> io::Result<bool> {
+    match fs::symlink_metadata(path) {
+        Ok(metadata) if metadata.is_dir() => Ok(true),
+        Ok(_) => Err(io::ErrorKind::NotADirectory.into()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Whether anything has this name. Of what cannot be looked at, that is an error, and not "no".
+///
+/// # Errors
+/// What the operating system says.
+pub fn is_there(path: &Path) -> io::Result<bool> {
+    match fs::symlink_metadata(path) {
+        Ok(_) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
     }
 }
 

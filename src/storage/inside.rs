@@ -26,7 +26,7 @@ pub fn read_inside(folder: &Path, name: &str, limit: u64) -> Result<Vec<u8>, Rea
         let within = ResolveFlags::BENEATH | ResolveFlags::NO_MAGICLINKS;
         match openat2(&root, name, OFlags::RDONLY | WITHOUT_WAITING, Mode::empty(), within) {
             Ok(file) => read_open(file.into(), &path, limit),
-            Err(Errno::XDEV | Errno::LOOP) => Err(outside(folder, name)),
+            Err(Errno::XDEV) => Err(outside(folder, name)),
             // Kernels before 5.6, and some sandboxes.
             Err(Errno::NOSYS | Errno::PERM) => {
                 check(folder, name)?;

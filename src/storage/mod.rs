@@ -1,6 +1,7 @@
 //! Everything that is done to files: reading with limits, and writing so that nothing is lost.
 //!
-//! Three rules hold for the whole program, because files are touched here and hardly anywhere else:
+//! Three rules hold for the whole program, because whatever is read or written goes through here; other rooms list folders, and devices have
+//! files of their own:
 //!
 //! - What is written stands under its final name only when it is whole and on disk ([`write_whole`], [`put_in_place`]).
 //!   What it replaces is removed after that.
@@ -17,7 +18,7 @@ mod record;
 mod replace;
 mod scratch;
 
-pub use disk::{Disk, RealDisk, is_in_the_making, write_whole};
+pub use disk::{Disk, RealDisk, is_in_the_making, is_own_folder, is_there, write_whole};
 pub use faulty::{DiskFault, FaultyDisk};
 pub use inside::read_inside;
 pub use interruption::{Step, abandon};

@@ -5,8 +5,8 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::scratch::parent;
-use super::{Disk, Step};
+use super::scratch::{is_written_beside, parent};
+use super::{Disk, Step, is_there};
 
 /// Puts the folder `new` at `target`. What was there, if anything, is at `new` afterwards, for the caller to remove.
 ///
@@ -48,7 +48,8 @@ fn exchange_by_two_renames(disk: &mut dyn Disk, new: &Path, target: &Path) -> io
 /// What the operating system said.
 pub fn recover(disk: &mut dyn Disk, target: &Path) -> io::Result<()> {
     let former = former(target);
-    if !former.exists() {
+    // Whoever works beside it may be between its two renames.
+    if !is_there(&former)? || is_written_beside(target) {
         return Ok(());
     }
     let _step = Step::begin();

@@ -88,6 +88,12 @@ pub fn is_writing(path: &Path) -> bool {
     matches!(lock(path), Locked::Taken)
 }
 
+/// Whether another program builds something beside `target` now.
+pub(super) fn is_written_beside(target: &Path) -> bool {
+    let entries = fs::read_dir(parent(target)).into_iter().flatten().flatten();
+    entries.filter(|entry| is_scratch(&entry.file_name())).any(|entry| is_writing(&entry.path()))
+}
+
 /// The folder that `path` lies in.
 pub(super) fn parent(path: &Path) -> &Path {
     path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))

@@ -181,10 +181,16 @@ impl Buffers {
     }
 }
 
-/// Of memory-mapped buffers in one plane, as [`Node::buffer`] makes them.
+/// Of memory-mapped buffers in one plane, as [`Node::buffer`] makes them; others are refused.
 fn exchange(node: &Node, request: Request, buffer: &mut sys::v4l2_buffer) -> io::Result<()> {
-    // SAFETY: the three numbers of this function's callers take this structure. Its union is a pointer for buffers of the caller's own memory
-    // and for those of several planes only; these are neither.
+    let takes_buffers =
+        [vidioc::VIDIOC_QUERYBUF, vidioc::VIDIOC_QBUF, vidioc::VIDIOC_DQBUF].contains(&request);
+    let in_one_plane = [Direction::Capture as u32, Direction::Output as u32].contains(&buffer.type_);
+    if !takes_buffers || !in_one_plane || buffer.memory != MEMORY_MAPPED {
+        return Err(io::Error::other("a call for other buffers than mapped ones in one plane"));
+    }
+    // SAFETY: the number is one of three that take this structure. Its union is a pointer for buffers of the caller's own memory and for those
+    // of several planes only; this is neither, as just checked.
     unsafe { node.call_with_pointers(request, buffer) }
 }
 

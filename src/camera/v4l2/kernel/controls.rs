@@ -87,13 +87,18 @@ impl Node {
         self.exchange(vidioc::VIDIOC_S_EXT_CTRLS, &mut control)
     }
 
-    /// Of controls that are numbers.
+    /// Of controls that are numbers; others are refused.
     fn exchange(&self, request: Request, controls: &mut [sys::v4l2_ext_control]) -> io::Result<()> {
         let count = u32::try_from(controls.len()).map_err(io::Error::other)?;
         let mut all = sys::v4l2_ext_controls { count, controls: controls.as_mut_ptr(), ..zeroed() };
         all.__bindgen_anon_1.which = CURRENT_VALUES;
-        // SAFETY: the two numbers of this method's callers take this structure. Its one pointer is to `controls`, which is borrowed exclusively
-        // and holds `count` of them; these state no payload (their size is zero), so the kernel follows no pointer in them.
+        let takes_controls = [vidioc::VIDIOC_G_EXT_CTRLS, vidioc::VIDIOC_S_EXT_CTRLS].contains(&request);
+        // They are packed: sizes are copied.
+        if !takes_controls || controls.iter().any(|control| { control.size } != 0) {
+            return Err(io::Error::other("a call for other controls than numbers"));
+        }
+        // SAFETY: the number is one of two that take this structure. Its one pointer is to `controls`, which is borrowed exclusively and holds
+        // `count` of them; these state no payload, as just checked, so the kernel follows no pointer in them.
         unsafe { self.call_with_pointers(request, &mut all) }
     }
 }

@@ -113,10 +113,14 @@ impl Node {
         Ok(pix_format(&format))
     }
 
-    /// Of capture and output devices, as [`Direction`] knows no others.
+    /// Of capture and output devices; others are refused.
     fn exchange_format(&self, request: Request, format: &mut sys::v4l2_format) -> io::Result<()> {
-        // SAFETY: the two numbers of this method's callers take this structure. It holds pointers for overlays alone, and its type is that of
-        // capture or output.
+        let takes_formats = [vidioc::VIDIOC_G_FMT, vidioc::VIDIOC_S_FMT].contains(&request);
+        if !takes_formats || ![Direction::Capture as u32, Direction::Output as u32].contains(&format.type_) {
+            return Err(io::Error::other("a call for other formats than those of images"));
+        }
+        // SAFETY: the number is one of two that take this structure. It holds pointers for overlays alone, and its type is that of capture or
+        // output, as just checked.
         unsafe { self.call_with_pointers(request, format) }
     }
 
