@@ -104,18 +104,14 @@ fn left_by(mounted: &Path, path: &str, [limit, used, kept, kept_too]: [&str; 4])
     }
 }
 
-/// What `ulimit -v` and `-d` leave. Each thread reserves addresses for its stack and its part of the heap.
+/// What `ulimit -v` and `-d` leave.
 #[cfg(target_os = "linux")]
 fn limit_of_process() -> Option<Available> {
     use rustix::process::{Resource, getrlimit};
 
-    const THREAD_BYTES: u64 = 72 << 20;
     let status = read(Path::new("/proc/self/status"))?;
     let used = |word: &str| entry(&status, word).unwrap_or(0).saturating_mul(1024);
-    let threads = std::thread::available_parallelism().map_or(1, |count| count.get() as u64);
-    let left = |limit: Option<u64>, used: u64| {
-        limit.map(|limit| limit.saturating_sub(used).saturating_sub(threads * THREAD_BYTES))
-    };
+    let left = |limit: Option<u64>, used: u64| limit.map(|limit| limit.saturating_sub(used));
     let addresses = left(getrlimit(Resource::As).current, used("VmSize:"));
     let data = left(getrlimit(Resource::Data).current, used("VmData:"));
     let bytes = addresses.into_iter().chain(data).min()?;

@@ -1,6 +1,6 @@
 //! `calibration.json` and its maps and pictures, in the folder of a sequence.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use super::{CalibrateError, Calibration, FORMAT_VERSION, InputHashes, MapHashes}
 use crate::formats::MapFormat;
 use crate::photometry::Maps;
 use crate::plane::{MOST_PIXELS, Plane};
-use crate::sequence::Sequence;
+use crate::sequence::{Sequence, lock};
 use crate::storage::{
     Disk, ReadError, RealDisk, RecordError, Scratch, Step, is_in_the_making, is_own_folder, is_there,
     read_inside, read_record, write_whole,
@@ -31,6 +31,8 @@ const LARGEST_MAP: u64 = 4 * MOST_PIXELS as u64 + (1 << 20);
 /// own maps.
 pub struct CalibrationFolder {
     sequence: PathBuf,
+    /// Held as long as this lives: of two calibrations at once, one would remove the other's maps.
+    _lock: Option<File>,
     scratch: Scratch,
     pictures: Vec<String>,
     disk: Box<dyn Disk>,
@@ -40,7 +42,7 @@ impl CalibrationFolder {
     /// Of a sequence.
     ///
     /// # Errors
-    /// [`CalibrateError::Exists`] if it has a calibration and `overwrite` is not set; [`CalibrateError::Io`] if nothing can be written there.
+    /// [`CalibrateError::Exists`] if it has a calibration and `overwrite` is not set; that another program scans or calibrates there; [`CalibrateError::Io`] if nothing can be written there.
     pub fn of(sequence: &Path, overwrite: bool) -> Result<Self, CalibrateError> {
         Self::on(Box::new(RealDisk), sequence, overwrite)
     }
@@ -54,10 +56,11 @@ impl CalibrationFolder {
         if !overwrite && is_there(&path).map_err(io("look at", &path))? {
             return Err(CalibrateError::Exists { path });
         }
+        let lock = lock(sequence)?;
         // A folder that cannot be written is better known before the work than after it.
         let scratch =
             Scratch::beside(&path).map_err(|(path, source)| io("make a folder in", &path)(source))?;
-        Ok(Self { sequence: sequence.to_owned(), scratch, pictures: Vec::new(), disk })
+        Ok(Self { sequence: sequence.to_owned(), _lock: lock, scratch, pictures: Vec::new(), disk })
     }
 
     /// The folder of maps and pictures.

@@ -142,6 +142,7 @@ impl CliError {
                 ResultsError::Exists { .. }
                 | ResultsError::Foreign { .. }
                 | ResultsError::NotAFolder { .. }
+                | ResultsError::NoName { .. }
                 | ResultsError::UnknownFormat { .. } => USAGE,
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
                 ResultsError::Read(error) => read_code(error),
@@ -212,6 +213,7 @@ fn sequence_code(error: &SequenceError) -> u8 {
         SequenceError::Busy { .. } | SequenceError::Closed | SequenceError::CannotLink { .. } => TROUBLE,
         SequenceError::Exists { .. }
         | SequenceError::Unfinished { .. }
+        | SequenceError::NoName { .. }
         | SequenceError::NoImages { .. }
         | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }

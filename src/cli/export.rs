@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::files::write;
+use super::files::write_new;
 use super::scan_end::tell_results;
 use super::{CliError, Talk};
 use crate::formats::MapFormat;
@@ -79,7 +79,7 @@ impl Export {
         let map = read_map(&folder.join(self.map.file()))?;
         let bytes =
             format.encode(&map).map_err(|source| ResultsError::Format { path: self.out.clone(), source })?;
-        write(&self.out, &bytes)?;
+        write_new(&self.out, &bytes)?;
         let exported =
             Exported { file: self.out.display().to_string(), rows: map.rows(), columns: map.columns() };
         talk.result(&exported, || format!("{}: {} x {}\n", exported.file, exported.columns, exported.rows))

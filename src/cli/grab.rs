@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::files::write;
+use super::files::write_new;
 use super::rig::{CameraArguments, Options, RigArgument, camera_settings, open_camera, tell_configuration};
 use super::{CliError, Talk};
 use crate::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
@@ -112,12 +112,12 @@ impl Grab {
                 let map = MapFormat::Tiff
                     .encode(&averaged.variance_dn2)
                     .map_err(|error| CliError::Integrity(format!("{}: {error}", path.display())))?;
-                write(path, &map)?;
+                write_new(path, &map)?;
                 (averaged.frame, averaged.facts, Some(averaged.saturated))
             }
         };
         camera.stop()?;
-        write(&self.out, &png(&frame)?)?;
+        write_new(&self.out, &png(&frame)?)?;
         let output = self.output(&*camera, &configuration.format.to_string(), &frame, &facts, saturated);
         talk.result(&output, || describe(&output))
     }

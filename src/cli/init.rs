@@ -1,11 +1,11 @@
 //! `epirig init`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
 
-use super::files::write;
+use super::files::write_new;
 use super::{CliError, Talk};
 use crate::camera::pixels::PixelFormat;
 use crate::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
@@ -90,14 +90,4 @@ fn found_camera(identity: &CameraIdentity) -> FoundCamera {
         model: identity.model.clone(),
         formats: known.map(|format| format.four_cc.to_string()).collect(),
     }
-}
-
-/// Whole, or not at all; what exists stays.
-fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    if path.exists() {
-        return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
-    }
-    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-    made.map_err(|source| CliError::File { path: path.to_owned(), action: "make the folder of", source })?;
-    write(path, bytes)
 }

@@ -109,6 +109,14 @@ enum Verb {
     },
 }
 
+/// Starts the threads that compute; where the system allows no more of them, this one computes alone.
+fn start_threads() {
+    if rayon::ThreadPoolBuilder::new().build_global().is_err() {
+        // If that fails, too, the first work in parallel says why.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
+    }
+}
+
 /// Runs the program with the process's arguments. To be called while there is one thread.
 pub fn main() -> ExitCode {
     // Where it cannot, everything works, a little slower.
@@ -118,6 +126,7 @@ pub fn main() -> ExitCode {
     if let Err(error) = interrupt::install() {
         talk.say(&format!("note: Ctrl-C will leave hidden .epirig- folders behind: {error}"));
     }
+    start_threads();
     let done = match cli.verb {
         Verb::Demo(verb) => verb.run(&talk),
         Verb::Devices(verb) => verb.run(&talk),

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::{CliError, Talk};
+use crate::profile::Profile;
 use crate::results::MatchSummary;
 use crate::sequence::{ExitStatus, Sequence};
 
@@ -22,10 +23,21 @@ pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
 }
 
 impl AnywayArgument {
-    /// Refuses a scan whose positions are wrong, unless that is put up with; and says how a scan ended that is not complete.
+    /// Refuses a scan whose positions are wrong, unless that is put up with, and one whose records contradict its rig; and says how a scan ended that is not complete.
     pub(super) fn check(self, sequence: &Sequence, talk: &Talk) -> Result<(), CliError> {
         if !self.anyway {
             sequence.check_closed()?;
+        }
+        // A rig that another version recorded may not be understood, and is not needed.
+        if let Ok(Some(rig)) = Profile::of_sequence(sequence)
+            && let Some(found) = rig.contradictions(sequence).first()
+        {
+            return Err(CliError::Integrity(format!(
+                "{}, {}: {}",
+                sequence.folder().display(),
+                found.file,
+                found.problem
+            )));
         }
         if let Some(words) = sequence.end_in_words() {
             talk.say(&format!("note: {words}"));

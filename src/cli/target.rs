@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use serde::Serialize;
 
-use super::files::write;
+use super::files::write_new;
 use super::{CliError, Talk};
 use crate::target::print::{Page, Sheet};
 use crate::target::{ChessBoard, Target};
@@ -112,7 +112,7 @@ impl Print {
         let target = Target { board, bands: self.bands, band_distance_mm: self.band_distance_mm };
         let page = Page::from(self.page);
         let sheet = Sheet::new(&target, page)?;
-        write(&self.out, &format(&sheet))?;
+        write_new(&self.out, &format(&sheet))?;
         let (width_mm, height_mm) = sheet.size_mm();
         let printed =
             Printed { file: self.out.display().to_string(), page: page.name(), width_mm, height_mm };

@@ -37,6 +37,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
     let size = |text: &str| text.parse::<usize>().map_err(|_| bad("the size is no number"));
     let (columns, rows) = (size(token()?)?, size(token()?)?);
     let scale: f64 = token()?.parse().map_err(|_| bad("the scale is no number"))?;
+    if scale == 0.0 || !scale.is_finite() {
+        return Err(bad("its scale, whose sign tells the order of bytes, is 0 or not finite"));
+    }
     let count = area(rows, columns).filter(|count| 4 * count == rest.len());
     if count.is_none() {
         return Err(bad("the number of samples is not the size in the header"));

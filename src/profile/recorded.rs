@@ -9,7 +9,7 @@ use super::schema::{LARGEST, SMALLEST};
 use super::settings::Settings;
 use super::{Profile, read};
 use crate::plane::area;
-use crate::sequence::{Finding, Sequence};
+use crate::sequence::{Finding, Origin, Sequence};
 use crate::storage::{RecordFault, parse_value};
 
 /// Why the rig of a sequence cannot be understood.
@@ -107,8 +107,10 @@ impl Profile {
                 ),
             });
         };
-        if let (Some(planned), Some(recorded)) = (self.plan.positions_mm(), &record.positions_mm)
-            && planned != *recorded
+        let captured = matches!(record.origin, Origin::Captured { .. });
+        if let Some(planned) = self.plan.positions_mm()
+            && captured
+            && Some(&planned) != record.positions_mm.as_ref()
         {
             contradicts("the planned positions");
         }
@@ -122,8 +124,8 @@ impl Profile {
         // The same formula in another order of its factors: equal but for rounding.
         let differ =
             |(one, other): (f64, f64)| (one - other).abs() > 1e-9 * one.abs().max(other.abs()).max(1.0);
-        if let (Some(lens), Some(recorded)) = (lens, recorded)
-            && lens.into_iter().zip(recorded).any(differ)
+        if let Some(lens) = lens
+            && recorded.is_none_or(|recorded| lens.into_iter().zip(recorded).any(differ))
         {
             contradicts("focal length and principal point");
         }

@@ -41,6 +41,12 @@ pub enum ResultsError {
         /// What is there.
         path: PathBuf,
     },
+    /// A place without a name of its own.
+    #[error("{} cannot be made anew as a whole; give the folder by its name, with --out", path.display())]
+    NoName {
+        /// As it was given.
+        path: PathBuf,
+    },
     /// Another program writes there.
     #[error("{} is being written by another epirig; wait until it has ended", path.display())]
     Busy {

@@ -12,7 +12,8 @@ use crate::epi::Answer;
 use crate::formats::MapFormat;
 use crate::plane::Plane;
 use crate::storage::{
-    Disk, RealDisk, Scratch, is_in_the_making, is_scratch, is_writing, put_in_place, recover,
+    Disk, RealDisk, Scratch, is_in_the_making, is_of_the_system, is_scratch, is_writing, put_in_place,
+    recover,
 };
 
 /// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden,
@@ -83,7 +84,8 @@ fn check_target(target: &Path, overwrite: bool) -> Result<(), ResultsError> {
             continue;
         }
         occupied = true;
-        if !OWN_NAMES.iter().any(|own| name == *own) && !is_in_the_making(&name) {
+        let is_ours = OWN_NAMES.iter().any(|own| name == *own) || is_in_the_making(&name);
+        if !is_ours && !is_of_the_system(&name) {
             return Err(ResultsError::Foreign {
                 path: target.to_owned(),
                 name: name.to_string_lossy().into_owned(),
@@ -120,6 +122,9 @@ impl ResultsFolder {
     /// # Errors
     /// As [`create`](Self::create).
     pub fn create_on(mut disk: Box<dyn Disk>, target: &Path, overwrite: bool) -> Result<Self, ResultsError> {
+        if target.file_name().is_none() {
+            return Err(ResultsError::NoName { path: target.to_owned() });
+        }
         recover(&mut *disk, target).map_err(io("bring back", target))?;
         check_target(target, overwrite)?;
         let scratch = Scratch::beside(target).map_err(|(path, source)| ResultsError::Io {

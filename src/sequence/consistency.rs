@@ -46,6 +46,7 @@ impl Sequence {
         let mut found = Vec::new();
         self.check_plan(&mut found);
         self.check_configuration(&mut found);
+        let certified = self.frames().iter().any(|frame| frame.certificate.is_some());
         let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
         for kind in kinds {
             let mut seen = BTreeSet::new();
@@ -58,6 +59,9 @@ impl Sequence {
                 };
                 if !seen.insert(frame.index) {
                     found.push(Finding::new(&name, format!("it is named twice in the journal; {RESTORE}")));
+                }
+                if certified && kind == FrameKind::Scan && frame.certificate.is_none() {
+                    found.push(Finding::new(&name, format!("its certificate is missing; {RESTORE}")));
                 }
                 for problem in self.frame_problems(kind, frame) {
                     found.push(Finding::new(&name, format!("{problem}; {RESTORE}")));

@@ -32,6 +32,12 @@ pub enum SequenceError {
         /// The folder.
         path: PathBuf,
     },
+    /// A place without a name of its own.
+    #[error("{} cannot be made anew as a whole; give the folder by its name", path.display())]
+    NoName {
+        /// As it was given.
+        path: PathBuf,
+    },
     /// The folder to be made holds a scan that has not ended.
     #[error("{} holds a scan that was interrupted; `epirig resume {}` goes on with it", path.display(), path.display())]
     Unfinished {
@@ -62,7 +68,7 @@ pub enum SequenceError {
         path: PathBuf,
     },
     /// Names of images behind which there is no file.
-    #[error("{}: {}; put the image itself there, or move it away: without it every later frame would be one step off", folder.display(), found.join(", "))]
+    #[error("{}: {}; each name has to be one image: put it there, or move the name away, or every later frame would be one step off", folder.display(), found.join(", "))]
     NotFiles {
         /// The folder.
         folder: PathBuf,

@@ -117,6 +117,14 @@ pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
         return Err(SequenceError::NoImages { path: folder.to_owned() });
     }
     images.sort_by(|a, b| natural_order(&name(a), &name(b)).then_with(|| a.cmp(b)));
+    // Cameras write a frame as raw image and as JPEG: both would count.
+    let mut stems = BTreeMap::new();
+    for image in &images {
+        if let Some(other) = stems.insert(image.file_stem(), image) {
+            let found = vec![format!("{} and {} have one name in two formats", name(other), name(image))];
+            return Err(SequenceError::NotFiles { folder: folder.to_owned(), found });
+        }
+    }
     Ok(Listing { images, hidden })
 }
 

@@ -31,7 +31,7 @@ pub use record::{
     FORMAT_VERSION, FrameKind, FrameRecord, Intrinsics, Origin, ResumedRecord, RetakeRecord, SequenceRecord,
     StopRecord, TimesRecord,
 };
-pub(crate) use resume::refuse_busy;
+pub(crate) use resume::{lock, refuse_busy};
 pub use verify::{VerifyReport, verify};
 pub use writer::{FrameFacts, SequenceWriter, StopFacts};
 pub(crate) use writer::{new_uid, now, refuse_existing};

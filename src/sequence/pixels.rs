@@ -82,10 +82,14 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|error| ImageFault::Damaged(error.to_string()))?;
-    let mut limits = image::Limits::no_limits();
-    limits.max_alloc = Some(2 * MOST_DECODED);
-    reader.limits(limits);
     let format = reader.format().ok_or_else(|| ImageFault::Damaged("not a PNG, TIFF or JPEG".to_owned()))?;
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(match format {
+        // Of a PNG it bounds what lies beside the pixels, such as colour profiles.
+        image::ImageFormat::Png => 64 << 20,
+        _ => 2 * MOST_DECODED,
+    });
+    reader.limits(limits);
     let mut decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     let (mut rows, mut columns) = (height as usize, width as usize);
@@ -95,6 +99,11 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
     if decoder.total_bytes() > MOST_DECODED {
         let reason = "it takes more than 1 GiB decoded; save it as a grey PNG of 8 or 16 bit";
         return Err(ImageFault::Unsupported(reason.to_owned()));
+    }
+    match format {
+        image::ImageFormat::Jpeg => check_jpeg(bytes, rows, columns)?,
+        image::ImageFormat::Tiff => check_single(bytes)?,
+        _ => {}
     }
     let colour = decoder.color_type();
     let bits = match colour.bytes_per_pixel() / colour.channel_count() {
@@ -110,6 +119,44 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
         (rows, columns) = (columns, rows);
     }
     Ok((format, Box::new(decoder), orientation, Header { rows, columns, bits }))
+}
+
+/// Refuses what a decoder would make up: images whose end is missing, or that are too large for their bytes.
+fn check_jpeg(bytes: &[u8], rows: usize, columns: usize) -> Result<(), ImageFault> {
+    /// A block of 64 pixels takes a bit at least.
+    const PIXELS_OF_A_BYTE: usize = 8 * 64;
+    /// Larger sides overflow in the decoder.
+    const LONGEST: usize = 65_528;
+    const START_OF_SCAN: u8 = 0xda;
+    const END: u8 = 0xd9;
+    if rows.max(columns) > LONGEST {
+        return Err(ImageFault::TooLarge { rows, columns });
+    }
+    // Segments up to the first scan: marker, length, contents.
+    let mut place = 2;
+    while let Some(&[0xff, marker, high, low]) = bytes.get(place..place + 4) {
+        place += 2 + usize::from(u16::from_be_bytes([high, low]));
+        if marker == START_OF_SCAN {
+            break;
+        }
+    }
+    let data = bytes.get(place..).unwrap_or_default();
+    // Within the compressed data 0xff is followed by 0 or by a restart.
+    let has_end = data.windows(2).any(|pair| pair == [0xff, END]);
+    if !has_end || rows * columns > PIXELS_OF_A_BYTE * data.len() {
+        return Err(ImageFault::Damaged("it ends before its last pixel".to_owned()));
+    }
+    Ok(())
+}
+
+/// Refuses a file of several images: nobody knows which of them is the frame.
+fn check_single(bytes: &[u8]) -> Result<(), ImageFault> {
+    let several = tiff::decoder::Decoder::new(Cursor::new(bytes)).is_ok_and(|decoder| decoder.more_images());
+    if several {
+        let reason = "it holds several images; save each as a file of its own";
+        return Err(ImageFault::Unsupported(reason.to_owned()));
+    }
+    Ok(())
 }
 
 /// Whether rows become columns.

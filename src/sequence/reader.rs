@@ -102,7 +102,10 @@ impl Sequence {
     pub fn end_in_words(&self) -> Option<String> {
         let (there, planned) = (self.frames.len(), self.record.frames);
         let how = match self.stop.as_ref().map(|stop| stop.exit_status) {
-            Some(ExitStatus::Complete) => return None,
+            Some(ExitStatus::Complete) if there == planned => return None,
+            Some(ExitStatus::Complete) => {
+                format!("the scan ended as complete, but {there} of {planned} planned frames are there")
+            }
             Some(ExitStatus::NotClosed) => NOT_CLOSED.to_owned(),
             Some(ExitStatus::Aborted | ExitStatus::Failed) => {
                 format!(

@@ -79,7 +79,7 @@ fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> 
 }
 
 /// Keeps other programs from writing the same sequence, where the file system knows locks.
-pub(super) fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
+pub(crate) fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
     let path = folder.join(JOURNAL);
     let journal = open_file(&path)?;
     match journal.try_lock() {

@@ -10,6 +10,7 @@ use super::reader::STOP;
 use super::record::{ExitStatus, FrameKind, FrameRecord};
 use super::{Sequence, SequenceError};
 use crate::progress::Progress;
+use crate::storage::is_of_the_system;
 
 /// The outcome of a check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -118,7 +119,8 @@ fn stray_files(sequence: &Sequence, others: &[FrameRecord]) -> Result<Vec<Findin
         };
         for entry in entries {
             let path = entry.map_err(SequenceError::io("look into", &folder))?.path();
-            if !named.contains(&path) {
+            let is_note = path.file_name().is_some_and(is_of_the_system);
+            if !named.contains(&path) && !is_note {
                 let problem = "no journal line names this file; move it away";
                 findings.push(Finding::new(path.display().to_string(), problem));
             }

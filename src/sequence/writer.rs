@@ -253,6 +253,9 @@ pub(crate) fn now() -> String {
 }
 
 pub(crate) fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
+    if folder.file_name().is_none() {
+        return Err(SequenceError::NoName { path: folder.to_owned() });
+    }
     match fs::read_dir(folder) {
         Ok(mut entries) => match entries.next() {
             Some(_) if is_unfinished(folder) => Err(SequenceError::Unfinished { path: folder.to_owned() }),
@@ -286,6 +289,8 @@ pub(super) fn write_record(
 
 /// Gives a folder that is whole its final name.
 pub(super) fn publish(disk: &mut dyn Disk, folder: &Path, out: &Path) -> Result<(), SequenceError> {
+    // Something may have come there since it was looked at.
+    refuse_existing(out)?;
     put_in_place(disk, folder, out).map_err(SequenceError::io("make the folder", out))
 }
 

@@ -207,6 +207,12 @@ pub fn is_in_the_making(name: &OsStr) -> bool {
     name.starts_with('.') && name.ends_with(IN_THE_MAKING)
 }
 
+/// Whether a file's name is that of a note that an operating system leaves in folders that are looked at.
+pub fn is_of_the_system(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    [".DS_Store", ".directory", "Thumbs.db", "desktop.ini"].contains(&&*name) || name.starts_with("._")
+}
+
 fn temporary(path: &Path) -> PathBuf {
     let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());

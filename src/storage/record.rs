@@ -77,7 +77,8 @@ pub fn parse_record<T: DeserializeOwned>(text: &str) -> Result<T, RecordFault> {
         let reason = said.split(" at line ").next().unwrap_or_default().to_owned();
         RecordFault { line: error.line(), key, reason }
     };
-    let mut text = serde_json::Deserializer::from_str(text);
+    // Some editors put a mark of its order of bytes before a text.
+    let mut text = serde_json::Deserializer::from_str(text.trim_start_matches('\u{feff}'));
     let record = serde_path_to_error::deserialize(&mut text).map_err(|error| {
         let key = Some(error.path().to_string()).filter(|key| key != "." && error.inner().is_data());
         fault(key.unwrap_or_default(), error.into_inner())

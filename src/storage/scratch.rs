@@ -95,7 +95,7 @@ pub(super) fn is_written_beside(target: &Path) -> bool {
 }
 
 /// The folder that `path` lies in.
-pub(super) fn parent(path: &Path) -> &Path {
+pub fn parent(path: &Path) -> &Path {
     path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -249,3 +249,59 @@ fn nothing_is_written_through_links_of_a_sequence() {
     assert_eq!(fs::read_to_string(outside.join("kept")).unwrap(), "kept");
     assert_eq!(names(&outside), ["kept"]);
 }
+
+#[test]
+fn images_that_are_half_or_twice_there_are_refused() {
+    let folder = folder();
+    let photos = folder.path().join("photos");
+    fs::create_dir(&photos).unwrap();
+    let jpeg = |index: usize| {
+        let pixel = |x: u32, y: u32| image::Luma([((x * 7 + y * 13 + index as u32 * 5) % 251) as u8]);
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let grey = image::GrayImage::from_fn(64, 48, pixel);
+        grey.write_to(&mut bytes, image::ImageFormat::Jpeg).unwrap();
+        bytes.into_inner()
+    };
+    for index in 0..4 {
+        fs::write(photos.join(format!("{index}.jpg")), jpeg(index)).unwrap();
+    }
+    let import = ["import", "photos", "--out", "seq"];
+    let whole = jpeg(2);
+    for length in [whole.len() / 2, whole.len() - 2] {
+        fs::write(photos.join("2.jpg"), &whole[..length]).unwrap();
+        fails(folder.path(), &import, 5, &["2.jpg", "damaged", "before its last pixel"]);
+    }
+    // What a camera appends after the image does no harm.
+    fs::write(photos.join("2.jpg"), [&whole[..], b"a small preview"].concat()).unwrap();
+    succeeds(folder.path(), &import);
+    fs::remove_dir_all(folder.path().join("seq")).unwrap();
+    // The same frame as raw image and as JPEG.
+    write_png(&photos.join("2.png"), &Frame::new(48, 64, 8, Samples::U8(vec![9; 48 * 64])).unwrap());
+    fails(folder.path(), &import, 5, &["2.jpg and 2.png", "one name"]);
+    fs::remove_file(photos.join("2.png")).unwrap();
+    // A stack of images in one file.
+    let mut stack = std::io::Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut stack).unwrap();
+    for _ in 0..2 {
+        encoder.write_image::<tiff::encoder::colortype::Gray8>(64, 48, &[7; 48 * 64]).unwrap();
+    }
+    fs::write(photos.join("4.tif"), stack.into_inner()).unwrap();
+    fails(folder.path(), &import, 5, &["4.tif", "several images"]);
+    assert!(!folder.path().join("seq").exists());
+}
+
+#[test]
+fn what_systems_leave_in_folders_does_no_harm() {
+    let folder = folder();
+    imported(folder.path());
+    succeeds(folder.path(), &["match", "seq"]);
+    for place in ["seq/frames/.DS_Store", "seq/results/.DS_Store", "seq/results/Thumbs.db"] {
+        fs::write(folder.path().join(place), "notes of a system").unwrap();
+    }
+    succeeds(folder.path(), &["verify", "seq"]);
+    succeeds(folder.path(), &["match", "seq", "--overwrite"]);
+    // A place that is no name cannot change places with another.
+    for arguments in [["match", "seq", "--out", "."], ["import", "photos", "--out", "."]] {
+        fails(folder.path(), &arguments, 2, &["by its name"]);
+    }
+}

@@ -81,6 +81,18 @@ fn whatever_is_told_twice_has_to_agree() {
 }
 
 #[test]
+fn a_lens_that_is_not_the_rigs_is_not_measured_with() {
+    let folder = folder();
+    captured(folder.path());
+    edit(folder.path(), "sequence.json", "\n    \"focal_length_px\": ", "\n    \"focal_length_px\": 1");
+    is_refused(folder.path(), &["focal length"]);
+    let folder = super::folder();
+    captured(folder.path());
+    change_lines(folder.path(), |lines| drop(lines[3].as_object_mut().unwrap().remove("certificate")));
+    is_refused(folder.path(), &["frame 3", "certificate is missing"]);
+}
+
+#[test]
 fn numbers_that_cannot_be_are_refused() {
     for (from, to, words) in [
         ("\"focal_length_px\": 100.0", "\"focal_length_px\": 0.0", "focal length"),
