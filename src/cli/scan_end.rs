@@ -5,7 +5,7 @@ use clap::Args;
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use crate::results::MatchSummary;
-use crate::sequence::{ExitStatus, Sequence};
+use crate::sequence::{ExitStatus, Sequence, SequenceError};
 
 /// Whether wrong positions are put up with.
 #[derive(Debug, Clone, Copy, Args)]
@@ -27,6 +27,13 @@ impl AnywayArgument {
     pub(super) fn check(self, sequence: &Sequence, talk: &Talk) -> Result<(), CliError> {
         if !self.anyway {
             sequence.check_closed()?;
+        }
+        sequence.check_records()?;
+        // A wrong size in the record shows in a frame, and would look like a wrong lens.
+        if let Some(Err(error @ SequenceError::RecordAtFault { .. })) =
+            sequence.frames().first().map(|first| sequence.read(first))
+        {
+            return Err(error.into());
         }
         // A rig that another version recorded may not be understood, and is not needed.
         if let Ok(Some(rig)) = Profile::of_sequence(sequence)

@@ -86,6 +86,7 @@ fn a_sound_image_of_a_kind_that_is_not_read_is_not_called_damaged() {
     images(&folder.path().join("photos"), 3);
     let map = epirig::plane::Plane::filled(24, 64, 0.5_f32);
     let bytes = epirig::formats::MapFormat::Tiff.encode(&map).unwrap();
+    fs::remove_file(folder.path().join("photos/frame_1.png")).unwrap();
     fs::write(folder.path().join("photos/frame_1.tif"), bytes).unwrap();
     let output = epirig(folder.path(), &["import", "photos", "--out", "seq"]);
     let said = String::from_utf8_lossy(&output.stderr);
