@@ -68,6 +68,10 @@ pub fn use_it() {
         // What is loaded is what the files hold, whatever the records say.
         assert_eq!((volume.rows(), volume.columns()), (6, 8));
         let tau = volume.tau().values();
-        assert!(tau.windows(2).all(|pair| pair[0] < pair[1]) && tau.first() == Some(&0.0) && tau.last() == Some(&1.0));
+        assert!(
+            tau.windows(2).all(|pair| pair[0] < pair[1])
+                && tau.first() == Some(&0.0)
+                && tau.last() == Some(&1.0)
+        );
     }
 }

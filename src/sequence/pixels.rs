@@ -70,7 +70,7 @@ pub fn header(bytes: &[u8]) -> Result<Header, ImageFault> {
     head(bytes).map(|(_, _, _, header)| header)
 }
 
-/// Bytes of the largest image file that is read: more than [`MOST_DECODED`], for one that is not compressed.
+/// Bytes of the largest image file that is read: room for the largest that is decoded, if it is not compressed.
 pub const LARGEST_IMAGE: u64 = 5 << 28;
 
 /// Most bytes that the decoded image may take: 16 bit grey of the largest size takes half of it, colour of 8 bit three quarters.
