@@ -10,7 +10,7 @@ use super::{CliError, Talk};
 use crate::link::{Entry, Side, Transcript, TranscriptError};
 use crate::stage::Dialect;
 use crate::stage::decode::Decoder;
-use crate::storage::read_named;
+use crate::storage::{ReadError, read_named};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum DialectName {
@@ -126,7 +126,10 @@ fn read(path: &Path) -> Result<Vec<u8>, CliError> {
         return Ok(read_named(path, LARGEST_RECORDING)?);
     }
     let mut bytes = Vec::new();
-    let read = std::io::stdin().take(LARGEST_RECORDING).read_to_end(&mut bytes);
+    let read = std::io::stdin().take(LARGEST_RECORDING + 1).read_to_end(&mut bytes);
     read.map_err(|source| CliError::File { path: path.to_owned(), action: "read", source })?;
+    if bytes.len() as u64 > LARGEST_RECORDING {
+        return Err(ReadError::TooLarge { path: path.to_owned(), limit: LARGEST_RECORDING }.into());
+    }
     Ok(bytes)
 }

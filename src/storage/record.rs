@@ -10,7 +10,7 @@ use super::ReadError;
 use super::read::{read_file, text};
 
 /// More than any record has, but for a journal, which grows with the frames.
-pub const LARGEST_RECORD: u64 = 64 << 20;
+const LARGEST_RECORD: u64 = 64 << 20;
 
 /// Why a record is not understood.
 #[derive(Debug, Error)]
