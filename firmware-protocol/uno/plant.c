@@ -49,6 +49,9 @@ static void update_switch(void)
     int now = sw == AUTO ? carriage <= SWITCH_AT : sw == CLOSED;
     if (now != closed) {
         closed = now;
+        /* What is outside holds the pin: without this, each write to PORTB would put it back to its pull-up. */
+        avr_ioport_external_t outside = { .name = 'B', .mask = 1 << LIMIT_BIT, .value = !now << LIMIT_BIT };
+        avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL('B'), &outside);
         avr_raise_irq(limit_pin, !now);
     }
 }
