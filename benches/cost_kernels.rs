@@ -5,9 +5,9 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use epirig::epi::{DisparityRange, MatchOptions, Matcher, Method, Ordering};
-use epirig::progress::Silent;
-use epirig::twin::{Twin, TwinConfig};
+use epirig_core::progress::Silent;
+use epirig_matcher::{DisparityRange, MatchOptions, Matcher, Method, Ordering};
+use epirig_simulator::{Twin, TwinConfig};
 
 mod plain;
 

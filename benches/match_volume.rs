@@ -8,9 +8,9 @@
 use std::time::Duration;
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
-use epirig::epi::{DisparityRange, MatchOptions, match_volume};
-use epirig::progress::Silent;
-use epirig::twin::{Scene, Twin, TwinConfig};
+use epirig_core::progress::Silent;
+use epirig_matcher::{DisparityRange, MatchOptions, match_volume};
+use epirig_simulator::{Scene, Twin, TwinConfig};
 
 mod plain;
 

@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use epirig::frame::{Frame, Samples};
-use epirig::lens::{Distortion, Lens};
-use epirig::photometry::Correction;
-use epirig::rectify::{Mapping, Rectifier};
-use epirig::tau::Tau;
+use epirig_calibration::lens::{Distortion, Lens};
+use epirig_calibration::photometry::Correction;
+use epirig_calibration::rectification::{Mapping, Rectifier};
+use epirig_core::frame::{Frame, Samples};
+use epirig_core::tau::Tau;
 
 const SIDE: usize = 1024;
 const FRAMES: usize = 8;

@@ -24,9 +24,9 @@
 //! - [`formats`], [`results`], [`report`]: files and pictures for other programs and for people.
 //!
 //! ```
-//! use epirig::epi::{MatchOptions, match_volume};
-//! use epirig::progress::Silent;
-//! use epirig::twin::{Twin, TwinConfig};
+//! use epirig_matcher::{MatchOptions, match_volume};
+//! use epirig_core::progress::Silent;
+//! use epirig_simulator::{Twin, TwinConfig};
 //!
 //! let twin = Twin::new(TwinConfig::textured_plane(64, 48, 9))?;
 //! let volume = twin.render_volume(&Silent)?;
@@ -35,35 +35,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod adjust;
 pub mod calibrate;
-pub mod camera;
 pub mod capture;
 pub mod cli;
-pub mod epi;
-pub mod evaluate;
-pub mod formats;
-pub mod frame;
-pub mod lens;
-pub mod link;
-pub mod measure;
+pub mod doctor;
 pub mod memory;
-pub mod photometry;
-pub mod plane;
-pub mod preflight;
+pub mod pipeline;
 pub mod profile;
-pub mod progress;
-pub mod rectify;
 pub mod report;
 pub mod results;
-pub mod sequence;
-pub mod shift;
-pub mod stage;
-pub mod storage;
-pub mod surface;
-pub mod target;
-pub mod tau;
-pub mod travel;
-pub mod twin;
-pub mod virtual_rig;
-pub mod volume;

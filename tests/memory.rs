@@ -10,13 +10,13 @@ use std::process::Command;
 use std::sync::Arc;
 
 use epirig::capture::{CapturePlan, PauseSwitch};
-use epirig::epi::{MatchOptions, Method, Ordering};
-use epirig::measure::{View, measure};
-use epirig::progress::Silent;
+use epirig::pipeline::{View, measure};
 use epirig::results::ResultsFolder;
-use epirig::sequence::Sequence;
-use epirig::storage::RealDisk;
-use epirig::twin::{Twin, TwinConfig};
+use epirig_core::progress::Silent;
+use epirig_data::sequence::Sequence;
+use epirig_data::storage::RealDisk;
+use epirig_matcher::{MatchOptions, Method, Ordering};
+use epirig_simulator::{Twin, TwinConfig};
 
 const TEST: &str = "matching_a_hundred_frames_takes_at_most_three_times_their_bytes";
 /// A process that finds these matches the scan in this way and tells its peak; another one's memory would count.

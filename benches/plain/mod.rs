@@ -1,7 +1,7 @@
 //! The plain reference of the benches.
 
-use epirig::epi::DisparityRange;
-use epirig::volume::Volume;
+use epirig_core::volume::Volume;
+use epirig_matcher::DisparityRange;
 
 /// Variance with linear interpolation as a good first attempt has it: pixel by pixel, frame by frame. The sum of the least variances
 /// of row `y` over the disparities of `range`, one every `raster_px`.

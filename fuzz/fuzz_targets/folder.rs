@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use epirig::frame::{Frame, Samples};
+use epirig_core::frame::{Frame, Samples};
 use epirig::profile::{Override, Profile};
-use epirig::progress::Silent;
-use epirig::sequence::{
+use epirig_core::progress::Silent;
+use epirig_data::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, Origin, Sequence, SequenceRecord, SequenceWriter, StopFacts,
     load_volume, verify,
 };

@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::formats::FormatError;
-use crate::lens::views::LensError;
-use crate::photometry::PhotometryError;
-use crate::rectify::RectifyError;
-use crate::sequence::SequenceError;
-use crate::storage::ReadError;
-use crate::target::TargetError;
-use crate::tau::TauError;
-use crate::travel::TravelError;
+use epirig_calibration::lens::views::LensError;
+use epirig_calibration::photometry::PhotometryError;
+use epirig_calibration::rectification::RectifyError;
+use epirig_calibration::stage_axis::TravelError;
+use epirig_calibration::target::TargetError;
+use epirig_core::tau::TauError;
+use epirig_data::formats::FormatError;
+use epirig_data::sequence::SequenceError;
+use epirig_data::storage::ReadError;
 
 /// Why there is no calibration, or why it cannot be used.
 #[derive(Debug, Error)]

@@ -11,15 +11,15 @@ use super::{
     CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensSource, MapHashes,
     PositionSource, PositionsRecord,
 };
-use crate::frame::{Frame, full_scale};
-use crate::photometry::{
+use epirig_calibration::photometry::{
     FrameGains, Linearity, Maps, Outcome, Photometry, dominant_disparity, frame_gains, linearity,
 };
-use crate::progress::Progress;
-use crate::rectify::Mapping;
-use crate::sequence::{FrameKind, FrameRecord, Sequence};
-use crate::tau::Tau;
-use crate::volume::Volume;
+use epirig_calibration::rectification::Mapping;
+use epirig_core::frame::{Frame, full_scale};
+use epirig_core::progress::Progress;
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+use epirig_data::sequence::{FrameKind, FrameRecord, Sequence};
 
 /// A calibration and what pictures of it are drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Calibrated {
     /// Maps that belong to it.
     pub maps: Maps,
     /// The target's tracks, if there is a target.
-    pub travel: Option<crate::travel::Travel>,
+    pub travel: Option<epirig_calibration::stage_axis::Travel>,
 }
 
 /// Calibrates a sequence: whatever it has frames for, or a description of.

@@ -5,11 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{CalibrateError, Calibration, FORMAT_VERSION, InputHashes, MapHashes};
-use crate::formats::MapFormat;
-use crate::photometry::Maps;
-use crate::plane::{MOST_PIXELS, Plane};
-use crate::sequence::{Sequence, lock};
-use crate::storage::{
+use epirig_calibration::photometry::Maps;
+use epirig_core::grid::{MOST_PIXELS, Plane};
+use epirig_data::formats::MapFormat;
+use epirig_data::sequence::{Sequence, lock};
+use epirig_data::storage::{
     Disk, ReadError, RealDisk, RecordError, Scratch, Step, is_in_the_making, is_own_folder, is_there,
     read_inside, read_record, write_whole,
 };

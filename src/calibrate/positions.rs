@@ -3,9 +3,9 @@
 use super::find::Remarks;
 use super::travel::FoundTravel;
 use super::{CalibrateError, PositionSource, PositionsRecord};
-use crate::sequence::Sequence;
-use crate::tau::Tau;
-use crate::travel::{TargetScale, audit};
+use epirig_calibration::stage_axis::{TargetScale, audit};
+use epirig_core::tau::Tau;
+use epirig_data::sequence::Sequence;
 
 /// The size of printed squares may differ so much from the stage's scale, in %: printers that scale "to fit" are off by 3 % and more, good ones by
 /// 0.2 %.

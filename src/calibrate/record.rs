@@ -6,13 +6,13 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use super::{InputHashes, PositionSource};
-use crate::lens::LensEstimate;
-use crate::lens::views::LensCalibration;
-use crate::photometry::{FrameGains, Linearity, Outcome, Photometry};
-use crate::rectify::Mapping;
-use crate::sequence::Intrinsics;
-use crate::tau::Tau;
-use crate::travel::{Audit, Direction, TargetScale};
+use epirig_calibration::lens::LensEstimate;
+use epirig_calibration::lens::views::LensCalibration;
+use epirig_calibration::photometry::{FrameGains, Linearity, Outcome, Photometry};
+use epirig_calibration::rectification::Mapping;
+use epirig_calibration::stage_axis::{Audit, Direction, TargetScale};
+use epirig_core::tau::Tau;
+use epirig_data::sequence::Intrinsics;
 
 /// Version of `calibration.json`.
 pub const FORMAT_VERSION: u32 = 2;

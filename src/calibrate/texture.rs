@@ -1,11 +1,11 @@
 //! Positions from the object's texture, jointly with its disparity.
 
 use super::{CalibrateError, PositionSource, PositionsRecord};
-use crate::epi::{DisparityRange, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
-use crate::progress::{Progress, Silent};
-use crate::tau::Tau;
-use crate::travel::{MeasuredTau, audit};
-use crate::volume::Volume;
+use epirig_calibration::stage_axis::{MeasuredTau, audit};
+use epirig_core::progress::{Progress, Silent};
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+use epirig_matcher::{DisparityRange, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
 
 /// Rows that follow each other, so that windows are whole.
 const BLOCK_ROWS: usize = 8;

@@ -5,11 +5,11 @@ use rayon::prelude::*;
 use super::find::Remarks;
 use super::lens::MOST_BLUR_PX;
 use super::{CalibrateError, TravelRecord};
-use crate::lens::LensEstimate;
-use crate::progress::Progress;
-use crate::sequence::Sequence;
-use crate::target::{FoundBoard, Target, Tracks, find_boards, track};
-use crate::travel::{Travel, baseline_by_target, find};
+use epirig_calibration::lens::LensEstimate;
+use epirig_calibration::stage_axis::{Travel, baseline_by_target, find};
+use epirig_calibration::target::{FoundBoard, Target, Tracks, find_boards, track};
+use epirig_core::progress::Progress;
+use epirig_data::sequence::Sequence;
 
 /// The target's tracks and what they tell.
 pub(super) struct FoundTravel {
@@ -48,7 +48,7 @@ pub(super) fn find_travel(
     }
     let positions = reported_mm.unwrap_or_else(|| (0..records.len()).map(|index| index as f64).collect());
     // Frames that stand at one place, or two of them in the wrong order, make no baseline.
-    crate::tau::Tau::from_positions(&positions)?;
+    epirig_core::tau::Tau::from_positions(&positions)?;
     let travel = find(&tracks, &positions, lens)?;
     let unseen = travel.tau.iter().filter(|tau| tau.is_none()).count();
     if unseen > 0 {

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::camera::CameraError;
-use crate::sequence::SequenceError;
-use crate::stage::StageError;
+use epirig_data::sequence::SequenceError;
+use epirig_devices::camera::CameraError;
+use epirig_devices::stage::StageError;
 
 /// Why a scan stopped, or did not begin.
 #[derive(Debug, Error)]

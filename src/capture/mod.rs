@@ -20,12 +20,12 @@ mod step;
 
 use std::path::Path;
 
-use crate::camera::{CameraError, Configuration};
-use crate::sequence::{
+use epirig_data::sequence::{
     ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceRecord, SequenceWriter, new_uid, now,
     refuse_existing,
 };
-use crate::storage::Disk;
+use epirig_data::storage::Disk;
+use epirig_devices::camera::{CameraError, Configuration};
 
 pub use error::CaptureError;
 pub use estimate::Estimate;

@@ -1,8 +1,8 @@
 //! Whether the picture moves when the stage says that it does.
 
-use crate::camera::Difference;
-use crate::frame::{Frame, full_scale};
-use crate::shift::shift_between;
+use epirig_calibration::registration::shift_between;
+use epirig_core::frame::{Frame, full_scale};
+use epirig_devices::camera::Difference;
 
 /// A picture has moved if it differs by so many times its noise: typical differences of two pairs of frames scatter by a few per
 /// cent only, being of thousands of samples.
@@ -43,7 +43,7 @@ pub(super) fn stands_still(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::twin::{Twin, TwinConfig};
+    use epirig_simulator::{Twin, TwinConfig};
 
     #[test]
     fn a_stall_is_told_from_a_move_and_from_an_object_without_texture() {

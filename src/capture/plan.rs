@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::CaptureError;
-use crate::camera::{CameraSettings, Configuration};
-use crate::sequence::{FrameKind, NominalLens};
+use epirig_data::sequence::{FrameKind, NominalLens};
+use epirig_devices::camera::{CameraSettings, Configuration};
 
 /// What a scan puts up with.
 #[derive(Debug, Clone, Copy, PartialEq)]

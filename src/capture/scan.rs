@@ -6,13 +6,13 @@ use super::archive::Archive;
 use super::closure::is_unheard;
 use super::rig::Rig;
 use super::{CaptureError, CapturePlan};
-use crate::camera::{Camera, CameraError, Configuration, Moment};
-use crate::frame::Frame;
-use crate::sequence::{
+use epirig_core::frame::Frame;
+use epirig_data::sequence::{
     CameraRecord, ClosureRecord, Event, ExitStatus, FrameKind, ResumedRecord, RetakeRecord, SequenceWriter,
     StopFacts, TimesRecord, now,
 };
-use crate::stage::{Stage, StageError, StopSwitch};
+use epirig_devices::camera::{Camera, CameraError, Configuration, Moment};
+use epirig_devices::stage::{Stage, StageError, StopSwitch};
 
 /// A frame of the scan that is known to be good.
 #[derive(Debug, Clone)]

@@ -13,12 +13,12 @@ use crate::calibrate::{
     CALIBRATION, Calibration, CalibrationPlan, LensKnowledge, LensSource, PositionSource,
     read_calibration_file,
 };
-use crate::lens::{LensEstimate, opencv_yaml, ros_camera_info};
-use crate::measure::{calibrate_sequence, calibration_need};
-use crate::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
+use crate::pipeline::{calibrate_sequence, calibration_need};
 use crate::profile::Profile;
-use crate::sequence::{FrameKind, Intrinsics, Sequence};
-use crate::storage::read_text;
+use epirig_calibration::lens::{LensEstimate, opencv_yaml, ros_camera_info};
+use epirig_calibration::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
+use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
+use epirig_data::storage::read_text;
 
 /// Find out what a rig is really like: light, lens, direction of travel, position of every frame
 ///

@@ -7,10 +7,10 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::{CliError, Talk};
-use crate::link::{Entry, Side, Transcript, TranscriptError};
-use crate::stage::Dialect;
-use crate::stage::decode::Decoder;
-use crate::storage::{ReadError, read_named};
+use epirig_data::storage::{ReadError, read_named};
+use epirig_devices::link::{Entry, Side, Transcript, TranscriptError};
+use epirig_devices::stage::Dialect;
+use epirig_devices::stage::decode::Decoder;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum DialectName {

@@ -12,14 +12,14 @@ use super::rig::{simulated_twin, twin_config};
 use super::run::{Measured, examine_shortly, measure_object};
 use super::scan::Devices;
 use super::{CliError, Talk};
-use crate::epi::MatchOptions;
-use crate::evaluate::{TruthReport, compare_with_truth, median_step};
-use crate::measure::Measurement;
-use crate::plane::Plane;
+use crate::pipeline::Measurement;
 use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder};
-use crate::twin::{Scene, Truth};
+use epirig_core::grid::Plane;
+use epirig_matcher::MatchOptions;
+use epirig_matcher::evaluate::{TruthReport, compare_with_truth, median_step};
+use epirig_simulator::{Scene, Truth};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum SceneName {

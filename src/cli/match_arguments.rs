@@ -2,8 +2,8 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::epi::interpolation::Interpolation;
-use crate::epi::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering, ReferenceFrame, Search};
+use epirig_matcher::interpolation::Interpolation;
+use epirig_matcher::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering, ReferenceFrame, Search};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum SearchName {

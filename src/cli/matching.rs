@@ -9,9 +9,9 @@ use super::need::{check_match, frames_of};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
-use crate::measure::{Measurement, View, measure};
+use crate::pipeline::{Measurement, View, measure};
 use crate::results::ResultsFolder;
-use crate::sequence::{FrameKind, Sequence};
+use epirig_data::sequence::{FrameKind, Sequence};
 
 /// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
 #[derive(Debug, Args)]

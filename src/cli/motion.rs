@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::rig::{Options, RigArgument, StageArguments, Stages, home};
 use super::{CliError, Talk};
-use crate::link::{LinkError, ask_holder_to_stop};
 use crate::profile::Profile;
-use crate::stage::{Stage, StageSource};
+use epirig_devices::link::{LinkError, ask_holder_to_stop};
+use epirig_devices::stage::{Stage, StageSource};
 
 /// Find the stage's home position
 #[derive(Debug, Args)]

@@ -8,12 +8,12 @@ use clap::{Args, ValueEnum};
 
 use super::rig::simulated_twin;
 use super::{CliError, Talk, interrupt};
-use crate::camera::Size;
-use crate::link::{LineNoise, SimulatedDevice, serve};
-use crate::stage::StopSwitch;
-use crate::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
-use crate::twin::{Twin, TwinConfig};
-use crate::virtual_rig::World;
+use epirig_devices::camera::Size;
+use epirig_devices::link::{LineNoise, SimulatedDevice, serve};
+use epirig_devices::stage::StopSwitch;
+use epirig_devices::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
+use epirig_devices::virtual_rig::World;
+use epirig_simulator::{Twin, TwinConfig};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Kind {

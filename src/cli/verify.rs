@@ -7,7 +7,7 @@ use clap::Args;
 use super::rig::twin_config;
 use super::{CliError, Talk};
 use crate::profile::Profile;
-use crate::sequence::{Finding, Origin, Sequence, verify};
+use epirig_data::sequence::{Finding, Origin, Sequence, verify};
 
 /// Check that a sequence is what its records say, and that these agree: hashes, gaps, sizes, positions
 #[derive(Debug, Args)]

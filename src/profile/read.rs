@@ -12,8 +12,8 @@ use super::quantity::{DN, HZ, MM, MM_S, MM_S2, Measure, NS, PERCENT, PX, Quantit
 use super::schema::{Key, board, camera, limits, optics, plan, sim, stage, target};
 use super::settings::{Given, Settings, control_path};
 use super::value::{self, Value, interpret};
-use crate::camera::Size;
-use crate::lens::Distortion;
+use epirig_calibration::lens::Distortion;
+use epirig_devices::camera::Size;
 
 /// The profile that the settings make, and all that is wrong with them; what is wrong has its default in it, or nothing.
 pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {

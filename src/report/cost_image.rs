@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use super::chart::tick_format;
 use super::map_picture::ValueRange;
 use super::{FONT, ReportError, register_font};
-use crate::plane::Plane;
+use epirig_core::grid::Plane;
 
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 620;

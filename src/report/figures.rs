@@ -5,11 +5,11 @@ use image::RgbImage;
 use super::ReportError;
 use super::chart::{Chart, Series};
 use super::cost_image::CostImage;
-use crate::epi::cost::CostTable;
-use crate::epi::lines::{Hypotheses, Lines};
-use crate::epi::{Answer, DisparityMaps, line_profile};
-use crate::plane::Plane;
-use crate::volume::Volume;
+use epirig_core::grid::Plane;
+use epirig_core::volume::Volume;
+use epirig_matcher::cost::CostTable;
+use epirig_matcher::lines::{Hypotheses, Lines};
+use epirig_matcher::{Answer, DisparityMaps, line_profile};
 
 /// A figure as a picture and as the numbers behind it.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use image::{Rgb, RgbImage};
 use plotters::prelude::*;
 
 use super::{FONT, ReportError, register_font};
-use crate::plane::Plane;
+use epirig_core::grid::Plane;
 
 /// Colour of pixels without an answer.
 const UNKNOWN: Rgb<u8> = Rgb([70, 70, 70]);

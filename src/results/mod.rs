@@ -11,8 +11,8 @@ use thiserror::Error;
 pub use read::{read_map, read_named_map, read_summary};
 pub use write::{ResultsFolder, mask_value};
 
-use crate::epi::{LockingAmplitudes, LockingHarmonic, PixelLocking};
-use crate::storage::ReadError;
+use epirig_data::storage::ReadError;
+use epirig_matcher::{LockingAmplitudes, LockingHarmonic, PixelLocking};
 
 /// Version of `match.json`.
 pub const FORMAT_VERSION: u32 = 2;
@@ -72,7 +72,7 @@ pub enum ResultsError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: crate::formats::FormatError,
+        source: epirig_data::formats::FormatError,
     },
     /// A file whose name tells no format.
     #[error("{} has no known ending; maps end in .pfm, .tiff or .npy", path.display())]
@@ -148,7 +148,7 @@ pub struct MatchSettings {
     pub minimum_confidence: f64,
 }
 
-/// Pixel locking over many frames, as [`crate::epi::PixelLocking`] has it.
+/// Pixel locking over many frames, as [`epirig_matcher::PixelLocking`] has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LockingSummary {
     /// Amplitudes of the first and the second harmonic by interpolation, in px.

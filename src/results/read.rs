@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError};
-use crate::epi::LARGEST_WINDOW_PX;
-use crate::formats::MapFormat;
-use crate::plane::{MOST_PIXELS, Plane};
-use crate::storage::{ReadError, RealDisk, RecordError, read_file, read_named, read_record, recover};
+use epirig_core::grid::{MOST_PIXELS, Plane};
+use epirig_data::formats::MapFormat;
+use epirig_data::storage::{ReadError, RealDisk, RecordError, read_file, read_named, read_record, recover};
+use epirig_matcher::LARGEST_WINDOW_PX;
 
 /// The largest map, as numbers of 64 bit that are not compressed.
 const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);

@@ -8,13 +8,13 @@ use image::{GrayImage, RgbImage};
 use serde::Serialize;
 
 use super::{MatchSummary, ResultsError};
-use crate::epi::Answer;
-use crate::formats::MapFormat;
-use crate::plane::Plane;
-use crate::storage::{
+use epirig_core::grid::Plane;
+use epirig_data::formats::MapFormat;
+use epirig_data::storage::{
     Disk, RealDisk, Scratch, is_in_the_making, is_of_the_system, is_scratch, is_writing, put_in_place,
     recover,
 };
+use epirig_matcher::Answer;
 
 /// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden,
 /// 160 ambiguous.

@@ -6,15 +6,15 @@
 use std::path::Path;
 
 use epirig::calibrate::{CalibrationPlan, PositionSource};
-use epirig::frame::Frame;
-use epirig::photometry::PhotometryOptions;
-use epirig::plane::Plane;
-use epirig::sequence::{
+use epirig_calibration::photometry::PhotometryOptions;
+use epirig_calibration::target::{ChessBoard, Target};
+use epirig_core::frame::Frame;
+use epirig_core::grid::Plane;
+use epirig_data::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, FrameKind, Intrinsics, Origin, Sequence, SequenceRecord,
     SequenceWriter, StopFacts,
 };
-use epirig::target::{ChessBoard, Target};
-use epirig::twin::{Scene, Twin, TwinConfig};
+use epirig_simulator::{Scene, Twin, TwinConfig};
 use nalgebra::{DMatrix, DVector};
 
 /// Calibration frames of a sequence.

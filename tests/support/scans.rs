@@ -6,13 +6,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use epirig::camera::{SimCamera, SimView, ViewSwitch};
 use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, capture, resume};
-use epirig::progress::Silent;
-use epirig::sequence::{ClosureRecord, Sequence, verify};
-use epirig::stage::{SimStage, SimStageConfig, Stage, StagePosition};
-use epirig::storage::Disk;
-use epirig::twin::{HandBoard, Twin, TwinConfig};
+use epirig_core::progress::Silent;
+use epirig_data::sequence::{ClosureRecord, Sequence, verify};
+use epirig_data::storage::Disk;
+use epirig_devices::camera::{SimCamera, SimView, ViewSwitch};
+use epirig_devices::stage::{SimStage, SimStageConfig, Stage, StagePosition};
+use epirig_simulator::{HandBoard, Twin, TwinConfig};
 
 pub const FRAMES: usize = 6;
 

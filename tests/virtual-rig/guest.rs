@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output};
 use std::time::{Duration, Instant};
 
-use epirig::sequence::{Event, RetakeRecord, Sequence, TimesRecord};
+use epirig_data::sequence::{Event, RetakeRecord, Sequence, TimesRecord};
 
 use super::vivid_bench::Playing;
 

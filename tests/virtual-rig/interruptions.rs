@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use epirig::sequence::{Event, ExitStatus, FrameRecord, ResumedRecord, Sequence, encode_png};
+use epirig_data::sequence::{Event, ExitStatus, FrameRecord, ResumedRecord, Sequence, encode_png};
 
 use super::guest::{
     FRAMES, START_MM, Workplace, assert_exact, here, passed, program, retakes, succeeds, system,

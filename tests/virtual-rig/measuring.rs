@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use epirig::camera::Size;
 use epirig::profile::Profile;
 use epirig::results::{read_map, read_summary};
-use epirig::sequence::Sequence;
+use epirig_data::sequence::Sequence;
+use epirig_devices::camera::Size;
 
 use super::guest::{FRAMES, STEP_MM, Workplace, assert_exact, here, passed, succeeds};
 use super::vivid_bench::{CAMERA, PORT, Playing, SIZE};

@@ -6,14 +6,14 @@ use clap::{Args, ValueEnum};
 
 use super::profile::Options;
 use super::{RigArgument, simulated_twin, twin_config};
-use crate::camera::pixels::FourCc;
-use crate::camera::{
+use crate::cli::{CliError, Talk};
+use crate::profile::Profile;
+use epirig_devices::camera::pixels::FourCc;
+use epirig_devices::camera::{
     Camera, CameraChoice, CameraError, CameraSettings, Configuration, ReplayCamera, SimCamera, Size,
     V4l2Camera, V4l2Device, ViewSwitch, cameras, choose,
 };
-use crate::cli::{CliError, Talk};
-use crate::profile::Profile;
-use crate::stage::StagePosition;
+use epirig_devices::stage::StagePosition;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum BayerName {

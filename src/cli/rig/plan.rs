@@ -7,7 +7,7 @@ use super::{camera_settings, twin_config};
 use crate::capture::{CaptureLimits, CapturePlan};
 use crate::cli::CliError;
 use crate::profile::{self, Profile};
-use crate::sequence::{FocalLength, NominalLens};
+use epirig_data::sequence::{FocalLength, NominalLens};
 
 /// The plan of a scan.
 #[derive(Debug, Args)]

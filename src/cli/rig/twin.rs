@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::camera::Size;
 use crate::cli::CliError;
 use crate::profile::{BoardProfile, PrintProfile, Profile, SceneName, SimFaults};
-use crate::twin::{Bands, HandBoard, Scene, StepError, Twin, TwinConfig, TwinScan};
+use epirig_devices::camera::Size;
+use epirig_simulator::{Bands, HandBoard, Scene, StepError, Twin, TwinConfig, TwinScan};
 
 /// Size of the simulated camera's frames, unless another is asked for.
 const SIZE: Size = Size { columns: 640, rows: 480 };

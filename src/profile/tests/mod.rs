@@ -8,9 +8,9 @@ use proptest::prelude::*;
 
 use super::schema::{Key, SECTIONS};
 use super::*;
-use crate::camera::Size;
-use crate::camera::pixels::BayerUse;
-use crate::lens::Distortion;
+use epirig_calibration::lens::Distortion;
+use epirig_devices::camera::Size;
+use epirig_devices::camera::pixels::BayerUse;
 
 fn set(settings: &[&str]) -> Vec<Override> {
     settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect()

@@ -1,10 +1,10 @@
 //! The flat field and the brightness of the frames.
 
 use super::cells::{Cells, rgb};
-use crate::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
-use crate::plane::Plane;
 use crate::report::chart::{Chart, Marks, Series};
 use crate::report::{Figure, ReportError, ValueRange, map_picture};
+use epirig_calibration::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
+use epirig_core::grid::Plane;
 
 /// Colours of the gain span at least this, in %, so that an even field looks even.
 const LEAST_GAIN_SPAN: f32 = 1.0;

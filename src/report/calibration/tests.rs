@@ -9,14 +9,14 @@ use crate::calibrate::{
     Calibrated, Calibration, FORMAT_VERSION, InputHashes, LensRecord, LensSource, PositionSource,
     PositionsRecord,
 };
-use crate::lens::views::{Coverage, LensCalibration, PointName, PointResidual, Terms, ViewFit};
-use crate::lens::{Lens, LensEstimate};
-use crate::photometry::{
+use crate::report::Figure;
+use epirig_calibration::lens::views::{Coverage, LensCalibration, PointName, PointResidual, Terms, ViewFit};
+use epirig_calibration::lens::{Lens, LensEstimate};
+use epirig_calibration::photometry::{
     FlatField, FlatMethod, FlatModel, FrameGains, Maps, Outcome, Photometry, PhotometryOptions, Polynomial,
 };
-use crate::rectify::Mapping;
-use crate::report::Figure;
-use crate::travel::{Audit, AuditedFrame, Direction, TrackResidual, Travel};
+use epirig_calibration::rectification::Mapping;
+use epirig_calibration::stage_axis::{Audit, AuditedFrame, Direction, TrackResidual, Travel};
 
 const ROWS: usize = 480;
 const COLUMNS: usize = 640;

@@ -3,7 +3,7 @@
 use crate::calibrate::Calibration;
 use crate::report::chart::{Chart, Marks, Series, number};
 use crate::report::{Figure, ReportError};
-use crate::travel::{Audit, TrackResidual, Travel};
+use epirig_calibration::stage_axis::{Audit, TrackResidual, Travel};
 
 /// Parts of the columns over which residuals are averaged, and residuals that a part must have: the mean of 25 has a fifth of the noise of
 /// one.

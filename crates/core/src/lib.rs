@@ -1,0 +1,8 @@
+#![doc = include_str!("../README.md")]
+
+pub mod frame;
+pub mod grid;
+pub mod least_squares;
+pub mod progress;
+pub mod tau;
+pub mod volume;
