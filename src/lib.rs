@@ -8,10 +8,10 @@
 //!
 //! ```text
 //! stage + camera -> capture -> sequence -> volume -> epi -> surface -> results, report
-//!    (or twin)                (on disk)            (matcher)
+//!    (or simulator)                (on disk)            (matcher)
 //! ```
 //!
-//! - [`twin`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
+//! - [`simulator`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
 //! - [`preflight`]: what is found out before a scan: whether rig and plan will do.
 //! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
 //! - [`profile`]: a rig and a scan, described by a person.
@@ -26,10 +26,10 @@
 //! ```
 //! use epirig_matcher::{MatchOptions, match_volume};
 //! use epirig_core::progress::Silent;
-//! use epirig_simulator::{Twin, TwinConfig};
+//! use epirig_simulator::{Simulator, SimulatorConfig};
 //!
-//! let twin = Twin::new(TwinConfig::textured_plane(64, 48, 9))?;
-//! let volume = twin.render_volume(&Silent)?;
+//! let simulator = Simulator::new(SimulatorConfig::textured_plane(64, 48, 9))?;
+//! let volume = simulator.render_volume(&Silent)?;
 //! let maps = match_volume(&volume, &MatchOptions::default(), &Silent)?;
 //! assert_eq!((maps.disparity.rows(), maps.disparity.columns()), (48, 64));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -16,7 +16,7 @@ use epirig_core::progress::Silent;
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::RealDisk;
 use epirig_matcher::{MatchOptions, Method, Ordering};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 const TEST: &str = "matching_a_hundred_frames_takes_at_most_three_times_their_bytes";
 /// A process that finds these matches the scan in this way and tells its peak; another one's memory would count.
@@ -66,9 +66,9 @@ fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
     }
     let folder = tempfile::tempdir().unwrap();
     let scan = folder.path().join("tile");
-    let twin = Arc::new(Twin::new(TwinConfig::tile(1024, 100)).unwrap());
-    let plan = CapturePlan::at(twin.config().scan.positions_mm());
-    scans::scan(&twin, &plan, &scan, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    let simulator = Arc::new(Simulator::new(SimulatorConfig::tile(1024, 100)).unwrap());
+    let plan = CapturePlan::at(simulator.config().scan.positions_mm());
+    scans::scan(&simulator, &plan, &scan, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     for (way, _) in ways() {
         let mut measured = Command::new(std::env::current_exe().unwrap());
         measured.args(["--exact", TEST, "--nocapture"]).env(SCAN, &scan).env(WAY, way);

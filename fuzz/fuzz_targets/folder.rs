@@ -37,7 +37,7 @@ fn write(path: &Path) {
             camera: "sim".to_owned(),
             configuration: None,
             rig: rig.ok().and_then(|rig| serde_json::to_value(rig).ok()),
-            twin: None,
+            simulator: None,
         },
         rows: 6,
         columns: 8,

@@ -92,7 +92,7 @@ fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {
             camera: scan.camera().identity().to_string(),
             configuration: Some(camera_record(&configuration, plan.averaged)),
             rig: plan.rig.clone(),
-            twin: plan.twin.clone(),
+            simulator: plan.simulator.clone(),
         },
         rows,
         columns,

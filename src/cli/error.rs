@@ -22,7 +22,7 @@ use epirig_devices::stage::StageError;
 use epirig_matcher::MatchError;
 use epirig_matcher::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
 use epirig_matcher::surface::SurfaceError;
-use epirig_simulator::TwinError;
+use epirig_simulator::SimulatorError;
 
 const TROUBLE: u8 = 1;
 const USAGE: u8 = 2;
@@ -47,7 +47,7 @@ pub(super) enum CliError {
     #[error(transparent)]
     Surface(#[from] SurfaceError),
     #[error(transparent)]
-    Twin(#[from] TwinError),
+    Simulator(#[from] SimulatorError),
     #[error(transparent)]
     Profile(#[from] ProfileError),
     #[error(transparent)]
@@ -149,7 +149,7 @@ impl CliError {
                 _ => TROUBLE,
             },
             Self::Profile(_)
-            | Self::Twin(_)
+            | Self::Simulator(_)
             | Self::Target(_)
             | Self::LeaveOut(_)
             | Self::SplitHalf(_)

@@ -18,7 +18,7 @@ use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
 use crate::results::{MatchSummary, ResultsFolder};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, refuse_existing};
 use epirig_matcher::MatchOptions;
 
@@ -116,7 +116,7 @@ pub(super) fn measure_object(
     profile: &Profile,
     options: &MatchOptions,
     folder: &Path,
-    truth: Option<&Plane<f32>>,
+    truth: Option<&Grid<f32>>,
     talk: &Talk,
 ) -> Result<Measured, CliError> {
     let captured = scan(devices, folder, Course::New, talk)?;

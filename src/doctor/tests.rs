@@ -11,14 +11,14 @@ use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault};
 use epirig_devices::stage::{
     OneSided, SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
 };
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 /// 320 px of focal length, 500 mm away: 0.64 px for each mm. Noise of 1.5 DN.
-fn twin(change: impl FnOnce(&mut TwinConfig)) -> Arc<Twin> {
-    let mut config = TwinConfig::textured_plane(160, 120, 9);
+fn simulator(change: impl FnOnce(&mut SimulatorConfig)) -> Arc<Simulator> {
+    let mut config = SimulatorConfig::textured_plane(160, 120, 9);
     config.sensor.read_noise_dn = 1.5;
     change(&mut config);
-    Arc::new(Twin::new(config).unwrap())
+    Arc::new(Simulator::new(config).unwrap())
 }
 
 const PX_PER_MM: f64 = 320.0 / 500.0;
@@ -47,9 +47,9 @@ fn plan() -> PreflightPlan {
     }
 }
 
-fn examined(twin: &Arc<Twin>, stage: SimStageConfig, plan: &PreflightPlan) -> Report {
+fn examined(simulator: &Arc<Simulator>, stage: SimStageConfig, plan: &PreflightPlan) -> Report {
     let mut stage = SimStage::new(stage);
-    let mut camera = SimCamera::before_twin(Arc::clone(twin), stage.watch());
+    let mut camera = SimCamera::before_simulator(Arc::clone(simulator), stage.watch());
     examine(&mut stage, &mut camera, plan, &Silent).unwrap()
 }
 
@@ -59,7 +59,7 @@ fn check<'a>(report: &'a Report, name: &str) -> &'a Check {
 
 #[test]
 fn a_good_rig_is_found_good_and_its_numbers_true() {
-    let report = examined(&twin(|_| ()), SimStageConfig::ideal(200.0), &plan());
+    let report = examined(&simulator(|_| ()), SimStageConfig::ideal(200.0), &plan());
     for check in &report.checks {
         assert_eq!(check.verdict, Verdict::Good, "{check:?}");
     }
@@ -79,12 +79,12 @@ fn the_scatter_of_a_stage_is_found() {
     // 0.2 mm are 0.128 px, ten times the noise of a shift.
     let sigma_um = 200.0;
     let noisy = |seed| SimStageConfig { position_noise_um: sigma_um, seed, ..SimStageConfig::ideal(200.0) };
-    let twin = twin(|config| config.sensor.read_noise_dn = 0.5);
+    let simulator = simulator(|config| config.sensor.read_noise_dn = 0.5);
     let mut squares = 0.0;
     const RUNS: u32 = 8;
     for seed in 0..RUNS {
         let mut stage = SimStage::new(noisy(seed.into()));
-        let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
+        let mut camera = SimCamera::before_simulator(Arc::clone(&simulator), stage.watch());
         camera.configure(&plan().scan.camera).unwrap();
         stage.home().unwrap();
         camera.start().unwrap();
@@ -98,20 +98,20 @@ fn the_scatter_of_a_stage_is_found() {
     assert!((found_um / sigma_um - 1.0).abs() < 0.18, "{found_um}");
     // A relief of 5 mm makes 0.376 px, whose third 0.128 px pass in few series of five returns only.
     let small = PreflightPlan { relief_mm: Some(1.0), ..plan() };
-    let report = examined(&twin, noisy(3), &small);
+    let report = examined(&simulator, noisy(3), &small);
     assert_eq!(check(&report, "repeatability").verdict, Verdict::Warning, "{report:?}");
 }
 
 #[test]
 fn backlash_is_found_and_gone_with_an_approach_from_one_side() {
     let slack = SimStageConfig { backlash_um: 300.0, ..SimStageConfig::ideal(200.0) };
-    let twin = twin(|_| ());
-    let report = examined(&twin, slack.clone(), &plan());
+    let simulator = simulator(|_| ());
+    let report = examined(&simulator, slack.clone(), &plan());
     let found = report.repeatability.unwrap();
     assert!((found.reversal_um - 300.0).abs() < 30.0, "{found:?}");
     assert!(found.sigma_um < 30.0, "{found:?}");
     let mut stage = OneSided::new(SimStage::new(slack), 1.0);
-    let mut camera = SimCamera::before_twin(twin, stage.inner().watch());
+    let mut camera = SimCamera::before_simulator(simulator, stage.inner().watch());
     let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
     assert!(report.repeatability.unwrap().reversal_um.abs() < 30.0);
     // 10 mm leave room for an approach, 0.5 mm do not.
@@ -135,7 +135,7 @@ fn too_much_light_too_little_and_none_are_told() {
         },
         ..plan()
     };
-    let report = examined(&twin(|_| ()), ideal(), &bright);
+    let report = examined(&simulator(|_| ()), ideal(), &bright);
     assert_eq!(check(&report, "saturation").verdict, Verdict::Bad, "{report:?}");
     assert!(report.settling.is_none() && report.repeatability.is_none(), "the short form moves little");
     let dimmed = |exposure_us| PreflightPlan {
@@ -146,14 +146,14 @@ fn too_much_light_too_little_and_none_are_told() {
         },
         ..plan()
     };
-    let silent = twin(|config| config.sensor.read_noise_dn = 0.0);
+    let silent = simulator(|config| config.sensor.read_noise_dn = 0.0);
     let report = examined(&silent, ideal(), &dimmed(2000.0));
     assert_eq!(check(&report, "brightness").verdict, Verdict::Warning, "{report:?}");
     assert_eq!(check(&report, "exposure").verdict, Verdict::Warning, "{report:?}");
     let report = examined(&silent, ideal(), &dimmed(500.0));
     assert_eq!(check(&report, "brightness").verdict, Verdict::Bad, "{report:?}");
     // Where noise is all there is, no two frames agree.
-    let report = examined(&twin(|config| config.sensor.read_noise_dn = 5.0), ideal(), &dimmed(1000.0));
+    let report = examined(&simulator(|config| config.sensor.read_noise_dn = 5.0), ideal(), &dimmed(1000.0));
     assert_eq!(check(&report, "steadiness").verdict, Verdict::Bad, "{report:?}");
 }
 
@@ -163,7 +163,7 @@ fn a_picture_that_does_not_move_is_bad() {
     let mut other = SimStage::new(SimStageConfig::ideal(200.0));
     other.home().unwrap();
     // The camera looks at another stage.
-    let mut camera = SimCamera::before_twin(twin(|_| ()), other.watch());
+    let mut camera = SimCamera::before_simulator(simulator(|_| ()), other.watch());
     let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
     assert_eq!(check(&report, "motion").verdict, Verdict::Bad, "{report:?}");
     assert_eq!(report.verdict(), Verdict::Bad);
@@ -210,8 +210,10 @@ fn a_stage_that_drifts_or_stalls_is_bad_however_clearly_the_picture_shows_it() {
     // The longest move is 58.8 mm = 37.6 px: of it 0.03 px are drift, and 15 px are less than half.
     for (share, words) in [(0.0008, "does not move"), (0.4, "lens and distance say 0.640 px/mm")] {
         let mut stage = Slipping { inner: SimStage::new(SimStageConfig::ideal(200.0)), share };
-        let mut camera =
-            SimCamera::before_twin(twin(|config| config.sensor.read_noise_dn = 0.0), stage.inner.watch());
+        let mut camera = SimCamera::before_simulator(
+            simulator(|config| config.sensor.read_noise_dn = 0.0),
+            stage.inner.watch(),
+        );
         let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
         let motion = check(&report, "motion");
         assert!(motion.verdict == Verdict::Bad && motion.finding.contains(words), "{motion:?}");
@@ -222,12 +224,12 @@ fn a_stage_that_drifts_or_stalls_is_bad_however_clearly_the_picture_shows_it() {
 fn wrong_geometry_and_repeated_phases_are_told() {
     let short = PreflightPlan { short: true, ..plan() };
     let wrong = PreflightPlan { distance_mm: Some(600.0), ..short.clone() };
-    let report = examined(&twin(|_| ()), SimStageConfig::ideal(200.0), &wrong);
+    let report = examined(&simulator(|_| ()), SimStageConfig::ideal(200.0), &wrong);
     assert_eq!(check(&report, "motion").verdict, Verdict::Warning, "{report:?}");
     // 1.5625 mm are 1 px.
     let positions_mm = (0..41).map(|index| 10.0 + 1.5625 * f64::from(index)).collect();
     let repeating = PreflightPlan { scan: CapturePlan { positions_mm, ..scan() }, ..short };
-    let report = examined(&twin(|_| ()), SimStageConfig::ideal(200.0), &repeating);
+    let report = examined(&simulator(|_| ()), SimStageConfig::ideal(200.0), &repeating);
     let sampling = check(&report, "sampling");
     assert_eq!(sampling.verdict, Verdict::Warning, "{sampling:?}");
     assert!(sampling.advice.as_ref().unwrap().starts_with("step by 1."), "{sampling:?}");
@@ -241,14 +243,14 @@ fn a_plan_beyond_the_travel_or_the_disk_is_bad_and_the_rest_is_told_all_the_same
         distance_mm: None,
         ..plan()
     };
-    let report = examined(&twin(|_| ()), SimStageConfig::ideal(50.0), &far);
+    let report = examined(&simulator(|_| ()), SimStageConfig::ideal(50.0), &far);
     assert_eq!(check(&report, "travel").verdict, Verdict::Bad);
     assert_eq!(check(&report, "disk").verdict, Verdict::Bad);
     assert_eq!(check(&report, "height").verdict, Verdict::Unknown);
     assert!(check(&report, "disk").finding.starts_with("the sequence takes 1.1 MB at most"), "{report:?}");
     let single = PreflightPlan { scan: CapturePlan { positions_mm: vec![3.0], ..scan() }, ..plan() };
     let mut stage = SimStage::new(SimStageConfig::ideal(50.0));
-    let mut camera = SimCamera::before_twin(twin(|_| ()), stage.watch());
+    let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
     let error = examine(&mut stage, &mut camera, &single, &Silent).unwrap_err();
     assert!(matches!(error, PreflightError::EmptyPlan(1)));
     camera.device().inject(SimFault::Disconnect { failing: 1 });
@@ -257,10 +259,10 @@ fn a_plan_beyond_the_travel_or_the_disk_is_bad_and_the_rest_is_told_all_the_same
 
 #[test]
 fn steps_too_long_or_too_short_to_see_are_changed_until_they_can_be_seen() {
-    let twin = twin(|_| ());
+    let simulator = simulator(|_| ());
     for (step_mm, expected_mm) in [(100.0, 25.0), (0.2, 12.8), (10.0, 10.0)] {
         let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
-        let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
+        let mut camera = SimCamera::before_simulator(Arc::clone(&simulator), stage.watch());
         camera.configure(&plan().scan.camera).unwrap();
         stage.home().unwrap();
         stage.move_to(10.0).unwrap();
@@ -276,7 +278,7 @@ fn steps_too_long_or_too_short_to_see_are_changed_until_they_can_be_seen() {
 #[test]
 fn frames_that_a_camera_spoils_change_no_number() {
     let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
-    let mut camera = SimCamera::before_twin(twin(|_| ()), stage.watch());
+    let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
     // Damaged, late and torn frames are the camera's own business; what is left is right.
     for fault in [SimFault::BufferError, SimFault::TornFrame, SimFault::LateContents] {
         camera.device().inject(fault);

@@ -1,7 +1,7 @@
 //! Several frames of one view: their mean, noise, texture and light.
 
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_devices::camera::{Camera, CameraError};
 
 /// Variance by rounding to whole DN, in squared DN: no frame of whole numbers has less noise to reckon with.
@@ -10,8 +10,8 @@ const ROUNDING_DN2: f64 = 1.0 / 12.0;
 /// What frames of one view add up to.
 #[derive(Debug, Clone)]
 pub struct View {
-    sum: Plane<f32>,
-    latest: Plane<f32>,
+    sum: Grid<f32>,
+    latest: Grid<f32>,
     row_means_dn: Vec<Vec<f64>>,
     /// Sum over pairs of neighbours of the mean squared difference, rows brought to one brightness.
     differences_dn2: f64,
@@ -122,13 +122,13 @@ pub(super) fn middle(frame: Frame, most_px: usize) -> Frame {
     Frame::new(rows, columns, frame.bit_depth(), samples).unwrap_or(frame)
 }
 
-fn plane(frame: &Frame) -> Plane<f32> {
-    let mut plane = Plane::filled(frame.rows(), frame.columns(), 0.0);
+fn plane(frame: &Frame) -> Grid<f32> {
+    let mut plane = Grid::filled(frame.rows(), frame.columns(), 0.0);
     frame.samples().copy_to_f32(0, plane.values_mut());
     plane
 }
 
-fn row_means(plane: &Plane<f32>) -> Vec<f64> {
+fn row_means(plane: &Grid<f32>) -> Vec<f64> {
     let mean = |y| plane.row(y).iter().map(|&value| f64::from(value)).sum::<f64>() / plane.columns() as f64;
     (0..plane.rows()).map(mean).collect()
 }
@@ -136,17 +136,17 @@ fn row_means(plane: &Plane<f32>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use epirig_simulator::{Twin, TwinConfig};
+    use epirig_simulator::{Simulator, SimulatorConfig};
 
     #[test]
     fn noise_and_texture_are_told_apart() {
-        let mut config = TwinConfig::textured_plane(160, 120, 9);
-        let silent = Twin::new(config.clone()).unwrap();
+        let mut config = SimulatorConfig::textured_plane(160, 120, 9);
+        let silent = Simulator::new(config.clone()).unwrap();
         config.sensor.read_noise_dn = 4.0;
-        let noisy = Twin::new(config).unwrap();
-        let look = |twin: &Twin| {
-            let mut view = View::new(&twin.expose(20.0, 0));
-            (1..9).for_each(|exposure| assert!(view.add(&twin.expose(20.0, exposure))));
+        let noisy = Simulator::new(config).unwrap();
+        let look = |simulator: &Simulator| {
+            let mut view = View::new(&simulator.expose(20.0, 0));
+            (1..9).for_each(|exposure| assert!(view.add(&simulator.expose(20.0, exposure))));
             view
         };
         let (silent, noisy) = (look(&silent), look(&noisy));

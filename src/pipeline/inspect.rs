@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::MeasureError;
 use crate::report::{Chart, Series, ValueRange, map_picture};
 use crate::results::{MatchSummary, ResultsFolder};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_data::formats::{Vertex, gsf, ply};
 use epirig_matcher::surface::{
     Depth, DepthAtMargin, Extent, Heights, Line, Part, Profile, Rectangle, Roughness, Steps, StepsOptions,
@@ -150,7 +150,7 @@ pub fn inspect_surface(
 }
 
 /// The row that has as many used pixels above as below, from the first to the last column of the field.
-fn middle_row(used: &Plane<bool>) -> ((f64, f64), (f64, f64)) {
+fn middle_row(used: &Grid<bool>) -> ((f64, f64), (f64, f64)) {
     let columns = used.columns();
     let places: Vec<usize> = (0..used.values().len()).filter(|&index| used.values()[index]).collect();
     let y = places.get(places.len() / 2).map_or(0, |index| index / columns) as f64;
@@ -161,7 +161,7 @@ fn middle_row(used: &Plane<bool>) -> ((f64, f64), (f64, f64)) {
 
 /// Grey values of `used.png`: 0 no height, 80 a height that is not used, 160 used, but not for the levels (too near to a wall, or an outlier),
 /// 255 used.
-fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Plane<u8> {
+fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Grid<u8> {
     let mut values = heights.height_mm.map(|height| if height.is_finite() { 80 } else { 0 });
     for (index, value) in values.values_mut().iter_mut().enumerate() {
         if extent.used.values()[index] {
@@ -172,7 +172,7 @@ fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Pla
     values
 }
 
-fn levels(steps: &Steps, rest_mm: &Plane<f32>, heights: &Heights) -> LevelsSummary {
+fn levels(steps: &Steps, rest_mm: &Grid<f32>, heights: &Heights) -> LevelsSummary {
     let mut about = rest_mm.clone();
     for (height, &lower) in about.values_mut().iter_mut().zip(steps.lower.values()) {
         *height += if lower { steps.depth.depth_mm as f32 } else { 0.0 };
@@ -191,7 +191,7 @@ fn levels(steps: &Steps, rest_mm: &Plane<f32>, heights: &Heights) -> LevelsSumma
 fn write(
     folder: &ResultsFolder,
     heights: &Heights,
-    rest_mm: &Plane<f32>,
+    rest_mm: &Grid<f32>,
     profile: &Profile,
     summary: &SurfaceSummary,
 ) -> Result<(), MeasureError> {
@@ -213,7 +213,7 @@ fn write(
 /// Vertices with x to the right, y up and z towards the camera, and two triangles between any four neighbours that are known.
 fn points(heights: &Heights, sequence_uid: &str) -> Vec<u8> {
     let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
-    let mut numbers = Plane::filled(rows, columns, None);
+    let mut numbers = Grid::filled(rows, columns, None);
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for y in 0..rows {
         for x in 0..columns {

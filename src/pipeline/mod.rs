@@ -18,7 +18,7 @@ use crate::results::{
     FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, ResultsError, ResultsFolder,
 };
 use epirig_calibration::photometry::Maps;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
@@ -90,7 +90,7 @@ pub struct View<'a> {
     /// Row of the paper's figures; the middle one if not given.
     pub figure_row: Option<usize>,
     /// True disparity, drawn beside the measured one in the figures and used for nothing else; rows x columns of the matched frames, px.
-    pub truth: Option<&'a Plane<f32>>,
+    pub truth: Option<&'a Grid<f32>>,
 }
 
 /// Matches `sequence` and writes everything that can be said of it into `folder`, which the caller commits. With a calibration the frames are
@@ -277,7 +277,7 @@ fn settings(options: &MatchOptions) -> MatchSettings {
     }
 }
 
-fn median(map: &Plane<f32>) -> Option<f64> {
+fn median(map: &Grid<f32>) -> Option<f64> {
     let mut known: Vec<f32> = map.values().iter().copied().filter(|value| !value.is_nan()).collect();
     let middle = known.len() / 2;
     (!known.is_empty()).then(|| f64::from(*known.select_nth_unstable_by(middle, f32::total_cmp).1))

@@ -132,7 +132,7 @@ pub struct CameraProfile {
 }
 
 impl CameraProfile {
-    /// Whether it is the simulated camera, which looks at the twin.
+    /// Whether it is the simulated camera, which looks at the simulator.
     pub fn is_simulated(&self) -> bool {
         self.device.as_ref().is_some_and(|text| text.parse() == Ok(CameraChoice::Simulated))
     }

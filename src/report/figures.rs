@@ -5,7 +5,7 @@ use image::RgbImage;
 use super::ReportError;
 use super::chart::{Chart, Series};
 use super::cost_image::CostImage;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use epirig_matcher::cost::CostTable;
 use epirig_matcher::lines::{Hypotheses, Lines};
@@ -34,7 +34,7 @@ pub struct FigureRow<'a> {
     /// Their costs.
     pub costs: &'a CostTable,
     /// The truth for the reference frame, if it is known; rows x columns, px.
-    pub truth: Option<&'a Plane<f32>>,
+    pub truth: Option<&'a Grid<f32>>,
 }
 
 /// Number of lines in the figure of aligned profiles.
@@ -64,7 +64,7 @@ pub fn paper_figures(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Vec<Fig
 fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
     let costs = row.costs;
     let (count, columns) = (costs.hypotheses(), costs.columns());
-    let mut brightness = Plane::filled(count, columns, f32::NAN);
+    let mut brightness = Grid::filled(count, columns, f32::NAN);
     for k in 0..count {
         for (value, cost) in brightness.row_mut(k).iter_mut().zip(costs.row(k)) {
             *value = -(cost + 1e-3).log10();
@@ -156,7 +156,7 @@ fn aligned_profiles(
 }
 
 fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
-    let along = |map: &Plane<f32>, name: &str| {
+    let along = |map: &Grid<f32>, name: &str| {
         let points = map.row(row.y).iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value)));
         Series::line(name, points.collect())
     };

@@ -1,4 +1,4 @@
-//! What calibration promises, on the paper's rig with every nuisance on, against the twin's truth.
+//! What calibration promises, on the paper's rig with every nuisance on, against the simulator's truth.
 //!
 //! The tile is the paper's: 474 px wide in frames 1024 px wide, seen by 101 frames over 150 mm. Rows that never show the tile are left out
 //! (520 of 1024 are kept): they cost time and say nothing.
@@ -13,13 +13,13 @@ use epirig_core::progress::Silent;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::surface::heights;
 use epirig_matcher::{MatchOptions, ReferenceFrame, match_volume};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 /// The matcher's largest window is 5 px wide, and a wall 1.3 px.
 const MARGIN_PX: usize = 3;
 
-fn config() -> TwinConfig {
-    let mut config = TwinConfig::real_tile(1024, 101);
+fn config() -> SimulatorConfig {
+    let mut config = SimulatorConfig::real_tile(1024, 101);
     config.optics.rows = 520;
     config.optics.principal_point_y_px = 259.5;
     config
@@ -27,19 +27,20 @@ fn config() -> TwinConfig {
 
 /// The rig, its sequence and what was found.
 struct Rig {
-    twin: Twin,
+    simulator: Simulator,
     sequence: Sequence,
     found: Calibrated,
     _folder: tempfile::TempDir,
 }
 
 static RIG: LazyLock<Rig> = LazyLock::new(|| {
-    let twin = Twin::new(config()).unwrap();
+    let simulator = Simulator::new(config()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let extras = Extras { dark: 8, flat: 16, board: 20 };
-    let sequence = write_sequence(&twin, &scan_light(&twin), extras, &folder.path().join("sequence"));
-    let found = calibrate(&sequence, &plan(twin.config()), &Silent).unwrap();
-    Rig { twin, sequence, found, _folder: folder }
+    let sequence =
+        write_sequence(&simulator, &scan_light(&simulator), extras, &folder.path().join("sequence"));
+    let found = calibrate(&sequence, &plan(simulator.config()), &Silent).unwrap();
+    Rig { simulator, sequence, found, _folder: folder }
 });
 
 /// `error` is within four standard deviations: of 16,000 such numbers one is not.
@@ -57,7 +58,7 @@ fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
 #[test]
 fn the_angles_are_found_to_5_thousandths_of_a_degree() {
     let travel = RIG.found.calibration.travel.as_ref().unwrap();
-    let optics = &RIG.twin.config().optics;
+    let optics = &RIG.simulator.config().optics;
     let (roll_deg, pan_deg) = (optics.roll_rad.to_degrees(), optics.pan_rad.to_degrees());
     assert_stated("roll in deg", travel.roll_deg - roll_deg, travel.roll_sigma_deg);
     assert_stated("pan in deg", travel.pan_deg - pan_deg, travel.pan_sigma_deg);
@@ -67,7 +68,7 @@ fn the_angles_are_found_to_5_thousandths_of_a_degree() {
 
 #[test]
 fn the_lens_is_found_as_it_is() {
-    let optics = &RIG.twin.config().optics;
+    let optics = &RIG.simulator.config().optics;
     let estimate = &RIG.found.calibration.lens.estimate;
     let f = optics.focal_length_px;
     let truth = [f, f, optics.principal_point_x_px, optics.principal_point_y_px, optics.distortion.k1];
@@ -85,8 +86,14 @@ fn corners_keep_their_rows_to_2_hundredths_of_a_pixel() {
     assert!(rows_rms_px < 0.02, "{rows_rms_px}");
     // True corners, which no detector has touched: each keeps to its mean row.
     let mapping = &calibration.mapping;
-    let frames: Vec<_> =
-        RIG.twin.config().scan.positions_mm().iter().map(|&place| RIG.twin.target_corners(place)).collect();
+    let frames: Vec<_> = RIG
+        .simulator
+        .config()
+        .scan
+        .positions_mm()
+        .iter()
+        .map(|&place| RIG.simulator.target_corners(place))
+        .collect();
     let tracks = (0..frames[0].len()).flat_map(|corner| {
         let rows: Vec<f64> = frames
             .iter()
@@ -103,7 +110,7 @@ fn corners_keep_their_rows_to_2_hundredths_of_a_pixel() {
 #[test]
 fn every_frame_is_placed_to_1_5_um() {
     let positions = &RIG.found.calibration.positions;
-    let truth = RIG.twin.true_tau();
+    let truth = RIG.simulator.true_tau();
     let errors: Vec<f64> =
         positions.tau.iter().zip(truth.values()).map(|(found, truth)| found - truth).collect();
     let baseline_mm = 150.0;
@@ -116,8 +123,9 @@ fn every_frame_is_placed_to_1_5_um() {
     for frame in inner {
         assert_stated(&format!("tau of frame {frame}"), errors[frame], positions.tau_sigma[frame].unwrap());
     }
-    let scan = RIG.twin.config().scan.positions_mm();
-    let true_baseline_mm = RIG.twin.true_position_mm(scan[100]) - RIG.twin.true_position_mm(scan[0]);
+    let scan = RIG.simulator.config().scan.positions_mm();
+    let true_baseline_mm =
+        RIG.simulator.true_position_mm(scan[100]) - RIG.simulator.true_position_mm(scan[0]);
     assert_stated(
         "baseline in mm",
         positions.baseline_mm.unwrap() - true_baseline_mm,
@@ -125,7 +133,7 @@ fn every_frame_is_placed_to_1_5_um() {
     );
 }
 
-/// Means of the cells leave 0.5 % / 26 of the pixels' own gains, which the twin keeps to itself, and which the correction has found.
+/// Means of the cells leave 0.5 % / 26 of the pixels' own gains, which the simulator keeps to itself, and which the correction has found.
 const CELL_PX: usize = 26;
 
 #[test]
@@ -133,7 +141,7 @@ fn less_than_3_thousandths_of_the_darkening_are_left() {
     let calibration = &RIG.found.calibration;
     let correction = calibration.photometry.correction(&RIG.found.maps).unwrap();
     let gain = correction.multiply.as_ref().unwrap();
-    let optics = &RIG.twin.config().optics;
+    let optics = &RIG.simulator.config().optics;
     let mut cells = Vec::new();
     for top in (0..optics.rows).step_by(CELL_PX) {
         for left in (0..optics.columns).step_by(CELL_PX) {
@@ -160,7 +168,7 @@ fn less_than_3_thousandths_of_the_darkening_are_left() {
 #[test]
 fn hot_pixels_are_replaced_and_good_ones_are_not() {
     // A hot pixel reads 97 % of full scale without light.
-    let dark: Frame = RIG.twin.digitise(&RIG.twin.uniform_irradiance(0.0), 9999);
+    let dark: Frame = RIG.simulator.digitise(&RIG.simulator.uniform_irradiance(0.0), 9999);
     let columns = dark.columns();
     let mut levels = vec![0.0; dark.rows() * columns];
     dark.samples().copy_to_f32(0, &mut levels);
@@ -180,7 +188,7 @@ fn hot_pixels_are_replaced_and_good_ones_are_not() {
 
 #[test]
 fn the_hollows_are_200_um_deep_to_10_um() {
-    let Rig { twin, sequence, found, .. } = &*RIG;
+    let Rig { simulator, sequence, found, .. } = &*RIG;
     let calibration = &found.calibration;
     let volume = load_calibrated(sequence, calibration, &found.maps, &Silent).unwrap();
     let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
@@ -188,7 +196,7 @@ fn the_hollows_are_200_um_deep_to_10_um() {
     let geometry = geometry(sequence, Some(calibration)).unwrap();
     let heights = heights(geometry, &maps.disparity, &maps.sigma).unwrap();
     let camera = calibration.mapping.camera;
-    let places = places(twin, maps.reference, (camera.rows, camera.columns), |x, y| camera.ray(x, y));
+    let places = places(simulator, maps.reference, (camera.rows, camera.columns), |x, y| camera.ray(x, y));
     let errors = height_errors(&heights.height_mm, &clear_of_walls(&places, MARGIN_PX)).unwrap();
     println!("{errors:?}, distance {}", heights.distance_mm);
     assert!(errors.answered > 0.99, "{errors:?}");

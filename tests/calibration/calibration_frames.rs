@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{epirig, fails, images, names, succeeds, twin, write_png};
+use crate::support::{epirig, fails, images, names, simulator, succeeds, write_png};
 use epirig::profile::{BoardProfile, Profile};
 use epirig_core::frame::{Frame, Samples};
 use epirig_data::sequence::{ExitStatus, FrameKind, Origin, Sequence};
-use epirig_simulator::Twin;
+use epirig_simulator::Simulator;
 
 /// The rig with all faults, small and short.
 const REAL: [&str; 8] =
@@ -32,13 +32,13 @@ fn the_real_rig_is_captured_with_its_targets_and_its_truth() {
     let stop = sequence.stop().unwrap();
     assert_eq!(stop.exit_status, ExitStatus::Complete);
     assert!(stop.closure.as_ref().unwrap().comparison.is_some());
-    let Origin::Captured { twin: Some(config), .. } = &sequence.record().origin else { panic!() };
-    let twin = Twin::new(serde_json::from_value(config.clone()).unwrap()).unwrap();
+    let Origin::Captured { simulator: Some(config), .. } = &sequence.record().origin else { panic!() };
+    let simulator = Simulator::new(serde_json::from_value(config.clone()).unwrap()).unwrap();
     // Without noise every exposure of a view is the same.
     let boards = read_all(&sequence, FrameKind::Board);
     assert_eq!(boards.len(), 2);
     for (pose, board) in boards.iter().enumerate() {
-        assert!(*board == twin.digitise(&twin.board_irradiance(pose), 0), "pose {pose}");
+        assert!(*board == simulator.digitise(&simulator.board_irradiance(pose), 0), "pose {pose}");
     }
     let darks = read_all(&sequence, FrameKind::Dark);
     assert_eq!((darks.len(), read_all(&sequence, FrameKind::Flat).len()), (2, 3));
@@ -50,8 +50,8 @@ fn the_real_rig_is_captured_with_its_targets_and_its_truth() {
         // The stage reports what it was asked for, and the carriage stands beside it.
         let position_mm = frame.reported_mm.unwrap();
         assert_eq!(frame.commanded_mm, Some(position_mm));
-        assert_ne!(twin.true_position_mm(position_mm), position_mm);
-        assert!(sequence.read(frame).unwrap() == twin.expose(position_mm, 0), "frame {}", frame.index);
+        assert_ne!(simulator.true_position_mm(position_mm), position_mm);
+        assert!(sequence.read(frame).unwrap() == simulator.expose(position_mm, 0), "frame {}", frame.index);
     }
     let profile = Profile::of_sequence(&sequence).unwrap().unwrap();
     assert_eq!(profile.board, Some(BoardProfile { square_mm: 16.0, columns: 9, rows: 6 }));
@@ -180,7 +180,7 @@ fn calibration_images_unlike_the_frames_are_refused() {
     write_png(&folder.path().join("white/white_1.png"), &deep);
     fails(folder.path(), &FOLDERS, 5, &["white_1.png", "16 bit", "8 bit"]);
     assert!(!folder.path().join("seq").exists());
-    write_png(&folder.path().join("white/white_1.png"), &twin(4).expose(10.0, 0));
+    write_png(&folder.path().join("white/white_1.png"), &simulator(4).expose(10.0, 0));
     fs::create_dir(folder.path().join("empty")).unwrap();
     fails(folder.path(), &["import", "photos", "--out", "seq", "--dark", "empty"], 2, &["empty", "no PNG"]);
     fails(

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{epirig, fails, images, names, succeeds, twin, write_png};
+use crate::support::{epirig, fails, images, names, simulator, succeeds, write_png};
 use epirig_core::frame::{Frame, Samples};
 
 fn folder() -> tempfile::TempDir {
@@ -81,7 +81,7 @@ fn a_frame_that_was_damaged_after_the_import() {
     assert_eq!(output.status.code(), Some(5));
     assert!(String::from_utf8_lossy(&output.stdout).contains("0004.png"));
     // A picture that is sound but another one.
-    write_png(&path, &twin(9).expose(0.0, 77));
+    write_png(&path, &simulator(9).expose(0.0, 77));
     fails(folder.path(), &["match", "seq"], 5, &["0004.png", "hash"]);
     fs::remove_file(&path).unwrap();
     fails(folder.path(), &["match", "seq"], 5, &["0004.png", "missing"]);

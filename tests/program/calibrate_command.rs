@@ -8,7 +8,7 @@ use crate::small_rig::{
     scan, with_samples,
 };
 use crate::support::{epirig, fails, names, succeeds, write_png};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;
 use epirig_data::sequence::{FrameKind, Origin, Sequence};
 
@@ -311,7 +311,7 @@ fn a_sensor_that_is_not_linear_is_noticed() {
     fails(path, &calibrate("number.csv"), 5, &["line 5", "\"three\""]);
 }
 
-fn map(path: &Path) -> Plane<f32> {
+fn map(path: &Path) -> Grid<f32> {
     MapFormat::Tiff.decode(&fs::read(path).unwrap()).unwrap()
 }
 

@@ -6,7 +6,7 @@ use crate::support::{epirig, fails, succeeds};
 use epirig_core::frame::{Frame, Samples};
 use epirig_data::formats::MapFormat;
 use epirig_data::sequence::{Origin, Sequence, decode_grey};
-use epirig_simulator::{Twin, TwinConfig, TwinScan};
+use epirig_simulator::{SimulatedScan, Simulator, SimulatorConfig};
 
 fn read(path: &Path) -> Frame {
     decode_grey(&std::fs::read(path).unwrap()).unwrap().frame
@@ -17,8 +17,8 @@ fn json(text: &str) -> serde_json::Value {
 }
 
 /// What the simulated camera looks at.
-fn twin() -> Twin {
-    Twin::new(TwinConfig::textured_plane(320, 240, 2)).unwrap()
+fn simulator() -> Simulator {
+    Simulator::new(SimulatorConfig::textured_plane(320, 240, 2)).unwrap()
 }
 
 #[test]
@@ -27,7 +27,7 @@ fn a_grabbed_frame_is_what_the_camera_sees() {
     let grab = ["grab", "--camera", "sim", "--size", "320x240", "--out", "frame.png", "--json"];
     let grabbed = json(&succeeds(folder.path(), &grab));
     let frame = read(&folder.path().join("frame.png"));
-    assert!(frame == twin().expose(0.0, 0));
+    assert!(frame == simulator().expose(0.0, 0));
     let Samples::U8(samples) = frame.samples() else { panic!() };
     let mean = samples.iter().map(|&sample| f64::from(sample)).sum::<f64>() / samples.len() as f64;
     assert!((grabbed["mean_dn"].as_f64().unwrap() - mean).abs() < 1e-9);
@@ -60,15 +60,16 @@ fn light_follows_exposure_and_an_average_has_sixteen_bits_and_its_variance() {
     assert!((ratio - 2.0).abs() < 0.005, "{ratio}");
     let mean = grab(&["--out", "mean.png", "--average", "3"]);
     assert_eq!((mean["bit_depth"].as_u64(), mean["averaged"].as_u64()), (Some(16), Some(3)));
-    let (Samples::U16(mean), Samples::U8(single)) =
-        (read(&folder.path().join("mean.png")).samples().clone(), twin().expose(0.0, 0).samples().clone())
-    else {
+    let (Samples::U16(mean), Samples::U8(single)) = (
+        read(&folder.path().join("mean.png")).samples().clone(),
+        simulator().expose(0.0, 0).samples().clone(),
+    ) else {
         panic!()
     };
     assert!(mean.iter().zip(&single).all(|(&mean, &single)| mean == u16::from(single) * 257));
     let variance = std::fs::read(folder.path().join("mean-variance.tiff")).unwrap();
     let variance = MapFormat::Tiff.decode(&variance).unwrap();
-    assert!(variance.values().iter().all(|&value| value == 0.0), "the twin has no noise here");
+    assert!(variance.values().iter().all(|&value| value == 0.0), "the simulator has no noise here");
 }
 
 #[test]
@@ -114,12 +115,12 @@ fn a_scan_is_captured_verified_and_replayed() {
     succeeds(folder.path(), &[&scan[..], &camera].concat());
     succeeds(folder.path(), &["verify", "seq"]);
     let sequence = Sequence::open(&folder.path().join("seq")).unwrap();
-    let mut config = TwinConfig::textured_plane(320, 240, 6);
-    config.scan = TwinScan { start_mm: 2.0, step_mm: 0.5, frames: 6 };
-    let twin = Twin::new(config).unwrap();
+    let mut config = SimulatorConfig::textured_plane(320, 240, 6);
+    config.scan = SimulatedScan { start_mm: 2.0, step_mm: 0.5, frames: 6 };
+    let simulator = Simulator::new(config).unwrap();
     for (index, record) in sequence.frames().iter().enumerate() {
         let position_mm = 2.0 + 0.5 * index as f64;
-        assert!(sequence.read(record).unwrap() == twin.expose(position_mm, 0), "frame {index}");
+        assert!(sequence.read(record).unwrap() == simulator.expose(position_mm, 0), "frame {index}");
         let exposure = record.exposure.as_ref().unwrap();
         assert!(exposure.exposure_start_ns >= exposure.requested_ns);
         assert!(exposure.stale > 0, "a move leaves stale frames in the queue");

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{epirig, fails, images, names, succeeds, twin};
+use crate::support::{epirig, fails, images, names, simulator, succeeds};
 use image::{DynamicImage, ImageBuffer};
 
 #[test]
@@ -131,10 +131,10 @@ fn other_formats_are_converted_and_said_so() {
     let folder = tempfile::tempdir().unwrap();
     let photos = folder.path().join("photos");
     fs::create_dir(&photos).unwrap();
-    let twin = twin(5);
-    for (index, &position) in twin.config().scan.positions_mm().iter().enumerate() {
+    let simulator = simulator(5);
+    for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
         let mut grey = vec![0.0; 64 * 24];
-        twin.expose(position, 0).samples().copy_to_f32(0, &mut grey);
+        simulator.expose(position, 0).samples().copy_to_f32(0, &mut grey);
         let level = |x: u32, y: u32| grey[(y * 64 + x) as usize] as u8;
         let colour = ImageBuffer::from_fn(64, 24, |x, y| image::Rgb([level(x, y); 3]));
         let path = photos.join(format!("{index}.{}", ["png", "tif", "jpg"][index % 3]));

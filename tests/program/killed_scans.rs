@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::epirig;
 use epirig_data::sequence::{ExitStatus, Sequence};
-use epirig_simulator::{Twin, TwinConfig, TwinScan};
+use epirig_simulator::{SimulatedScan, Simulator, SimulatorConfig};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -16,13 +16,13 @@ const PLAN: [&str; 6] = ["--size", "64x48", "--set", "plan.frames=24", "--set", 
 const KILLS: usize = 300;
 
 /// What the simulated camera sees.
-fn twin() -> Twin {
-    let mut config = TwinConfig::textured_plane(64, 48, FRAMES);
+fn simulator() -> Simulator {
+    let mut config = SimulatorConfig::textured_plane(64, 48, FRAMES);
     // Of the embedded profile: 25 mm over 9 mm, 900 mm away.
     config.optics.focal_length_px = 25.0 / 9.0 * 64.0;
     config.scene = epirig_simulator::Scene::Plane { distance_mm: 900.0, slope_x: 0.0, slope_y: 0.0 };
-    config.scan = TwinScan { start_mm: 10.0, step_mm: 1.5, frames: FRAMES };
-    Twin::new(config).unwrap()
+    config.scan = SimulatedScan { start_mm: 10.0, step_mm: 1.5, frames: FRAMES };
+    Simulator::new(config).unwrap()
 }
 
 /// Begins the scan, or goes on with it.
@@ -53,13 +53,13 @@ fn three_hundred_kills_lose_nothing() {
     let seed = 20_261_121;
     println!("seed {seed}");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let twin = twin();
+    let simulator = simulator();
     // How long a scan takes undisturbed, on this machine.
     let folder = tempfile::tempdir().unwrap();
     let began = Instant::now();
     assert!(spawn(folder.path(), &[]).wait().unwrap().success());
     let whole = began.elapsed();
-    crate::scans::assert_whole(&twin, &folder.path().join("seq"));
+    crate::scans::assert_whole(&simulator, &folder.path().join("seq"));
 
     let (mut kills, mut ended_before, mut counts) = (0, 0, [0; FRAMES + 1]);
     while kills < KILLS {
@@ -82,7 +82,7 @@ fn three_hundred_kills_lose_nothing() {
             kills += 1;
             counts[kept.len()] += 1;
         }
-        crate::scans::assert_whole(&twin, &folder.path().join("seq"));
+        crate::scans::assert_whole(&simulator, &folder.path().join("seq"));
     }
     println!(
         "{kills} kills in {ended_before} scans of {} ms; frames there when killed: {counts:?}",
@@ -149,5 +149,5 @@ fn a_scan_that_nobody_listens_to_goes_on() {
         .stderr(full)
         .status();
     assert!(status.unwrap().success());
-    crate::scans::assert_whole(&twin(), &folder.path().join("seq"));
+    crate::scans::assert_whole(&simulator(), &folder.path().join("seq"));
 }

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use crate::promises::{Bounds, Figures, Promise};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -130,7 +130,7 @@ impl Halves {
         let scales = [&even, &odd].map(|frames| (STEPS / last as f64 / baseline(frames)) as f32);
         let maps = [&even, &odd].map(|frames| matched(used, &volume, frames, middle));
         let pixels = maps[0].disparity.values().len();
-        let both = |map: fn(&DisparityMaps) -> &Plane<f32>, index: usize| {
+        let both = |map: fn(&DisparityMaps) -> &Grid<f32>, index: usize| {
             [0, 1].map(|half| scales[half] * map(&maps[half]).values()[index])
         };
         let mut pairs: Vec<Pair> = (0..pixels)

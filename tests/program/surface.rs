@@ -1,10 +1,10 @@
-//! `epirig surface` from images to numbers: a bowed tile before a dark background, whose truth the twin knows.
+//! `epirig surface` from images to numbers: a bowed tile before a dark background, whose truth the simulator knows.
 
 use std::fs;
 use std::path::Path;
 
 use crate::support::{fails, succeeds, write_png};
-use epirig_simulator::{Scene, Twin, TwinConfig};
+use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 
 const SIDE_PX: usize = 200;
 const FRAMES: usize = 31;
@@ -13,8 +13,8 @@ const BOW_MM: f64 = 0.8;
 
 /// A tile of 93 x 93 px (1.62 mm each) with hollows of 17 px in its middle and at both sides, and sensor noise. They are 56 % of it: from 60 % on they are the ground that the
 /// rest stands on.
-fn tile() -> Twin {
-    let mut config = TwinConfig::tile(SIDE_PX, FRAMES);
+fn tile() -> Simulator {
+    let mut config = SimulatorConfig::tile(SIDE_PX, FRAMES);
     config.scene = Scene::Tile {
         distance_mm: 900.0,
         side_mm: 150.0,
@@ -26,17 +26,17 @@ fn tile() -> Twin {
         bands: None,
     };
     config.sensor.read_noise_dn = 1.0;
-    Twin::new(config).unwrap()
+    Simulator::new(config).unwrap()
 }
 
 /// Writes the tile's images, imports and matches them as `seq`.
 fn matched(folder: &Path) {
-    let twin = tile();
+    let simulator = tile();
     fs::create_dir(folder.join("photos")).unwrap();
-    for (index, &position) in twin.config().scan.positions_mm().iter().enumerate() {
-        write_png(&folder.join(format!("photos/{index:03}.png")), &twin.expose(position, index as u32));
+    for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
+        write_png(&folder.join(format!("photos/{index:03}.png")), &simulator.expose(position, index as u32));
     }
-    let focal_length = twin.config().optics.focal_length_px.to_string();
+    let focal_length = simulator.config().optics.focal_length_px.to_string();
     let scale = ["--step-mm", "5", "--focal-length-px", &focal_length];
     succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
     succeeds(folder, &["match", "seq"]);

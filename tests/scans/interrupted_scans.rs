@@ -4,12 +4,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::scans::{FRAMES, assert_whole, plan, scan, scan_on, twin};
+use crate::scans::{FRAMES, assert_whole, plan, scan, scan_on, simulator};
 use epirig::capture::{CaptureError, CapturePlan, PauseSwitch};
 use epirig_data::sequence::{Event, ExitStatus, FrameKind, FrameRecord, Sequence};
 use epirig_data::storage::{DiskFault, FaultyDisk, RealDisk};
 use epirig_devices::stage::SimStageConfig;
-use epirig_simulator::Twin;
+use epirig_simulator::Simulator;
 
 /// What the journal names now, with the bytes behind it.
 fn named(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -21,26 +21,26 @@ fn named(folder: &Path) -> Vec<(String, Vec<u8>)> {
 
 /// Lets a scan fail in every step of everything that it does to the disk, resumes it, and returns the number of steps.
 fn fail_at_every_step(fault: DiskFault) -> usize {
-    let twin = twin();
-    let plan = plan(&twin);
+    let simulator = simulator();
+    let plan = plan(&simulator);
     for steps in 0.. {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("seq");
         let disk = Box::new(FaultyDisk::new(fault, steps));
-        let first = scan(&twin, &plan, &out, disk, &PauseSwitch::default());
+        let first = scan(&simulator, &plan, &out, disk, &PauseSwitch::default());
         let kept = named(&out);
         for (hash, bytes) in &kept {
             assert_eq!(blake3::hash(bytes).to_hex().as_str(), hash, "{fault:?} at step {steps}");
         }
         if first.is_ok() {
-            assert_whole(&twin, &out);
+            assert_whole(&simulator, &out);
             return steps;
         }
         if let Err(CaptureError::Interrupted { done, planned, .. }) = &first {
             assert_eq!((*done, *planned), (Sequence::open(&out).unwrap().frames().len(), FRAMES));
         }
-        scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
-        assert_whole(&twin, &out);
+        scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+        assert_whole(&simulator, &out);
         let after = named(&out);
         assert!(
             kept.iter().all(|frame| after.contains(frame)),
@@ -59,11 +59,11 @@ fn killed_in_every_write_and_rename_it_ends_as_if_undisturbed() {
 
 #[test]
 fn the_program_makes_stage_and_camera_wait_for_nothing() {
-    let twin = twin();
+    let simulator = simulator();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
-    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&twin) };
-    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&simulator) };
+    scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     let times = Sequence::open(&out).unwrap().stop().unwrap().times.unwrap();
     // In simulated time, which the disk does not take part in.
     assert!(times.overhead().unwrap() <= 1.05, "{times:?}");
@@ -75,12 +75,12 @@ fn a_disk_that_is_full_from_any_step_on_stops_it_and_loses_nothing() {
 }
 
 /// The step in which a scan has to be killed to leave half a journal line behind a few whole ones.
-fn step_that_tears_a_line(twin: &Arc<Twin>, plan: &CapturePlan) -> usize {
+fn step_that_tears_a_line(simulator: &Arc<Simulator>, plan: &CapturePlan) -> usize {
     let tears = |steps: &usize| {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("seq");
         let disk = Box::new(FaultyDisk::new(DiskFault::Killed, *steps));
-        assert!(scan(twin, plan, &out, disk, &PauseSwitch::default()).is_err());
+        assert!(scan(simulator, plan, &out, disk, &PauseSwitch::default()).is_err());
         let journal = std::fs::read_to_string(out.join("journal.jsonl")).unwrap_or_default();
         journal.lines().count() > 3 && !journal.ends_with('\n')
     };
@@ -89,14 +89,14 @@ fn step_that_tears_a_line(twin: &Arc<Twin>, plan: &CapturePlan) -> usize {
 
 #[test]
 fn a_scan_that_is_being_resumed_can_be_killed_in_every_step_too() {
-    let twin = twin();
-    let plan = plan(&twin);
-    let torn = step_that_tears_a_line(&twin, &plan);
+    let simulator = simulator();
+    let plan = plan(&simulator);
+    let torn = step_that_tears_a_line(&simulator, &plan);
     for steps in 0.. {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("seq");
         let first = scan(
-            &twin,
+            &simulator,
             &plan,
             &out,
             Box::new(FaultyDisk::new(DiskFault::Killed, torn)),
@@ -104,53 +104,53 @@ fn a_scan_that_is_being_resumed_can_be_killed_in_every_step_too() {
         );
         assert!(first.is_err());
         let second = scan(
-            &twin,
+            &simulator,
             &plan,
             &out,
             Box::new(FaultyDisk::new(DiskFault::Killed, steps)),
             &PauseSwitch::default(),
         );
         if second.is_ok() {
-            assert_whole(&twin, &out);
+            assert_whole(&simulator, &out);
             assert!(steps > 20);
             return;
         }
-        scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
-        assert_whole(&twin, &out);
+        scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+        assert_whole(&simulator, &out);
     }
 }
 
 #[test]
 fn a_damaged_frame_is_taken_again() {
-    let twin = twin();
-    let plan = plan(&twin);
+    let simulator = simulator();
+    let plan = plan(&simulator);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
-    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     std::fs::write(out.join("frames/0002.png"), b"no image").unwrap();
     std::fs::remove_file(out.join("frames/0004.png")).unwrap();
-    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
-    assert_whole(&twin, &out);
+    scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    assert_whole(&simulator, &out);
     let superseded = Sequence::open(&out).unwrap().frames().iter().filter(|frame| frame.supersedes).count();
     assert_eq!(superseded, 2);
 }
 
 #[test]
 fn a_pause_before_anything_is_taken_leaves_nothing() {
-    let twin = twin();
+    let simulator = simulator();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
     let pause = PauseSwitch::default();
     pause.press();
-    let error = scan(&twin, &plan(&twin), &out, Box::new(RealDisk), &pause).unwrap_err();
+    let error = scan(&simulator, &plan(&simulator), &out, Box::new(RealDisk), &pause).unwrap_err();
     assert!(matches!(error, CaptureError::Paused), "{error}");
     assert!(!out.exists());
 }
 
 #[test]
 fn calibration_frames_come_before_the_scan_once() {
-    let twin = twin();
-    let plan = plan(&twin);
+    let simulator = simulator();
+    let plan = plan(&simulator);
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
     let calibration = |kind| {
@@ -161,7 +161,7 @@ fn calibration_frames_come_before_the_scan_once() {
     // Killed when the dark frame is there and the flat one is not.
     for steps in 0.. {
         let killed = Box::new(FaultyDisk::new(DiskFault::Killed, steps));
-        assert!(scan(&twin, &plan, &out, killed, &PauseSwitch::default()).is_err());
+        assert!(scan(&simulator, &plan, &out, killed, &PauseSwitch::default()).is_err());
         let begun = out.join("sequence.json").exists();
         if begun && calibration(FrameKind::Dark).len() == 1 {
             assert!(calibration(FrameKind::Flat).is_empty());
@@ -172,35 +172,35 @@ fn calibration_frames_come_before_the_scan_once() {
         }
     }
     let taken = std::fs::metadata(out.join("dark/0000.png")).unwrap().modified().unwrap();
-    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     assert_eq!(std::fs::metadata(out.join("dark/0000.png")).unwrap().modified().unwrap(), taken);
     let (dark, flat) = (calibration(FrameKind::Dark), calibration(FrameKind::Flat));
     assert_eq!((dark.len(), flat.len()), (1, 1));
-    assert_eq!(dark[0].samples().maximum(), 0, "this twin has no noise");
+    assert_eq!(dark[0].samples().maximum(), 0, "this simulator has no noise");
     // White is 0.9 of full scale: 229.5.
     assert!((flat[0].samples().mean() - 229.5).abs() <= 0.5, "{}", flat[0].samples().mean());
     let boards = calibration(FrameKind::Board);
     assert_eq!(boards.len(), 2);
     for (pose, board) in boards.iter().enumerate() {
-        assert!(*board == twin.digitise(&twin.board_irradiance(pose), 0), "pose {pose}");
+        assert!(*board == simulator.digitise(&simulator.board_irradiance(pose), 0), "pose {pose}");
     }
     // One that is damaged later is taken again, a board in the same pose.
     std::fs::write(out.join("dark/0000.png"), b"no image").unwrap();
     std::fs::write(out.join("board/0001.png"), b"no image").unwrap();
-    scan(&twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
-    assert_whole(&twin, &out);
+    scan(&simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    assert_whole(&simulator, &out);
     assert!(calibration(FrameKind::Board) == boards);
 }
 
 #[test]
 fn a_scan_that_does_not_close_says_by_how_much() {
-    let twin = twin();
+    let simulator = simulator();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
     // Each of the moves upwards to the six stops loses 50 um, each way down gains as much.
     let slips = SimStageConfig { slip_probability: 1.0, slip_um: 50.0, ..SimStageConfig::ideal(200.0) };
-    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&twin) };
-    let ended = scan_on(slips, &twin, &plan, &out, Box::new(RealDisk), &PauseSwitch::default());
+    let plan = CapturePlan { dark: 0, flat: 0, board: 0, ..plan(&simulator) };
+    let ended = scan_on(slips, &simulator, &plan, &out, Box::new(RealDisk), &PauseSwitch::default());
     assert!(matches!(ended, Err(CaptureError::NotClosed { .. })), "{ended:?}");
     let sequence = Sequence::open(&out).unwrap();
     let stop = sequence.stop().unwrap();

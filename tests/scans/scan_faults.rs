@@ -20,11 +20,11 @@ use epirig_devices::camera::{SimCamera, SimFault};
 use epirig_devices::link::LineNoise;
 use epirig_devices::stage::simulator::FaultScript;
 use epirig_devices::stage::{Dialect, SimStage, SimStageConfig, Stage, StagePosition, StageSource};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
-/// A noise-free twin: frames of one place are the same to the byte. They move by half a pixel from stop to stop.
-fn twin() -> Arc<Twin> {
-    Arc::new(Twin::new(TwinConfig::textured_plane(64, 48, FRAMES)).unwrap())
+/// A noise-free simulator: frames of one place are the same to the byte. They move by half a pixel from stop to stop.
+fn simulator() -> Arc<Simulator> {
+    Arc::new(Simulator::new(SimulatorConfig::textured_plane(64, 48, FRAMES)).unwrap())
 }
 
 /// Stops 2 mm apart, on whole steps of the stage.
@@ -52,7 +52,7 @@ fn scan(
 
 /// A scan with a driver, its simulated device and the line between them.
 fn scan_over_line(
-    twin: &Arc<Twin>,
+    simulator: &Arc<Simulator>,
     plan: &CapturePlan,
     dialect: Dialect,
     script: &FaultScript,
@@ -71,7 +71,7 @@ fn scan_over_line(
     // The camera is started once before the first frame, and then as the stage has been homed again.
     let goes = (When::Start(1), Mischief::Fault(SimFault::Disconnect { failing: 3 }));
     let mischief = if at_frame == AtFrame::CameraGoesToo { vec![goes] } else { Vec::new() };
-    let mut camera = Tampered::new(SimCamera::before_twin(Arc::clone(twin), watch), mischief);
+    let mut camera = Tampered::new(SimCamera::before_simulator(Arc::clone(simulator), watch), mischief);
     let progress = Once::after(FRAME, || match at_frame {
         AtFrame::SwitchesBreak => plant.set_switches_work(false),
         AtFrame::BytesAreLost | AtFrame::BytesAreLostDoubledAndFlipped => noisy.store(true, Ordering::SeqCst),
@@ -80,12 +80,12 @@ fn scan_over_line(
     scan(folder, plan, &mut stages, &mut camera, &progress)
 }
 
-fn stage_outcome(twin: &Arc<Twin>, fault: &StageFault, dialect: Dialect) -> String {
+fn stage_outcome(simulator: &Arc<Simulator>, fault: &StageFault, dialect: Dialect) -> String {
     // The first move is from home to the first stop, the second stays there for frame 0.
     let script: FaultScript = fault.script.replace('N', &(FRAME + 2).to_string()).parse().unwrap();
     let plan = plan(step_mm(dialect), fault.wait_s);
     let run = |folder: &Path, script: &FaultScript, at_frame: AtFrame| {
-        scan_over_line(twin, &plan, dialect, script, at_frame, folder)
+        scan_over_line(simulator, &plan, dialect, script, at_frame, folder)
     };
     // Only this stage counts steps without looking at what they do.
     let noticed =
@@ -93,7 +93,7 @@ fn stage_outcome(twin: &Arc<Twin>, fault: &StageFault, dialect: Dialect) -> Stri
     outcome(
         &format!("{}: {}", dialect.name(), fault.words),
         noticed,
-        twin,
+        simulator,
         &plan.positions_mm,
         |folder| run(folder, &script, fault.at_frame),
         |folder| run(folder, &FaultScript::default(), AtFrame::Nothing),
@@ -102,7 +102,7 @@ fn stage_outcome(twin: &Arc<Twin>, fault: &StageFault, dialect: Dialect) -> Stri
 
 /// A scan with a stage in memory.
 fn scan_in_memory(
-    twin: &Arc<Twin>,
+    simulator: &Arc<Simulator>,
     plan: &CapturePlan,
     stage: &SimStageConfig,
     mischief: &[(When, Mischief)],
@@ -111,32 +111,33 @@ fn scan_in_memory(
     let watch = StagePosition::default();
     let seen = watch.clone();
     let mut stages = || Ok(Box::new(SimStage::seen_through(stage.clone(), seen.clone())) as Box<dyn Stage>);
-    let mut camera = Tampered::new(SimCamera::before_twin(Arc::clone(twin), watch), mischief.to_vec());
+    let mut camera =
+        Tampered::new(SimCamera::before_simulator(Arc::clone(simulator), watch), mischief.to_vec());
     scan(folder, plan, &mut stages, &mut camera, &Once::after(0, || {}))
 }
 
-fn outcome_in_memory(twin: &Arc<Twin>, fault: &Mechanics) -> String {
+fn outcome_in_memory(simulator: &Arc<Simulator>, fault: &Mechanics) -> String {
     let plan = plan(0.004, PATIENT_S);
     let sound = SimStageConfig::ideal(fault.stage.travel_mm);
     let noticed = if fault.stage.slip_probability > 0.0 { Noticed::NotAtOnce } else { Noticed::AtOnce };
     outcome(
         fault.words,
         noticed,
-        twin,
+        simulator,
         &plan.positions_mm,
-        |folder| scan_in_memory(twin, &plan, &fault.stage, &fault.mischief, folder),
-        |folder| scan_in_memory(twin, &plan, &sound, &[], folder),
+        |folder| scan_in_memory(simulator, &plan, &fault.stage, &fault.mischief, folder),
+        |folder| scan_in_memory(simulator, &plan, &sound, &[], folder),
     )
 }
 
 /// Both tables, as Markdown.
-fn tables(twin: &Arc<Twin>) -> String {
+fn tables(simulator: &Arc<Simulator>) -> String {
     let column = |dialect| {
-        move || STAGE_FAULTS.iter().map(|fault| stage_outcome(twin, fault, dialect)).collect::<Vec<_>>()
+        move || STAGE_FAULTS.iter().map(|fault| stage_outcome(simulator, fault, dialect)).collect::<Vec<_>>()
     };
     let in_memory = || {
         let faults = camera_faults().into_iter().chain(mechanics());
-        faults.map(|fault| (fault.words, outcome_in_memory(twin, &fault))).collect::<Vec<_>>()
+        faults.map(|fault| (fault.words, outcome_in_memory(simulator, &fault))).collect::<Vec<_>>()
     };
     // Most of the time goes by while scans wait for their stages and for the disk.
     let (columns, rows) = std::thread::scope(|scope| {
@@ -163,7 +164,7 @@ const END: &str = "<!-- end of scan-faults.md -->";
 
 #[test]
 fn every_fault_in_mid_scan_ends_whole_or_resumably_as_the_table_says() {
-    let found = tables(&twin());
+    let found = tables(&simulator());
     std::fs::write(Path::new(env!("CARGO_TARGET_TMPDIR")).join("scan-faults.md"), &found).unwrap();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("TESTING.md");
     let text = std::fs::read_to_string(&path).unwrap();

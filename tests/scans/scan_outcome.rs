@@ -8,7 +8,7 @@ use std::path::Path;
 use epirig::capture::CaptureError;
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{ClosureRecord, Event, FrameRecord, Sequence, verify};
-use epirig_simulator::Twin;
+use epirig_simulator::Simulator;
 
 pub type ScanResult = Result<Option<ClosureRecord>, CaptureError>;
 
@@ -28,7 +28,7 @@ pub enum Noticed {
 pub fn outcome(
     fault: &str,
     noticed: Noticed,
-    twin: &Twin,
+    simulator: &Simulator,
     positions_mm: &[f64],
     scan: impl FnOnce(&Path) -> ScanResult,
     resume: impl FnOnce(&Path) -> ScanResult,
@@ -37,14 +37,14 @@ pub fn outcome(
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("seq");
     let first = scan(&out);
-    let (words, wrong) = judge(twin, positions_mm, &out, &first);
+    let (words, wrong) = judge(simulator, positions_mm, &out, &first);
     assert!(wrong == 0 || noticed == Noticed::NotAtOnce, "{fault}: {wrong} WRONG FRAMES in the journal");
     let words = words + &attempts(&out);
     if first.is_ok() {
         return words;
     }
     let second = resume(&out);
-    let (then, wrong) = judge(twin, positions_mm, &out, &second);
+    let (then, wrong) = judge(simulator, positions_mm, &out, &second);
     assert!(
         second.is_ok() == (wrong == 0),
         "{fault}: resumed it has {wrong} wrong frames, and ends with: {then}"
@@ -53,7 +53,7 @@ pub fn outcome(
 }
 
 /// How a scan ended, in words, and how many frames of those that the journal names do not show what their positions say.
-fn judge(twin: &Twin, positions_mm: &[f64], out: &Path, result: &ScanResult) -> (String, usize) {
+fn judge(simulator: &Simulator, positions_mm: &[f64], out: &Path, result: &ScanResult) -> (String, usize) {
     let sequence = match (Sequence::open(out), result) {
         (Err(_), Err(error)) => return (format!("`{}` before anything is written", kind(error)), 0),
         (sequence, _) => sequence.unwrap(),
@@ -61,7 +61,7 @@ fn judge(twin: &Twin, positions_mm: &[f64], out: &Path, result: &ScanResult) -> 
     let is_wrong = |record: &&FrameRecord| {
         let planned_mm = positions_mm[record.index];
         record.commanded_mm != Some(planned_mm)
-            || sequence.read(record).unwrap() != twin.expose(planned_mm, 0)
+            || sequence.read(record).unwrap() != simulator.expose(planned_mm, 0)
     };
     let wrong = sequence.frames().iter().filter(is_wrong).count();
     let mut words = match result {

@@ -14,7 +14,7 @@ use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_steps, heights};
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume};
-use epirig_simulator::{Bands, Optics, Scene, StepError, Texture, Twin, TwinConfig, TwinScan};
+use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -25,7 +25,7 @@ const DEPTH_MM: f64 = 1.0;
 /// Of the lens as it is known beforehand: fx, fy, cx, cy, k1.
 const LENS_SIGMA: [f64; 5] = [2.0, 2.0, 1.0, 1.0, 0.01];
 
-fn config(seed: u64) -> TwinConfig {
+fn config(seed: u64) -> SimulatorConfig {
     let distance_mm = 400.0;
     let optics = Optics {
         rows: 168,
@@ -34,7 +34,7 @@ fn config(seed: u64) -> TwinConfig {
         pan_rad: 0.4_f64.to_radians(),
         ..Optics::square(256, 1000.0)
     };
-    let mut config = TwinConfig {
+    let mut config = SimulatorConfig {
         scene: Scene::Tile {
             distance_mm,
             side_mm: 56.0,
@@ -48,9 +48,9 @@ fn config(seed: u64) -> TwinConfig {
         // Two pixels.
         texture: Texture { grain_mm: 0.8, coarse_share: 0.35, seed },
         optics,
-        scan: TwinScan { start_mm: 10.0, step_mm: 36.0 / 14.0, frames: 15 },
+        scan: SimulatedScan { start_mm: 10.0, step_mm: 36.0 / 14.0, frames: 15 },
         step_error: StepError { sigma_um: 5.0, seed },
-        ..TwinConfig::tile(256, 15)
+        ..SimulatorConfig::tile(256, 15)
     };
     config.optics.distortion.k1 = -0.02;
     // 45 dB below full scale.
@@ -70,13 +70,13 @@ struct Normalised {
 }
 
 fn one_rig(seed: u64) -> Normalised {
-    let twin = Twin::new(config(seed)).unwrap();
-    let config = twin.config();
+    let simulator = Simulator::new(config(seed)).unwrap();
+    let config = simulator.config();
     let positions_mm = config.scan.positions_mm();
     let frames: Vec<_> = positions_mm
         .iter()
         .enumerate()
-        .map(|(index, &position_mm)| twin.expose(position_mm, index as u32))
+        .map(|(index, &position_mm)| simulator.expose(position_mm, index as u32))
         .collect();
     let target = target(config);
     let found: Vec<_> = frames.iter().map(|frame| find_boards(frame, &target.board, 2)).collect();
@@ -84,7 +84,7 @@ fn one_rig(seed: u64) -> Normalised {
     let travel = find(&tracks, &positions_mm, &known_lens(&config.optics, seed)).unwrap();
 
     let direction = travel.direction;
-    let truth = twin.true_tau();
+    let truth = simulator.true_tau();
     // The first and the last frame are the scale and have no error.
     let tau = (1..positions_mm.len() - 1)
         .map(|frame| {
@@ -94,7 +94,7 @@ fn one_rig(seed: u64) -> Normalised {
         .collect();
     let audit = audit(&travel.tau, &positions_mm).unwrap();
     let last = positions_mm[positions_mm.len() - 1];
-    let true_baseline_mm = twin.true_position_mm(last) - twin.true_position_mm(positions_mm[0]);
+    let true_baseline_mm = simulator.true_position_mm(last) - simulator.true_position_mm(positions_mm[0]);
 
     let Optics { rows, columns, .. } = config.optics;
     let lens = &travel.lens;
@@ -108,7 +108,7 @@ fn one_rig(seed: u64) -> Normalised {
 
     // The field between the bands, as a person would cut it out.
     let camera = mapping.camera;
-    let seen = places(&twin, maps.reference, (camera.rows, camera.columns), |x, y| camera.ray(x, y));
+    let seen = places(&simulator, maps.reference, (camera.rows, camera.columns), |x, y| camera.ray(x, y));
     let inside = |x: usize, y: usize| {
         seen.at(x, y).is_some_and(|Place { u_mm, v_mm, .. }| u_mm.abs() < 26.0 && v_mm.abs() < 11.5)
     };
@@ -117,7 +117,7 @@ fn one_rig(seed: u64) -> Normalised {
     let (columns, rows): (Vec<usize>, Vec<usize>) = (columns.collect(), rows.collect());
     let (left, top) = (columns[0], rows[0]);
     let cut =
-        |map: &epirig_core::grid::Plane<f32>| map.cropped(left..left + columns.len(), top..top + rows.len());
+        |map: &epirig_core::grid::Grid<f32>| map.cropped(left..left + columns.len(), top..top + rows.len());
     let point = (camera.principal_point_x_px - left as f64, camera.principal_point_y_px - top as f64);
     let geometry = Geometry::exact(camera.focal_length_px, audit.baseline_mm, point).with_scale_sigma(
         lens.sigma()[0] / lens.lens.focal_length_x_px,

@@ -13,7 +13,7 @@ use epirig_core::progress::Silent;
 use epirig_data::sequence::load_volume;
 use epirig_matcher::surface::{Geometry, heights};
 use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume};
-use epirig_simulator::{Bands, HandBoard, Scene, Sensor, StepError, Twin, TwinConfig};
+use epirig_simulator::{Bands, HandBoard, Scene, Sensor, Simulator, SimulatorConfig, StepError};
 
 /// The matcher's largest window is 5 px wide, and a wall 1.3 px.
 const MARGIN_PX: usize = 3;
@@ -21,8 +21,8 @@ const FRAMES: usize = 21;
 const EXTRAS: Extras = Extras { dark: 8, flat: 16, board: 12 };
 
 /// The paper's lens, distance, way and pixels; the tile is half as wide, and pixels that never show it are left out.
-fn ideal() -> TwinConfig {
-    let mut config = TwinConfig::tile(1024, FRAMES);
+fn ideal() -> SimulatorConfig {
+    let mut config = SimulatorConfig::tile(1024, FRAMES);
     if let Scene::Tile { side_mm, bands, .. } = &mut config.scene {
         *side_mm = 75.0;
         *bands = Some(Bands { square_mm: 5.0, columns: 15, rows: 3 });
@@ -38,7 +38,7 @@ fn ideal() -> TwinConfig {
 /// A nuisance and how it is put into a rig.
 struct Nuisance {
     words: &'static str,
-    put: fn(&mut TwinConfig),
+    put: fn(&mut SimulatorConfig),
 }
 
 const NUISANCES: [Nuisance; 10] = [
@@ -72,11 +72,11 @@ const NUISANCES: [Nuisance; 10] = [
 ];
 
 /// Levels of an 8 bit sensor in those of this one.
-fn dn(config: &TwinConfig, of_8_bit: f64) -> f64 {
+fn dn(config: &SimulatorConfig, of_8_bit: f64) -> f64 {
     of_8_bit * (2_f64.powi(i32::from(config.sensor.bit_depth)) - 1.0) / 255.0
 }
 
-fn to_8_bit(config: &mut TwinConfig) {
+fn to_8_bit(config: &mut SimulatorConfig) {
     let share = 255.0 / 65_535.0;
     let sensor = &mut config.sensor;
     sensor.bit_depth = 8;
@@ -91,15 +91,16 @@ struct Row {
     calibrated: Option<HeightErrors>,
 }
 
-fn row(words: &str, config: TwinConfig) -> Row {
-    let twin = Twin::new(config).unwrap();
+fn row(words: &str, config: SimulatorConfig) -> Row {
+    let simulator = Simulator::new(config).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let sequence = write_sequence(&twin, &scan_light(&twin), EXTRAS, &folder.path().join("sequence"));
+    let sequence =
+        write_sequence(&simulator, &scan_light(&simulator), EXTRAS, &folder.path().join("sequence"));
     let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
-    let optics = &twin.config().optics;
+    let optics = &simulator.config().optics;
     let errors = |maps: DisparityMaps, geometry: Geometry, ray: &dyn Fn(f64, f64) -> (f64, f64)| {
         let DisparityMaps { mut disparity, sigma, reference, .. } = maps;
-        let places = places(&twin, reference, (disparity.rows(), disparity.columns()), ray);
+        let places = places(&simulator, reference, (disparity.rows(), disparity.columns()), ray);
         // The field between the bands, as a person would cut it out.
         for (value, place) in disparity.values_mut().iter_mut().zip(places.values()) {
             if place.is_none() {
@@ -113,7 +114,7 @@ fn row(words: &str, config: TwinConfig) -> Row {
     let captured = match_volume(&load_volume(&sequence, &Silent).unwrap(), &options, &Silent)
         .ok()
         .and_then(|maps| errors(maps, geometry(&sequence, None).unwrap(), &|x, y| optics.ray(x, y)));
-    let found = calibrate(&sequence, &plan(twin.config()), &Silent).unwrap();
+    let found = calibrate(&sequence, &plan(simulator.config()), &Silent).unwrap();
     let calibration = &found.calibration;
     let volume = load_calibrated(&sequence, calibration, &found.maps, &Silent).unwrap();
     let maps = match_volume(&volume, &options, &Silent).unwrap();

@@ -8,7 +8,7 @@ use std::process::Output;
 
 use epirig_core::frame::Frame;
 use epirig_data::sequence::encode_png;
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 /// Runs the program and waits for it.
 pub fn epirig(folder: &Path, arguments: &[&str]) -> Output {
@@ -39,17 +39,17 @@ pub fn fails(folder: &Path, arguments: &[&str], code: i32, words: &[&str]) {
     assert!(!stderr.contains("panicked"), "{stderr}");
 }
 
-/// A small twin: a textured plane with 8 px of disparity.
-pub fn twin(frames: usize) -> Twin {
-    Twin::new(TwinConfig::textured_plane(64, 24, frames)).unwrap()
+/// A small simulator: a textured plane with 8 px of disparity.
+pub fn simulator(frames: usize) -> Simulator {
+    Simulator::new(SimulatorConfig::textured_plane(64, 24, frames)).unwrap()
 }
 
-/// Writes frame 0.png, 1.png ... of a small twin into `folder`.
+/// Writes frame 0.png, 1.png ... of a small simulator into `folder`.
 pub fn images(folder: &Path, frames: usize) {
     std::fs::create_dir_all(folder).unwrap();
-    let twin = twin(frames);
-    for (index, &position) in twin.config().scan.positions_mm().iter().enumerate() {
-        write_png(&folder.join(format!("frame_{index}.png")), &twin.expose(position, index as u32));
+    let simulator = simulator(frames);
+    for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
+        write_png(&folder.join(format!("frame_{index}.png")), &simulator.expose(position, index as u32));
     }
 }
 

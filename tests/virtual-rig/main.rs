@@ -1,5 +1,5 @@
 //! The rig on real kernel drivers: the V4L2 driver `vivid`, which loops its output back to its capture side, and a USB serial port.
-//! The program's own simulator plays the stage and shows the twin on the output.
+//! The program's own simulator plays the stage and shows the simulator on the output.
 //!
 //! These run in the guest that tests/virtual-rig/run.sh boots, as its root; elsewhere they skip. TESTING.md tells how to run
 //! `two_scans_agree` on a rig of metal and glass.
@@ -59,7 +59,7 @@ fn two_hundred_moves_under_load_give_no_stale_frame() {
         return;
     }
     let mut bench = VividBench::streaming();
-    // Rendering is the twin's load, not the camera's: every place is seen once before.
+    // Rendering is the simulator's load, not the camera's: every place is seen once before.
     for place in 0..11 {
         bench.stage().move_to(20.0 + 0.4 * f64::from(place)).unwrap();
     }

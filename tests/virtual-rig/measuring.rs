@@ -88,8 +88,8 @@ fn a_measurement_is_exact_in_its_frames_and_right_in_its_disparity() {
 }
 
 #[test]
-fn a_scan_of_twenty_positions_is_the_twins_to_the_byte() {
-    const NAME: &str = "measuring::a_scan_of_twenty_positions_is_the_twins_to_the_byte";
+fn a_scan_of_twenty_positions_is_the_simulators_to_the_byte() {
+    const NAME: &str = "measuring::a_scan_of_twenty_positions_is_the_simulators_to_the_byte";
     if !here(NAME) {
         return;
     }

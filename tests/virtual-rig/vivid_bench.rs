@@ -12,7 +12,7 @@ use epirig_devices::camera::{Camera, CameraSettings, FrameFacts, Size, V4l2Camer
 use epirig_devices::link::{PortChoice, choose, open, ports};
 use epirig_devices::stage::native::{BAUD, NativeOptions};
 use epirig_devices::stage::{NativeStage, Stage};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 use firmware_protocol::message::Settings;
 
 use super::faults::{Bench, Fault};
@@ -62,7 +62,7 @@ fn loop_video() {
 /// The program's simulator, playing stage and world in a process of its own.
 pub struct Playing {
     child: Child,
-    twin: Twin,
+    simulator: Simulator,
     seen: Vec<(f64, Frame)>,
 }
 
@@ -73,8 +73,8 @@ impl Playing {
         let program = std::env::var_os("EPIRIG_PROGRAM").unwrap();
         let child = Command::new(program).args(arguments).stderr(Stdio::null()).spawn().unwrap();
         let size: Size = SIZE.parse().unwrap();
-        let twin = Twin::new(TwinConfig::textured_plane(size.columns, size.rows, 2)).unwrap();
-        Self { child, twin, seen: Vec::new() }
+        let simulator = Simulator::new(SimulatorConfig::textured_plane(size.columns, size.rows, 2)).unwrap();
+        Self { child, simulator, seen: Vec::new() }
     }
 
     /// What the camera must see with the stage at a position.
@@ -82,7 +82,7 @@ impl Playing {
         if let Some((_, frame)) = self.seen.iter().find(|(position, _)| *position == position_mm) {
             return frame.clone();
         }
-        let frame = self.twin.expose(position_mm, 0);
+        let frame = self.simulator.expose(position_mm, 0);
         self.seen.push((position_mm, frame.clone()));
         frame
     }
@@ -130,7 +130,7 @@ impl VividBench {
         bench
     }
 
-    /// Moves, and takes a frame, which must be the twin's for the place.
+    /// Moves, and takes a frame, which must be the simulator's for the place.
     pub fn move_and_see(&mut self, position_mm: f64) -> FrameFacts {
         self.stage().move_to(position_mm).unwrap();
         let moment = self.camera.now();

@@ -22,20 +22,20 @@ pub fn area(rows: usize, columns: usize) -> Option<usize> {
 /// Pixel centres are at integer coordinates, the first at (0, 0); x runs to the right, y down.
 ///
 /// ```
-/// use epirig_core::grid::Plane;
+/// use epirig_core::grid::Grid;
 ///
-/// let mut plane = Plane::filled(2, 3, 0.0_f32);
+/// let mut plane = Grid::filled(2, 3, 0.0_f32);
 /// plane.row_mut(1)[2] = 5.0;
 /// assert_eq!(plane.at(2, 1), 5.0);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plane<T> {
+pub struct Grid<T> {
     rows: usize,
     columns: usize,
     values: Vec<T>,
 }
 
-impl<T: Copy> Plane<T> {
+impl<T: Copy> Grid<T> {
     /// A plane of `rows` x `columns` equal values.
     pub fn filled(rows: usize, columns: usize, value: T) -> Self {
         Self { rows, columns, values: vec![value; rows * columns] }
@@ -65,8 +65,8 @@ impl<T: Copy> Plane<T> {
     }
 
     /// A plane of the same size whose values are `convert(value)`.
-    pub fn map<U: Copy>(&self, convert: impl FnMut(T) -> U) -> Plane<U> {
-        Plane {
+    pub fn map<U: Copy>(&self, convert: impl FnMut(T) -> U) -> Grid<U> {
+        Grid {
             rows: self.rows,
             columns: self.columns,
             values: self.values.iter().copied().map(convert).collect(),
@@ -74,7 +74,7 @@ impl<T: Copy> Plane<T> {
     }
 }
 
-impl<T> Plane<T> {
+impl<T> Grid<T> {
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows

@@ -2,7 +2,7 @@
 
 use super::locking::PixelLocking;
 use super::options::DisparityRange;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Whether a pixel has an answer, and if not, why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,15 +34,15 @@ pub enum OrderingUsed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct DisparityMaps {
     /// Disparity in px over the whole baseline, signed; NaN where there is no answer.
-    pub disparity: Plane<f32>,
+    pub disparity: Grid<f32>,
     /// Standard deviation of the disparity in px, from the residuals of the fit; NaN where there is no answer.
-    pub sigma: Plane<f32>,
+    pub sigma: Grid<f32>,
     /// Cost of the candidate that the search chose, of means of 2 x 2 pixels with [`Effort::Quick`](super::Effort::Quick): DN^2 for the variance (of normalised frames: 1/1024 of the local variance), 1 - correlation otherwise; NaN where it has none.
-    pub cost: Plane<f32>,
+    pub cost: Grid<f32>,
     /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
-    pub confidence: Plane<f32>,
+    pub confidence: Grid<f32>,
     /// Whether there is an answer, and if not, why.
-    pub answer: Plane<Answer>,
+    pub answer: Grid<Answer>,
     /// Index of the reference frame.
     pub reference: usize,
     /// The disparities that were searched.

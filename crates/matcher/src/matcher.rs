@@ -13,7 +13,7 @@ use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, fit};
 use super::search::{Searched, Task, search};
 use super::settling::settle_edges;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 
@@ -214,7 +214,7 @@ struct Verdicts<'a> {
 
 impl Verdicts<'_> {
     /// Says of each pixel what became of it, which only the search has done so far, and takes the numbers from those that have no answer.
-    fn pass(&self, maps: &mut DisparityMaps, doubtful: Option<&Plane<bool>>) {
+    fn pass(&self, maps: &mut DisparityMaps, doubtful: Option<&Grid<bool>>) {
         let columns = maps.answer.columns();
         let DisparityMaps { disparity, sigma, answer, confidence, .. } = maps;
         let rows =

@@ -194,7 +194,7 @@ mod tests {
     use epirig_core::frame::{Frame, Samples};
     use epirig_core::progress::Silent;
     use epirig_core::tau::Tau;
-    use epirig_simulator::{Twin, TwinConfig};
+    use epirig_simulator::{Simulator, SimulatorConfig};
     use proptest::prelude::*;
 
     /// Each pixel by the definition, the noise being known.
@@ -251,10 +251,10 @@ mod tests {
 
     #[test]
     fn noise_is_that_of_the_featureless_part() {
-        let mut config = TwinConfig::textured_plane(128, 128, 3);
+        let mut config = SimulatorConfig::textured_plane(128, 128, 3);
         config.sensor.read_noise_dn = 2.0;
         config.texture.grain_mm *= 4.0;
-        let volume = Twin::new(config).unwrap().render_volume(&Silent).unwrap();
+        let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
         let noise = noise_variance(&volume);
         // Noise of 2 DN and quantisation; the least tenth of 64 estimates of 225 differences each lies up to a quarter below, and texture adds a little.
         assert!((3.0..4.6).contains(&noise), "{noise}");
@@ -285,12 +285,12 @@ mod tests {
 
     #[test]
     fn uneven_light_leaves_the_disparity_as_it_is() {
-        let mut config = TwinConfig::textured_plane(160, 80, 25);
+        let mut config = SimulatorConfig::textured_plane(160, 80, 25);
         config.sensor.read_noise_dn = 1.0;
-        let twin = Twin::new(config).unwrap();
-        let even = twin.render_volume(&Silent).unwrap();
+        let simulator = Simulator::new(config).unwrap();
+        let even = simulator.render_volume(&Silent).unwrap();
         let uneven = unevenly_lit(&even);
-        let truth = twin.truth(0).unwrap();
+        let truth = simulator.truth(0).unwrap();
         let errors = |volume: &Volume| -> ErrorStatistics {
             let maps = match_volume(volume, &MatchOptions::default(), &Silent).unwrap();
             let report = compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (0.0, 1.0));

@@ -224,7 +224,7 @@ mod tests {
     use crate::{DisparityRange, MatchOptions, ReferenceFrame, match_volume};
     use epirig_core::progress::Silent;
     use epirig_core::tau::Tau;
-    use epirig_simulator::{Sensor, Twin, TwinConfig};
+    use epirig_simulator::{Sensor, Simulator, SimulatorConfig};
 
     const FRAMES: usize = 15;
     /// In px of the last frame's shift.
@@ -232,11 +232,11 @@ mod tests {
 
     /// What is left of tau's errors after two rounds, normalised by the stated sigma.
     fn normalised_errors(seed: u64) -> Vec<f64> {
-        let mut config = TwinConfig::textured_plane(160, 64, FRAMES);
+        let mut config = SimulatorConfig::textured_plane(160, 64, FRAMES);
         config.sensor = Sensor { read_noise_dn: 1.0, seed, ..Sensor::ideal(8) };
         config.texture.seed = seed;
         let scan = config.scan;
-        let twin = Twin::new(config).unwrap();
+        let simulator = Simulator::new(config).unwrap();
         let travel_mm = scan.step_mm * (FRAMES - 1) as f64;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let true_mm: Vec<f64> = scan
@@ -249,7 +249,7 @@ mod tests {
             .collect();
         let mut volume = Volume::new(64, 160, 8, Tau::equidistant(FRAMES).unwrap());
         for (index, position) in true_mm.iter().enumerate() {
-            volume.insert(index, &twin.expose(*position, index as u32)).unwrap();
+            volume.insert(index, &simulator.expose(*position, index as u32)).unwrap();
         }
         let options = MatchOptions {
             reference: ReferenceFrame::Middle,

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::contrast::contrast;
 use super::linear_epi::LinearEpi;
 use super::search::Task;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Disparities around a pixel that are not farther apart than this, in px, lie on one surface.
 const ONE_SURFACE_PX: f32 = 1.0;
@@ -26,7 +26,7 @@ const CLEARLY_LESS: f32 = 0.9;
 const SIDE: usize = 2;
 
 /// Gives pixels around which several surfaces lie the disparity of the one that they belong to. `reach` is how far from a surface its disparity may have been found, in px.
-pub(super) fn settle_edges(task: Task<'_>, guess: &mut Plane<f32>, reach: usize) {
+pub(super) fn settle_edges(task: Task<'_>, guess: &mut Grid<f32>, reach: usize) {
     let columns = guess.columns();
     let before = guess.clone();
     let around = Around::new(&before, 1.0, reach);
@@ -38,16 +38,16 @@ pub(super) fn settle_edges(task: Task<'_>, guess: &mut Plane<f32>, reach: usize)
 
 /// Disparities, of which several may lie around a pixel.
 pub(super) struct Around<'a> {
-    disparities: &'a Plane<f32>,
+    disparities: &'a Grid<f32>,
     /// What they are in px.
     px: f32,
     reach: usize,
-    spans: Plane<(f32, f32)>,
+    spans: Grid<(f32, f32)>,
 }
 
 impl<'a> Around<'a> {
     /// `disparities` of `px` px, found up to `reach` places from their surface.
-    pub(super) fn new(disparities: &'a Plane<f32>, px: f32, reach: usize) -> Self {
+    pub(super) fn new(disparities: &'a Grid<f32>, px: f32, reach: usize) -> Self {
         Self { disparities, px, reach, spans: spans(disparities, reach) }
     }
 
@@ -103,11 +103,11 @@ impl<'a> Around<'a> {
 }
 
 /// Least and largest disparity within reach of each pixel; infinite where there is none.
-fn spans(guess: &Plane<f32>, reach: usize) -> Plane<(f32, f32)> {
+fn spans(guess: &Grid<f32>, reach: usize) -> Grid<(f32, f32)> {
     let (rows, columns) = (guess.rows(), guess.columns());
     let none = (f32::INFINITY, f32::NEG_INFINITY);
     let near = |place: usize, count: usize| place.saturating_sub(reach)..(place + reach + 1).min(count);
-    let mut along = Plane::filled(rows, columns, none);
+    let mut along = Grid::filled(rows, columns, none);
     along.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
         for (x, out) in out.iter_mut().enumerate() {
             // NaN is neither less nor more.
@@ -115,7 +115,7 @@ fn spans(guess: &Plane<f32>, reach: usize) -> Plane<(f32, f32)> {
             *out = guess.row(y)[near(x, columns)].iter().fold(none, wider);
         }
     });
-    let mut spans = Plane::filled(rows, columns, none);
+    let mut spans = Grid::filled(rows, columns, none);
     spans.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
         for v in near(y, rows) {
             for (out, span) in out.iter_mut().zip(along.row(v)) {

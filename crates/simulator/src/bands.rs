@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::TwinError;
+use super::SimulatorError;
 use super::chess::Chess;
 
 /// Chess-boards along the upper and the lower edge of a tile: `columns` x `rows` squares each, in the middle between left and right. There
@@ -25,8 +25,8 @@ impl Bands {
     }
 
     /// Whether they fit on a tile that needs walls of `wall_mm` before them.
-    pub(super) fn check(&self, side_mm: f64, wall_mm: f64) -> Result<(), TwinError> {
-        let bad = |what, value, expected| Err(TwinError::BadNumber { what, value, expected });
+    pub(super) fn check(&self, side_mm: f64, wall_mm: f64) -> Result<(), SimulatorError> {
+        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
         if !(self.square_mm.is_finite() && self.square_mm > 0.0) {
             return bad("squares of the bands in mm", self.square_mm, "positive");
         }

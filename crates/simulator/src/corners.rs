@@ -1,6 +1,6 @@
-//! Where the corners of chess-boards truly lie in the twin's frames.
+//! Where the corners of chess-boards truly lie in the simulator's frames.
 
-use super::Twin;
+use super::Simulator;
 
 /// An inner corner of a band on the tile, in a frame as the camera gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ pub struct BoardCorner {
     pub y_px: f64,
 }
 
-impl Twin {
+impl Simulator {
     /// The inner corners of the bands on the tile when the stage says that it is at `position_mm`, band by band and row by row,
     /// whether or not they are in view; none if the scene has no bands.
     pub fn target_corners(&self, position_mm: f64) -> Vec<TargetCorner> {
@@ -44,7 +44,7 @@ impl Twin {
         print.corners().map(corner).collect()
     }
 
-    /// The inner corners of the board in pose number `pose` (see [`board_irradiance`](Self::board_irradiance)), row by row; none if the twin
+    /// The inner corners of the board in pose number `pose` (see [`board_irradiance`](Self::board_irradiance)), row by row; none if the simulator
     /// has no board.
     pub fn board_corners(&self, pose: usize) -> Vec<BoardCorner> {
         let optics = &self.config.optics;

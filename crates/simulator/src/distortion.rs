@@ -1,4 +1,4 @@
-//! How the twin's lens bends rays. Written for the twin alone, so that what is tested against it shares no code with it.
+//! How the simulator's lens bends rays. Written for the simulator alone, so that what is tested against it shares no code with it.
 
 use serde::{Deserialize, Serialize};
 

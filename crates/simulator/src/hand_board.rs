@@ -6,8 +6,8 @@ use super::chess::{Chess, SOFTNESS_PX, step};
 use super::rays::Rays;
 use super::render::{self, GROUND};
 use super::sight::Sight;
-use super::{Optics, TwinError};
-use epirig_core::grid::Plane;
+use super::{Optics, SimulatorError};
+use epirig_core::grid::Grid;
 
 /// Least and largest tilt of the board against the image plane, in rad: 20 and 35 degrees.
 const TILT_RAD: (f64, f64) = (0.349, 0.611);
@@ -83,8 +83,8 @@ impl BoardPose {
 }
 
 impl HandBoard {
-    pub(super) fn check(&self) -> Result<(), TwinError> {
-        let bad = |what, value, expected| Err(TwinError::BadNumber { what, value, expected });
+    pub(super) fn check(&self) -> Result<(), SimulatorError> {
+        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
         if !(self.square_mm.is_finite() && self.square_mm > 0.0) {
             return bad("squares of the board in mm", self.square_mm, "positive");
         }
@@ -168,7 +168,7 @@ impl HandBoard {
     }
 
     /// The light on the sensor with the board in a pose, as a share of full scale at reflectance 1.
-    pub(super) fn irradiance(&self, optics: &Optics, pose: BoardPose) -> Plane<f32> {
+    pub(super) fn irradiance(&self, optics: &Optics, pose: BoardPose) -> Grid<f32> {
         let sight = Sight::new(optics);
         let softness_mm = SOFTNESS_PX * pose.centre_mm[2] / optics.focal_length_px;
         let chess = self.chess(softness_mm);

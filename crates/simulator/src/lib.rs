@@ -1,12 +1,12 @@
-//! The twin: the simulated rig, which knows the truth.
+//! The simulator: the simulated rig, which knows the truth.
 //!
 //! A [`Scene`] with a [`Texture`] fixed to its surface is seen through [`Optics`] by a [`Sensor`], while a stage moves
-//! the scene or the camera along x. [`Twin::expose`] is what the simulated camera calls for each frame; [`Twin::truth`]
+//! the scene or the camera along x. [`Simulator::expose`] is what the simulated camera calls for each frame; [`Simulator::truth`]
 //! gives disparity, depth and visibility in closed form.
 //!
 //! It has the faults of real rigs, each a field that is zero unless asked for: a camera that is turned against the travel, a lens that
 //! distorts and darkens, a bowed tile, a stage that stands beside its position, a lamp that flickers, and pixels that are not alike.
-//! Chess-boards on the tile or in a hand tell what they do; the twin knows where their corners are.
+//! Chess-boards on the tile or in a hand tell what they do; the simulator knows where their corners are.
 
 mod bands;
 mod chess;
@@ -45,7 +45,7 @@ pub use truth::Truth;
 use rays::Rays;
 
 use epirig_core::frame::Frame;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::tau::{Tau, TauError};
 use epirig_core::volume::{Volume, VolumeError};
@@ -62,7 +62,7 @@ pub enum Carried {
 
 /// The stops of the stage in a simulated scan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct TwinScan {
+pub struct SimulatedScan {
     /// Position of the first frame, in mm from home.
     pub start_mm: f64,
     /// Distance between frames, in mm; positive.
@@ -71,7 +71,7 @@ pub struct TwinScan {
     pub frames: usize,
 }
 
-impl TwinScan {
+impl SimulatedScan {
     /// Positions of all frames, in mm from home.
     pub fn positions_mm(&self) -> Vec<f64> {
         (0..self.frames).map(|index| self.start_mm + index as f64 * self.step_mm).collect()
@@ -83,9 +83,9 @@ impl TwinScan {
     }
 }
 
-/// Everything that makes a twin. Plain numbers, so that a record of a simulated scan can repeat it.
+/// Everything that makes a simulator. Plain numbers, so that a record of a simulated scan can repeat it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TwinConfig {
+pub struct SimulatorConfig {
     /// What is in front of the camera. Its origin is on the optical axis when the stage is halfway.
     pub scene: Scene,
     /// What is painted on it.
@@ -97,7 +97,7 @@ pub struct TwinConfig {
     /// What the stage carries.
     pub carried: Carried,
     /// Where the stage stops.
-    pub scan: TwinScan,
+    pub scan: SimulatedScan,
     /// What a person may hold before the camera.
     #[serde(default)]
     pub board: Option<HandBoard>,
@@ -109,12 +109,12 @@ pub struct TwinConfig {
     pub step_error: StepError,
 }
 
-/// Why a twin cannot be made or asked.
+/// Why a simulator cannot be made or asked.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum TwinError {
+pub enum SimulatorError {
     /// A number outside its values.
-    #[error("the twin's {what} is {value}, but must be {expected}")]
+    #[error("the simulator's {what} is {value}, but must be {expected}")]
     BadNumber {
         /// Which number.
         what: &'static str,
@@ -124,7 +124,7 @@ pub enum TwinError {
         expected: &'static str,
     },
     /// Part of the surface could be hidden by another part in some frame, and its truth has no closed form then.
-    #[error("the twin's scene would hide part of itself in some frame: {0}; make it flatter or farther")]
+    #[error("the simulator's scene would hide part of itself in some frame: {0}; make it flatter or farther")]
     HidesItself(&'static str),
     /// Positions that make no baseline.
     #[error(transparent)]
@@ -134,11 +134,11 @@ pub enum TwinError {
     Volume(#[from] VolumeError),
     /// The camera is turned or distorts, so that its own frames show no disparities along rows.
     #[error(
-        "the twin's camera is turned or distorts; ask what is true of a rectified view of it (`truth_seen_by`)"
+        "the simulator's camera is turned or distorts; ask what is true of a rectified view of it (`truth_seen_by`)"
     )]
     NotRectified,
     /// A frame that does not exist.
-    #[error("the twin's scan has no frame {index}; the last is {last}")]
+    #[error("the simulator's scan has no frame {index}; the last is {last}")]
     NoSuchFrame {
         /// Index asked for.
         index: usize,
@@ -149,22 +149,22 @@ pub enum TwinError {
 
 /// The simulated rig.
 #[derive(Debug, Clone)]
-pub struct Twin {
-    config: TwinConfig,
+pub struct Simulator {
+    config: SimulatorConfig,
     paint: texture::Paint,
     print: Option<bands::Print>,
     true_tau: Tau,
 }
 
-impl Twin {
-    /// A twin of this make.
+impl Simulator {
+    /// A simulator of this make.
     ///
     /// # Errors
-    /// [`TwinError`] if a number makes no sense or the scene could hide part of itself.
-    pub fn new(config: TwinConfig) -> Result<Self, TwinError> {
+    /// [`SimulatorError`] if a number makes no sense or the scene could hide part of itself.
+    pub fn new(config: SimulatorConfig) -> Result<Self, SimulatorError> {
         let positive = |what, value: f64| {
             let fine = value.is_finite() && value > 0.0;
-            if fine { Ok(()) } else { Err(TwinError::BadNumber { what, value, expected: "positive" }) }
+            if fine { Ok(()) } else { Err(SimulatorError::BadNumber { what, value, expected: "positive" }) }
         };
         positive("step in mm", config.scan.step_mm)?;
         positive("number of rows", config.optics.rows as f64)?;
@@ -173,7 +173,11 @@ impl Twin {
         positive("grain in mm", config.texture.grain_mm)?;
         if config.scan.frames < 2 {
             let value = config.scan.frames as f64;
-            return Err(TwinError::BadNumber { what: "number of frames", value, expected: "at least 2" });
+            return Err(SimulatorError::BadNumber {
+                what: "number of frames",
+                value,
+                expected: "at least 2",
+            });
         }
         config.optics.check()?;
         config.sensor.check(config.optics.rows * config.optics.columns)?;
@@ -181,12 +185,12 @@ impl Twin {
         config.board.as_ref().map_or(Ok(()), HandBoard::check)?;
         if !(0.0..=0.1).contains(&config.flicker) {
             let value = config.flicker;
-            return Err(TwinError::BadNumber { what: "flicker", value, expected: "from 0 to 0.1" });
+            return Err(SimulatorError::BadNumber { what: "flicker", value, expected: "from 0 to 0.1" });
         }
         let sigma_um = config.step_error.sigma_um;
         if !(sigma_um.is_finite() && sigma_um >= 0.0) {
             let what = "step error in um";
-            return Err(TwinError::BadNumber { what, value: sigma_um, expected: "zero or positive" });
+            return Err(SimulatorError::BadNumber { what, value: sigma_um, expected: "zero or positive" });
         }
         let positions = config.scan.positions_mm();
         let true_positions: Vec<f64> =
@@ -203,8 +207,8 @@ impl Twin {
         Ok(Self { config, paint, print, true_tau })
     }
 
-    /// What the twin is made of.
-    pub fn config(&self) -> &TwinConfig {
+    /// What the simulator is made of.
+    pub fn config(&self) -> &SimulatorConfig {
         &self.config
     }
 
@@ -234,11 +238,11 @@ impl Twin {
     }
 
     /// The light on the sensor with the stage at `position_mm`, as a share of what is full scale at reflectance 1; rows x columns.
-    pub fn irradiance(&self, position_mm: f64) -> Plane<f32> {
+    pub fn irradiance(&self, position_mm: f64) -> Grid<f32> {
         self.irradiance_at_offset(self.scene_offset_mm(position_mm))
     }
 
-    fn irradiance_at_offset(&self, offset_mm: f64) -> Plane<f32> {
+    fn irradiance_at_offset(&self, offset_mm: f64) -> Grid<f32> {
         let sight = sight::Sight::new(&self.config.optics);
         let scene = self.config.scene;
         let shade = |ray| scene.hit(ray, offset_mm).map_or(render::GROUND, |hit| self.reflectance(&hit));
@@ -262,8 +266,8 @@ impl Twin {
 
     /// The light on the sensor with the board held before the camera, in pose number `pose` of an endless list that shows it tilted by 20 to
     /// 35 degrees, rolled, nearer and farther, at all parts of the image, and always wholly in view. In the units of
-    /// [`irradiance`](Self::irradiance); only the dark ground if the twin has no board.
-    pub fn board_irradiance(&self, pose: usize) -> Plane<f32> {
+    /// [`irradiance`](Self::irradiance); only the dark ground if the simulator has no board.
+    pub fn board_irradiance(&self, pose: usize) -> Grid<f32> {
         let optics = &self.config.optics;
         match self.config.board {
             Some(board) => board.irradiance(optics, board.pose(optics, pose)),
@@ -271,16 +275,16 @@ impl Twin {
         }
     }
 
-    /// Where the board is held in pose number `pose`; `None` if the twin has no board.
+    /// Where the board is held in pose number `pose`; `None` if the simulator has no board.
     pub fn board_pose(&self, pose: usize) -> Option<BoardPose> {
         self.config.board.map(|board| board.pose(&self.config.optics, pose))
     }
 
     /// The light on the sensor from a surface of this reflectance that fills the view, in the units of
     /// [`irradiance`](Self::irradiance); rows x columns.
-    pub fn uniform_irradiance(&self, reflectance: f32) -> Plane<f32> {
+    pub fn uniform_irradiance(&self, reflectance: f32) -> Grid<f32> {
         let optics = &self.config.optics;
-        let mut light = Plane::filled(optics.rows, optics.columns, reflectance);
+        let mut light = Grid::filled(optics.rows, optics.columns, reflectance);
         let transmission = optics.transmissions();
         for y in 0..optics.rows {
             for (x, value) in light.row_mut(y).iter_mut().enumerate() {
@@ -291,7 +295,7 @@ impl Twin {
     }
 
     /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise and the lamp, as in [`expose`](Self::expose).
-    pub fn digitise(&self, irradiance: &Plane<f32>, exposure: u32) -> Frame {
+    pub fn digitise(&self, irradiance: &Grid<f32>, exposure: u32) -> Frame {
         let lamp = lamp::gain(self.config.flicker, self.config.sensor.seed, exposure);
         self.config.sensor.digitise(irradiance, lamp, exposure)
     }
@@ -299,8 +303,8 @@ impl Twin {
     /// All frames of the scan as a volume, as the camera sees them and where the stage says that they are.
     ///
     /// # Errors
-    /// None in practice: a twin's positions increase and its frames are alike by construction.
-    pub fn render_volume(&self, progress: &dyn Progress) -> Result<Volume, TwinError> {
+    /// None in practice: a simulator's positions increase and its frames are alike by construction.
+    pub fn render_volume(&self, progress: &dyn Progress) -> Result<Volume, SimulatorError> {
         let positions = self.config.scan.positions_mm();
         let tau = Tau::from_positions(&positions)?;
         let optics = &self.config.optics;
@@ -317,27 +321,27 @@ impl Twin {
     /// What is true of the scan for the pixels of frame `reference`.
     ///
     /// # Errors
-    /// [`TwinError::NoSuchFrame`]; [`TwinError::NotRectified`] if the camera is turned or distorts.
-    pub fn truth(&self, reference: usize) -> Result<Truth, TwinError> {
+    /// [`SimulatorError::NoSuchFrame`]; [`SimulatorError::NotRectified`] if the camera is turned or distorts.
+    pub fn truth(&self, reference: usize) -> Result<Truth, SimulatorError> {
         if !self.config.optics.is_rectified() {
-            return Err(TwinError::NotRectified);
+            return Err(SimulatorError::NotRectified);
         }
         self.truth_seen_by(&self.config.optics.pinhole(), reference)
     }
 
     /// What is true of the scan for the pixels of frame `reference`, as an ideal pinhole camera in the rectified frame sees it. It may
-    /// see more than the twin's own camera does.
+    /// see more than the simulator's own camera does.
     ///
     /// # Errors
-    /// [`TwinError::NoSuchFrame`]; [`TwinError::BadNumber`] for a focal length that is not positive.
-    pub fn truth_seen_by(&self, camera: &Pinhole, reference: usize) -> Result<Truth, TwinError> {
+    /// [`SimulatorError::NoSuchFrame`]; [`SimulatorError::BadNumber`] for a focal length that is not positive.
+    pub fn truth_seen_by(&self, camera: &Pinhole, reference: usize) -> Result<Truth, SimulatorError> {
         let last = self.config.scan.frames - 1;
         if reference > last {
-            return Err(TwinError::NoSuchFrame { index: reference, last });
+            return Err(SimulatorError::NoSuchFrame { index: reference, last });
         }
         let value = camera.focal_length_px;
         if !(value.is_finite() && value > 0.0) {
-            return Err(TwinError::BadNumber {
+            return Err(SimulatorError::BadNumber {
                 what: "rectified focal length in px",
                 value,
                 expected: "positive",

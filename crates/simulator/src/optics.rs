@@ -1,8 +1,8 @@
-//! The twin's lens and pixel grid, and how the camera is mounted.
+//! The simulator's lens and pixel grid, and how the camera is mounted.
 
 use serde::{Deserialize, Serialize};
 
-use super::TwinError;
+use super::SimulatorError;
 use super::distortion::Distortion;
 use super::pinhole::Pinhole;
 use super::sight::Sight;
@@ -58,8 +58,8 @@ impl Optics {
         }
     }
 
-    pub(super) fn check(&self) -> Result<(), TwinError> {
-        let bad = |what, value, expected| Err(TwinError::BadNumber { what, value, expected });
+    pub(super) fn check(&self) -> Result<(), SimulatorError> {
+        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
         if !(0.0..=10.0).contains(&self.point_spread_sigma_px) {
             return bad("point spread in px", self.point_spread_sigma_px, "from 0 to 10");
         }
@@ -204,7 +204,7 @@ mod tests {
     fn impossible_mountings_and_lenses_are_refused() {
         let sound = Optics::square(101, 100.0);
         assert_eq!(sound.check(), Ok(()));
-        let refused = |optics: Optics| matches!(optics.check(), Err(TwinError::BadNumber { .. }));
+        let refused = |optics: Optics| matches!(optics.check(), Err(SimulatorError::BadNumber { .. }));
         assert!(refused(Optics { pan_rad: 0.6, ..sound.clone() }));
         assert!(refused(Optics { roll_rad: f64::NAN, ..sound.clone() }));
         // The corner lies at r = 0.75; r (1 - r^2) does not reach it.

@@ -1,11 +1,13 @@
-//! Twins of the paper's experiments, and a small one for examples.
+//! Simulators of the paper's experiments, and a small one for examples.
 
-use super::{Bands, Carried, HandBoard, Optics, Scene, Sensor, StepError, Texture, TwinConfig, TwinScan};
+use super::{
+    Bands, Carried, HandBoard, Optics, Scene, Sensor, SimulatedScan, SimulatorConfig, StepError, Texture,
+};
 
 /// Grains are this many pixels wide in the image: the finest texture that survives lens and pixel without aliasing.
 const GRAIN_PX: f64 = 2.0;
 
-impl TwinConfig {
+impl SimulatorConfig {
     /// The paper's real experiment (section 5.2) in an ideal world: a 15 cm tile with 0.2 mm deep hollows, 25 mm lens, 9 mm
     /// chip, 900 mm away, moved 150 mm. `side_px` is the width of the square image (the paper's: 1024); the optics scale
     /// with it, so that the tile always fills the same part of the image.
@@ -28,7 +30,7 @@ impl TwinConfig {
             optics,
             sensor: Sensor::ideal(8),
             carried: Carried::Scene,
-            scan: TwinScan { start_mm: 10.0, step_mm: 150.0 / (frames.max(2) - 1) as f64, frames },
+            scan: SimulatedScan { start_mm: 10.0, step_mm: 150.0 / (frames.max(2) - 1) as f64, frames },
             board: None,
             flicker: 0.0,
             step_error: StepError::default(),
@@ -75,7 +77,7 @@ impl TwinConfig {
             optics,
             sensor: Sensor::ideal(8),
             carried: Carried::Scene,
-            scan: TwinScan { start_mm: 10.0, step_mm: 40.0 / (frames.max(2) - 1) as f64, frames },
+            scan: SimulatedScan { start_mm: 10.0, step_mm: 40.0 / (frames.max(2) - 1) as f64, frames },
             board: None,
             flicker: 0.0,
             step_error: StepError::default(),
@@ -99,7 +101,7 @@ impl TwinConfig {
             optics,
             sensor: Sensor::ideal(8),
             carried: Carried::Scene,
-            scan: TwinScan { start_mm: 10.0, step_mm: travel_mm / (frames.max(2) - 1) as f64, frames },
+            scan: SimulatedScan { start_mm: 10.0, step_mm: travel_mm / (frames.max(2) - 1) as f64, frames },
             board: None,
             flicker: 0.0,
             step_error: StepError::default(),

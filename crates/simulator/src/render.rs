@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Optics;
 use super::rays::Rays;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Samples along each side of a pixel. Texture is band-limited (see [`Texture`](super::Texture)), so three suffice.
 const SAMPLES: usize = 3;
@@ -19,10 +19,10 @@ pub(super) fn irradiance<F: Fn(f64, f64) -> (f64, f64) + Sync>(
     optics: &Optics,
     rays: &Rays<F>,
     shade: impl Fn((f64, f64)) -> f32 + Sync,
-) -> Plane<f32> {
+) -> Grid<f32> {
     let (rows, columns) = (optics.rows, optics.columns);
     let kernel = aperture(optics.point_spread_sigma_px);
-    let mut image = Plane::filled(rows, columns, 0.0);
+    let mut image = Grid::filled(rows, columns, 0.0);
     image.values_mut().par_chunks_mut(STRIP_ROWS * columns).enumerate().for_each(|(strip, out)| {
         render_strip(columns, rays, &shade, strip * STRIP_ROWS, &kernel, out);
     });
@@ -95,15 +95,15 @@ fn render_strip<F: Fn(f64, f64) -> (f64, f64)>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Twin, TwinConfig};
+    use crate::{Simulator, SimulatorConfig};
 
     #[test]
     fn pixels_average_the_surface_as_direct_integration_does() {
-        let mut config = TwinConfig::textured_plane(24, 16, 5);
+        let mut config = SimulatorConfig::textured_plane(24, 16, 5);
         config.optics.point_spread_sigma_px = 0.6;
-        let twin = Twin::new(config).unwrap();
-        let image = twin.irradiance_at_offset(1.3);
-        let config = twin.config();
+        let simulator = Simulator::new(config).unwrap();
+        let image = simulator.irradiance_at_offset(1.3);
+        let config = simulator.config();
         // 31 x 31 samples per pixel over +-4 px, weighted by the exact integral of the Gaussian over the pixel's width:
         // another kernel, another density, no separation.
         let density = 31;
@@ -125,7 +125,7 @@ mod tests {
                     let ray = config.optics.ray(x as f64 + u, y as f64 + v);
                     let hit = config.scene.hit(ray, 1.3).unwrap();
                     let weight = weight(u) * weight(v);
-                    sum += weight * f64::from(twin.paint.reflectance(hit.across_mm, hit.along_mm));
+                    sum += weight * f64::from(simulator.paint.reflectance(hit.across_mm, hit.along_mm));
                     total += weight;
                 }
             }

@@ -1,4 +1,4 @@
-//! What the twin's camera looks at: surfaces whose intersections with a ray have a closed form.
+//! What the simulator's camera looks at: surfaces whose intersections with a ray have a closed form.
 //!
 //! Scene coordinates: u along x, v along y, both from the scene's origin; depth Z along the optical axis. With the scene
 //! displaced by s, a ray (a, b) = (X / Z, Y / Z) meets the surface at u = a Z - s, v = b Z. Translation along x changes no
@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::TwinError;
+use super::SimulatorError;
 use super::bands::Bands;
 
 /// A surface.
@@ -76,8 +76,8 @@ impl Scene {
     }
 
     /// Whether every ray with |X / Z|, |Y / Z| up to `steepest` meets the surface once, in front of the camera.
-    pub(super) fn check(&self, steepest: (f64, f64)) -> Result<(), TwinError> {
-        let bad = |what, value, expected| Err(TwinError::BadNumber { what, value, expected });
+    pub(super) fn check(&self, steepest: (f64, f64)) -> Result<(), SimulatorError> {
+        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
         let distance_mm = self.distance_mm();
         if !(distance_mm.is_finite() && distance_mm > 0.0) {
             return bad("distance in mm", distance_mm, "positive");
@@ -86,14 +86,14 @@ impl Scene {
             Self::Plane { slope_x, slope_y, .. } => {
                 let tilt = slope_x.abs() * steepest.0 + slope_y.abs() * steepest.1;
                 if tilt.is_nan() || tilt >= 1.0 {
-                    return Err(TwinError::HidesItself(
+                    return Err(SimulatorError::HidesItself(
                         "the plane is seen edge-on at the border of the image",
                     ));
                 }
             }
             Self::CubeEdge { slope, .. } => {
                 if !(slope >= 0.0 && slope * steepest.0 < 1.0) {
-                    return Err(TwinError::HidesItself("a face of the cube is seen edge-on"));
+                    return Err(SimulatorError::HidesItself("a face of the cube is seen edge-on"));
                 }
             }
             Self::Tile {
@@ -119,7 +119,7 @@ impl Scene {
                     );
                 }
                 if hollow_depth_mm.is_nan() || hollow_depth_mm.abs() * steepest.0 >= wall_mm {
-                    return Err(TwinError::HidesItself("the hollows' walls are steeper than the view"));
+                    return Err(SimulatorError::HidesItself("the hollows' walls are steeper than the view"));
                 }
                 let wall = hollow_depth_mm.abs() / wall_mm;
                 let steepest_wall = match bands {
@@ -130,14 +130,16 @@ impl Scene {
                     None => steepest.0,
                 };
                 if wall * steepest_wall >= 1.0 {
-                    return Err(TwinError::HidesItself(
+                    return Err(SimulatorError::HidesItself(
                         "the walls before the bands are steeper than the view",
                     ));
                 }
                 // Along a ray the bow's depth changes by this much per mm of depth, and a wall of the tile multiplies that.
                 let bowed = 4.0 * bow_mm.abs() / side_mm * (steepest.0 + steepest.1);
                 if bowed.is_nan() || bowed >= 0.5 * (1.0 - wall * steepest_wall) {
-                    return Err(TwinError::HidesItself("the bow of the tile is too deep for so wide a view"));
+                    return Err(SimulatorError::HidesItself(
+                        "the bow of the tile is too deep for so wide a view",
+                    ));
                 }
             }
         }
@@ -373,15 +375,15 @@ mod tests {
     #[test]
     fn scenes_that_hide_themselves_are_refused() {
         let edge_on = Scene::Plane { distance_mm: 700.0, slope_x: 8.0, slope_y: 0.0 };
-        assert!(matches!(edge_on.check((0.2, 0.2)), Err(TwinError::HidesItself(_))));
+        assert!(matches!(edge_on.check((0.2, 0.2)), Err(SimulatorError::HidesItself(_))));
         let cube = Scene::CubeEdge { distance_mm: 700.0, slope: 6.0 };
-        assert!(matches!(cube.check((0.2, 0.2)), Err(TwinError::HidesItself(_))));
+        assert!(matches!(cube.check((0.2, 0.2)), Err(SimulatorError::HidesItself(_))));
         assert_eq!(banded(0.2, 0.3).check((0.18, 0.18)), Ok(()));
         // The walls before the bands: 0.3 mm on 0.4 mm, seen at 1.5.
         assert_eq!(Scene::check(&banded(0.3, 0.0), (0.2, 0.9)), Ok(()));
-        assert!(matches!(banded(0.3, 0.0).check((0.2, 1.5)), Err(TwinError::HidesItself(_))));
-        assert!(matches!(banded(0.2, 30.0).check((0.2, 0.6)), Err(TwinError::HidesItself(_))));
+        assert!(matches!(banded(0.3, 0.0).check((0.2, 1.5)), Err(SimulatorError::HidesItself(_))));
+        assert!(matches!(banded(0.2, 30.0).check((0.2, 0.6)), Err(SimulatorError::HidesItself(_))));
         let flat = Scene::Plane { distance_mm: -1.0, slope_x: 0.0, slope_y: 0.0 };
-        assert!(matches!(flat.check((0.2, 0.2)), Err(TwinError::BadNumber { .. })));
+        assert!(matches!(flat.check((0.2, 0.2)), Err(SimulatorError::BadNumber { .. })));
     }
 }

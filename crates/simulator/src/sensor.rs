@@ -1,4 +1,4 @@
-//! The twin's sensor: noise, quantisation, and pixels that are not alike.
+//! The simulator's sensor: noise, quantisation, and pixels that are not alike.
 
 use std::collections::BTreeSet;
 
@@ -8,9 +8,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::TwinError;
+use super::SimulatorError;
 use epirig_core::frame::{Frame, Samples, full_scale};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Level of a white surface on the axis, as a share of full scale: bright, not saturated.
 const WHITE: f32 = 0.9;
@@ -56,8 +56,8 @@ impl Sensor {
     }
 
     /// Checks the numbers of a sensor of `pixels` pixels.
-    pub(super) fn check(&self, pixels: usize) -> Result<(), TwinError> {
-        let bad = |what, value, expected| Err(TwinError::BadNumber { what, value, expected });
+    pub(super) fn check(&self, pixels: usize) -> Result<(), SimulatorError> {
+        let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
         if ![8, 10, 12, 16].contains(&self.bit_depth) {
             return bad("bit depth", self.bit_depth.into(), "8, 10, 12 or 16");
         }
@@ -84,7 +84,7 @@ impl Sensor {
 
     /// Numbers for `irradiance` (shares of full scale at reflectance 1) under a lamp that gives `lamp` of its mean light; `exposure` chooses
     /// the noise.
-    pub(super) fn digitise(&self, irradiance: &Plane<f32>, lamp: f32, exposure: u32) -> Frame {
+    pub(super) fn digitise(&self, irradiance: &Grid<f32>, lamp: f32, exposure: u32) -> Frame {
         let scale = f32::from(full_scale(self.bit_depth));
         let black = self.black_level_dn as f32;
         let (rows, columns) = (irradiance.rows(), irradiance.columns());
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     fn statistics(sensor: &Sensor, light: f32) -> (f64, f64) {
-        let frame = sensor.digitise(&Plane::filled(200, 200, light), 1.0, 3);
+        let frame = sensor.digitise(&Grid::filled(200, 200, light), 1.0, 3);
         let mut values = vec![0.0; 40_000];
         frame.samples().copy_to_f32(0, &mut values);
         let mean = values.iter().map(|&value| f64::from(value)).sum::<f64>() / 40_000.0;
@@ -182,13 +182,13 @@ mod tests {
     #[test]
     fn the_same_exposure_repeats_and_another_differs() {
         let sensor = Sensor { read_noise_dn: 2.0, ..Sensor::ideal(8) };
-        let light = Plane::filled(8, 8, 0.5);
+        let light = Grid::filled(8, 8, 0.5);
         assert_eq!(sensor.digitise(&light, 1.0, 1), sensor.digitise(&light, 1.0, 1));
         assert_ne!(sensor.digitise(&light, 1.0, 1), sensor.digitise(&light, 1.0, 2));
     }
 
     fn levels(sensor: &Sensor, light: f32, exposure: u32) -> Vec<f64> {
-        let frame = sensor.digitise(&Plane::filled(200, 200, light), 1.0, exposure);
+        let frame = sensor.digitise(&Grid::filled(200, 200, light), 1.0, exposure);
         let mut values = vec![0.0; 40_000];
         frame.samples().copy_to_f32(0, &mut values);
         values.into_iter().map(f64::from).collect()
@@ -200,7 +200,7 @@ mod tests {
         assert!(levels(&sensor, 0.0, 1).iter().all(|&level| level == 12.0));
         // 12 + 0.5 * 0.9 * 255 = 126.75, and with 4 % more light 131.34.
         assert!(levels(&sensor, 0.5, 1).iter().all(|&level| level == 127.0));
-        let brighter = sensor.digitise(&Plane::filled(8, 8, 0.5), 1.04, 1);
+        let brighter = sensor.digitise(&Grid::filled(8, 8, 0.5), 1.04, 1);
         assert_eq!(brighter.samples().mean(), 131.0);
 
         let uneven = Sensor { pixel_gain_sigma: 0.02, ..Sensor::ideal(12) };

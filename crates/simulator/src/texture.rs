@@ -1,4 +1,4 @@
-//! The twin's paint: band-limited random texture, fixed to the surface.
+//! The simulator's paint: band-limited random texture, fixed to the surface.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

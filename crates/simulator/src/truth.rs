@@ -1,21 +1,21 @@
 //! What is true of a simulated scan, in closed form.
 
-use super::{Pinhole, Twin};
-use epirig_core::grid::Plane;
+use super::{Pinhole, Simulator};
+use epirig_core::grid::Grid;
 
 /// The truth for the pixels of one reference frame, seen by an ideal pinhole in the rectified frame; rows x columns each. It is told
 /// for the places where the carriage truly stood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Disparity in px over the whole true baseline, signed; NaN where a pixel's middle sees the featureless ground.
-    pub disparity: Plane<f32>,
+    pub disparity: Grid<f32>,
     /// Height towards the camera over the scene's nearest level, in mm; NaN as above.
-    pub height_mm: Plane<f32>,
-    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 where there is none. The twin's scenes hide no
+    pub height_mm: Grid<f32>,
+    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 where there is none. The simulator's scenes hide no
     /// part of themselves, so a point in the image is a point seen.
-    pub visible_frames: Plane<u16>,
+    pub visible_frames: Grid<u16>,
     /// Index of the first of them.
-    first_visible: Plane<u16>,
+    first_visible: Grid<u16>,
 }
 
 impl Truth {
@@ -30,17 +30,17 @@ impl Truth {
     }
 }
 
-pub(super) fn truth(twin: &Twin, camera: &Pinhole, reference: usize) -> Truth {
-    let config = twin.config();
+pub(super) fn truth(simulator: &Simulator, camera: &Pinhole, reference: usize) -> Truth {
+    let config = simulator.config();
     let offsets: Vec<f64> =
-        config.scan.positions_mm().iter().map(|&position| twin.scene_offset_mm(position)).collect();
+        config.scan.positions_mm().iter().map(|&position| simulator.scene_offset_mm(position)).collect();
     let here = offsets[reference];
     let baseline_mm = offsets[offsets.len() - 1] - offsets[0];
     let (rows, columns) = (camera.rows, camera.columns);
-    let mut disparity = Plane::filled(rows, columns, f32::NAN);
-    let mut height_mm = Plane::filled(rows, columns, f32::NAN);
-    let mut visible_frames = Plane::filled(rows, columns, 0);
-    let mut first_visible = Plane::filled(rows, columns, 0);
+    let mut disparity = Grid::filled(rows, columns, f32::NAN);
+    let mut height_mm = Grid::filled(rows, columns, f32::NAN);
+    let mut visible_frames = Grid::filled(rows, columns, 0);
+    let mut first_visible = Grid::filled(rows, columns, 0);
     for y in 0..rows {
         for x in 0..columns {
             let Some(hit) = config.scene.hit(camera.ray(x as f64, y as f64), here) else { continue };

@@ -1,4 +1,4 @@
-//! The keys of section `sim`: the twin, and its faults.
+//! The keys of section `sim`: the simulator, and its faults.
 
 use super::super::parts::SceneName;
 use super::super::quantity::{DEG, DN, MM, PERCENT, UM};
@@ -28,7 +28,7 @@ keys!(
         "How far the camera is rolled about its axis against the travel"
     )
     .or("0 deg"),
-    // The twin refuses 0.5 rad.
+    // The simulator refuses 0.5 rad.
     PAN = key(
         "pan",
         measure(DEG, Allowed::Within(28.0)),

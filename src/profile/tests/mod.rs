@@ -394,7 +394,7 @@ fn the_simulated_rig_can_be_given_a_real_stage_and_a_real_camera() {
     let camera = ("camera.device=/dev/video0", "EPIRIG_CAMERA");
     let profile = read(&[camera, stage]).unwrap();
     assert!(!profile.camera.is_simulated());
-    assert_eq!(profile.sim.scene, SceneName::Plane, "the default: there is no twin");
+    assert_eq!(profile.sim.scene, SceneName::Plane, "the default: there is no simulator");
     let error = read(&[camera, stage, ("sim.seed=3", "--set")]).unwrap_err().to_string();
     assert!(error.starts_with("--set: sim.seed means nothing without"), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");

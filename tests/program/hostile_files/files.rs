@@ -7,7 +7,7 @@ use std::process::Command;
 use epirig_core::frame::{Frame, Samples};
 
 use super::{change_lines, edit, folder, imported, is_refused, line, make_pipe, within_a_minute};
-use crate::support::{epirig, fails, images, names, succeeds, twin, write_png};
+use crate::support::{epirig, fails, images, names, simulator, succeeds, write_png};
 
 #[test]
 fn names_of_images_without_a_file_behind_them_are_named_and_refused() {
@@ -31,7 +31,7 @@ fn names_of_images_without_a_file_behind_them_are_named_and_refused() {
     fs::remove_file(photos.join("frame_5b.tif")).unwrap();
     // Nor are those of calibration images.
     fs::create_dir(folder.path().join("dark")).unwrap();
-    write_png(&folder.path().join("dark/0.png"), &twin(9).expose(0.0, 0));
+    write_png(&folder.path().join("dark/0.png"), &simulator(9).expose(0.0, 0));
     symlink("loop.png", folder.path().join("dark/loop.png")).unwrap();
     fails(folder.path(), &[&import[..], &["--dark", "dark"]].concat(), 5, &["dark", "loop.png"]);
     // A link to a file is one, and what a system hides beside an image is none.

@@ -84,7 +84,7 @@ fn who_reads_no_further_is_told_nothing() {
 fn a_sound_image_of_a_kind_that_is_not_read_is_not_called_damaged() {
     let folder = folder();
     images(&folder.path().join("photos"), 3);
-    let map = epirig_core::grid::Plane::filled(24, 64, 0.5_f32);
+    let map = epirig_core::grid::Grid::filled(24, 64, 0.5_f32);
     let bytes = epirig_data::formats::MapFormat::Tiff.encode(&map).unwrap();
     fs::remove_file(folder.path().join("photos/frame_1.png")).unwrap();
     fs::write(folder.path().join("photos/frame_1.tif"), bytes).unwrap();

@@ -2,7 +2,7 @@
 
 use super::PhotometryError;
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Sums of the samples and of their squares. 65 536 frames of 16 bit fit.
 pub(super) struct Sums {
@@ -28,8 +28,8 @@ pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), Ph
 }
 
 /// A frame as DN.
-pub(super) fn as_plane(frame: &Frame) -> Plane<f32> {
-    let mut plane = Plane::filled(frame.rows(), frame.columns(), 0.0);
+pub(super) fn as_plane(frame: &Frame) -> Grid<f32> {
+    let mut plane = Grid::filled(frame.rows(), frame.columns(), 0.0);
     frame.samples().copy_to_f32(0, plane.values_mut());
     plane
 }
@@ -74,8 +74,8 @@ impl Sums {
     }
 
     /// Mean of every pixel, in DN.
-    pub(super) fn mean(&self) -> Plane<f32> {
-        let mut mean = Plane::filled(self.rows, self.columns, 0.0);
+    pub(super) fn mean(&self) -> Grid<f32> {
+        let mut mean = Grid::filled(self.rows, self.columns, 0.0);
         let share = 1.0 / self.frames.max(1) as f64;
         mean.values_mut()
             .iter_mut()

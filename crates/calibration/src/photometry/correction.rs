@@ -2,15 +2,15 @@
 
 use super::outliers::replace;
 use epirig_core::frame::Frame;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// A pixel's light is (value - subtract) * multiply; pixels in `hot` have the mean of their good neighbours, corrected, instead.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Correction {
     /// Dark level, in DN. `None` for zero everywhere.
-    pub subtract: Option<Plane<f32>>,
+    pub subtract: Option<Grid<f32>>,
     /// 1 over the gain, positive, whose mean is near 1. `None` for one everywhere.
-    pub multiply: Option<Plane<f32>>,
+    pub multiply: Option<Grid<f32>>,
     /// Columns and rows of the pixels that cannot be used, sorted.
     pub hot: Vec<(usize, usize)>,
 }
@@ -21,19 +21,19 @@ impl Correction {
     /// ```
     /// use epirig_core::frame::{Frame, Samples};
     /// use epirig_calibration::photometry::Correction;
-    /// use epirig_core::grid::Plane;
+    /// use epirig_core::grid::Grid;
     ///
     /// let frame = Frame::new(1, 3, 8, Samples::U8(vec![12, 255, 22]))?;
     /// let correction = Correction {
-    ///     subtract: Some(Plane::filled(1, 3, 2.0)),
-    ///     multiply: Plane::from_values(1, 3, vec![1.0, 1.0, 0.5]),
+    ///     subtract: Some(Grid::filled(1, 3, 2.0)),
+    ///     multiply: Grid::from_values(1, 3, vec![1.0, 1.0, 0.5]),
     ///     hot: vec![(1, 0)],
     /// };
     /// assert_eq!(correction.applied(&frame).unwrap().values(), [10.0, 10.0, 10.0]);
     /// # Ok::<(), epirig_core::frame::FrameError>(())
     /// ```
-    pub fn applied(&self, frame: &Frame) -> Option<Plane<f32>> {
-        let fits = |plane: &Plane<f32>| (plane.rows(), plane.columns()) == (frame.rows(), frame.columns());
+    pub fn applied(&self, frame: &Frame) -> Option<Grid<f32>> {
+        let fits = |plane: &Grid<f32>| (plane.rows(), plane.columns()) == (frame.rows(), frame.columns());
         let all_fit = [&self.subtract, &self.multiply].into_iter().flatten().all(fits)
             && self.hot.iter().all(|&(x, y)| x < frame.columns() && y < frame.rows());
         if !all_fit {

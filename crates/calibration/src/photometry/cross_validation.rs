@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::grid::CellGrid;
 use super::polynomial::{HIGHEST_ORDER, Patch, Polynomial};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Of the cells one in so many is left out at a time.
 const FOLDS: usize = 5;
@@ -39,14 +39,14 @@ pub struct Trial {
 
 /// Means of two halves of the flat frames, each with mean 1.
 pub(super) struct Halves {
-    means: [Plane<f32>; 2],
+    means: [Grid<f32>; 2],
     patches: [Vec<Patch>; 2],
     frames: [usize; 2],
 }
 
 impl Halves {
     /// Of means in DN, without outliers, of so many frames each.
-    pub(super) fn new(mut means: [Plane<f32>; 2], frames: [usize; 2]) -> Self {
+    pub(super) fn new(mut means: [Grid<f32>; 2], frames: [usize; 2]) -> Self {
         let patches = means.each_mut().map(|mean| {
             let grid = CellGrid::of(mean);
             let level = grid.mean();

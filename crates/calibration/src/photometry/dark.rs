@@ -6,7 +6,7 @@ use super::PhotometryError;
 use super::average::{Sums, check_alike};
 use super::outliers::{Outlier, OutlierKind, departing};
 use epirig_core::frame::Frame;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// If more than this share of the samples are 0, the sensor may have cut off what was below, and the mean is too high. With Gaussian
 /// noise and this share, 1.28 standard deviations from the end, the mean errs by 5 % of the noise at most, and by less where noise is of the size of a
@@ -37,7 +37,7 @@ pub struct DarkFrame {
     /// What to subtract.
     pub model: DarkModel,
     /// Mean of every pixel, in DN.
-    pub mean: Plane<f32>,
+    pub mean: Grid<f32>,
     /// Mean of the pixels that are no outliers, in DN.
     pub level_dn: f64,
     /// Standard deviation of a sample from frame to frame (read noise, rounding), in DN, of pixels that are no outliers; `None` for a

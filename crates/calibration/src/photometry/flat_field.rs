@@ -10,7 +10,7 @@ use super::outliers::{Outlier, OutlierKind, departing, replace};
 use super::polynomial::{HIGHEST_ORDER, Polynomial};
 use super::{DarkFrame, DarkModel, PhotometryError};
 use epirig_core::frame::Frame;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// A pixel's gain departs from its neighbours' by more than this share, or the pixel may be used: less drowns in a frame's noise of about 1 %.
 const LEAST_GAIN_DEPARTURE: f64 = 0.02;
@@ -66,7 +66,7 @@ pub struct FlatField {
 
 /// The mean of flat frames, and what it is compared with.
 struct Flat {
-    mean: Plane<f32>,
+    mean: Grid<f32>,
     grid: CellGrid,
     halves: Option<Halves>,
     /// Variance of a sample, in squared DN.
@@ -84,7 +84,7 @@ pub fn flat_field(
     frames: &[Frame],
     dark: Option<&DarkFrame>,
     method: FlatMethod,
-) -> Result<(FlatField, Option<Plane<f32>>), PhotometryError> {
+) -> Result<(FlatField, Option<Grid<f32>>), PhotometryError> {
     let flat = take_up(frames, dark)?;
     let (rows, columns) = (flat.mean.rows(), flat.mean.columns());
     let trials = match (method, &flat.halves) {
@@ -116,7 +116,7 @@ pub fn flat_field(
         }
     };
     let gain = map.clone().or_else(|| smooth.as_ref().map(Polynomial::plane));
-    let positive = |gain: &Plane<f32>| gain.values().iter().all(|&gain| gain > 0.0 && gain.is_finite());
+    let positive = |gain: &Grid<f32>| gain.values().iter().all(|&gain| gain > 0.0 && gain.is_finite());
     let Some(gain) = gain.filter(positive) else { return Err(PhotometryError::NotPositive) };
     let residuals = residuals_percent(&flat.grid, &gain);
     let field = FlatField {
@@ -182,7 +182,7 @@ fn lamp_variance_dn2(frames: &[Frame]) -> f64 {
         / levels.len().saturating_sub(1).max(1) as f64
 }
 
-fn less_dark(mut mean: Plane<f32>, dark: Option<&DarkFrame>) -> Plane<f32> {
+fn less_dark(mut mean: Grid<f32>, dark: Option<&DarkFrame>) -> Grid<f32> {
     let Some(dark) = dark else { return mean };
     match dark.model {
         DarkModel::LevelDn(level_dn) => {
@@ -197,7 +197,7 @@ fn less_dark(mut mean: Plane<f32>, dark: Option<&DarkFrame>) -> Plane<f32> {
 }
 
 /// What the gain leaves of the cells, in %, each against the mean of all.
-fn residuals_percent(grid: &CellGrid, gain: &Plane<f32>) -> Vec<f64> {
+fn residuals_percent(grid: &CellGrid, gain: &Grid<f32>) -> Vec<f64> {
     let left: Vec<f64> = grid
         .cells()
         .iter()
@@ -246,7 +246,7 @@ fn corner_darkening_percent(model: &Polynomial) -> f64 {
     100.0 * (1.0 - darkest / brightest)
 }
 
-fn mean_of(plane: &Plane<f32>) -> f64 {
+fn mean_of(plane: &Grid<f32>) -> f64 {
     plane.values().iter().map(|&value| f64::from(value)).sum::<f64>() / plane.values().len().max(1) as f64
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::polynomial::{Patch, Polynomial};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Cells across and down, as in the paper. Smaller images have a cell for each pixel.
 const CELLS: usize = 10;
@@ -45,9 +45,9 @@ impl Cell {
 ///
 /// ```
 /// use epirig_calibration::photometry::CellGrid;
-/// use epirig_core::grid::Plane;
+/// use epirig_core::grid::Grid;
 ///
-/// let mut image = Plane::filled(100, 200, 80.0);
+/// let mut image = Grid::filled(100, 200, 80.0);
 /// image.row_mut(5)[5] = 255.0;
 /// let grid = CellGrid::of(&image);
 /// assert_eq!((grid.cells().len(), grid.cells()[0].mean, grid.cells()[0].pixels), (100, 80.0, 199));
@@ -66,19 +66,19 @@ fn parts(size: usize) -> impl Iterator<Item = Range<usize>> + Clone {
 
 impl CellGrid {
     /// Of an image in DN.
-    pub fn of(image: &Plane<f32>) -> Self {
+    pub fn of(image: &Grid<f32>) -> Self {
         Self::with(image, mean_without_outliers)
     }
 
     /// With all pixels: means that do not jump where an edge crosses a cell, so that frames can be compared.
-    pub(super) fn of_all_pixels(image: &Plane<f32>) -> Self {
+    pub(super) fn of_all_pixels(image: &Grid<f32>) -> Self {
         Self::with(image, |values| {
             let sum: f64 = values.iter().map(|&value| f64::from(value)).sum();
             (sum / values.len() as f64, values.len())
         })
     }
 
-    fn with(image: &Plane<f32>, mean_of: impl Fn(&mut [f32]) -> (f64, usize)) -> Self {
+    fn with(image: &Grid<f32>, mean_of: impl Fn(&mut [f32]) -> (f64, usize)) -> Self {
         let columns = parts(image.columns());
         let mut values = Vec::new();
         let cells =
@@ -148,8 +148,8 @@ mod tests {
     proptest! {
         #[test]
         fn cells_cover_every_pixel_once(rows in 1_usize..70, columns in 1_usize..70) {
-            let grid = CellGrid::of(&Plane::filled(rows, columns, 3.0));
-            let mut seen = Plane::filled(rows, columns, 0);
+            let grid = CellGrid::of(&Grid::filled(rows, columns, 3.0));
+            let mut seen = Grid::filled(rows, columns, 0);
             for cell in grid.cells() {
                 prop_assert!(!cell.rows.is_empty() && !cell.columns.is_empty());
                 for y in cell.rows.clone() {
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn residuals_are_shares_of_the_model() {
-        let grid = CellGrid::of(&Plane::filled(20, 20, 102.0));
+        let grid = CellGrid::of(&Grid::filled(20, 20, 102.0));
         let model = Polynomial::new(20, 20, vec![100.0]).unwrap();
         assert!(grid.residuals(&model).iter().all(|share| (share - 0.02).abs() < 1e-12));
     }

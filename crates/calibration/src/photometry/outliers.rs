@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Beyond so many robust standard deviations a pixel is an outlier: among ten million pixels with Gaussian noise there is one in fifty
 /// images.
@@ -38,9 +38,9 @@ pub struct Outlier {
 
 /// Pixels whose value departs from the median of its up to eight neighbours by more than six robust standard deviations of that
 /// departure, and by more than `least`: column, row, and the departure. With `relative`, departures are shares of the median.
-pub(super) fn departing(image: &Plane<f32>, least: f64, relative: bool) -> Vec<(usize, usize, f64)> {
+pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(usize, usize, f64)> {
     let (rows, columns) = (image.rows(), image.columns());
-    let mut departures = Plane::filled(rows, columns, 0.0_f32);
+    let mut departures = Grid::filled(rows, columns, 0.0_f32);
     let mut neighbours = Vec::with_capacity(8);
     for y in 0..rows {
         for x in 0..columns {
@@ -86,7 +86,7 @@ fn around(
 
 /// Puts the mean of the nearest good neighbours in the place of every pixel in `bad` (column, row; sorted): of the eight around it, or
 /// of the next ring, if all of those are bad. An image without a good pixel is left as it is.
-pub(super) fn replace(image: &mut Plane<f32>, bad: &[(usize, usize)]) {
+pub(super) fn replace(image: &mut Grid<f32>, bad: &[(usize, usize)]) {
     let (rows, columns) = (image.rows(), image.columns());
     let is_bad = |place: &(usize, usize)| bad.binary_search(place).is_ok();
     let replacement = |&(x, y): &(usize, usize)| {
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn single_pixels_depart_and_ramps_and_edges_do_not() {
-        let mut image = Plane::filled(20, 30, 0.0);
+        let mut image = Grid::filled(20, 30, 0.0);
         for y in 0..20 {
             for x in 0..30 {
                 image.row_mut(y)[x] = 100.0 + 3.0 * x as f32 + if y < 10 { 0.0 } else { 50.0 };
@@ -129,19 +129,18 @@ mod tests {
 
     #[test]
     fn bad_pixels_get_the_mean_of_good_neighbours() {
-        let mut image =
-            Plane::from_values(3, 3, vec![1.0, 2.0, 3.0, 4.0, 99.0, 6.0, 7.0, 8.0, 99.0]).unwrap();
+        let mut image = Grid::from_values(3, 3, vec![1.0, 2.0, 3.0, 4.0, 99.0, 6.0, 7.0, 8.0, 99.0]).unwrap();
         replace(&mut image, &[(1, 1), (2, 2)]);
         assert!((image.at(1, 1) - 31.0 / 7.0).abs() < 1e-6);
         assert_eq!(image.at(2, 2), 7.0, "the mean of 6 and 8");
         // A cluster: its middle takes the next ring.
-        let mut image = Plane::filled(5, 5, 2.0);
+        let mut image = Grid::filled(5, 5, 2.0);
         let mut cluster: Vec<(usize, usize)> = (1..4).flat_map(|x| (1..4).map(move |y| (x, y))).collect();
         cluster.sort_unstable();
         cluster.iter().for_each(|&(x, y)| image.row_mut(y)[x] = 99.0);
         replace(&mut image, &cluster);
         assert!(image.values().iter().all(|&value| value == 2.0));
-        let mut all_bad = Plane::filled(1, 1, 5.0);
+        let mut all_bad = Grid::filled(1, 1, 5.0);
         replace(&mut all_bad, &[(0, 0)]);
         assert_eq!(all_bad.values(), [5.0]);
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Highest total order that is supported: 45 coefficients, of which a grid of 10 x 10 cells leaves none open.
 pub const HIGHEST_ORDER: usize = 8;
@@ -184,10 +184,10 @@ impl Polynomial {
     }
 
     /// The values at all pixels. For each row the powers of v are summed up once, so a pixel costs n multiplications.
-    pub fn plane(&self) -> Plane<f32> {
+    pub fn plane(&self) -> Grid<f32> {
         let order = self.order();
         let across: Vec<f64> = (0..self.columns).map(|x| normalised(x as f64, self.columns)).collect();
-        let mut plane = Plane::filled(self.rows, self.columns, 0.0);
+        let mut plane = Grid::filled(self.rows, self.columns, 0.0);
         let mut of_row = vec![0.0; order + 1];
         for y in 0..self.rows {
             let v = normalised(y as f64, self.rows);

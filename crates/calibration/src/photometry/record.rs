@@ -6,7 +6,7 @@ use super::{
     Correction, DarkModel, FlatField, FlatMethod, FlatModel, Outlier, PhotometryError, dark_frame, flat_field,
 };
 use epirig_core::frame::Frame;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// What is to be corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,9 +89,9 @@ pub struct Photometry {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Maps {
     /// Mean of the dark frames, in DN, if the model is [`DarkModel::Map`].
-    pub dark: Option<Plane<f32>>,
+    pub dark: Option<Grid<f32>>,
     /// Gain with mean 1, if the model is [`FlatModel::PerPixel`].
-    pub flat_field: Option<Plane<f32>>,
+    pub flat_field: Option<Grid<f32>>,
 }
 
 impl Photometry {
@@ -182,13 +182,13 @@ impl Photometry {
     /// [`PhotometryError::MapMissing`] if a map is missing or of another size, [`PhotometryError::NotPositive`] if a gain is not positive.
     pub fn correction(&self, maps: &Maps) -> Result<Correction, PhotometryError> {
         let (rows, columns) = (self.rows, self.columns);
-        let map = |what: &'static str, map: &Option<Plane<f32>>| match map {
+        let map = |what: &'static str, map: &Option<Grid<f32>>| match map {
             Some(map) if (map.rows(), map.columns()) == (rows, columns) => Ok(map.clone()),
             _ => Err(PhotometryError::MapMissing { what, columns, rows }),
         };
         let subtract = match self.dark.applied().map(|dark| dark.model) {
             Some(DarkModel::Map) => Some(map("dark frame", &maps.dark)?),
-            Some(DarkModel::LevelDn(level_dn)) => Some(Plane::filled(rows, columns, level_dn as f32)),
+            Some(DarkModel::LevelDn(level_dn)) => Some(Grid::filled(rows, columns, level_dn as f32)),
             Some(DarkModel::CutOff(_)) | None => None,
         };
         let gain = match self.flat_field.applied().map(|field| &field.model) {

@@ -6,8 +6,8 @@ use rand_distr::StandardNormal;
 
 use super::*;
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Plane;
-use epirig_simulator::{Optics, TwinConfig};
+use epirig_core::grid::Grid;
+use epirig_simulator::{Optics, SimulatorConfig};
 
 const ROWS: usize = 120;
 const COLUMNS: usize = 160;
@@ -27,7 +27,7 @@ fn series(frames: u64, seed: u64, noise_dn: f64, light: impl Fn(usize, usize) ->
 }
 
 fn darkened(corner_darkening: f64) -> Optics {
-    Optics { corner_darkening, ..TwinConfig::textured_plane(COLUMNS, ROWS, 3).optics }
+    Optics { corner_darkening, ..SimulatorConfig::textured_plane(COLUMNS, ROWS, 3).optics }
 }
 
 fn flats(optics: &Optics, frames: u64, seed: u64) -> Vec<Frame> {
@@ -35,7 +35,7 @@ fn flats(optics: &Optics, frames: u64, seed: u64) -> Vec<Frame> {
 }
 
 /// The gain that a found field has.
-fn gain(found: &(FlatField, Option<Plane<f32>>)) -> Plane<f32> {
+fn gain(found: &(FlatField, Option<Grid<f32>>)) -> Grid<f32> {
     match (&found.0.model, &found.1) {
         (FlatModel::Polynomial(polynomial), None) => polynomial.plane(),
         (FlatModel::PerPixel, Some(map)) => map.clone(),
@@ -44,7 +44,7 @@ fn gain(found: &(FlatField, Option<Plane<f32>>)) -> Plane<f32> {
 }
 
 /// Largest departure of the gain from the truth, of which only the form counts, in %.
-fn worst_percent(gain: &Plane<f32>, optics: &Optics) -> f64 {
+fn worst_percent(gain: &Grid<f32>, optics: &Optics) -> f64 {
     let ratio = |index: usize| {
         let (x, y) = ((index % COLUMNS) as f64, (index / COLUMNS) as f64);
         f64::from(gain.values()[index]) / optics.transmission(x, y)

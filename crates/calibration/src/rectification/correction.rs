@@ -81,7 +81,7 @@ fn around(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use epirig_core::grid::Plane;
+    use epirig_core::grid::Grid;
 
     #[test]
     fn hot_pixels_take_their_good_neighbours() {
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        let plane = |rows, value| Some(Plane::filled(rows, 4, value));
+        let plane = |rows, value| Some(Grid::filled(rows, 4, value));
         let dark = Correction { subtract: plane(2, 1.0), ..Correction::default() };
         assert!(matches!(prepared(&dark, 3, 4), Err(RectifyError::CorrectionSize { plane: "dark", .. })));
         let mut gain = Correction { multiply: plane(3, 1.0), ..Correction::default() };

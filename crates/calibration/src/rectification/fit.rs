@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::spline::BORDER_PX;
 use super::{Mapping, RectifiedCamera, RectifyError};
 use crate::lens::Lens;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 impl Mapping {
     /// The mapping whose rectified image is as large as it can be without any pixel that the raw image does not show.
@@ -86,8 +86,8 @@ impl Mapping {
     }
 
     /// Which rectified pixels lie at least [`BORDER_PX`] inside the raw image.
-    pub fn valid(&self) -> Plane<bool> {
-        let mut valid = Plane::filled(self.camera.rows, self.camera.columns, false);
+    pub fn valid(&self) -> Grid<bool> {
+        let mut valid = Grid::filled(self.camera.rows, self.camera.columns, false);
         let inside = |place: f64, size: usize| place >= BORDER_PX && place <= (size as f64 - 1.0) - BORDER_PX;
         let columns = self.camera.columns.max(1);
         let rotation = self.rotation();
@@ -117,7 +117,7 @@ impl Mapping {
 /// Columns and rows of the largest rectangle of `true`, the first one if there are several; `None` if all is `false`.
 ///
 /// For each row the heights of the columns of `true` that end there; a stack of rising heights gives the widest rectangle under each.
-fn largest_rectangle(mask: &Plane<bool>) -> Option<(std::ops::Range<i64>, std::ops::Range<i64>)> {
+fn largest_rectangle(mask: &Grid<bool>) -> Option<(std::ops::Range<i64>, std::ops::Range<i64>)> {
     let columns = mask.columns();
     let mut heights = vec![0_usize; columns];
     let mut best = (0, None);
@@ -159,7 +159,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_rectangle_is_larger(bits in proptest::collection::vec(proptest::bool::weighted(0.7), 42)) {
-            let mask = Plane::from_values(6, 7, bits).unwrap();
+            let mask = Grid::from_values(6, 7, bits).unwrap();
             let full = |columns: std::ops::Range<usize>, rows: std::ops::Range<usize>| {
                 rows.clone().all(|y| columns.clone().all(|x| mask.at(x, y)))
             };

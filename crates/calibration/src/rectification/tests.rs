@@ -7,7 +7,7 @@ use super::*;
 use crate::lens::{Distortion, Lens};
 use crate::photometry::Correction;
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -51,8 +51,8 @@ fn rectified(mapping: Mapping, correction: Correction, frames: &[Frame]) -> Volu
     volume
 }
 
-fn plane(volume: &Volume, t: usize) -> Plane<f32> {
-    let mut plane = Plane::filled(volume.rows(), volume.columns(), 0.0);
+fn plane(volume: &Volume, t: usize) -> Grid<f32> {
+    let mut plane = Grid::filled(volume.rows(), volume.columns(), 0.0);
     (0..volume.rows()).for_each(|y| volume.copy_row(y, t, plane.row_mut(y)));
     plane
 }
@@ -76,7 +76,7 @@ fn a_texture_is_found_where_the_lens_puts_it() {
             scene(raw_x, raw_y)
         };
         // Error and slope along x of every pixel.
-        let mut values = Plane::filled(found.rows(), found.columns(), (0.0, 0.0));
+        let mut values = Grid::filled(found.rows(), found.columns(), (0.0, 0.0));
         let mut squares = 0.0;
         for y in 0..found.rows() {
             for x in 0..found.columns() {
@@ -143,7 +143,7 @@ fn frames_are_corrected_before_they_are_resampled() {
     let gain = |x: f64, y: f64| if (x + y) % 2.0 == 0.0 { 0.5 } else { 0.25 };
     let of = |value: &dyn Fn(f64, f64) -> f64| {
         let values = (0..ROWS * COLUMNS).map(|i| value((i % COLUMNS) as f64, (i / COLUMNS) as f64) as f32);
-        Plane::from_values(ROWS, COLUMNS, values.collect())
+        Grid::from_values(ROWS, COLUMNS, values.collect())
     };
     let correction = Correction { subtract: of(&dark), multiply: of(&gain), hot: Vec::new() };
     let raw = frame(16, |x, y| scene(x, y) / gain(x, y) + dark(x, y));

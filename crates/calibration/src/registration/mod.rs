@@ -12,7 +12,7 @@ mod spline;
 use thiserror::Error;
 
 use epirig_core::frame::Frame;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use pair::{BORDER, Pair, Sums};
 use pyramid::{best_whole_shift, pyramid};
 use spline::noise_share;
@@ -49,7 +49,7 @@ pub struct Shift {
     /// How far the contents have moved to higher rows, in px.
     pub y_px: f64,
     /// Standard deviation of either, whichever is known worse, in px: from the residual (at least that of rounding to whole DN) and the
-    /// gradients. Interpolation errs besides, by up to some 0.001 px for texture that lens and pixel have blurred as the twin's.
+    /// gradients. Interpolation errs besides, by up to some 0.001 px for texture that lens and pixel have blurred as the simulator's.
     pub sigma_px: f64,
     /// Ratio of the contrasts, second over first: that of the light, whatever black level is added to it.
     pub light: f64,
@@ -114,11 +114,11 @@ pub enum ShiftError {
 ///
 /// ```
 /// use epirig_calibration::registration::shift_between;
-/// use epirig_simulator::{Twin, TwinConfig};
+/// use epirig_simulator::{Simulator, SimulatorConfig};
 ///
 /// // 128 px of focal length, 500 mm away: 3.9 mm are 1 px.
-/// let twin = Twin::new(TwinConfig::textured_plane(64, 48, 9))?;
-/// let shift = shift_between(&twin.expose(20.0, 0), &twin.expose(20.0 + 500.0 / 128.0, 0))?;
+/// let simulator = Simulator::new(SimulatorConfig::textured_plane(64, 48, 9))?;
+/// let shift = shift_between(&simulator.expose(20.0, 0), &simulator.expose(20.0 + 500.0 / 128.0, 0))?;
 /// assert!((shift.x_px - 1.0).abs() < 0.01 && shift.y_px.abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -154,24 +154,24 @@ fn check_shapes(first: &Frame, second: &Frame) -> Result<(), ShiftError> {
 }
 
 /// The samples less `mean`, so that sums of squares keep their digits.
-fn image(frame: &Frame, mean: f32) -> Plane<f32> {
-    let mut image = Plane::filled(frame.rows(), frame.columns(), 0.0);
+fn image(frame: &Frame, mean: f32) -> Grid<f32> {
+    let mut image = Grid::filled(frame.rows(), frame.columns(), 0.0);
     frame.samples().copy_to_f32(0, image.values_mut());
     image.values_mut().iter_mut().for_each(|value| *value -= mean);
     image
 }
 
 /// 0 at and around pixels at full scale, 1 elsewhere, of both frames; `None` if there are no such pixels.
-fn usable(first: &Frame, second: &Frame) -> Option<[Plane<f32>; 2]> {
+fn usable(first: &Frame, second: &Frame) -> Option<[Grid<f32>; 2]> {
     let clipped = |frame: &Frame| frame.samples().count_at_least(frame.full_scale()) > 0;
     (clipped(first) || clipped(second)).then(|| [first, second].map(below_full_scale))
 }
 
-fn below_full_scale(frame: &Frame) -> Plane<f32> {
+fn below_full_scale(frame: &Frame) -> Grid<f32> {
     let full = f32::from(frame.full_scale());
     let samples = image(frame, 0.0);
     let (rows, columns) = (frame.rows(), frame.columns());
-    let mut usable = Plane::filled(rows, columns, 1.0);
+    let mut usable = Grid::filled(rows, columns, 1.0);
     for y in 0..rows {
         for x in (0..columns).filter(|&x| samples.row(y)[x] >= full) {
             for row in y.saturating_sub(SPREAD)..=(y + SPREAD).min(rows - 1) {

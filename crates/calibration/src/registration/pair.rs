@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::spline::{TAPS, across_rows, along_line, slope_weights, to_coefficients, weights};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Pixels left out at the borders: where a spline is mirrored it depends on where the border is, by 0.27^distance.
 pub(super) const BORDER: usize = 4;
@@ -16,10 +16,10 @@ const LEAST_COUNT: f64 = 64.0;
 /// A pair, as the coefficients of splines.
 #[derive(Debug)]
 pub(super) struct Pair {
-    first: Plane<f32>,
-    second: Plane<f32>,
+    first: Grid<f32>,
+    second: Grid<f32>,
     /// 1 for what may be looked at, 0 for the rest; `None` if that is everything.
-    weights: Option<[Plane<f32>; 2]>,
+    weights: Option<[Grid<f32>; 2]>,
 }
 
 /// Sums over the pixels that both images show. `a`: first image, `b`: second, looked up at the shift; `g`: gradient of the first
@@ -74,7 +74,7 @@ struct Overlap {
 
 impl Pair {
     /// A pair of images (not coefficients) of one shape.
-    pub(super) fn new(first: &Plane<f32>, second: &Plane<f32>, weights: Option<[Plane<f32>; 2]>) -> Self {
+    pub(super) fn new(first: &Grid<f32>, second: &Grid<f32>, weights: Option<[Grid<f32>; 2]>) -> Self {
         let [mut first, mut second] = [first.clone(), second.clone()];
         rayon::join(|| to_coefficients(&mut first), || to_coefficients(&mut second));
         Self { first, second, weights }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Images are halved until their shorter side is below this, in px.
 const SMALL: usize = 64;
@@ -10,7 +10,7 @@ const SMALL: usize = 64;
 const FARTHEST: usize = 16;
 
 /// The pair at falling sizes, the given one first.
-pub(super) fn pyramid(first: Plane<f32>, second: Plane<f32>) -> Vec<[Plane<f32>; 2]> {
+pub(super) fn pyramid(first: Grid<f32>, second: Grid<f32>) -> Vec<[Grid<f32>; 2]> {
     let mut levels = vec![[first, second]];
     loop {
         let [first, second] = &levels[levels.len() - 1];
@@ -23,9 +23,9 @@ pub(super) fn pyramid(first: Plane<f32>, second: Plane<f32>) -> Vec<[Plane<f32>;
 }
 
 /// Half as large: each pixel is the binomial mean 1 3 3 1 about the corner of four pixels, which lets little alias.
-fn halved(image: &Plane<f32>) -> Plane<f32> {
+fn halved(image: &Grid<f32>) -> Grid<f32> {
     let (rows, columns) = (image.rows() / 2, image.columns() / 2);
-    let mut small = Plane::filled(rows, columns, 0.0);
+    let mut small = Grid::filled(rows, columns, 0.0);
     small.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
         let row = |offset: usize| image.row((2 * y + offset).saturating_sub(1).min(image.rows() - 1));
         let [a, b, c, d] = [row(0), row(1), row(2), row(3)];
@@ -40,7 +40,7 @@ fn halved(image: &Plane<f32>) -> Plane<f32> {
 }
 
 /// The shift of whole pixels at which the images correlate best.
-pub(super) fn best_whole_shift([first, second]: &[Plane<f32>; 2]) -> [f64; 2] {
+pub(super) fn best_whole_shift([first, second]: &[Grid<f32>; 2]) -> [f64; 2] {
     let reach = |size: usize| (size / 4).min(FARTHEST) as isize;
     let (across, down) = (reach(first.columns()), reach(first.rows()));
     let shifts: Vec<[isize; 2]> =
@@ -51,7 +51,7 @@ pub(super) fn best_whole_shift([first, second]: &[Plane<f32>; 2]) -> [f64; 2] {
 }
 
 /// Correlation of what both images show if the second is shifted by whole pixels.
-fn correlation(first: &Plane<f32>, second: &Plane<f32>, [x, y]: [isize; 2]) -> f64 {
+fn correlation(first: &Grid<f32>, second: &Grid<f32>, [x, y]: [isize; 2]) -> f64 {
     let range = |size: usize, shift: isize| {
         ((-shift).max(0) as usize, (size as isize - shift.max(0)).max(0) as usize)
     };

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Number of coefficients that a sample is made of, along each axis.
 pub(super) const TAPS: usize = 4;
@@ -47,7 +47,7 @@ pub(super) fn noise_share(fraction: f64) -> f64 {
 }
 
 /// Replaces the samples of `image` by the coefficients of the spline through them, mirrored at the borders.
-pub(super) fn to_coefficients(image: &mut Plane<f32>) {
+pub(super) fn to_coefficients(image: &mut Grid<f32>) {
     let columns = image.columns();
     image.values_mut().par_chunks_mut(columns).for_each(along_row);
     along_columns(image.values_mut(), columns);
@@ -101,7 +101,7 @@ fn along_columns(values: &mut [f32], columns: usize) {
 
 /// Combines rows `row - 1` to `row + 2` of `coefficients`, from column `start` on, into `out`.
 pub(super) fn across_rows(
-    coefficients: &Plane<f32>,
+    coefficients: &Grid<f32>,
     row: usize,
     start: usize,
     weights: [f32; TAPS],
@@ -129,8 +129,8 @@ pub(super) fn along_line(line: &[f32], weights: [f32; TAPS], out: &mut [f32]) {
 mod tests {
     use super::*;
 
-    fn waves(rows: usize, columns: usize) -> Plane<f32> {
-        let mut image = Plane::filled(rows, columns, 0.0);
+    fn waves(rows: usize, columns: usize) -> Grid<f32> {
+        let mut image = Grid::filled(rows, columns, 0.0);
         for (index, value) in image.values_mut().iter_mut().enumerate() {
             *value = wave((index % columns) as f64, (index / columns) as f64) as f32;
         }
@@ -141,7 +141,7 @@ mod tests {
         (0.7 * x + 0.3 * y).sin() + (0.4 * y - 0.2 * x).cos()
     }
 
-    fn sample(coefficients: &Plane<f32>, x: f64, y: f64, by_x: bool) -> f64 {
+    fn sample(coefficients: &Grid<f32>, x: f64, y: f64, by_x: bool) -> f64 {
         let mut line = [0.0; TAPS];
         let start = x.floor() as usize - 1;
         across_rows(coefficients, y.floor() as usize, start, weights(y.fract()), &mut line);
@@ -184,7 +184,7 @@ mod tests {
         assert!((noise_share(0.3) - noise_share(0.7)).abs() < 1e-9);
         // The same from single bright pixels: the squared samples of the splines through each of them.
         let of_pixel = |pixel: usize| {
-            let mut image = Plane::filled(3, 41, 0.0);
+            let mut image = Grid::filled(3, 41, 0.0);
             (0..3).for_each(|y| image.values_mut()[y * 41 + pixel] = 1.0);
             along_row(&mut image.values_mut()[..41]);
             let mut out = [0.0];

@@ -1,4 +1,4 @@
-//! Shifts against the twin, whose truth is closed, and against waves.
+//! Shifts against the simulator, whose truth is closed, and against waves.
 
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -7,15 +7,15 @@ use rand_distr::StandardNormal;
 
 use super::*;
 use epirig_core::frame::Samples;
-use epirig_simulator::{Sensor, Texture, Twin, TwinConfig};
+use epirig_simulator::{Sensor, Simulator, SimulatorConfig, Texture};
 
 /// A plane that moves by 1 px for each mm: 500 px of focal length, 500 mm away.
-fn plane(columns: usize, rows: usize, change: impl FnOnce(&mut TwinConfig)) -> Twin {
-    let mut config = TwinConfig::textured_plane(columns, rows, 9);
+fn plane(columns: usize, rows: usize, change: impl FnOnce(&mut SimulatorConfig)) -> Simulator {
+    let mut config = SimulatorConfig::textured_plane(columns, rows, 9);
     config.optics.focal_length_px = 500.0;
     config.texture.grain_mm = 2.0;
     change(&mut config);
-    Twin::new(config).unwrap()
+    Simulator::new(config).unwrap()
 }
 
 /// Samples of an intensity in DN over columns and rows.
@@ -32,11 +32,11 @@ fn sampled(columns: usize, rows: usize, bit_depth: u8, light: impl Fn(f64, f64) 
 }
 
 #[test]
-fn the_twin_moves_as_far_as_its_stage_does() {
-    let twin = plane(160, 120, |_| ());
-    let first = twin.expose(50.0, 0);
+fn the_simulator_moves_as_far_as_its_stage_does() {
+    let simulator = plane(160, 120, |_| ());
+    let first = simulator.expose(50.0, 0);
     for shift_px in [0.1, 0.25, 0.5, 0.73, 1.0, 2.4, -0.37, -7.5] {
-        let found = shift_between(&first, &twin.expose(50.0 + shift_px, 0)).unwrap();
+        let found = shift_between(&first, &simulator.expose(50.0 + shift_px, 0)).unwrap();
         // What is asked of it; rounding of 19200 samples spreads it by 0.0005 px.
         assert!((found.x_px - shift_px).abs() < 0.005, "{shift_px}: {found:?}");
         assert!(found.y_px.abs() < 0.005, "{shift_px}: {found:?}");
@@ -47,8 +47,8 @@ fn the_twin_moves_as_far_as_its_stage_does() {
 #[test]
 fn equal_frames_have_not_moved_at_all() {
     for noise in [0.0, 5.0] {
-        let twin = plane(90, 70, |config| config.sensor.read_noise_dn = noise);
-        let frame = twin.expose(50.0, 0);
+        let simulator = plane(90, 70, |config| config.sensor.read_noise_dn = noise);
+        let frame = simulator.expose(50.0, 0);
         let found = shift_between(&frame, &frame).unwrap();
         assert_eq!((found.x_px, found.y_px, found.light), (0.0, 0.0, 1.0));
         assert!(found.residual_dn < 1e-3 && found.sigma_px > 0.0, "{found:?}");
@@ -57,10 +57,10 @@ fn equal_frames_have_not_moved_at_all() {
 
 #[test]
 fn large_shifts_are_found_and_their_contrary() {
-    let twin = plane(640, 480, |_| ());
-    let first = twin.expose(50.0, 0);
+    let simulator = plane(640, 480, |_| ());
+    let first = simulator.expose(50.0, 0);
     for shift_px in [24.3, -24.3, 60.5, 110.0] {
-        let second = twin.expose(50.0 + shift_px, 0);
+        let second = simulator.expose(50.0 + shift_px, 0);
         let found = shift_between(&first, &second).unwrap();
         assert!((found.x_px - shift_px).abs() < 0.005, "{shift_px}: {found:?}");
         let back = shift_between(&second, &first).unwrap();
@@ -73,10 +73,11 @@ fn noise_spreads_the_answer_as_sigma_says_and_does_not_bias_it() {
     // 200 pairs: the spread is known to 5 %, the mean to 7 % of it; four of those.
     const PAIRS: u32 = 200;
     for shift_px in [0.0, 0.3, 0.5] {
-        let twin = plane(64, 48, |config| config.sensor.read_noise_dn = 8.0);
-        let (first, second) = (twin.irradiance(50.0), twin.irradiance(50.0 + shift_px));
+        let simulator = plane(64, 48, |config| config.sensor.read_noise_dn = 8.0);
+        let (first, second) = (simulator.irradiance(50.0), simulator.irradiance(50.0 + shift_px));
         let pair = |index: u32| {
-            shift_between(&twin.digitise(&first, 2 * index), &twin.digitise(&second, 2 * index + 1)).unwrap()
+            shift_between(&simulator.digitise(&first, 2 * index), &simulator.digitise(&second, 2 * index + 1))
+                .unwrap()
         };
         let found: Vec<Shift> = (0..PAIRS).map(pair).collect();
         let errors: Vec<f64> = found.iter().flat_map(|shift| [shift.x_px - shift_px, shift.y_px]).collect();
@@ -122,9 +123,9 @@ fn of_a_texture_that_repeats_the_nearest_of_equal_shifts_counts() {
 #[test]
 fn clipped_light_does_not_hold_the_picture() {
     // A glare that stays where it is, at full scale, over a picture that moves.
-    let twin = plane(128, 96, |_| ());
+    let simulator = plane(128, 96, |_| ());
     let glare = |position_mm: f64| {
-        let frame = twin.expose(position_mm, 0);
+        let frame = simulator.expose(position_mm, 0);
         let Samples::U8(mut samples) = frame.samples().clone() else { panic!() };
         for y in 30..60 {
             samples[y * 128 + 40..y * 128 + 70].fill(255);
@@ -154,8 +155,8 @@ fn frames_that_show_different_things_are_refused() {
     let error = shift_between(&dark(1).expose(50.0, 0), &dark(2).expose(50.0, 0)).unwrap_err();
     assert!(matches!(error, ShiftError::Unlike { .. }), "{error}");
     // Too far away to be found.
-    let twin = plane(64, 48, |_| ());
-    assert!(shift_between(&twin.expose(50.0, 0), &twin.expose(90.0, 0)).is_err());
+    let simulator = plane(64, 48, |_| ());
+    assert!(shift_between(&simulator.expose(50.0, 0), &simulator.expose(90.0, 0)).is_err());
 }
 
 #[test]
@@ -180,9 +181,9 @@ fn what_cannot_be_seen_is_not_told() {
     // Stripes do not tell of a movement along them.
     let stripes = sampled(64, 48, 8, |x, _| 90.0 + 40.0 * (0.6 * x).sin());
     assert!(matches!(shift_between(&stripes, &stripes), Err(ShiftError::TooLittleTexture { .. })));
-    let twin = plane(64, 48, |_| ());
+    let simulator = plane(64, 48, |_| ());
     let deep = plane(64, 48, |config| config.sensor = Sensor::ideal(12));
-    let error = shift_between(&twin.expose(50.0, 0), &deep.expose(50.0, 0)).unwrap_err().to_string();
+    let error = shift_between(&simulator.expose(50.0, 0), &deep.expose(50.0, 0)).unwrap_err().to_string();
     assert!(error.starts_with("frames of 64 x 48 with 8 bit and 64 x 48 with 12 bit"), "{error}");
     let small = sampled(15, 48, 8, |x, y| x + y);
     assert!(matches!(shift_between(&small, &small), Err(ShiftError::TooSmall { columns: 15, .. })));

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::sampling::{bilinear, smoothed};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Noise of single pixels is halved and more, and squares from some 8 px on stay squares.
 const SMOOTHING_PX: f32 = 1.4;
@@ -33,12 +33,12 @@ pub(super) struct Candidate {
 
 /// An image as detection sees it: smoothed, with its candidates.
 pub(super) struct Scene {
-    pub(super) smooth: Plane<f32>,
+    pub(super) smooth: Grid<f32>,
     pub(super) candidates: Vec<Candidate>,
 }
 
 impl Scene {
-    pub(super) fn new(image: &Plane<f32>) -> Self {
+    pub(super) fn new(image: &Grid<f32>) -> Self {
         let smooth = smoothed(image, SMOOTHING_PX);
         let candidates = candidates(&smooth);
         Self { smooth, candidates }
@@ -46,7 +46,7 @@ impl Scene {
 }
 
 /// Second derivatives at a pixel: xx, xy, yy.
-fn second_derivatives(smooth: &Plane<f32>, x: usize, y: usize) -> [f64; 3] {
+fn second_derivatives(smooth: &Grid<f32>, x: usize, y: usize) -> [f64; 3] {
     let at = |dx: usize, dy: usize| f64::from(smooth.at(x + dx - 1, y + dy - 1));
     let centre = 2.0 * at(1, 1);
     [
@@ -57,9 +57,9 @@ fn second_derivatives(smooth: &Plane<f32>, x: usize, y: usize) -> [f64; 3] {
 }
 
 /// The determinant of the second derivatives, negated: large at saddles.
-fn responses(smooth: &Plane<f32>) -> Plane<f32> {
+fn responses(smooth: &Grid<f32>) -> Grid<f32> {
     let (rows, columns) = (smooth.rows(), smooth.columns());
-    let mut responses = Plane::filled(rows, columns, 0.0_f32);
+    let mut responses = Grid::filled(rows, columns, 0.0_f32);
     for y in 1..rows.saturating_sub(1) {
         let (above, here, below) = (smooth.row(y - 1), smooth.row(y), smooth.row(y + 1));
         let out = responses.row_mut(y);
@@ -76,7 +76,7 @@ fn responses(smooth: &Plane<f32>) -> Plane<f32> {
 }
 
 /// Whether no value within two pixels is larger; of equal ones the first counts.
-fn is_peak(responses: &Plane<f32>, x: usize, y: usize) -> bool {
+fn is_peak(responses: &Grid<f32>, x: usize, y: usize) -> bool {
     let value = responses.at(x, y);
     (y - 2..=y + 2).all(|row| {
         responses.row(row)[x - 2..=x + 2].iter().enumerate().all(|(k, &other)| {
@@ -86,7 +86,7 @@ fn is_peak(responses: &Plane<f32>, x: usize, y: usize) -> bool {
     })
 }
 
-fn candidates(smooth: &Plane<f32>) -> Vec<Candidate> {
+fn candidates(smooth: &Grid<f32>) -> Vec<Candidate> {
     let (rows, columns) = (smooth.rows(), smooth.columns());
     if rows < 16 || columns < 16 {
         return Vec::new();
@@ -112,7 +112,7 @@ fn candidates(smooth: &Plane<f32>) -> Vec<Candidate> {
     found
 }
 
-fn candidate(smooth: &Plane<f32>, column: usize, row: usize, strength: f64) -> Option<Candidate> {
+fn candidate(smooth: &Grid<f32>, column: usize, row: usize, strength: f64) -> Option<Candidate> {
     let [xx, xy, yy] = second_derivatives(smooth, column, row);
     let at = |x: usize, y: usize| f64::from(smooth.at(x, y));
     let slope_x = 0.5 * (at(column + 1, row) - at(column - 1, row));
@@ -139,7 +139,7 @@ fn candidate(smooth: &Plane<f32>, column: usize, row: usize, strength: f64) -> O
 }
 
 /// Whether the ring around (x, y) is bright, dark, bright, dark, and opposite sectors are alike.
-fn has_four_sectors(smooth: &Plane<f32>, x: f64, y: f64) -> bool {
+fn has_four_sectors(smooth: &Grid<f32>, x: f64, y: f64) -> bool {
     let ring: [f32; RING] = std::array::from_fn(|k| {
         let (sin, cos) = (2.0 * PI * k as f64 / RING as f64).sin_cos();
         bilinear(smooth, x + RING_PX * cos, y + RING_PX * sin)

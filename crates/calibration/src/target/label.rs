@@ -1,14 +1,14 @@
-//! A grid of corners becomes a board: which way is up, which corners belong to it, which were overlooked.
+//! A lattice of corners becomes a board: which way is up, which corners belong to it, which were overlooked.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::detect::Scene;
-use super::grid::{Grid, LEAST_CORNERS, grids};
+use super::lattice::{LEAST_CORNERS, Lattice, lattices};
 use super::refine::{Corner, EdgeCross, refine_corner};
 use super::sampling::halved;
 use super::{BoardCorner, ChessBoard, FoundBoard};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch it.
 const WINDOW: f64 = 0.45;
@@ -26,22 +26,22 @@ const STRAIGHT_PX: f64 = 0.2;
 const CONTRAST: f64 = 0.6;
 /// How often overlooked corners are looked for around those there are.
 const ROUNDS: usize = 4;
-/// Of three corners two that are no corners are too many: after so many of them a grid is given up as texture.
+/// Of three corners two that are no corners are too many: after so many of them a lattice is given up as texture.
 const MOST_REFUSED: usize = 8;
 /// Grids that are looked at: texture may have some, too.
-const MOST_GRIDS: usize = 12;
+const MOST_LATTICES: usize = 12;
 
 type Label = (i32, i32);
 
 /// The boards of an image, detected at 1 / `scale` of its size (1 or 2).
-pub(super) fn boards(image: &Plane<f32>, scale: usize, board: &ChessBoard, count: usize) -> Vec<FoundBoard> {
+pub(super) fn boards(image: &Grid<f32>, scale: usize, board: &ChessBoard, count: usize) -> Vec<FoundBoard> {
     let scene = if scale == 2 { Scene::new(&halved(image)) } else { Scene::new(image) };
     let mut found: Vec<FoundBoard> = Vec::new();
-    for mut grid in grids(&scene).into_iter().take(MOST_GRIDS) {
+    for mut lattice in lattices(&scene).into_iter().take(MOST_LATTICES) {
         if scale == 2 {
-            grid.corners.values_mut().for_each(|(x, y)| (*x, *y) = (2.0 * *x + 0.5, 2.0 * *y + 0.5));
+            lattice.corners.values_mut().for_each(|(x, y)| (*x, *y) = (2.0 * *x + 0.5, 2.0 * *y + 0.5));
         }
-        if let Some(next) = Labelled::new(&grid, board).and_then(|labelled| labelled.finish(image))
+        if let Some(next) = Labelled::new(&lattice, board).and_then(|labelled| labelled.finish(image))
             && !found.iter().any(|other| share_a_corner(other, &next))
         {
             found.push(next);
@@ -96,15 +96,15 @@ impl Steps {
     }
 }
 
-/// A grid turned by quarters: its rows along the grid's columns, and so on.
-fn turned(grid: &Grid, quarters: usize) -> BTreeMap<Label, (f64, f64)> {
+/// A lattice turned by quarters: its rows along the lattice's columns, and so on.
+fn turned(lattice: &Lattice, quarters: usize) -> BTreeMap<Label, (f64, f64)> {
     let turn = |&(i, j): &Label| match quarters {
         0 => (i, j),
         1 => (j, -i),
         2 => (-i, -j),
         _ => (-j, i),
     };
-    grid.corners.iter().map(|(at, &place)| (turn(at), place)).collect()
+    lattice.corners.iter().map(|(at, &place)| (turn(at), place)).collect()
 }
 
 /// The window of columns x rows with most corners: how many, and its first column and row.
@@ -139,10 +139,10 @@ fn column_angle(places: &BTreeMap<Label, (f64, f64)>) -> f64 {
 }
 
 impl<'a> Labelled<'a> {
-    fn new(grid: &Grid, board: &'a ChessBoard) -> Option<Self> {
+    fn new(lattice: &Lattice, board: &'a ChessBoard) -> Option<Self> {
         let mut best: Option<(usize, f64, Self)> = None;
         for quarters in 0..4 {
-            let places = turned(grid, quarters);
+            let places = turned(lattice, quarters);
             let (count, (column, row)) = fullest_window(&places, board);
             let angle = column_angle(&places).abs();
             if best.as_ref().is_some_and(|best| (count, -angle) <= (best.0, -best.1)) {
@@ -156,7 +156,7 @@ impl<'a> Labelled<'a> {
                 .map(|(at, place)| ((at.0 - column, at.1 - row), place))
                 .filter(|(at, _)| inside(at))
                 .collect();
-            // At the grid's (0, 0) a bright square follows the direction of columns; each quarter of a turn and each odd shift change that.
+            // At the lattice's (0, 0) a bright square follows the direction of columns; each quarter of a turn and each odd shift change that.
             let even_bright = (quarters as i32 + column + row).rem_euclid(2) == 0;
             best = Some((count, angle, Self { board, rough, even_bright }));
         }
@@ -166,7 +166,7 @@ impl<'a> Labelled<'a> {
     /// Fits the corner with this label, given about where it is.
     fn refined(
         &self,
-        image: &Plane<f32>,
+        image: &Grid<f32>,
         places: &BTreeMap<Label, (f64, f64)>,
         label: Label,
         (x_px, y_px): (f64, f64),
@@ -183,10 +183,10 @@ impl<'a> Labelled<'a> {
         (near && corner.blur_px < BLUR * spacing).then_some(corner)
     }
 
-    fn finish(self, image: &Plane<f32>) -> Option<FoundBoard> {
+    fn finish(self, image: &Grid<f32>) -> Option<FoundBoard> {
         let mut corners: BTreeMap<Label, Corner> = BTreeMap::new();
         let mut refused = 0;
-        // Each third is from the whole grid, so that a bad end of a board does not stand for all of it.
+        // Each third is from the whole lattice, so that a bad end of a board does not stand for all of it.
         for (&label, &place) in (0..3).flat_map(|third| self.rough.iter().skip(third).step_by(3)) {
             match self.refined(image, &self.rough, label, place) {
                 Some(corner) => _ = corners.insert(label, corner),
@@ -211,7 +211,7 @@ impl<'a> Labelled<'a> {
     }
 
     /// Fits corners where those there are lead; whether there were any.
-    fn add_overlooked(&self, image: &Plane<f32>, corners: &mut BTreeMap<Label, Corner>) -> bool {
+    fn add_overlooked(&self, image: &Grid<f32>, corners: &mut BTreeMap<Label, Corner>) -> bool {
         let places: BTreeMap<Label, (f64, f64)> =
             corners.iter().map(|(&at, corner)| (at, (corner.x_px, corner.y_px))).collect();
         let mut added = false;

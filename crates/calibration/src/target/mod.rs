@@ -4,8 +4,8 @@
 //! which in all frames of a sequence, [`mod@print`] makes the sheet.
 
 mod detect;
-mod grid;
 mod label;
+mod lattice;
 pub mod print;
 mod refine;
 mod sampling;
@@ -16,7 +16,7 @@ mod tracks;
 use thiserror::Error;
 
 use epirig_core::frame::Frame;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 pub use refine::{Corner, EdgeCross, refine_corner};
 pub use tracks::{Observation, TrackedCorner, Tracks, track};
@@ -240,7 +240,7 @@ const SHARP_PX: f64 = 1.4;
 pub fn find_boards(frame: &Frame, board: &ChessBoard, count: usize) -> Vec<FoundBoard> {
     let mut samples = vec![0.0_f32; frame.samples().len()];
     frame.samples().copy_to_f32(0, &mut samples);
-    let Some(image) = Plane::from_values(frame.rows(), frame.columns(), samples) else { return Vec::new() };
+    let Some(image) = Grid::from_values(frame.rows(), frame.columns(), samples) else { return Vec::new() };
     let found = label::boards(&image, 1, board, count);
     // What is sharp at full size is not found better at half of it: the rest of the board is out of view.
     let size = (frame.rows(), frame.columns());

@@ -1,9 +1,9 @@
 //! An image looked up between its pixels, smoothed, and at half its size.
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// The value at (x, y) by bilinear interpolation; the nearest pixel's outside the image.
-pub(super) fn bilinear(image: &Plane<f32>, x: f64, y: f64) -> f32 {
+pub(super) fn bilinear(image: &Grid<f32>, x: f64, y: f64) -> f32 {
     let x = x.clamp(0.0, (image.columns() - 1) as f64);
     let y = y.clamp(0.0, (image.rows() - 1) as f64);
     let (column, row) = (x as usize, y as usize);
@@ -16,14 +16,14 @@ pub(super) fn bilinear(image: &Plane<f32>, x: f64, y: f64) -> f32 {
 }
 
 /// The image convolved with a Gaussian, cut off at three standard deviations; at borders the outermost pixels are repeated.
-pub(super) fn smoothed(image: &Plane<f32>, sigma_px: f32) -> Plane<f32> {
+pub(super) fn smoothed(image: &Grid<f32>, sigma_px: f32) -> Grid<f32> {
     let radius = (3.0 * sigma_px).ceil() as usize;
     let weight = |k: usize| (-0.5 * (k as f32 / sigma_px).powi(2)).exp();
     let total: f32 = weight(0) + 2.0 * (1..=radius).map(weight).sum::<f32>();
     let weights: Vec<f32> = (0..=radius).map(|k| weight(k) / total).collect();
     let (rows, columns) = (image.rows(), image.columns());
 
-    let mut across = Plane::filled(rows, columns, 0.0_f32);
+    let mut across = Grid::filled(rows, columns, 0.0_f32);
     let mut padded = vec![0.0_f32; columns + 2 * radius];
     for y in 0..rows {
         let row = image.row(y);
@@ -41,7 +41,7 @@ pub(super) fn smoothed(image: &Plane<f32>, sigma_px: f32) -> Plane<f32> {
             }
         }
     }
-    let mut smooth = Plane::filled(rows, columns, 0.0_f32);
+    let mut smooth = Grid::filled(rows, columns, 0.0_f32);
     for y in 0..rows {
         let out = smooth.row_mut(y);
         for (value, &centre) in out.iter_mut().zip(across.row(y)) {
@@ -58,9 +58,9 @@ pub(super) fn smoothed(image: &Plane<f32>, sigma_px: f32) -> Plane<f32> {
 }
 
 /// The image at half its size: means of 2 x 2 pixels. The pixel at (x, y) has its centre at (2 x + 0.5, 2 y + 0.5) of the image.
-pub(super) fn halved(image: &Plane<f32>) -> Plane<f32> {
+pub(super) fn halved(image: &Grid<f32>) -> Grid<f32> {
     let (rows, columns) = (image.rows() / 2, image.columns() / 2);
-    let mut half = Plane::filled(rows, columns, 0.0_f32);
+    let mut half = Grid::filled(rows, columns, 0.0_f32);
     for y in 0..rows {
         let (above, below) = (image.row(2 * y), image.row(2 * y + 1));
         for (x, value) in half.row_mut(y).iter_mut().enumerate() {

@@ -1,12 +1,12 @@
 //! Gwyddion Simple Field, as <http://gwyddion.net/documentation/user-guide-en/gsf.html> specifies it: a text header, zeros up to the next
 //! multiple of four bytes (one at least), then 32-bit floats, little endian, row by row from the top. Lengths in m.
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// `height_mm` as a field whose pixels are `pixel_mm` wide and high. NaN means unknown, as Gwyddion reads it.
 ///
 /// `title` is shown by Gwyddion; line breaks in it become spaces, since they would end the entry.
-pub fn gsf(height_mm: &Plane<f32>, pixel_mm: f64, title: &str) -> Vec<u8> {
+pub fn gsf(height_mm: &Grid<f32>, pixel_mm: f64, title: &str) -> Vec<u8> {
     let real = |pixels: usize| pixels as f64 * pixel_mm * 1e-3;
     let mut bytes = format!(
         "Gwyddion Simple Field 1.0\nXRes = {}\nYRes = {}\nXReal = {:e}\nYReal = {:e}\nXYUnits = m\nZUnits = m\nTitle = {}\n",
@@ -30,7 +30,7 @@ mod tests {
 
     #[test]
     fn samples_begin_at_a_multiple_of_four_after_at_least_one_zero() {
-        let map = Plane::from_values(1, 2, vec![0.25, f32::NAN]).unwrap();
+        let map = Grid::from_values(1, 2, vec![0.25, f32::NAN]).unwrap();
         for length in 0..8 {
             let bytes = gsf(&map, 0.5, &"t".repeat(length));
             let header = bytes.iter().position(|&byte| byte == 0).unwrap();

@@ -11,7 +11,7 @@ mod tiff;
 
 use thiserror::Error;
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 pub use gsf::gsf;
 pub use ply::{Vertex, ply};
@@ -59,7 +59,7 @@ impl MapFormat {
     ///
     /// # Errors
     /// [`FormatError`] if the encoder refuses, as TIFF does for an empty map.
-    pub fn encode(self, map: &Plane<f32>) -> Result<Vec<u8>, FormatError> {
+    pub fn encode(self, map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
         match self {
             Self::Pfm => Ok(pfm::encode(map)),
             Self::Tiff => tiff::encode(map),
@@ -72,7 +72,7 @@ impl MapFormat {
     ///
     /// # Errors
     /// [`FormatError::Malformed`]. CSV is written for tables of other programs and not read back.
-    pub fn decode(self, bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
+    pub fn decode(self, bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
         match self {
             Self::Pfm => pfm::decode(bytes),
             Self::Tiff => tiff::decode(bytes),
@@ -82,7 +82,7 @@ impl MapFormat {
     }
 }
 
-fn csv(map: &Plane<f32>) -> Vec<u8> {
+fn csv(map: &Grid<f32>) -> Vec<u8> {
     let mut text = String::new();
     for y in 0..map.rows() {
         for (x, value) in map.row(y).iter().enumerate() {
@@ -112,7 +112,7 @@ mod tests {
             columns in 1_usize..9,
             seed in prop::collection::vec(prop_oneof![5 => -1e6_f32..1e6, 1 => Just(f32::NAN)], 63),
         ) {
-            let map = Plane::from_values(rows, columns, seed[..rows * columns].to_vec()).unwrap();
+            let map = Grid::from_values(rows, columns, seed[..rows * columns].to_vec()).unwrap();
             for format in [MapFormat::Pfm, MapFormat::Tiff, MapFormat::Npy] {
                 let back = format.decode(&format.encode(&map).unwrap()).unwrap();
                 prop_assert_eq!((back.rows(), back.columns()), (rows, columns));

@@ -3,9 +3,9 @@
 use npyz::{NpyFile, Order, WriterBuilder};
 
 use super::{FormatError, malformed};
-use epirig_core::grid::{Plane, area};
+use epirig_core::grid::{Grid, area};
 
-pub(super) fn encode(map: &Plane<f32>) -> Result<Vec<u8>, FormatError> {
+pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
     let bad = |error: std::io::Error| malformed("NPY", error);
     let mut bytes = Vec::new();
     let shape = [map.rows() as u64, map.columns() as u64];
@@ -16,7 +16,7 @@ pub(super) fn encode(map: &Plane<f32>) -> Result<Vec<u8>, FormatError> {
     Ok(bytes)
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
     check_header(bytes)?;
     let file = NpyFile::new(bytes).map_err(|error| malformed("NPY", error))?;
     let &[rows, columns] = file.shape() else {
@@ -38,7 +38,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
     } else {
         file.into_vec().map_err(|error| malformed("NPY", error))?
     };
-    Plane::from_values(rows as usize, columns as usize, values)
+    Grid::from_values(rows as usize, columns as usize, values)
         .ok_or_else(|| malformed("NPY", "the number of samples is not the shape in the header"))
 }
 

@@ -1,9 +1,9 @@
 //! Portable float map: `Pf`, width and height, a scale whose sign tells the byte order, then rows from the bottom up.
 
 use super::{FormatError, malformed};
-use epirig_core::grid::{Plane, area};
+use epirig_core::grid::{Grid, area};
 
-pub(super) fn encode(map: &Plane<f32>) -> Vec<u8> {
+pub(super) fn encode(map: &Grid<f32>) -> Vec<u8> {
     let mut bytes = format!("Pf\n{} {}\n-1.0\n", map.columns(), map.rows()).into_bytes();
     for y in (0..map.rows()).rev() {
         for &value in map.row(y) {
@@ -14,7 +14,7 @@ pub(super) fn encode(map: &Plane<f32>) -> Vec<u8> {
     bytes
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
     let bad = |reason: &str| malformed("PFM", reason);
     let mut rest = bytes;
     let mut token = || {
@@ -51,7 +51,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
     };
     let values =
         rest.chunks_exact(4 * columns).rev().flat_map(|row| row.chunks_exact(4).map(value)).collect();
-    Plane::from_values(rows, columns, values)
+    Grid::from_values(rows, columns, values)
         .ok_or_else(|| bad("the number of samples is not the size in the header"))
 }
 

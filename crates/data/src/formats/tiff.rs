@@ -6,9 +6,9 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::encoder::{Compression, TiffEncoder, colortype::Gray32Float};
 
 use super::{FormatError, malformed};
-use epirig_core::grid::{Plane, area};
+use epirig_core::grid::{Grid, area};
 
-pub(super) fn encode(map: &Plane<f32>) -> Result<Vec<u8>, FormatError> {
+pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Cursor::new(Vec::new());
     let bad = |error| malformed("TIFF", error);
     let encoder = TiffEncoder::new(&mut bytes).map_err(bad)?;
@@ -17,7 +17,7 @@ pub(super) fn encode(map: &Plane<f32>) -> Result<Vec<u8>, FormatError> {
     Ok(bytes.into_inner())
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
     let mut decoder = Decoder::new(Cursor::new(bytes)).map_err(|error| malformed("TIFF", error))?;
     let (columns, rows) = decoder.dimensions().map_err(|error| malformed("TIFF", error))?;
     let pixels = area(rows as usize, columns as usize)
@@ -27,7 +27,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Plane<f32>, FormatError> {
     limits.intermediate_buffer_size = 4 * pixels + (1 << 20);
     decoder = decoder.with_limits(limits);
     match decoder.read_image().map_err(|error| malformed("TIFF", error))? {
-        DecodingResult::F32(values) => Plane::from_values(rows as usize, columns as usize, values)
+        DecodingResult::F32(values) => Grid::from_values(rows as usize, columns as usize, values)
             .ok_or_else(|| malformed("TIFF", "it has more than one channel")),
         _ => Err(malformed("TIFF", "its samples are not 32-bit floats")),
     }

@@ -25,7 +25,7 @@ pub enum Origin {
         rig: Option<serde_json::Value>,
         /// How the simulated rig was made, if it was simulated.
         #[serde(skip_serializing_if = "Option::is_none")]
-        twin: Option<serde_json::Value>,
+        simulator: Option<serde_json::Value>,
     },
     /// Taken by other software.
     Imported {

@@ -2,7 +2,7 @@
 
 use super::{Camera, CameraError, FrameFacts, Moment};
 use epirig_core::frame::{Frame, Samples, full_scale};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 const BITS: u8 = 16;
 
@@ -14,7 +14,7 @@ pub struct AveragedFrame {
     pub frame: Frame,
     /// Variance of a single frame's samples about the mean (unbiased, divisor K - 1), rows x columns, in squared DN of the
     /// camera; NaN for a single frame. The variance of the mean is 1 / K of it.
-    pub variance_dn2: Plane<f32>,
+    pub variance_dn2: Grid<f32>,
     /// Pixels that were at full scale in any of the frames: their mean is too small.
     pub saturated: usize,
     /// How each frame was taken.
@@ -110,7 +110,7 @@ impl Sums {
         let scale = f64::from(full_scale(BITS)) / f64::from(full_scale(self.bit_depth)) / frames;
         let mean = self.sum.iter().map(|&sum| (sum as f64 * scale).round() as u16);
         let frame = Frame::new(self.rows, self.columns, BITS, Samples::U16(mean.collect()))?;
-        let mut variance_dn2 = Plane::filled(self.rows, self.columns, f32::NAN);
+        let mut variance_dn2 = Grid::filled(self.rows, self.columns, f32::NAN);
         if self.frames > 1 {
             let pixels = self.sum.iter().zip(&self.squares);
             for (variance, (&sum, &squares)) in variance_dn2.values_mut().iter_mut().zip(pixels) {

@@ -194,7 +194,10 @@ mod tests {
     fn a_camera_is_known_again_by_its_serial_number_and_its_place() {
         let first = camera("/dev/video0", Some("A1"), None);
         assert!(first.is_same_as(&camera("/dev/video1", Some("A1"), None)));
-        assert!(!first.is_same_as(&camera("/dev/video12", Some("A1"), None)), "its twin in another socket");
+        assert!(
+            !first.is_same_as(&camera("/dev/video12", Some("A1"), None)),
+            "the same kind in another socket"
+        );
         let other_lens = CameraIdentity { part: "1.2, 0".to_owned(), ..first.clone() };
         assert!(!first.is_same_as(&other_lens));
         assert!(!first.is_same_as(&camera("/dev/video0", Some("B2"), None)));

@@ -2,7 +2,7 @@
 //!
 //! [`Camera`] is what the rest of the program knows: it gives frames that were begun after a given moment, each with the facts
 //! that make it trustworthy. [`CheckedCamera`] makes one of any [`VideoDevice`], which is a driver as it is: [`V4l2Device`] of a
-//! real one, [`SimDevice`] of one that looks at the twin, with faults by script. [`ReplayCamera`] gives the frames of a sequence.
+//! real one, [`SimDevice`] of one that looks at the simulator, with faults by script. [`ReplayCamera`] gives the frames of a sequence.
 
 mod assess;
 mod automatic;

@@ -1,11 +1,11 @@
-//! What the twin looks like from the places where the stage has been.
+//! What the simulator looks like from the places where the stage has been.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::stage::simulator::NativeDevice;
 use epirig_core::frame::{Frame, Samples};
-use epirig_simulator::Twin;
+use epirig_simulator::Simulator;
 
 /// Pictures that are remembered, so that a scan need not be rendered twice.
 const REMEMBERED: usize = 256;
@@ -13,15 +13,15 @@ const REMEMBERED: usize = 256;
 const SMEARS: [usize; 2] = [9, 15];
 
 pub(super) struct Pictures {
-    twin: Arc<Twin>,
+    simulator: Arc<Simulator>,
     remembered: HashMap<i64, Frame>,
     latest: Option<Frame>,
     smears: usize,
 }
 
 impl Pictures {
-    pub(super) fn new(twin: Arc<Twin>) -> Self {
-        Self { twin, remembered: HashMap::new(), latest: None, smears: 0 }
+    pub(super) fn new(simulator: Arc<Simulator>) -> Self {
+        Self { simulator, remembered: HashMap::new(), latest: None, smears: 0 }
     }
 
     /// With the carriage at rest at `steps`.
@@ -29,8 +29,8 @@ impl Pictures {
         if self.remembered.len() >= REMEMBERED {
             self.remembered.clear();
         }
-        let twin = &self.twin;
-        let render = || twin.expose(NativeDevice::mm_from_home(steps), 0);
+        let simulator = &self.simulator;
+        let render = || simulator.expose(NativeDevice::mm_from_home(steps), 0);
         let picture = self.remembered.entry(steps).or_insert_with(render).clone();
         self.latest = Some(picture.clone());
         picture
@@ -57,20 +57,20 @@ impl Pictures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use epirig_simulator::TwinConfig;
+    use epirig_simulator::SimulatorConfig;
 
     #[test]
-    fn rest_is_the_twins_exposure_and_motion_is_never_twice_the_same() {
-        let twin = Arc::new(Twin::new(TwinConfig::textured_plane(64, 48, 2)).unwrap());
-        let mut pictures = Pictures::new(Arc::clone(&twin));
+    fn rest_is_the_simulators_exposure_and_motion_is_never_twice_the_same() {
+        let simulator = Arc::new(Simulator::new(SimulatorConfig::textured_plane(64, 48, 2)).unwrap());
+        let mut pictures = Pictures::new(Arc::clone(&simulator));
         assert_eq!(pictures.moving(), None);
         let home = -650;
         assert_eq!(NativeDevice::mm_from_home(home), 0.0);
-        assert_eq!(pictures.at(home + 250), twin.expose(1.0, 0));
+        assert_eq!(pictures.at(home + 250), simulator.expose(1.0, 0));
         let smeared = [pictures.moving().unwrap(), pictures.moving().unwrap()];
         assert_ne!(smeared[0], smeared[1]);
         // A mean over 9 or 15 px keeps the level but for the right end, where there is nothing more.
         let mean = |frame: &Frame| frame.samples().mean();
-        assert!((mean(&smeared[1]) / mean(&twin.expose(1.0, 0)) - 1.0).abs() < 0.2);
+        assert!((mean(&smeared[1]) / mean(&simulator.expose(1.0, 0)) - 1.0).abs() < 0.2);
     }
 }

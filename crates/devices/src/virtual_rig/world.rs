@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::pictures::Pictures;
 use crate::camera::{CameraError, Size, VideoOutput};
 use crate::stage::simulator::{NativeDevice, Plant};
-use epirig_simulator::Twin;
+use epirig_simulator::Simulator;
 
 /// Between two looks at the stage.
 const LOOK: Duration = Duration::from_millis(2);
@@ -24,19 +24,24 @@ pub struct World {
 }
 
 impl World {
-    /// Shows what `twin` looks like from where `stage` stands, and keeps the stage in step with the pictures. Every picture of
-    /// a stage at rest is the twin's exposure number 0.
+    /// Shows what `simulator` looks like from where `stage` stands, and keeps the stage in step with the pictures. Every picture of
+    /// a stage at rest is the simulator's exposure number 0.
     ///
     /// # Errors
     /// [`CameraError`] if the output cannot be had now; one that goes later is waited for.
-    pub fn show(twin: Arc<Twin>, stage: &mut NativeDevice, output: &str) -> Result<Self, CameraError> {
-        let optics = &twin.config().optics;
+    pub fn show(
+        simulator: Arc<Simulator>,
+        stage: &mut NativeDevice,
+        output: &str,
+    ) -> Result<Self, CameraError> {
+        let optics = &simulator.config().optics;
         let size = Size { columns: optics.columns, rows: optics.rows };
         let mut there = Some(VideoOutput::open(output, size)?);
         let between = Between::default();
         let gate = between.clone();
         stage.rest_when(Box::new(move |steps| gate.may_rest_at(steps)));
-        let mut view = View { pictures: Pictures::new(twin), plant: stage.plant(), between, steps_made: 0 };
+        let mut view =
+            View { pictures: Pictures::new(simulator), plant: stage.plant(), between, steps_made: 0 };
         let quit = Arc::new(AtomicBool::new(false));
         let (path, stop) = (output.to_owned(), Arc::clone(&quit));
         let thread = std::thread::spawn(move || {

@@ -8,14 +8,14 @@ use crate::faults::{FAULTS, Fault, outcome};
 use crate::sim_bench::SimBench;
 use epirig_devices::camera::{Camera, CameraError, CameraSettings, FrameFacts, SimCamera, SimFault};
 use epirig_devices::stage::{SimStage, SimStageConfig, Stage, StagePosition};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 /// The counts of a grab after a fault and a move.
 fn facts_after(fault: SimFault) -> FrameFacts {
-    let twin = Arc::new(Twin::new(TwinConfig::textured_plane(160, 120, 2)).unwrap());
+    let simulator = Arc::new(Simulator::new(SimulatorConfig::textured_plane(160, 120, 2)).unwrap());
     let mut stage = SimStage::new(SimStageConfig::ideal(100.0));
     stage.home().unwrap();
-    let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
+    let mut camera = SimCamera::before_simulator(Arc::clone(&simulator), stage.watch());
     camera.configure(&CameraSettings::default()).unwrap();
     camera.start().unwrap();
     stage.move_to(12.0).unwrap();
@@ -24,7 +24,7 @@ fn facts_after(fault: SimFault) -> FrameFacts {
     assert!(first.facts.stale >= 4, "all buffers were filled while the stage moved");
     camera.device().inject(fault);
     let taken = camera.grab_after(moment).unwrap();
-    assert!(taken.frame == twin.expose(12.0, 0), "{fault:?}: A WRONG FRAME");
+    assert!(taken.frame == simulator.expose(12.0, 0), "{fault:?}: A WRONG FRAME");
     taken.facts
 }
 
@@ -44,8 +44,8 @@ fn each_fault_is_noticed_for_what_it_is() {
 
 #[test]
 fn a_control_set_by_hand_counts_from_the_next_frame_on() {
-    let twin = Arc::new(Twin::new(TwinConfig::textured_plane(160, 120, 2)).unwrap());
-    let mut camera = SimCamera::before_twin(Arc::clone(&twin), StagePosition::default());
+    let simulator = Arc::new(Simulator::new(SimulatorConfig::textured_plane(160, 120, 2)).unwrap());
+    let mut camera = SimCamera::before_simulator(Arc::clone(&simulator), StagePosition::default());
     camera.device().inject(SimFault::LateControls(6));
     camera.configure(&CameraSettings::default()).unwrap();
     camera.start().unwrap();
@@ -63,8 +63,8 @@ fn a_control_set_by_hand_counts_from_the_next_frame_on() {
 
 #[test]
 fn a_camera_that_comes_back_is_set_as_it_was_or_not_used() {
-    let twin = Arc::new(Twin::new(TwinConfig::textured_plane(160, 120, 2)).unwrap());
-    let mut camera = SimCamera::before_twin(Arc::clone(&twin), StagePosition::default());
+    let simulator = Arc::new(Simulator::new(SimulatorConfig::textured_plane(160, 120, 2)).unwrap());
+    let mut camera = SimCamera::before_simulator(Arc::clone(&simulator), StagePosition::default());
     camera.configure(&CameraSettings::default()).unwrap();
     camera.start().unwrap();
     // Set after it was configured: nothing but the camera's own memory knows it, and it loses that with its power.

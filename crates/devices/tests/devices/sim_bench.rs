@@ -8,23 +8,23 @@ use std::time::Duration;
 use epirig_core::frame::Frame;
 use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault, SimStamps};
 use epirig_devices::stage::{SimStage, SimStageConfig, Stage};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 use super::faults::{Bench, Fault};
 
 pub struct SimBench {
-    twin: Arc<Twin>,
+    simulator: Arc<Simulator>,
     stage: SimStage,
     camera: SimCamera,
 }
 
 impl SimBench {
     pub fn new() -> Self {
-        let twin = Arc::new(Twin::new(TwinConfig::textured_plane(160, 120, 2)).unwrap());
+        let simulator = Arc::new(Simulator::new(SimulatorConfig::textured_plane(160, 120, 2)).unwrap());
         let mut stage = SimStage::new(SimStageConfig::ideal(100.0));
         stage.home().unwrap();
-        let camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
-        Self { twin, stage, camera }
+        let camera = SimCamera::before_simulator(Arc::clone(&simulator), stage.watch());
+        Self { simulator, stage, camera }
     }
 }
 
@@ -46,7 +46,7 @@ impl Bench for SimBench {
     }
 
     fn truth(&mut self, position_mm: f64) -> Frame {
-        self.twin.expose(position_mm, 0)
+        self.simulator.expose(position_mm, 0)
     }
 
     fn inject(&mut self, fault: Fault) -> bool {
@@ -91,7 +91,7 @@ impl Bench for SimBench {
 
     fn mend(&mut self, _fault: Fault) {
         // A new camera before the same stage.
-        self.camera = SimCamera::before_twin(Arc::clone(&self.twin), self.stage.watch());
+        self.camera = SimCamera::before_simulator(Arc::clone(&self.simulator), self.stage.watch());
         self.camera.configure(&self.settings()).unwrap();
     }
 }

@@ -209,7 +209,7 @@ fn carry(disparity: &[f32], offset: f64) -> Vec<f32> {
 mod tests {
     use super::*;
     use epirig_core::progress::Silent;
-    use epirig_simulator::{Twin, TwinConfig};
+    use epirig_simulator::{Simulator, SimulatorConfig};
 
     #[test]
     fn nearer_surfaces_hide_farther_ones() {
@@ -220,9 +220,9 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_the_twin_are_predicted_to_its_noise() {
-        let twin = Twin::new(TwinConfig::textured_plane(96, 40, 13)).unwrap();
-        let volume = twin.render_volume(&Silent).unwrap();
+    fn frames_of_the_simulator_are_predicted_to_its_noise() {
+        let simulator = Simulator::new(SimulatorConfig::textured_plane(96, 40, 13)).unwrap();
+        let volume = simulator.render_volume(&Silent).unwrap();
         let (report, _) = leave_out(&volume, 4, &MatchOptions::default(), &Silent).unwrap();
         assert_eq!(report.frames, [3, 7, 11]);
         // Two samples of quantisation noise averaged against a third: the mean of |error| is about 0.35 DN, and

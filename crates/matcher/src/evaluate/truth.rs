@@ -3,7 +3,7 @@
 use serde::Serialize;
 use thiserror::Error;
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// The maps to be compared do not cover the same pixels.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -61,13 +61,13 @@ pub struct TruthReport {
 /// # Errors
 /// [`SizeMismatch`].
 pub fn compare_with_truth(
-    disparity: &Plane<f32>,
-    sigma: Option<&Plane<f32>>,
-    truth: &Plane<f32>,
+    disparity: &Grid<f32>,
+    sigma: Option<&Grid<f32>>,
+    truth: &Grid<f32>,
     (tau_before, tau_after): (f64, f64),
 ) -> Result<TruthReport, SizeMismatch> {
     let (rows, columns) = (disparity.rows(), disparity.columns());
-    let alike = |other: &Plane<f32>| other.rows() == rows && other.columns() == columns;
+    let alike = |other: &Grid<f32>| other.rows() == rows && other.columns() == columns;
     if !alike(truth) || sigma.is_some_and(|sigma| !alike(sigma)) {
         let (truth_rows, truth_columns) = (truth.rows(), truth.columns());
         return Err(SizeMismatch { rows, columns, truth_rows, truth_columns });
@@ -92,7 +92,7 @@ pub fn compare_with_truth(
 
 /// Median of `map` where the truth lies within `tolerance` of `low`, less its median where it lies within `tolerance` of
 /// `high`; `None` if either holds no answered pixel.
-pub fn median_step(map: &Plane<f32>, truth: &Plane<f32>, low: f32, high: f32, tolerance: f32) -> Option<f64> {
+pub fn median_step(map: &Grid<f32>, truth: &Grid<f32>, low: f32, high: f32, tolerance: f32) -> Option<f64> {
     let median = |level: f32| {
         let values = map.values().iter().zip(truth.values());
         let chosen = values.filter(|(value, truth)| !value.is_nan() && (*truth - level).abs() <= tolerance);
@@ -155,9 +155,9 @@ mod tests {
     #[test]
     fn errors_are_counted_where_there_is_a_truth() {
         let nan = f32::NAN;
-        let found = Plane::from_values(1, 5, vec![1.1, nan, 2.0, 0.7, 9.0]).unwrap();
-        let truth = Plane::from_values(1, 5, vec![1.0, 1.0, 2.0, 1.0, nan]).unwrap();
-        let sigma = Plane::filled(1, 5, 0.2);
+        let found = Grid::from_values(1, 5, vec![1.1, nan, 2.0, 0.7, 9.0]).unwrap();
+        let truth = Grid::from_values(1, 5, vec![1.0, 1.0, 2.0, 1.0, nan]).unwrap();
+        let sigma = Grid::filled(1, 5, 0.2);
         let report = compare_with_truth(&found, Some(&sigma), &truth, (0.0, 1.0)).unwrap();
         assert_eq!((report.all.pixels, report.all.answered), (4, 3));
         assert!((report.all.mean_px - 0.4 / 3.0).abs() < 1e-6);
@@ -167,6 +167,6 @@ mod tests {
         assert_eq!(report.all.within_2_sigma, 1.0);
         // Column 3 with disparity 1 ends at column 4, the last one.
         assert_eq!(report.in_both_end_frames.pixels, 4);
-        assert!(compare_with_truth(&found, None, &Plane::filled(2, 5, 0.0), (0.0, 1.0)).is_err());
+        assert!(compare_with_truth(&found, None, &Grid::filled(2, 5, 0.0), (0.0, 1.0)).is_err());
     }
 }

@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use crate::search::{Searched, Task};
 use crate::settling::Around;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// What was found at half the resolution, for each pixel of `task`: disparities twice as large, settled where surfaces meet; cost, confidence and the reason of no answer
 /// are those of the halved pixel that holds it. `reach` is how far from a surface its disparity may be found, in px of the halved frames.
 pub(super) fn settled(task: Task<'_>, coarse: &Searched, reach: usize) -> Searched {
     let (rows, columns) = (task.volume.rows(), task.volume.columns());
-    let mut guess = Plane::filled(rows, columns, f32::NAN);
+    let mut guess = Grid::filled(rows, columns, f32::NAN);
     let around = Around::new(&coarse.guess, 2.0, reach);
     let settling = guess.values_mut().par_chunks_mut(columns).enumerate();
     settling.for_each(|(y, guess)| settle_row(task, (&coarse.guess, &around), y, guess));
@@ -31,8 +31,8 @@ fn holder(place: usize, halved_count: usize) -> usize {
 }
 
 /// Each value four times, in a plane of this many rows and columns.
-fn doubled<T: Copy + Send + Sync>(halved: &Plane<T>, (rows, columns): (usize, usize)) -> Plane<T> {
-    let mut plane = Plane::filled(rows, columns, halved.at(0, 0));
+fn doubled<T: Copy + Send + Sync>(halved: &Grid<T>, (rows, columns): (usize, usize)) -> Grid<T> {
+    let mut plane = Grid::filled(rows, columns, halved.at(0, 0));
     plane.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
         let row = halved.row(holder(y, halved.rows()));
         for (x, out) in out.iter_mut().enumerate() {
@@ -43,7 +43,7 @@ fn doubled<T: Copy + Send + Sync>(halved: &Plane<T>, (rows, columns): (usize, us
 }
 
 /// Disparities of row `y` in px, from those of halved pixels.
-fn settle_row(task: Task<'_>, (coarse, around): (&Plane<f32>, &Around<'_>), y: usize, guess: &mut [f32]) {
+fn settle_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: usize, guess: &mut [f32]) {
     let row = holder(y, coarse.rows());
     let (upper, lower, down) = between(y, coarse.rows());
     let mut open = Vec::new();

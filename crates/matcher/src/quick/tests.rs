@@ -2,7 +2,7 @@ use super::*;
 use crate::maps::Answer;
 use crate::settling::tests::{COLUMNS, EDGE, NEAR_PX, ROWS, step, task};
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use proptest::prelude::*;
 
 fn empty(frames: usize) -> Volume {
@@ -73,7 +73,7 @@ proptest! {
 }
 
 /// What a search of halved frames found.
-fn coarse(guess: Plane<f32>, answer: Plane<Answer>) -> Searched {
+fn coarse(guess: Grid<f32>, answer: Grid<Answer>) -> Searched {
     let filled = |value| guess.map(|_| value);
     let (cost, confidence) = (filled(1.0), filled(0.5));
     Searched { guess, cost, confidence, answer, deviation_share: Some(0.3) }
@@ -86,10 +86,10 @@ fn edges_are_settled_to_a_pixel() {
     let options = MatchOptions::default();
     let halves = (ROWS / 2, COLUMNS / 2);
     // What windows of the halved frames do: the nearer surface reaches farther than it is, by a pixel and what an edge leaves of another.
-    let mut guess = Plane::filled(halves.0, halves.1, 0.0);
+    let mut guess = Grid::filled(halves.0, halves.1, 0.0);
     let last = EDGE / 2 + 1;
     (0..halves.0).for_each(|y| guess.row_mut(y)[..=last].fill(0.5 * NEAR_PX as f32));
-    let answer = Plane::filled(halves.0, halves.1, Answer::Found);
+    let answer = Grid::filled(halves.0, halves.1, Answer::Found);
     let found = settled(task(&volume, &lines, &options), &coarse(guess, answer), 2);
     for y in 0..ROWS {
         for x in 8..COLUMNS - 8 {
@@ -109,8 +109,8 @@ fn a_plane_stays_a_plane_and_reasons_stay_with_their_pixels() {
     let halves = (ROWS / 2, COLUMNS / 2);
     // d = 5 + 0.04 x - 0.02 y, of which the middle of halved pixel (X, Y), (2 X + 0.5, 2 Y + 0.5), has half.
     let plane = |x: f32, y: f32| 5.0 + 0.04 * x - 0.02 * y;
-    let mut guess = Plane::filled(halves.0, halves.1, 0.0);
-    let mut answer = Plane::filled(halves.0, halves.1, Answer::Found);
+    let mut guess = Grid::filled(halves.0, halves.1, 0.0);
+    let mut answer = Grid::filled(halves.0, halves.1, Answer::Found);
     for y in 0..halves.0 {
         for x in 0..halves.1 {
             guess.row_mut(y)[x] = 0.5 * plane(2.0 * x as f32 + 0.5, 2.0 * y as f32 + 0.5);

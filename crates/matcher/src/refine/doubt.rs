@@ -5,7 +5,7 @@ use super::mixing::{APART_PX, BESIDE_PX};
 use super::planes::{PAD, VotePlanes};
 use crate::contrast::contrast;
 use crate::lines::Lines;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
 /// Residuals are too large if their variance is this many times the largest squared deviation of a frame that agrees: ten times what is
@@ -18,7 +18,7 @@ const RESIDUAL_NOISE: f32 = 4.0;
 pub(super) fn doubtful_row(
     volume: &Volume,
     lines: &Lines,
-    (votes, guess): (&VotePlanes, &Plane<f32>),
+    (votes, guess): (&VotePlanes, &Grid<f32>),
     deviation_share: f32,
     y: usize,
     doubtful: &mut [bool],
@@ -67,7 +67,7 @@ mod tests {
             votes.residual.row_mut(1)[PAD + x] = residual(x);
         }
         votes.noise = Padded::filled(3, COLUMNS, NOISE);
-        let mut guess = Plane::filled(3, COLUMNS, 7.0);
+        let mut guess = Grid::filled(3, COLUMNS, 7.0);
         guess.row_mut(1).copy_from_slice(guesses);
         let mut doubtful = vec![false; COLUMNS];
         doubtful_row(&volume, &lines, (&votes, &guess), SHARE, 1, &mut doubtful);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::linear_epi::LinearEpi;
 use crate::lines::Lines;
 use crate::options::Effort;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
 /// Rows that are looked at, spread over the image.
@@ -38,7 +38,7 @@ const SIGNIFICANT: f32 = 4.0;
 pub(super) fn corrections(
     volume: &Volume,
     lines: &Lines,
-    guess: &Plane<f32>,
+    guess: &Grid<f32>,
     effort: Effort,
 ) -> Option<Vec<f32>> {
     let points_of = |rows: usize| -> Vec<Point> {
@@ -105,7 +105,7 @@ struct Point {
     weight: f32,
 }
 
-fn row_points(volume: &Volume, lines: &Lines, guess: &Plane<f32>, y: usize) -> Vec<Point> {
+fn row_points(volume: &Volume, lines: &Lines, guess: &Grid<f32>, y: usize) -> Vec<Point> {
     let epi = LinearEpi::new(volume, y);
     let full_scale = (1_u32 << volume.bit_depth()) as f32;
     let frames = volume.frames();
@@ -151,7 +151,7 @@ mod tests {
             let light = 110.0 + 30.0 * (0.4 * place + y as f64).sin();
             *count = (128.0 * (gain(t) * light + noise)).round() as u16;
         }
-        let mut guess = Plane::filled(ROWS, COLUMNS, DISPARITY_PX as f32);
+        let mut guess = Grid::filled(ROWS, COLUMNS, DISPARITY_PX as f32);
         for (index, value) in guess
             .values_mut()
             .iter_mut()

@@ -16,7 +16,7 @@ use super::stretch::take_off_drift;
 use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
 use super::widening::{WIDE_REACHES, take_better, take_wide};
 use crate::options::{Effort, LARGEST_GROWN_WINDOW_PX};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Reaches of the windows of the steps before the last, in columns and rows.
 const FIRST_REACH: (usize, usize) = (2, 2);
@@ -49,7 +49,7 @@ const NO_SLACK: (f32, f32) = (0.0, 0.0);
 pub(super) fn join_votes(
     level: Level,
     votes: &mut VotePlanes,
-    guess: &Plane<f32>,
+    guess: &Grid<f32>,
     origin: f32,
     options: Option<Fit>,
 ) -> SurfacePlanes {

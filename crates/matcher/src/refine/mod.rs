@@ -40,7 +40,7 @@ use super::lines::{Lines, SeenRule};
 use super::locking::LockingAmplitudes;
 use super::options::Effort;
 use doubt::doubtful_row;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 use joining::join_votes;
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
@@ -78,13 +78,13 @@ pub struct Fit {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitResult {
     /// Disparity in px; NaN where there was no guess.
-    pub disparity: Plane<f32>,
+    pub disparity: Grid<f32>,
     /// Its standard deviation in px; NaN where noise alone explains the gradients.
-    pub sigma: Plane<f32>,
+    pub sigma: Grid<f32>,
     /// Whether a pixel lies beside another surface and its frames show something else than its line; `None` if that was not asked.
-    pub doubtful: Option<Plane<bool>>,
+    pub doubtful: Option<Grid<bool>>,
     /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if none stands out from chance.
-    pub locking_px: Option<Plane<f32>>,
+    pub locking_px: Option<Grid<f32>>,
     /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was fitted.
     pub locking: Option<LockingAmplitudes>,
 }
@@ -93,10 +93,10 @@ pub struct FitResult {
 pub fn stepped(
     volume: &Volume,
     lines: &Lines,
-    guess: Plane<f32>,
+    guess: Grid<f32>,
     rule: SeenRule,
     report: impl Fn() + Sync,
-) -> Plane<f32> {
+) -> Grid<f32> {
     let mut current = guess;
     Steps::rough(volume, lines, &current, rule).take(&mut current, report);
     current
@@ -106,7 +106,7 @@ pub fn stepped(
 pub fn fit(
     volume: &Volume,
     lines: &Lines,
-    guess: Plane<f32>,
+    guess: Grid<f32>,
     options: Fit,
     report: impl Fn() + Sync,
 ) -> FitResult {
@@ -126,7 +126,7 @@ pub fn fit(
     });
     let sums: Vec<RowSums> = sums.into_iter().flatten().collect();
     let doubtful = options.deviation_share.map(|share| {
-        let mut doubtful = Plane::filled(rows, columns, false);
+        let mut doubtful = Grid::filled(rows, columns, false);
         let rows = doubtful.values_mut().par_chunks_mut(columns).enumerate();
         rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, &current), share, y, out));
         doubtful
@@ -140,7 +140,7 @@ pub fn fit(
     let outstanding = amplitudes.as_ref().filter(|amplitudes| amplitudes.stand_out());
     let locking_px = outstanding.map(|amplitudes| {
         let prediction = Prediction::new(amplitudes, &turns, lines, extremes(&current));
-        let mut biases = Plane::filled(rows, columns, 0.0);
+        let mut biases = Grid::filled(rows, columns, 0.0);
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let guesses = current.row(y);
             let hidden = steps.points_hide().then(|| stretches(guesses, lines));
@@ -150,7 +150,7 @@ pub fn fit(
         biases
     });
     let mut disparity = current;
-    let mut sigma = Plane::filled(rows, columns, 0.0);
+    let mut sigma = Grid::filled(rows, columns, 0.0);
     let out = disparity.values_mut().par_chunks_mut(columns).zip(sigma.values_mut().par_chunks_mut(columns));
     out.enumerate().for_each(|(y, (disparity, sigma))| {
         let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];

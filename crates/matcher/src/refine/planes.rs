@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::moments::LANES;
 use super::votes::Vote;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use means::box_means;
 
 /// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach and a block.
@@ -246,7 +246,7 @@ impl SurfacePlanes {
     }
 
     /// The guesses that the votes are counted from, as planes without slant.
-    pub(super) fn of_guesses(votes: &VotePlanes, guess: &Plane<f32>, origin: f32) -> Self {
+    pub(super) fn of_guesses(votes: &VotePlanes, guess: &Grid<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
         let plane = |value| Padded::filled(rows, columns, value);
         let mut planes = Self {

@@ -13,7 +13,7 @@ use super::votes::{FramesAsked, NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX,
 use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::lines::{Lines, SeenRule};
 use crate::options::{Effort, HiddenPoints};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
 /// Frames that the steps before the last look at.
@@ -49,7 +49,7 @@ impl<'a> Steps<'a> {
     pub(super) fn new(
         volume: &'a Volume,
         lines: &'a Lines,
-        guess: &Plane<f32>,
+        guess: &Grid<f32>,
         rule: SeenRule,
         effort: Effort,
     ) -> Self {
@@ -58,7 +58,7 @@ impl<'a> Steps<'a> {
     }
 
     /// Steps from `guess` of which others follow: what light varied from frame to frame is left to those.
-    pub(super) fn rough(volume: &'a Volume, lines: &'a Lines, guess: &Plane<f32>, rule: SeenRule) -> Self {
+    pub(super) fn rough(volume: &'a Volume, lines: &'a Lines, guess: &Grid<f32>, rule: SeenRule) -> Self {
         let (low, high) = extremes(guess);
         Self {
             volume,
@@ -80,7 +80,7 @@ impl<'a> Steps<'a> {
     /// The votes of all pixels around `current`, by every so manieth frame, and what `look` makes of each row, in their order.
     pub(super) fn votes<T: Send>(
         &self,
-        current: &Plane<f32>,
+        current: &Grid<f32>,
         every: usize,
         look: impl Fn(VotedRow<'_>) -> T + Sync,
     ) -> (VotePlanes, Vec<T>) {
@@ -119,7 +119,7 @@ impl<'a> Steps<'a> {
     }
 
     /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each row.
-    pub(super) fn take(&self, current: &mut Plane<f32>, report: impl Fn() + Sync) {
+    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
         let look = |row: VotedRow<'_>| {
             report();
@@ -151,7 +151,7 @@ impl<'a> Steps<'a> {
 }
 
 /// Smallest and largest disparity; zeros if there are none.
-pub(super) fn extremes(guess: &Plane<f32>) -> (f32, f32) {
+pub(super) fn extremes(guess: &Grid<f32>) -> (f32, f32) {
     const LANES: usize = 16;
     // No number is less or greater than NaN, and lanes of their own let a processor compare sixteen at once.
     let widened = |(mut low, mut high): ([f32; LANES], [f32; LANES]), values: &[f32]| {
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn extremes_pass_over_pixels_without_a_number() {
-        let mut plane = Plane::filled(3, 37, f32::NAN);
+        let mut plane = Grid::filled(3, 37, f32::NAN);
         assert_eq!(extremes(&plane), (0.0, 0.0));
         plane.row_mut(1)[36] = -2.5;
         assert_eq!(extremes(&plane), (-2.5, -2.5));

@@ -13,7 +13,7 @@ use super::{Searched, Task, bands};
 use crate::linear_epi::LinearEpi;
 use crate::lines::Lines;
 use crate::maps::Answer;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Neighbours within this disparity of a pixel are taken to lie on its surface, in px ...
 const SAME_SURFACE_PX: f32 = 1.0;
@@ -114,7 +114,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
 }
 
 /// The disparities around a pixel, one for each surface.
-fn surfaces_around(guess: &Plane<f32>, x: usize, y: usize) -> Vec<f32> {
+fn surfaces_around(guess: &Grid<f32>, x: usize, y: usize) -> Vec<f32> {
     let rows = y.saturating_sub(ASKED_REACH)..(y + ASKED_REACH + 1).min(guess.rows());
     let columns = x.saturating_sub(ASKED_REACH)..(x + ASKED_REACH + 1).min(guess.columns());
     let mut near: Vec<f32> =

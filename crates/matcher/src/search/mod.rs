@@ -37,7 +37,7 @@ use super::lines::{Hypotheses, Lines, SeenRule};
 use super::maps::{Answer, OrderingUsed};
 use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Search};
 use across_rows::{Bands, Held, Help, Penalties, Span, typical_cost};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use plan::Plan;
@@ -51,13 +51,13 @@ const COARSER: f64 = 2.0;
 /// What the search has found for each pixel of the reference frame; rows x columns.
 pub(super) struct Searched {
     /// Disparity in px; NaN where there is none.
-    pub(super) guess: Plane<f32>,
+    pub(super) guess: Grid<f32>,
     /// Cost of the chosen candidate, in the method's unit; NaN where it has none.
-    pub(super) cost: Plane<f32>,
+    pub(super) cost: Grid<f32>,
     /// How much better it is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
-    pub(super) confidence: Plane<f32>,
+    pub(super) confidence: Grid<f32>,
     /// Whether there is a disparity.
-    pub(super) answer: Plane<Answer>,
+    pub(super) answer: Grid<Answer>,
     /// Where points may be hidden: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
     pub(super) deviation_share: Option<f32>,
 }
@@ -186,8 +186,8 @@ fn bands(rows: usize) -> impl Iterator<Item = Range<usize>> {
 impl Searched {
     fn of_rows(task: Task<'_>, rows: &[RowAnswers]) -> Self {
         let (count, columns) = (task.volume.rows(), task.volume.columns());
-        let mut planes: [Plane<f32>; 3] = std::array::from_fn(|_| Plane::filled(count, columns, f32::NAN));
-        let mut answer = Plane::filled(count, columns, Answer::LeavesImage);
+        let mut planes: [Grid<f32>; 3] = std::array::from_fn(|_| Grid::filled(count, columns, f32::NAN));
+        let mut answer = Grid::filled(count, columns, Answer::LeavesImage);
         for (y, row) in rows.iter().enumerate() {
             for (plane, values) in planes.iter_mut().zip([&row.disparity, &row.cost, &row.confidence]) {
                 plane.row_mut(y).copy_from_slice(values);

@@ -236,7 +236,7 @@ impl Bars {
     }
 
     /// Pixels that half of the frames see, those of them found within a raster step, pixels answered, and those wrong by more than 1 px.
-    fn count(&self, found: &Plane<f32>, tau: &Tau, reference: usize) -> [f64; 4] {
+    fn count(&self, found: &Grid<f32>, tau: &Tau, reference: usize) -> [f64; 4] {
         let origin = tau.values()[reference];
         let mut counts = [0; 4];
         for x in 0..found.columns() {

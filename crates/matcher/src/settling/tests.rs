@@ -48,8 +48,8 @@ pub(crate) fn task<'a>(volume: &'a Volume, lines: &'a Lines, options: &'a MatchO
 }
 
 /// The step's disparities as windows of 3 px find them, which make the nearer surface a pixel wider.
-fn widened() -> Plane<f32> {
-    let mut guess = Plane::filled(ROWS, COLUMNS, 0.0);
+fn widened() -> Grid<f32> {
+    let mut guess = Grid::filled(ROWS, COLUMNS, 0.0);
     (0..ROWS).for_each(|y| guess.row_mut(y)[..=EDGE + 1].fill(NEAR_PX as f32));
     guess
 }
@@ -78,7 +78,7 @@ fn pixels_beside_an_edge_go_to_their_own_surface() {
 fn steep_surfaces_and_correlations_stay_as_they_are() {
     let volume = step();
     let lines = Lines::new(volume.tau(), 0, COLUMNS);
-    let mut steep = Plane::filled(ROWS, COLUMNS, 0.0);
+    let mut steep = Grid::filled(ROWS, COLUMNS, 0.0);
     (0..ROWS).for_each(|y| (0..COLUMNS).for_each(|x| steep.row_mut(y)[x] = 0.45 * x as f32));
     for (method, before) in [(Method::Variance, steep), (Method::NccFirst, widened())] {
         let options = MatchOptions::for_method(method);

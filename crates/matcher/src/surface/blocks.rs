@@ -7,7 +7,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::normal::{Normal, Solution};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Pixels further apart than where the correlation falls below this are taken as independent: what is left of it beyond, and its scatter in a
 /// field of some hundred independent patches, are of this size.
@@ -34,7 +34,7 @@ type Pairs<'a> = &'a dyn Fn(usize, &mut dyn FnMut(f64, f64));
 impl Correlation {
     /// Of a field whose values scatter about 0; NaN does not count. Lags up to an eighth of the field are looked at, beyond which too few
     /// independent parts would be left.
-    pub fn of(residual: &Plane<f32>) -> Self {
+    pub fn of(residual: &Grid<f32>) -> Self {
         let (rows, columns) = (residual.rows(), residual.columns());
         let at = |x: usize, y: usize| f64::from(residual.at(x, y));
         let along = |size: usize, pairs: Pairs<'_>| {
@@ -214,7 +214,7 @@ mod tests {
             (state >> 33) as f32 / (1_u64 << 31) as f32 - 0.5
         };
         let noise: Vec<f32> = (0..300 * 304).map(|_| next()).collect();
-        let mut field = Plane::filled(300, 300, 0.0);
+        let mut field = Grid::filled(300, 300, 0.0);
         for y in 0..300 {
             for x in 0..300 {
                 field.row_mut(y)[x] = noise[y * 304 + x..][..5].iter().sum();

@@ -1,6 +1,6 @@
 //! Parts of a field that hang together.
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Neighbours of equal value, by their sides.
 #[derive(Debug, Clone)]
@@ -11,7 +11,7 @@ pub(super) struct Part<T> {
 }
 
 /// All connected parts of pixels whose value `counts`, from top to bottom by their first pixel.
-pub(super) fn connected<T: Copy + PartialEq>(field: &Plane<T>, counts: impl Fn(T) -> bool) -> Vec<Part<T>> {
+pub(super) fn connected<T: Copy + PartialEq>(field: &Grid<T>, counts: impl Fn(T) -> bool) -> Vec<Part<T>> {
     let (rows, columns) = (field.rows(), field.columns());
     let mut seen = field.map(|value| !counts(value));
     let mut found = Vec::new();

@@ -10,7 +10,7 @@ use super::SurfaceError;
 use super::connected::connected;
 use super::height::Heights;
 use super::smooth::{count_around, quantile};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Pixels whose sigma is this many times the median are left out. Texture makes sigma differ by a factor of two or three over one surface, and where a step of 0.1 px
 /// lies is uncertain by six times the sigma of flat places (0.1 / sqrt(12) and 0.005 px); beside an object it is dozens of times as large.
@@ -50,7 +50,7 @@ impl Rectangle {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extent {
     /// Where they are.
-    pub used: Plane<bool>,
+    pub used: Grid<bool>,
     /// How many they are.
     pub used_px: usize,
     /// Pixels with a height, in the rectangle if one was given.
@@ -103,7 +103,7 @@ pub fn find_extent(
     let field = largest(&wide).ok_or(SurfaceError::NoExtent { side_px })?;
     let inner = without_rim(&field, margin_px);
 
-    let mut used = Plane::filled(rows, columns, false);
+    let mut used = Grid::filled(rows, columns, false);
     let (mut used_px, mut apart_px, mut rim_px) = (0, 0, 0);
     for (row, y) in down.enumerate() {
         for (column, x) in across.clone().enumerate().filter(|&(column, _)| trusted.at(column, row)) {
@@ -122,7 +122,7 @@ pub fn find_extent(
 }
 
 /// With its holes: pixels that have more chosen than others in the square that reaches `reach` px to each side.
-fn filled(chosen: &Plane<bool>, reach: usize) -> Plane<bool> {
+fn filled(chosen: &Grid<bool>, reach: usize) -> Grid<bool> {
     let all = count_around(&chosen.map(|_| true), reach);
     let counts = count_around(chosen, reach);
     let mut filled = chosen.clone();
@@ -133,17 +133,17 @@ fn filled(chosen: &Plane<bool>, reach: usize) -> Plane<bool> {
 }
 
 /// What squares of this side cover that lie wholly on the field (an opening by the square).
-fn opened(field: &Plane<bool>, side: usize) -> Plane<bool> {
+fn opened(field: &Grid<bool>, side: usize) -> Grid<bool> {
     let (rows, columns) = (field.rows(), field.columns());
     // How far the field goes on from each pixel to the right and down, and from those the largest square that begins there.
-    let mut square = Plane::filled(rows + 1, columns + 1, 0_usize);
+    let mut square = Grid::filled(rows + 1, columns + 1, 0_usize);
     for y in (0..rows).rev() {
         for x in (0..columns).rev() {
             let beyond = square.at(x + 1, y).min(square.at(x, y + 1)).min(square.at(x + 1, y + 1));
             square.row_mut(y)[x] = if field.at(x, y) { beyond + 1 } else { 0 };
         }
     }
-    let mut covered = Plane::filled(rows, columns, false);
+    let mut covered = Grid::filled(rows, columns, false);
     // Each row of a square that begins here is filled by its own rows' marks: how many pixels from here on are covered.
     let mut down = vec![0_usize; columns];
     for y in 0..rows {
@@ -166,7 +166,7 @@ fn opened(field: &Plane<bool>, side: usize) -> Plane<bool> {
 }
 
 /// The part that has most pixels; of equal ones the first.
-fn largest(chosen: &Plane<bool>) -> Option<Plane<bool>> {
+fn largest(chosen: &Grid<bool>) -> Option<Grid<bool>> {
     let parts = connected(chosen, |chosen| chosen);
     let most = parts.iter().map(|part| part.pixels.len()).max()?;
     let part = parts.into_iter().find(|part| part.pixels.len() == most)?;
@@ -176,7 +176,7 @@ fn largest(chosen: &Plane<bool>) -> Option<Plane<bool>> {
 }
 
 /// The field without pixels that have one outside of it in the square that reaches `reach` px to each side.
-fn without_rim(field: &Plane<bool>, reach: usize) -> Plane<bool> {
+fn without_rim(field: &Grid<bool>, reach: usize) -> Grid<bool> {
     let outside = count_around(&field.map(|inside| !inside), reach);
     let mut inner = field.clone();
     for (inner, &outside) in inner.values_mut().iter_mut().zip(outside.values()) {
@@ -195,7 +195,7 @@ mod tests {
     /// 80 x 60 px, known where `known` says, with this sigma.
     fn heights(sigma: impl Fn(usize, usize) -> f32) -> Heights {
         let values: Vec<f32> = (0..4800).map(|index| sigma(index % 80, index / 80)).collect();
-        let sigma_mm = Plane::from_values(60, 80, values).unwrap();
+        let sigma_mm = Grid::from_values(60, 80, values).unwrap();
         Heights {
             height_mm: sigma_mm.map(|sigma| if sigma.is_nan() { NAN } else { 0.0 }),
             sigma_mm,

@@ -1,6 +1,6 @@
 //! From disparity to metric height.
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// What turns a disparity into a distance: an ideal pinhole camera and the length of its way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,9 +35,9 @@ impl Geometry {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heights {
     /// Height towards the camera over the level at `distance_mm`, in mm.
-    pub height_mm: Plane<f32>,
+    pub height_mm: Grid<f32>,
     /// Its standard deviation, in mm, without that of the common scale.
-    pub sigma_mm: Plane<f32>,
+    pub sigma_mm: Grid<f32>,
     /// Distance of the level that heights are counted from, along the optical axis, in mm: the median of all distances.
     pub distance_mm: f64,
     /// By what they were found.
@@ -58,8 +58,8 @@ impl Heights {
 
     /// The heights where `chosen`, which has their size; unknown elsewhere.
     #[must_use]
-    pub fn only(&self, chosen: &Plane<bool>) -> Self {
-        let masked = |map: &Plane<f32>| {
+    pub fn only(&self, chosen: &Grid<bool>) -> Self {
+        let masked = |map: &Grid<f32>| {
             let mut masked = map.clone();
             for (value, &chosen) in masked.values_mut().iter_mut().zip(chosen.values()) {
                 *value = if chosen { *value } else { f32::NAN };
@@ -80,16 +80,16 @@ impl Heights {
 /// `None` if no pixel has a disparity other than zero.
 ///
 /// ```
-/// use epirig_core::grid::Plane;
+/// use epirig_core::grid::Grid;
 /// use epirig_matcher::surface::{Geometry, heights};
 ///
 /// let geometry = Geometry::exact(2844.0, 150.0, (1.0, 0.0));
-/// let disparity = Plane::from_values(1, 3, vec![474.0, 474.0, 473.9]).unwrap();
-/// let heights = heights(geometry, &disparity, &Plane::filled(1, 3, 0.01)).unwrap();
+/// let disparity = Grid::from_values(1, 3, vec![474.0, 474.0, 473.9]).unwrap();
+/// let heights = heights(geometry, &disparity, &Grid::filled(1, 3, 0.01)).unwrap();
 /// assert!((heights.distance_mm - 900.0).abs() < 1e-6);
 /// assert!((heights.height_mm.at(2, 0) + 0.19).abs() < 0.001);
 /// ```
-pub fn heights(geometry: Geometry, disparity: &Plane<f32>, sigma: &Plane<f32>) -> Option<Heights> {
+pub fn heights(geometry: Geometry, disparity: &Grid<f32>, sigma: &Grid<f32>) -> Option<Heights> {
     let reach = (geometry.focal_length_px * geometry.baseline_mm).abs();
     let distance = |disparity: f32| reach / f64::from(disparity.abs());
     let mut distances: Vec<f64> =
@@ -116,8 +116,8 @@ mod tests {
     fn heights_lie_where_the_pinhole_sees_them() {
         // f b = 2000 px * 100 mm. Two points at Z = 500 and 499 mm: d = 400 and 400.8016 px.
         let geometry = Geometry::exact(2000.0, 100.0, (0.0, 2.0));
-        let disparity = Plane::from_values(1, 4, vec![400.0, -400.0, 200_000.0 / 499.0, f32::NAN]).unwrap();
-        let found = heights(geometry, &disparity, &Plane::filled(1, 4, 0.02)).unwrap();
+        let disparity = Grid::from_values(1, 4, vec![400.0, -400.0, 200_000.0 / 499.0, f32::NAN]).unwrap();
+        let found = heights(geometry, &disparity, &Grid::filled(1, 4, 0.02)).unwrap();
         assert_eq!(found.distance_mm, 500.0);
         assert_eq!(found.height_mm.at(1, 0), 0.0, "the sign of a disparity is the direction of the way");
         assert!((found.height_mm.at(2, 0) - 1.0).abs() < 1e-4);
@@ -140,8 +140,8 @@ mod tests {
     #[test]
     fn without_a_disparity_there_is_no_height() {
         let geometry = Geometry::exact(2000.0, 100.0, (0.0, 0.0));
-        let sigma = Plane::filled(1, 2, 0.1);
-        let disparity = Plane::from_values(1, 2, vec![f32::NAN, 0.0]).unwrap();
+        let sigma = Grid::filled(1, 2, 0.1);
+        let disparity = Grid::from_values(1, 2, vec![f32::NAN, 0.0]).unwrap();
         assert_eq!(heights(geometry, &disparity, &sigma), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::SurfaceError;
 use super::height::Heights;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// A straight line over the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +48,7 @@ pub struct Profile {
 /// [`SurfaceError::EmptyLine`] if no height along the line is known.
 pub fn profile(
     heights: &Heights,
-    height_mm: &Plane<f32>,
+    height_mm: &Grid<f32>,
     line: Line,
     correlation_px: f64,
 ) -> Result<Profile, SurfaceError> {
@@ -94,7 +94,7 @@ pub fn profile(
 }
 
 /// The value between four pixels; `None` outside, and where one that matters is unknown.
-fn between(map: &Plane<f32>, x: f64, y: f64) -> Option<f64> {
+fn between(map: &Grid<f32>, x: f64, y: f64) -> Option<f64> {
     let inside = x >= 0.0 && y >= 0.0 && x <= (map.columns() - 1) as f64 && y <= (map.rows() - 1) as f64;
     if !inside {
         return None;
@@ -120,8 +120,8 @@ mod tests {
     fn ramp() -> Heights {
         let values = (0..600).map(|index| 0.1 * (index % 30) as f32 + 0.01 * (index / 30) as f32).collect();
         Heights {
-            height_mm: Plane::from_values(20, 30, values).unwrap(),
-            sigma_mm: Plane::filled(20, 30, 0.06),
+            height_mm: Grid::from_values(20, 30, values).unwrap(),
+            sigma_mm: Grid::filled(20, 30, 0.06),
             distance_mm: 500.0,
             geometry: Geometry::exact(1000.0, 100.0, (0.0, 0.0)),
         }

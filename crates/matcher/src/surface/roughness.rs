@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Height parameters of a field after its form was removed. Pixels without a height do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -28,17 +28,17 @@ pub struct Roughness {
 /// Roughness of the pixels of `rest_mm` (heights without their form) that `counts` chooses; `None` if it chooses no known one.
 ///
 /// ```
-/// use epirig_core::grid::Plane;
+/// use epirig_core::grid::Grid;
 /// use epirig_matcher::surface::roughness;
 ///
-/// let rest = Plane::from_values(1, 4, vec![3.0, -1.0, -3.0, 1.0]).unwrap();
-/// let found = roughness(&rest, &Plane::filled(1, 4, 1.0), |_, _| true).unwrap();
+/// let rest = Grid::from_values(1, 4, vec![3.0, -1.0, -3.0, 1.0]).unwrap();
+/// let found = roughness(&rest, &Grid::filled(1, 4, 1.0), |_, _| true).unwrap();
 /// assert_eq!((found.sa_mm, found.sz_mm), (2.0, 6.0));
 /// assert_eq!((found.sq_mm, found.sq_without_noise_mm), (5_f64.sqrt(), 2.0));
 /// ```
 pub fn roughness(
-    rest_mm: &Plane<f32>,
-    sigma_mm: &Plane<f32>,
+    rest_mm: &Grid<f32>,
+    sigma_mm: &Grid<f32>,
     counts: impl Fn(usize, usize) -> bool,
 ) -> Option<Roughness> {
     let chosen = || {
@@ -84,8 +84,8 @@ mod tests {
         // Amplitude A: Sa = 2 A / pi, Sq = A / sqrt 2, Sz = 2 A, Ssk = 0, Sku = 3/2.
         let values =
             (0..1000).map(|x| 0.5 * (x as f32 * std::f32::consts::TAU / 1000.0).sin() + 4.0).collect();
-        let field = Plane::from_values(1, 1000, values).unwrap();
-        let found = roughness(&field, &Plane::filled(1, 1000, 0.01), |_, _| true).unwrap();
+        let field = Grid::from_values(1, 1000, values).unwrap();
+        let found = roughness(&field, &Grid::filled(1, 1000, 0.01), |_, _| true).unwrap();
         // Heights are stored to 4e-7.
         for (name, value, truth) in [
             ("Sa", found.sa_mm, 1.0 / std::f64::consts::PI),
@@ -103,8 +103,8 @@ mod tests {
     fn two_levels_by_hand_with_a_hole() {
         // Heights 0, 0, 0, -0.2: mean -0.05; Sa = (3 * 0.05 + 0.15) / 4; Sq^2 = (3 * 0.0025 + 0.0225) / 4 = 0.0075;
         // third moment (3 * 0.000125 - 0.003375) / 4 = -0.00075; fourth (3 * 6.25e-6 + 5.0625e-4) / 4 = 1.3125e-4.
-        let field = Plane::from_values(1, 5, vec![0.0, 0.0, f32::NAN, 0.0, -0.2]).unwrap();
-        let found = roughness(&field, &Plane::filled(1, 5, 0.2), |_, _| true).unwrap();
+        let field = Grid::from_values(1, 5, vec![0.0, 0.0, f32::NAN, 0.0, -0.2]).unwrap();
+        let found = roughness(&field, &Grid::filled(1, 5, 0.2), |_, _| true).unwrap();
         assert_eq!(found.pixels, 4);
         assert!((found.sa_mm - 0.075).abs() < 1e-8);
         assert!((found.sq_mm - 0.0075_f64.sqrt()).abs() < 1e-8);

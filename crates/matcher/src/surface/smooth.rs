@@ -1,15 +1,15 @@
 //! Means and medians over squares around each pixel, in which unknown values do not count.
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Sums over rectangles in constant time: the sum of all values above and to the left, with a row and a column of zeros before.
 struct RunningSums {
-    sums: Plane<f64>,
+    sums: Grid<f64>,
 }
 
 impl RunningSums {
     fn new(rows: usize, columns: usize, value: impl Fn(usize) -> f64) -> Self {
-        let mut sums = Plane::filled(rows + 1, columns + 1, 0.0);
+        let mut sums = Grid::filled(rows + 1, columns + 1, 0.0);
         for y in 0..rows {
             let mut row_sum = 0.0;
             for x in 0..columns {
@@ -31,10 +31,10 @@ impl RunningSums {
 }
 
 /// How many pixels of the square that reaches `reach` px to each side are `chosen`, which has the size of the field.
-pub(super) fn count_around(chosen: &Plane<bool>, reach: usize) -> Plane<u32> {
+pub(super) fn count_around(chosen: &Grid<bool>, reach: usize) -> Grid<u32> {
     let values = chosen.values();
     let sums = RunningSums::new(chosen.rows(), chosen.columns(), |index| f64::from(u8::from(values[index])));
-    let mut counts = Plane::filled(chosen.rows(), chosen.columns(), 0);
+    let mut counts = Grid::filled(chosen.rows(), chosen.columns(), 0);
     for y in 0..chosen.rows() {
         for (x, count) in counts.row_mut(y).iter_mut().enumerate() {
             *count = sums.around(x, y, reach).round() as u32;
@@ -44,7 +44,7 @@ pub(super) fn count_around(chosen: &Plane<bool>, reach: usize) -> Plane<u32> {
 }
 
 /// The mean of the known values of the square that reaches `reach` px to each side; NaN stays NaN.
-pub(super) fn mean_around(field: &Plane<f32>, reach: usize) -> Plane<f32> {
+pub(super) fn mean_around(field: &Grid<f32>, reach: usize) -> Grid<f32> {
     if reach == 0 {
         return field.clone();
     }
@@ -64,7 +64,7 @@ pub(super) fn mean_around(field: &Plane<f32>, reach: usize) -> Plane<f32> {
 
 /// The field without what stands alone: a value further from the median of the 5 x 5 around it than `limit` becomes NaN. A hollow
 /// has neighbours that lie as deep, a wrong answer of the matcher has none.
-pub(super) fn without_spikes(field: &Plane<f32>, limit: f32) -> Plane<f32> {
+pub(super) fn without_spikes(field: &Grid<f32>, limit: f32) -> Grid<f32> {
     const REACH: usize = 2;
     let mut clean = field.clone();
     let mut around = Vec::with_capacity((2 * REACH + 1).pow(2));
@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn squares_are_cut_at_borders_and_holes_do_not_count() {
         let nan = f32::NAN;
-        let field = Plane::from_values(2, 3, vec![1.0, 2.0, nan, 4.0, 6.0, 8.0]).unwrap();
+        let field = Grid::from_values(2, 3, vec![1.0, 2.0, nan, 4.0, 6.0, 8.0]).unwrap();
         let means = mean_around(&field, 1);
         assert_eq!((means.at(0, 0), means.at(1, 0)), (3.25, 4.2));
         assert!(means.at(2, 0).is_nan());
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn what_stands_alone_is_left_out_and_a_hollow_stays() {
-        let mut field = Plane::filled(20, 20, 0.0_f32);
+        let mut field = Grid::filled(20, 20, 0.0_f32);
         field.row_mut(10)[4] = 5.0;
         for y in 2..9 {
             field.row_mut(y)[11..18].fill(-5.0);

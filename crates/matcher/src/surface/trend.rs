@@ -7,7 +7,7 @@ use super::blocks::{Blocks, Correlation, Scatter};
 use super::height::Heights;
 use super::normal::{Normal, Solution};
 use super::smooth::{SIGMA_OF_MEDIAN, quantile};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Residuals beyond so many standard deviations do not count, and nearer ones the less the larger they are: Tukey's biweight, which loses 5 %
 /// with Gaussian errors. Weights that only fall, as Huber's, let a rim of wrong answers pull a quadric after it, since nothing holds it there.
@@ -102,7 +102,7 @@ impl Trend {
     }
 
     /// The heights without it, in mm.
-    pub fn removed_from(&self, heights: &Heights) -> Plane<f32> {
+    pub fn removed_from(&self, heights: &Heights) -> Grid<f32> {
         let mut rest = heights.height_mm.clone();
         for y in 0..rest.rows() {
             for (x, height) in rest.row_mut(y).iter_mut().enumerate() {
@@ -305,7 +305,7 @@ pub fn fit_trend(heights: &Heights, kind: TrendKind) -> Result<Trend, SurfaceErr
             field.solve(|sample| f64::from(u8::from(field.off(&coefficients, sample) <= limit)))?;
     }
     let limit = OUTLIER * field.scatter(&coefficients);
-    let mut residuals = Plane::filled(rows, columns, f32::NAN);
+    let mut residuals = Grid::filled(rows, columns, f32::NAN);
     let (mut kept, mut outliers) = (Vec::new(), 0);
     for sample in field.samples() {
         let residual = (sample.height_mm - field.predicted(&coefficients, &sample)) / sample.sigma_mm;
@@ -347,8 +347,8 @@ mod tests {
             (height_mm(u, v) + sigma_mm * error()) as f32
         });
         Heights {
-            height_mm: Plane::from_values(80, 100, values.collect()).unwrap(),
-            sigma_mm: Plane::filled(80, 100, sigma_mm.max(1e-6) as f32),
+            height_mm: Grid::from_values(80, 100, values.collect()).unwrap(),
+            sigma_mm: Grid::filled(80, 100, sigma_mm.max(1e-6) as f32),
             // So far away that X and Y do not depend on the height.
             distance_mm: 1e6,
             geometry: Geometry::exact(2e6, 100.0, (49.5, 39.5)),
@@ -411,14 +411,14 @@ mod tests {
     fn what_cannot_be_fitted_is_refused() {
         let heights = field(0.0, quadric);
         let row =
-            heights.only(&Plane::from_values(80, 100, (0..8000).map(|i| i / 100 == 7).collect()).unwrap());
+            heights.only(&Grid::from_values(80, 100, (0..8000).map(|i| i / 100 == 7).collect()).unwrap());
         assert_eq!(
             fit_trend(&row, TrendKind::Plane).unwrap_err(),
             SurfaceError::Undetermined { what: "a plane" }
         );
         assert!(fit_trend(&row, TrendKind::Constant).is_ok());
         let few =
-            heights.only(&Plane::from_values(80, 100, (0..8000).map(|i| i % 161 == 0).collect()).unwrap());
+            heights.only(&Grid::from_values(80, 100, (0..8000).map(|i| i % 161 == 0).collect()).unwrap());
         // Every 161st of 8000, the first included: 50.
         assert_eq!(
             fit_trend(&few, TrendKind::Quadric).unwrap_err(),

@@ -10,21 +10,21 @@ use epirig_matcher::{
     Answer, DisparityMaps, DisparityRange, MatchOptions, Method, Ordering, OrderingUsed, ReferenceFrame,
     match_volume,
 };
-use epirig_simulator::{Carried, Scene, Twin, TwinConfig};
+use epirig_simulator::{Carried, Scene, Simulator, SimulatorConfig};
 
-fn evaluate(twin: &Twin, volume: &Volume, options: &MatchOptions) -> (DisparityMaps, TruthReport) {
+fn evaluate(simulator: &Simulator, volume: &Volume, options: &MatchOptions) -> (DisparityMaps, TruthReport) {
     let maps = match_volume(volume, options, &Silent).unwrap();
-    let truth = twin.truth(maps.reference).unwrap();
+    let truth = simulator.truth(maps.reference).unwrap();
     let tau = volume.tau().values()[maps.reference];
     let report =
         compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (tau, 1.0 - tau)).unwrap();
     (maps, report)
 }
 
-fn measure(config: TwinConfig, options: &MatchOptions) -> (DisparityMaps, TruthReport) {
-    let twin = Twin::new(config).unwrap();
-    let volume = twin.render_volume(&Silent).unwrap();
-    evaluate(&twin, &volume, options)
+fn measure(config: SimulatorConfig, options: &MatchOptions) -> (DisparityMaps, TruthReport) {
+    let simulator = Simulator::new(config).unwrap();
+    let volume = simulator.render_volume(&Silent).unwrap();
+    evaluate(&simulator, &volume, options)
 }
 
 /// The paper's section 5.1: 512 x 512 x 100, variance and dynamic programming, mean error 0.04 px, largest 0.13 px.
@@ -32,7 +32,7 @@ fn measure(config: TwinConfig, options: &MatchOptions) -> (DisparityMaps, TruthR
 fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
     let options =
         MatchOptions { method: Method::Variance, ordering: Ordering::Strict, ..MatchOptions::default() };
-    let (maps, report) = measure(TwinConfig::cube_edge(512, 100), &options);
+    let (maps, report) = measure(SimulatorConfig::cube_edge(512, 100), &options);
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
     assert_eq!(maps.ordering, OrderingUsed::Strict);
@@ -52,7 +52,7 @@ fn every_method_and_interpolation_measures_a_plane() {
         (Method::NccMean, Interpolation::Cubic, false, 0.03),
     ] {
         let options = MatchOptions { refine, interpolation, ..MatchOptions::for_method(method) };
-        let (_, report) = measure(TwinConfig::textured_plane(128, 48, 17), &options);
+        let (_, report) = measure(SimulatorConfig::textured_plane(128, 48, 17), &options);
         let errors = report.in_both_end_frames;
         assert!(errors.median_px < bound, "{method:?} {interpolation:?} {refine}: {errors:?}");
         // A window of 7 that is the model must lie inside the image: 3 of the 120 columns have none.
@@ -69,7 +69,7 @@ fn any_reference_frame_and_direction_give_the_same_accuracy() {
         (Carried::Camera, ReferenceFrame::First),
         (Carried::Camera, ReferenceFrame::Index(5)),
     ] {
-        let mut config = TwinConfig::textured_plane(128, 48, 17);
+        let mut config = SimulatorConfig::textured_plane(128, 48, 17);
         config.carried = carried;
         config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.3, slope_y: 0.2 };
         config.sensor.bit_depth = 12;
@@ -84,8 +84,8 @@ fn any_reference_frame_and_direction_give_the_same_accuracy() {
 
 #[test]
 fn positions_that_are_not_equidistant_are_used() {
-    let twin = Twin::new(TwinConfig::textured_plane(128, 48, 17)).unwrap();
-    let scan = twin.config().scan;
+    let simulator = Simulator::new(SimulatorConfig::textured_plane(128, 48, 17)).unwrap();
+    let scan = simulator.config().scan;
     let length = scan.step_mm * 16.0;
     // Steps that grow: the middle frame lies at a quarter of the baseline.
     let positions: Vec<f64> =
@@ -93,15 +93,15 @@ fn positions_that_are_not_equidistant_are_used() {
     let render = |tau: Tau| {
         let mut volume = Volume::new(48, 128, 8, tau);
         for (index, &position) in positions.iter().enumerate() {
-            volume.insert(index, &twin.expose(position, index as u32)).unwrap();
+            volume.insert(index, &simulator.expose(position, index as u32)).unwrap();
         }
         volume
     };
     let (_, right) =
-        evaluate(&twin, &render(Tau::from_positions(&positions).unwrap()), &MatchOptions::default());
+        evaluate(&simulator, &render(Tau::from_positions(&positions).unwrap()), &MatchOptions::default());
     assert!(right.in_both_end_frames.mean_px < 0.01, "{right:?}");
     let wrong = match_volume(&render(Tau::equidistant(17).unwrap()), &MatchOptions::default(), &Silent);
-    let truth = twin.truth(0).unwrap();
+    let truth = simulator.truth(0).unwrap();
     let error = wrong.map_or(f64::INFINITY, |maps| {
         compare_with_truth(&maps.disparity, None, &truth.disparity, (0.0, 1.0)).unwrap().all.mean_px
     });
@@ -112,7 +112,7 @@ fn positions_that_are_not_equidistant_are_used() {
 /// the stated sigma says.
 #[test]
 fn the_stated_sigma_holds_on_a_noisy_plane() {
-    let mut config = TwinConfig::textured_plane(200, 120, 41);
+    let mut config = SimulatorConfig::textured_plane(200, 120, 41);
     config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.2, slope_y: 0.1 };
     config.sensor.read_noise_dn = 2.0;
     let (_, report) = measure(config, &MatchOptions::default());
@@ -126,9 +126,9 @@ fn the_stated_sigma_holds_on_a_noisy_plane() {
 #[test]
 fn what_cannot_be_answered_is_not_answered() {
     // A tile on a dark, featureless ground: the ground has no answer, nor has what leaves the image.
-    let (maps, report) = measure(TwinConfig::tile(256, 41), &MatchOptions::default());
-    let twin = Twin::new(TwinConfig::tile(256, 41)).unwrap();
-    let truth = twin.truth(0).unwrap();
+    let (maps, report) = measure(SimulatorConfig::tile(256, 41), &MatchOptions::default());
+    let simulator = Simulator::new(SimulatorConfig::tile(256, 41)).unwrap();
+    let truth = simulator.truth(0).unwrap();
     let mut invented = 0;
     for y in 0..256_usize {
         for x in 0..256_usize {
@@ -147,7 +147,7 @@ fn what_cannot_be_answered_is_not_answered() {
         minimum_visible: 1.0,
         ..MatchOptions::default()
     };
-    let mut config = TwinConfig::textured_plane(128, 32, 9);
+    let mut config = SimulatorConfig::textured_plane(128, 32, 9);
     config.scan.step_mm *= 5.0;
     let (maps, _) = measure(config, &options);
     // 40 px of disparity: the last 40 columns leave the image. One more on either side may go with the border.
@@ -158,8 +158,8 @@ fn what_cannot_be_answered_is_not_answered() {
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    let twin = Twin::new(TwinConfig::cube_edge(96, 15)).unwrap();
-    let volume = twin.render_volume(&Silent).unwrap();
+    let simulator = Simulator::new(SimulatorConfig::cube_edge(96, 15)).unwrap();
+    let volume = simulator.render_volume(&Silent).unwrap();
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| match_volume(&volume, &MatchOptions::default(), &Silent).unwrap())
@@ -173,7 +173,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn slanted_surfaces_are_measured_as_well_as_upright_ones() {
     for slope_x in [-0.6, 0.6] {
-        let mut config = TwinConfig::textured_plane(160, 64, 25);
+        let mut config = SimulatorConfig::textured_plane(160, 64, 25);
         // Disparity 40 px over 500 mm of distance: a slope of 0.6 changes it by some 0.1 px per px and more.
         config.scan.step_mm *= 5.0;
         config.scene = Scene::Plane { distance_mm: 500.0, slope_x, slope_y: 0.0 };
@@ -185,7 +185,7 @@ fn slanted_surfaces_are_measured_as_well_as_upright_ones() {
 
 #[test]
 fn noise_is_not_taken_for_texture() {
-    let mut config = TwinConfig::textured_plane(160, 64, 20);
+    let mut config = SimulatorConfig::textured_plane(160, 64, 20);
     config.texture.grain_mm = 1e6;
     config.sensor.read_noise_dn = 20.0;
     for ordering in [Ordering::Strict, Ordering::Free] {
@@ -200,15 +200,16 @@ fn noise_is_not_taken_for_texture() {
 fn a_thing_in_front_of_another_is_noticed() {
     // Two planes, 20 and 60 px of disparity, the nearer one a strip of 60 px in images of 400 px.
     let plane = |disparity: f64, seed| {
-        let mut config = TwinConfig::textured_plane(400, 48, 21);
+        let mut config = SimulatorConfig::textured_plane(400, 48, 21);
         config.scan.step_mm *= disparity / 8.0;
         config.texture.seed = seed;
-        Twin::new(config).unwrap()
+        Simulator::new(config).unwrap()
     };
     let (far, near) = (plane(20.0, 1), plane(60.0, 2));
     let mut volume = Volume::new(48, 400, 8, Tau::equidistant(21).unwrap());
     for index in 0..21_usize {
-        let frame = |twin: &Twin| twin.expose(twin.config().scan.positions_mm()[index], 0);
+        let frame =
+            |simulator: &Simulator| simulator.expose(simulator.config().scan.positions_mm()[index], 0);
         let (far, near) = (frame(&far), frame(&near));
         let (mut background, mut samples) = (vec![0.0; 400 * 48], vec![0.0; 400 * 48]);
         far.samples().copy_to_f32(0, &mut background);
@@ -239,7 +240,7 @@ fn a_thing_in_front_of_another_is_noticed() {
 #[test]
 fn the_widest_window_of_the_fit_works_and_a_wider_one_is_refused() {
     let options = MatchOptions { refine_window_px: 21, ..MatchOptions::default() };
-    let (_, report) = measure(TwinConfig::textured_plane(128, 48, 17), &options);
+    let (_, report) = measure(SimulatorConfig::textured_plane(128, 48, 17), &options);
     assert!(report.in_both_end_frames.median_px < 0.01, "{report:?}");
     let wider = MatchOptions { refine_window_px: 23, ..options };
     let message = wider.check(48, 128, 17).unwrap_err().to_string();

@@ -1,10 +1,10 @@
 //! Hollows 0.2 mm deep in a tile 900 mm away are asked to be measured to 0.003 mm together, and to 0.010 mm each.
 
 use crate::promises::{Bounds, Figures, Promise};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_matcher::{MatchOptions, match_volume};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 const FRAMES: usize = 100;
 const DEPTH_MM: f64 = 0.2;
@@ -23,7 +23,7 @@ struct Level {
 }
 
 /// What crosses row `y`, from left to right, where the tile is in view.
-fn levels(height_mm: &Plane<f32>, y: usize) -> Vec<Level> {
+fn levels(height_mm: &Grid<f32>, y: usize) -> Vec<Level> {
     let row = height_mm.row(y);
     let kind = |x: usize| match row[x] {
         height if height.abs() < 1e-3 => Some(false),
@@ -47,16 +47,16 @@ fn levels(height_mm: &Plane<f32>, y: usize) -> Vec<Level> {
 
 #[test]
 fn the_hollows_of_the_ideal_tile_have_their_depth() {
-    let mut config = TwinConfig::tile(1024, FRAMES);
+    let mut config = SimulatorConfig::tile(1024, FRAMES);
     config.optics.rows = ROWS;
     config.optics.principal_point_y_px = 0.5 * (ROWS as f64 - 1.0);
     config.sensor.read_noise_dn = 1.0;
     let baseline_mm = config.scan.step_mm * (FRAMES - 1) as f64;
     let focal_length_px = config.optics.focal_length_px;
-    let twin = Twin::new(config).unwrap();
+    let simulator = Simulator::new(config).unwrap();
     let maps =
-        match_volume(&twin.render_volume(&Silent).unwrap(), &MatchOptions::default(), &Silent).unwrap();
-    let truth = twin.truth(maps.reference).unwrap();
+        match_volume(&simulator.render_volume(&Silent).unwrap(), &MatchOptions::default(), &Silent).unwrap();
+    let truth = simulator.truth(maps.reference).unwrap();
 
     // Z = f b / d of all answered pixels of a level. Walls are upright, so one row tells all columns.
     let depth_mm = |level: &Level| {

@@ -2,12 +2,12 @@
 
 use crate::painted::{Aperture, Camera, Painting, Texture};
 use crate::promises::{Bounds, Figures, Promise};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::{ErrorStatistics, compare_with_truth};
 use epirig_matcher::{MatchOptions, match_volume};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 const FRAMES: usize = 100;
 const APERTURE: Aperture = Aperture { sigma_px: 0.7 };
@@ -57,7 +57,7 @@ fn texture() -> Texture {
 }
 
 /// Errors of all answered pixels that have a truth.
-fn errors(volume: &Volume, truth: impl Fn(usize) -> Plane<f32>) -> ErrorStatistics {
+fn errors(volume: &Volume, truth: impl Fn(usize) -> Grid<f32>) -> ErrorStatistics {
     let maps = match_volume(volume, &MatchOptions::default(), &Silent).unwrap();
     let truth = truth(maps.reference);
     compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth, (0.0, 1.0)).unwrap().all
@@ -83,10 +83,12 @@ fn painted(painting: &Painting) -> ErrorStatistics {
     errors(&painting.volume(), |reference| painting.truth(reference).disparity)
 }
 
-fn twin(mut config: TwinConfig, noise_dn: f64) -> ErrorStatistics {
+fn simulator(mut config: SimulatorConfig, noise_dn: f64) -> ErrorStatistics {
     config.sensor.read_noise_dn = noise_dn;
-    let twin = Twin::new(config).unwrap();
-    errors(&twin.render_volume(&Silent).unwrap(), |reference| twin.truth(reference).unwrap().disparity)
+    let simulator = Simulator::new(config).unwrap();
+    errors(&simulator.render_volume(&Silent).unwrap(), |reference| {
+        simulator.truth(reference).unwrap().disparity
+    })
 }
 
 #[test]
@@ -105,21 +107,21 @@ fn sigma_is_honest_on_a_painted_edge() {
 
 #[test]
 fn sigma_is_honest_on_the_cube_edge() {
-    check("cube edge", HONEST, |noise_dn| twin(TwinConfig::cube_edge(320, FRAMES), noise_dn));
+    check("cube edge", HONEST, |noise_dn| simulator(SimulatorConfig::cube_edge(320, FRAMES), noise_dn));
 }
 
 #[test]
 fn sigma_is_honest_on_the_tile_at_half_the_resolution() {
-    check("small tile", SMALL_TILE, |noise_dn| twin(TwinConfig::tile(512, FRAMES), noise_dn));
+    check("small tile", SMALL_TILE, |noise_dn| simulator(SimulatorConfig::tile(512, FRAMES), noise_dn));
 }
 
 #[test]
 fn sigma_is_honest_on_the_tile() {
     check("tile", TILE, |noise_dn| {
-        let mut config = TwinConfig::tile(1024, FRAMES);
+        let mut config = SimulatorConfig::tile(1024, FRAMES);
         // Stripes go from top to bottom: a part of them tells as much.
         config.optics.rows = 160;
         config.optics.principal_point_y_px = 79.5;
-        twin(config, noise_dn)
+        simulator(config, noise_dn)
     });
 }

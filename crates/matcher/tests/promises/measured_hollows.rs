@@ -4,7 +4,7 @@ use crate::promises::{Bounds, Figures, Promise};
 use epirig_core::progress::Silent;
 use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
 use epirig_matcher::{MatchOptions, match_volume};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 const FRAMES: usize = 100;
 const DEPTH_MM: f64 = 0.2;
@@ -18,15 +18,15 @@ const WORST_OFF_MM: Promise = Promise::as_asked(Bounds::at_most(0.010));
 
 #[test]
 fn the_surface_tells_the_depth_of_the_ideal_tiles_hollows() {
-    let mut config = TwinConfig::tile(1024, FRAMES);
+    let mut config = SimulatorConfig::tile(1024, FRAMES);
     config.optics.rows = ROWS;
     config.optics.principal_point_y_px = 0.5 * (ROWS as f64 - 1.0);
     config.sensor.read_noise_dn = 1.0;
     let optics = config.optics.clone();
     let baseline_mm = config.scan.step_mm * (FRAMES - 1) as f64;
-    let twin = Twin::new(config).unwrap();
+    let simulator = Simulator::new(config).unwrap();
     let maps =
-        match_volume(&twin.render_volume(&Silent).unwrap(), &MatchOptions::default(), &Silent).unwrap();
+        match_volume(&simulator.render_volume(&Silent).unwrap(), &MatchOptions::default(), &Silent).unwrap();
 
     let principal = (optics.principal_point_x_px, optics.principal_point_y_px);
     let geometry = Geometry::exact(optics.focal_length_px, baseline_mm, principal);

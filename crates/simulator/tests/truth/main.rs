@@ -2,5 +2,5 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
-mod twin_faults;
-mod twin_truth;
+mod nuisances;
+mod truth;

@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI, SQRT_2};
 
 use nalgebra::{SMatrix, SVector};
 
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 const UNKNOWNS: usize = 9;
 /// The first of those that are levels: mean, half step, growth of light.
@@ -73,7 +73,7 @@ struct Window {
 }
 
 impl Window {
-    fn new(image: &Plane<f32>, x: f64, y: f64, radius_px: f64) -> Option<Self> {
+    fn new(image: &Grid<f32>, x: f64, y: f64, radius_px: f64) -> Option<Self> {
         let middle = (x.round(), y.round());
         let reach = radius_px.floor() as i64;
         let mut pixels = Vec::with_capacity((4 * (reach + 1) * (reach + 1)) as usize);
@@ -266,18 +266,18 @@ fn fit(
 /// `None` if the window leaves the image by more than a quarter, or the pixels show no such cross within it.
 ///
 /// ```
-/// use epirig_core::grid::Plane;
+/// use epirig_core::grid::Grid;
 /// use epirig_calibration::target::{EdgeCross, refine_corner};
 ///
 /// // Four squares with soft edges that meet between the pixels, at (7.5, 7.5).
 /// let side = |place: usize| (place as f32 - 7.5).tanh();
 /// let squares = (0..256).map(|i| 125.0 + 75.0 * side(i % 16) * side(i / 16)).collect();
-/// let image = Plane::from_values(16, 16, squares).unwrap();
+/// let image = Grid::from_values(16, 16, squares).unwrap();
 /// let start = EdgeCross { x_px: 7.0, y_px: 8.0, before_bright_rad: 0.0, before_dark_rad: std::f64::consts::FRAC_PI_2 };
 /// let corner = refine_corner(&image, &start, 6.0).unwrap();
 /// assert!((corner.x_px - 7.5).abs() < 0.01 && (corner.y_px - 7.5).abs() < 0.01, "{corner:?}");
 /// ```
-pub fn refine_corner(image: &Plane<f32>, start: &EdgeCross, radius_px: f64) -> Option<Corner> {
+pub fn refine_corner(image: &Grid<f32>, start: &EdgeCross, radius_px: f64) -> Option<Corner> {
     let mut window = Window::new(image, start.x_px, start.y_px, radius_px)?;
     let count = window.pixels.len() as f64;
     let mean = window.pixels.iter().map(|pixel| pixel.2).sum::<f64>() / count;

@@ -80,7 +80,7 @@ impl Picture {
         ((q[0] * s[1] - r[1] * q[1]) / determinant, (r[0] * q[1] - q[0] * s[0]) / determinant)
     }
 
-    fn render(&self) -> Plane<f32> {
+    fn render(&self) -> Grid<f32> {
         let spread = Spread::new(self.blur_px);
         let reach = spread.1.ceil() as i64;
         let mut exact = vec![0.0_f64; SIZE * SIZE];
@@ -132,7 +132,7 @@ impl Picture {
             let light = 1.0 + self.light[0] * x + self.light[1] * y;
             (light * (self.dark + (self.bright - self.dark) * share)) as f32
         };
-        Plane::from_values(SIZE, SIZE, exact.iter().enumerate().map(level).collect()).unwrap()
+        Grid::from_values(SIZE, SIZE, exact.iter().enumerate().map(level).collect()).unwrap()
     }
 
     fn start(&self) -> EdgeCross {
@@ -177,7 +177,7 @@ impl Picture {
 /// Least standard deviations of x and y for noise of 1 DN, by the Cramer-Rao bound, from differences of renderings.
 fn least_sigma(picture: &Picture, radius_px: f64) -> [f64; 2] {
     let at = picture.parameters();
-    let derivatives: Vec<Plane<f32>> = (0..UNKNOWNS)
+    let derivatives: Vec<Grid<f32>> = (0..UNKNOWNS)
         .map(|k| {
             let h = [0.05, 0.05, 0.01, 0.01, 0.02, 1.0, 1.0, 1e-3, 1e-3][k];
             let [low, high] = [-h, h].map(|h| {
@@ -187,7 +187,7 @@ fn least_sigma(picture: &Picture, radius_px: f64) -> [f64; 2] {
                 picture.with_parameters(moved).render()
             });
             let values = high.values().iter().zip(low.values()).map(|(b, a)| (b - a) / (2.0 * h as f32));
-            Plane::from_values(SIZE, SIZE, values.collect()).unwrap()
+            Grid::from_values(SIZE, SIZE, values.collect()).unwrap()
         })
         .collect();
     let middle = at[..2].iter().map(|value| value.round()).collect::<Vec<_>>();
@@ -261,7 +261,7 @@ fn scatter_is_the_least_possible_and_is_told() {
 fn what_is_no_corner_is_refused() {
     let plane = |level: fn(usize, usize) -> f32| {
         let values = (0..SIZE * SIZE).map(|index| level(index % SIZE, index / SIZE)).collect();
-        Plane::from_values(SIZE, SIZE, values).unwrap()
+        Grid::from_values(SIZE, SIZE, values).unwrap()
     };
     let start = EdgeCross {
         x_px: 20.0,
@@ -269,7 +269,7 @@ fn what_is_no_corner_is_refused() {
         before_bright_rad: 0.0,
         before_dark_rad: std::f64::consts::FRAC_PI_2,
     };
-    let refused = |image: &Plane<f32>, what: &str| {
+    let refused = |image: &Grid<f32>, what: &str| {
         assert_eq!(refine_corner(image, &start, 7.0), None, "{what}");
     };
     refused(&plane(|_, _| 100.0), "one level");

@@ -1,4 +1,4 @@
-//! A camera that looks at the twin, with the faults of real ones.
+//! A camera that looks at the simulator, with the faults of real ones.
 
 mod device;
 mod fault;
@@ -9,23 +9,23 @@ use std::sync::Arc;
 
 use super::CheckedCamera;
 use crate::stage::StagePosition;
-use epirig_simulator::Twin;
+use epirig_simulator::Simulator;
 
 pub use device::SimDevice;
 pub use fault::{SimFault, SimStamps};
 pub use view::{SimView, ViewSwitch};
 
-/// The simulated camera: sees the twin's scene where the simulated stage has carried it.
+/// The simulated camera: sees the simulator's scene where the simulated stage has carried it.
 ///
 /// ```
 /// use std::sync::Arc;
 /// use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault};
 /// use epirig_devices::stage::{SimStage, SimStageConfig, Stage};
-/// use epirig_simulator::{Twin, TwinConfig};
+/// use epirig_simulator::{Simulator, SimulatorConfig};
 ///
-/// let twin = Arc::new(Twin::new(TwinConfig::textured_plane(64, 48, 9))?);
+/// let simulator = Arc::new(Simulator::new(SimulatorConfig::textured_plane(64, 48, 9))?);
 /// let mut stage = SimStage::new(SimStageConfig::ideal(100.0));
-/// let mut camera = SimCamera::before_twin(Arc::clone(&twin), stage.watch());
+/// let mut camera = SimCamera::before_simulator(Arc::clone(&simulator), stage.watch());
 /// camera.configure(&CameraSettings::default())?;
 /// camera.start()?;
 /// stage.home()?;
@@ -33,16 +33,16 @@ pub use view::{SimView, ViewSwitch};
 /// camera.device().inject(SimFault::TornFrame);
 /// let moment = camera.now();
 /// let taken = camera.grab_after(moment)?;
-/// assert_eq!(taken.frame, twin.expose(12.0, 0));
+/// assert_eq!(taken.frame, simulator.expose(12.0, 0));
 /// assert!(taken.facts.stale > 0 && taken.facts.exposure_start >= moment);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type SimCamera = CheckedCamera<SimDevice>;
 
 impl SimCamera {
-    /// A camera in front of `twin`, whose scene (or camera) is carried by the stage that `position` watches.
-    pub fn before_twin(twin: Arc<Twin>, position: StagePosition) -> Self {
-        Self::new(SimDevice::new(twin, position))
+    /// A camera in front of `simulator`, whose scene (or camera) is carried by the stage that `position` watches.
+    pub fn before_simulator(simulator: Arc<Simulator>, position: StagePosition) -> Self {
+        Self::new(SimDevice::new(simulator, position))
     }
 }
 
@@ -51,14 +51,15 @@ mod tests {
     use super::*;
     use crate::camera::{Camera, CameraSettings};
     use crate::stage::{SimStage, SimStageConfig, Stage};
-    use epirig_simulator::TwinConfig;
+    use epirig_simulator::SimulatorConfig;
 
     /// Pairs of neighbours that did not vouch for each other in a hundred grabs of a tile under a lamp that flickers by 0.3 %.
     fn refused(noise_dn: f64) -> usize {
-        let mut config = TwinConfig::real_tile(128, 2);
+        let mut config = SimulatorConfig::real_tile(128, 2);
         config.sensor.read_noise_dn = noise_dn;
         let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
-        let mut camera = SimCamera::before_twin(Arc::new(Twin::new(config).unwrap()), stage.watch());
+        let mut camera =
+            SimCamera::before_simulator(Arc::new(Simulator::new(config).unwrap()), stage.watch());
         camera.configure(&CameraSettings::default()).unwrap();
         camera.start().unwrap();
         stage.home().unwrap();
@@ -79,11 +80,11 @@ mod tests {
 
     #[test]
     fn the_board_is_seen_in_its_pose() {
-        let twin = Arc::new(Twin::new(TwinConfig::real_tile(128, 2)).unwrap());
+        let simulator = Arc::new(Simulator::new(SimulatorConfig::real_tile(128, 2)).unwrap());
         let stage = SimStage::new(SimStageConfig::ideal(200.0));
-        let mut pictures = pictures::Pictures::new(Arc::clone(&twin));
+        let mut pictures = pictures::Pictures::new(Arc::clone(&simulator));
         for pose in [0, 3, 0] {
-            let expected = twin.digitise(&twin.board_irradiance(pose), 7);
+            let expected = simulator.digitise(&simulator.board_irradiance(pose), 7);
             assert_eq!(pictures.frame(SimView::Board(pose), stage.watch().get_mm(), 1.0, 7), expected);
         }
     }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::view::SimView;
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Plane;
-use epirig_simulator::Twin;
+use epirig_core::grid::Grid;
+use epirig_simulator::Simulator;
 
 /// Views that are remembered: before and after the latest move.
 const VIEWS: usize = 2;
@@ -22,20 +22,20 @@ enum Shown {
 /// Renders views and remembers the latest, because a camera takes many frames of one view.
 #[derive(Debug)]
 pub(super) struct Pictures {
-    twin: Arc<Twin>,
-    views: Vec<(Shown, Plane<f32>)>,
+    simulator: Arc<Simulator>,
+    views: Vec<(Shown, Grid<f32>)>,
 }
 
 impl Pictures {
-    pub(super) fn new(twin: Arc<Twin>) -> Self {
-        Self { twin, views: Vec::new() }
+    pub(super) fn new(simulator: Arc<Simulator>) -> Self {
+        Self { simulator, views: Vec::new() }
     }
 
-    pub(super) fn twin(&self) -> &Twin {
-        &self.twin
+    pub(super) fn simulator(&self) -> &Simulator {
+        &self.simulator
     }
 
-    /// The frame of `view` with the stage at `position_mm`; `light` is 1 for the twin's own exposure.
+    /// The frame of `view` with the stage at `position_mm`; `light` is 1 for the simulator's own exposure.
     pub(super) fn frame(&mut self, view: SimView, position_mm: f64, light: f32, exposure: u32) -> Frame {
         let brightness = match view {
             SimView::Scene => return self.rendered(Shown::Scene(position_mm), light, exposure),
@@ -43,7 +43,7 @@ impl Pictures {
             SimView::Dark => 0.0,
             SimView::Flat => light,
         };
-        self.twin.digitise(&self.twin.uniform_irradiance(brightness), exposure)
+        self.simulator.digitise(&self.simulator.uniform_irradiance(brightness), exposure)
     }
 
     fn rendered(&mut self, shown: Shown, light: f32, exposure: u32) -> Frame {
@@ -52,17 +52,17 @@ impl Pictures {
                 self.views.remove(0);
             }
             let picture = match shown {
-                Shown::Scene(position_mm) => self.twin.irradiance(position_mm),
-                Shown::Board(pose) => self.twin.board_irradiance(pose),
+                Shown::Scene(position_mm) => self.simulator.irradiance(position_mm),
+                Shown::Board(pose) => self.simulator.board_irradiance(pose),
             };
             self.views.push((shown, picture));
             self.views.len() - 1
         });
         let view = &self.views[place].1;
         if light == 1.0 {
-            self.twin.digitise(view, exposure)
+            self.simulator.digitise(view, exposure)
         } else {
-            self.twin.digitise(&view.map(|value| value * light), exposure)
+            self.simulator.digitise(&view.map(|value| value * light), exposure)
         }
     }
 }

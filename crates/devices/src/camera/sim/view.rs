@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// What is in front of a simulated camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SimView {
-    /// The twin's scene.
+    /// The simulator's scene.
     Scene,
     /// A cap on the lens.
     Dark,
     /// A white surface that fills the view, as bright as the scene's brightest paint.
     Flat,
-    /// The twin's board in a hand, in this pose of an endless list.
+    /// The simulator's board in a hand, in this pose of an endless list.
     Board(usize),
 }
 

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{quantile, share};
 use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 
@@ -86,7 +86,7 @@ fn seen_at(maps: &DisparityMaps, place: f64, y: usize) -> Option<(f32, f32)> {
     if own.is_nan() {
         return None;
     }
-    let pair = |plane: &Plane<f32>| [plane.at(left, y), plane.at(right, y)];
+    let pair = |plane: &Grid<f32>| [plane.at(left, y), plane.at(right, y)];
     let [before, after] = pair(&maps.disparity);
     let share = (place - left as f64) as f32;
     // False, too, where a neighbour has no answer.
@@ -99,16 +99,16 @@ mod tests {
     use super::*;
     use crate::{Answer, DisparityRange, OrderingUsed};
     use epirig_core::progress::Silent;
-    use epirig_simulator::{Twin, TwinConfig};
+    use epirig_simulator::{Simulator, SimulatorConfig};
 
     fn maps(disparity: Vec<f32>, reference: usize) -> DisparityMaps {
         let columns = disparity.len();
         DisparityMaps {
-            disparity: Plane::from_values(1, columns, disparity).unwrap(),
-            sigma: Plane::filled(1, columns, 0.02),
-            cost: Plane::filled(1, columns, 0.0),
-            confidence: Plane::filled(1, columns, 1.0),
-            answer: Plane::filled(1, columns, Answer::Found),
+            disparity: Grid::from_values(1, columns, disparity).unwrap(),
+            sigma: Grid::filled(1, columns, 0.02),
+            cost: Grid::filled(1, columns, 0.0),
+            confidence: Grid::filled(1, columns, 1.0),
+            answer: Grid::filled(1, columns, Answer::Found),
             reference,
             range: DisparityRange { minimum_px: 0.0, maximum_px: 4.0 },
             range_found: false,
@@ -135,9 +135,9 @@ mod tests {
 
     #[test]
     fn a_plane_is_the_same_from_both_ends() {
-        let mut config = TwinConfig::textured_plane(128, 48, 17);
+        let mut config = SimulatorConfig::textured_plane(128, 48, 17);
         config.sensor.read_noise_dn = 1.0;
-        let volume = Twin::new(config).unwrap().render_volume(&Silent).unwrap();
+        let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
         let report = both_ways(&volume, &MatchOptions::default(), &Silent).unwrap();
         // 8 of 128 columns leave the image either way. Both matches see the same noise; nine in ten is what 0.1 px, ten sigma here, cannot miss.
         assert!(report.carried > 0.9 && report.compared > 0.97, "{report:?}");

@@ -187,12 +187,12 @@ fn differences(pairs: &[Pair], pixels: usize) -> Differences {
 mod tests {
     use super::*;
     use epirig_core::progress::Silent;
-    use epirig_simulator::{Twin, TwinConfig};
+    use epirig_simulator::{Simulator, SimulatorConfig};
 
     fn report(frames: usize, reference: ReferenceFrame) -> SplitHalfReport {
-        let mut config = TwinConfig::textured_plane(160, 64, frames);
+        let mut config = SimulatorConfig::textured_plane(160, 64, frames);
         config.sensor.read_noise_dn = 1.0;
-        let volume = Twin::new(config).unwrap().render_volume(&Silent).unwrap();
+        let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
         split_half(&volume, &MatchOptions { reference, ..MatchOptions::default() }, &Silent).unwrap()
     }
 
@@ -229,8 +229,10 @@ mod tests {
     #[test]
     fn disparities_of_halves_are_over_the_whole_baseline() {
         // 8 px over frames 0 to 7: the halves see 6/7 of it, and a range that were not scaled would hold neither.
-        let volume =
-            Twin::new(TwinConfig::textured_plane(96, 32, 8)).unwrap().render_volume(&Silent).unwrap();
+        let volume = Simulator::new(SimulatorConfig::textured_plane(96, 32, 8))
+            .unwrap()
+            .render_volume(&Silent)
+            .unwrap();
         let options = MatchOptions {
             reference: ReferenceFrame::Index(3),
             range: Some(DisparityRange { minimum_px: 7.5, maximum_px: 8.5 }),

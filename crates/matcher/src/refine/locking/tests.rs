@@ -9,7 +9,7 @@ use crate::lines::{Lines, SeenRule};
 use crate::locking::LockingAmplitudes;
 use crate::options::{Effort, HiddenPoints};
 use crate::refine::{Fit, FitResult, fit};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -65,7 +65,7 @@ fn fitted(
         let value = 128.0 + rows[y].iter().map(wave).sum::<f64>() + sigma * normal();
         *count = (128.0 * value).round() as u16;
     }
-    let mut guess = Plane::filled(ROWS, COLUMNS, 0.0);
+    let mut guess = Grid::filled(ROWS, COLUMNS, 0.0);
     (0..ROWS).for_each(|y| guess.row_mut(y).fill(disparity(y) as f32 + 0.03));
     let options = Fit {
         window_px: 3,

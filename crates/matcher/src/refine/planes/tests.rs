@@ -186,7 +186,7 @@ fn guesses_are_planes_as_well_known_as_their_votes() {
     let vote = Vote { weight: 4.0, variance: 3.0, ..NO_VOTE };
     put(&mut votes, &[vec![vote, NO_VOTE, NO_VOTE]], 0.0);
     votes.settle_noise(1, 1.0, 0.5, 40.0);
-    let guess = Plane::from_values(1, 3, vec![7.0, 9.0, f32::NAN]).unwrap();
+    let guess = Grid::from_values(1, 3, vec![7.0, 9.0, f32::NAN]).unwrap();
     let planes = SurfacePlanes::of_guesses(&votes, &guess, 5.0);
     assert_eq!(planes.disparity.row(0)[PAD..PAD + 3], [2.0, 4.0, 0.0]);
     assert_eq!(planes.variance.row(0)[PAD..PAD + 3], [0.75, f32::INFINITY, f32::INFINITY]);

@@ -4,7 +4,7 @@ use crate::lines::{Lines, SeenRule};
 use crate::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Search};
 use crate::search::tests::{searched, texture, volume};
 use crate::search::{OrderingUsed, Searched, Task, median, search};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -130,7 +130,7 @@ fn help_does_not_depend_on_the_number_of_threads() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let Searched { guess, cost, confidence, .. } =
                 pool.install(|| searched(&scene, 4, ordering, &options));
-            [guess, cost, confidence].iter().flat_map(Plane::values).map(|value| value.to_bits()).collect()
+            [guess, cost, confidence].iter().flat_map(Grid::values).map(|value| value.to_bits()).collect()
         };
         assert_eq!(bits(1), bits(3), "{search:?} {ordering:?}");
     }

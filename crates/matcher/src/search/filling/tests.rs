@@ -15,11 +15,11 @@ const NONE: f32 = f32::NAN;
 fn answers(rows: usize, columns: usize, guess: impl Fn(usize, usize) -> f32) -> Searched {
     let values: Vec<f32> = (0..rows * columns).map(|index| guess(index % columns, index / columns)).collect();
     let answer = |value: &f32| if value.is_nan() { Answer::Ambiguous } else { Answer::Found };
-    let answer = Plane::from_values(rows, columns, values.iter().map(answer).collect()).unwrap();
+    let answer = Grid::from_values(rows, columns, values.iter().map(answer).collect()).unwrap();
     Searched {
-        guess: Plane::from_values(rows, columns, values).unwrap(),
-        cost: Plane::filled(rows, columns, 1.0),
-        confidence: Plane::filled(rows, columns, 0.5),
+        guess: Grid::from_values(rows, columns, values).unwrap(),
+        cost: Grid::filled(rows, columns, 1.0),
+        confidence: Grid::filled(rows, columns, 0.5),
         answer,
         deviation_share: None,
     }
@@ -95,7 +95,7 @@ proptest! {
     fn every_disparity_around_lies_on_a_surface_and_surfaces_are_those_around(
         disparities in prop::collection::vec(prop_oneof![3 => 0.0_f32..30.0, 1 => Just(NONE)], 11 * 10), x in 0_usize..11, y in 0_usize..10,
     ) {
-        let guess = Plane::from_values(10, 11, disparities).unwrap();
+        let guess = Grid::from_values(10, 11, disparities).unwrap();
         let found = surfaces_around(&guess, x, y);
         let near: Vec<f32> = (0..10_usize)
             .flat_map(|v| (0..11_usize).map(move |u| (u, v)))
@@ -122,11 +122,11 @@ proptest! {
 #[test]
 fn a_surface_is_represented_by_its_median() {
     let row = [5.0, 5.9, 6.5, 20.0, 20.1, NONE, 20.2];
-    let guess = Plane::from_values(1, 7, row.to_vec()).unwrap();
+    let guess = Grid::from_values(1, 7, row.to_vec()).unwrap();
     assert_eq!(surfaces_around(&guess, 3, 0), [5.9, 20.1]);
     // Three columns to each side.
     assert_eq!(surfaces_around(&guess, 0, 0), [5.9, 20.0]);
-    assert!(surfaces_around(&Plane::filled(4, 4, NONE), 1, 1).is_empty());
+    assert!(surfaces_around(&Grid::filled(4, 4, NONE), 1, 1).is_empty());
 }
 
 const FRAMES: usize = 41;

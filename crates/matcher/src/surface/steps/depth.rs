@@ -8,7 +8,7 @@ use super::super::trend::{Field, Sample, Trend};
 use super::levels::Levels;
 use super::regions::{Level, Region, regions};
 use super::{Depth, Part, StepsOptions};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// Pixels beyond so many standard deviations from their level are outliers; of a million Gaussian ones 63 are.
 const OUTLIER: f64 = 4.0;
@@ -21,7 +21,7 @@ const STANDS_IN: f64 = 4.0;
 pub(super) struct Fit {
     pub(super) levels: Levels,
     /// The pixels that took part.
-    pub(super) used: Plane<Level>,
+    pub(super) used: Grid<Level>,
     pub(super) pixels: usize,
     solution: Solution,
     outliers: usize,
@@ -47,7 +47,7 @@ fn row(sample: &Sample, terms: usize, level: Level) -> [f64; 7] {
 /// Fits to the pixels whose level is known in `clear`.
 pub(super) fn fit(
     field: &Field<'_>,
-    clear: &Plane<Level>,
+    clear: &Grid<Level>,
     options: &StepsOptions,
 ) -> Result<Fit, SurfaceError> {
     let terms = field.basis.terms();
@@ -72,7 +72,7 @@ pub(super) fn fit(
         }
         solution = solve(field, &used)?;
     }
-    let count = |map: &Plane<Level>| map.values().iter().filter(|&&level| level != Level::Unknown).count();
+    let count = |map: &Grid<Level>| map.values().iter().filter(|&&level| level != Level::Unknown).count();
     let pixels = count(&used);
     let outliers = count(clear) - pixels;
 
@@ -90,7 +90,7 @@ fn off(solution: &Solution, sample: &Sample, terms: usize, level: Level) -> f64 
         - row[..=terms].iter().zip(&solution.values).map(|(term, value)| term * value).sum::<f64>()
 }
 
-fn solve(field: &Field<'_>, used: &Plane<Level>) -> Result<Solution, SurfaceError> {
+fn solve(field: &Field<'_>, used: &Grid<Level>) -> Result<Solution, SurfaceError> {
     let terms = field.basis.terms();
     let mut sums = Normal::empty();
     for sample in field.samples() {
@@ -108,7 +108,7 @@ impl Fit {
         let (rows, columns) = (self.used.rows(), self.used.columns());
         let level = |sample: &Sample| self.used.at(sample.x, sample.y);
         let used = || field.samples().filter(|sample| level(sample) != Level::Unknown);
-        let mut residuals = Plane::filled(rows, columns, f32::NAN);
+        let mut residuals = Grid::filled(rows, columns, f32::NAN);
         let mut squares = 0.0;
         for sample in used() {
             let off = off(&self.solution, &sample, terms, level(&sample));
@@ -158,7 +158,7 @@ fn depth(depth_mm: f64, scatter: Option<Scatter>, scale_sigma: f64) -> Depth {
 /// The parts of the level that is not the ground, each against the ground around it.
 pub(super) fn parts(
     field: &Field<'_>,
-    levels: &Plane<Level>,
+    levels: &Grid<Level>,
     fit: &Fit,
     certainty: &Certainty,
     raised: bool,
@@ -218,7 +218,7 @@ fn part(
 /// Pixels of the other level near the region: as far from its walls as it is wide, in the mean.
 fn around(region: &Region, fit: &Fit, options: &StepsOptions) -> Vec<(usize, usize)> {
     let (rows, columns) = (fit.used.rows(), fit.used.columns());
-    let mut reached = Plane::filled(rows, columns, false);
+    let mut reached = Grid::filled(rows, columns, false);
     region.pixels.iter().for_each(|&(x, y)| reached.row_mut(y)[x] = true);
     let beside = |(x, y): (usize, usize)| {
         let four = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];

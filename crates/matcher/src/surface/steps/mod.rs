@@ -17,7 +17,7 @@ use super::height::Heights;
 use super::smooth::{SIGMA_OF_MEDIAN, mean_around, quantile, without_spikes};
 use super::trend::{Field, Trend, TrendKind};
 use depth::{Fit, fit, parts};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use levels::{Levels, Point, two_levels};
 use regions::{Level, clear_of_walls, without_small_parts};
 
@@ -129,9 +129,9 @@ pub struct Steps {
     /// Of the upper level.
     pub trend: Trend,
     /// True on the lower level; meaningful where there is a height.
-    pub lower: Plane<bool>,
+    pub lower: Grid<bool>,
     /// Pixels that the fit used: clear of the walls, and no outliers.
-    pub used: Plane<bool>,
+    pub used: Grid<bool>,
     /// How the errors of the pixels used go together.
     pub correlation: Correlation,
     /// Distance from the walls that was left out, in px.
@@ -193,7 +193,7 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
 }
 
 /// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is left.
-fn by_margin(field: &Field<'_>, levels: &Plane<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
+fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
     (0..=options.margin_px + MORE_MARGIN)
         .map_while(|margin_px| {
             let fit = fit(field, &clear_of_walls(levels, margin_px), options).ok()?;
@@ -210,7 +210,7 @@ fn by_margin(field: &Field<'_>, levels: &Plane<Level>, options: &StepsOptions) -
 
 /// A field divided into two levels, and what was fitted to them.
 struct Divided {
-    levels: Plane<Level>,
+    levels: Grid<Level>,
     fit: Fit,
     /// Pixels nearer than this to a wall were left out.
     margin_px: usize,
@@ -220,7 +220,7 @@ struct Divided {
 fn divide(
     field: &Field<'_>,
     start: &[f64],
-    smoothed: &Plane<f32>,
+    smoothed: &Grid<f32>,
     reach: usize,
     options: &StepsOptions,
 ) -> Result<(Divided, f64), SurfaceError> {
@@ -260,12 +260,12 @@ fn divide(
 
 /// The levels clear of the walls by the grown margin if it leaves [`ROOM`] of what the smallest one leaves of both levels, else by the smallest; and
 /// the margin. `reach` is added to either.
-fn roomy(map: &Plane<Level>, reach: usize, options: &StepsOptions) -> (Plane<Level>, usize) {
+fn roomy(map: &Grid<Level>, reach: usize, options: &StepsOptions) -> (Grid<Level>, usize) {
     let least = clear_of_walls(map, options.margin_px + reach);
     if options.grown_margin_px > options.margin_px {
         let grown = clear_of_walls(map, options.grown_margin_px + reach);
         let count =
-            |clear: &Plane<Level>, wanted| clear.values().iter().filter(|&&level| level == wanted).count();
+            |clear: &Grid<Level>, wanted| clear.values().iter().filter(|&&level| level == wanted).count();
         let enough = |wanted| count(&grown, wanted) as f64 >= ROOM * count(&least, wanted) as f64;
         if enough(Level::Upper) && enough(Level::Lower) {
             return (grown, options.grown_margin_px);
@@ -275,7 +275,7 @@ fn roomy(map: &Plane<Level>, reach: usize, options: &StepsOptions) -> (Plane<Lev
 }
 
 /// Some points of the smoothed field, spread evenly but on no grid that stripes could hide from.
-fn points(field: &Field<'_>, smoothed: &Plane<f32>) -> Vec<Point> {
+fn points(field: &Field<'_>, smoothed: &Grid<f32>) -> Vec<Point> {
     let every = (smoothed.rows() * smoothed.columns()).div_ceil(POINTS);
     let mut points: Vec<Point> = Vec::new();
     for y in 0..smoothed.rows() {
@@ -298,8 +298,8 @@ fn scatter_about(trend: &[f64], points: &[Point]) -> f64 {
     SIGMA_OF_MEDIAN * quantile(&mut off, 0.5).unwrap_or(0.0)
 }
 
-fn label(field: &Field<'_>, smoothed: &Plane<f32>, levels: &Levels) -> Plane<Level> {
-    let mut map = Plane::filled(smoothed.rows(), smoothed.columns(), Level::Unknown);
+fn label(field: &Field<'_>, smoothed: &Grid<f32>, levels: &Levels) -> Grid<Level> {
+    let mut map = Grid::filled(smoothed.rows(), smoothed.columns(), Level::Unknown);
     for sample in field.samples() {
         let height_mm = f64::from(smoothed.at(sample.x, sample.y));
         if !height_mm.is_nan() {
@@ -311,7 +311,7 @@ fn label(field: &Field<'_>, smoothed: &Plane<f32>, levels: &Levels) -> Plane<Lev
 }
 
 /// Standard deviation of the smoothed heights about their level, clear of the walls.
-fn smoothed_scatter(field: &Field<'_>, smoothed: &Plane<f32>, fit: &Fit) -> f64 {
+fn smoothed_scatter(field: &Field<'_>, smoothed: &Grid<f32>, fit: &Fit) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for sample in field.samples() {
         let level = fit.used.at(sample.x, sample.y);

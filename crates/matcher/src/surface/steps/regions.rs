@@ -2,7 +2,7 @@
 
 use super::super::connected::{Part, connected};
 use super::super::smooth::count_around;
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 
 /// On which level a pixel lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,12 +26,12 @@ impl Level {
 pub(super) type Region = Part<Level>;
 
 /// All connected parts, from top to bottom by their first pixel.
-pub(super) fn regions(levels: &Plane<Level>) -> Vec<Region> {
+pub(super) fn regions(levels: &Grid<Level>) -> Vec<Region> {
     connected(levels, |level| level != Level::Unknown)
 }
 
 /// Gives parts of fewer than `least_area_px` pixels to the other level: they are noise, not hollows.
-pub(super) fn without_small_parts(levels: &mut Plane<Level>, least_area_px: usize) {
+pub(super) fn without_small_parts(levels: &mut Grid<Level>, least_area_px: usize) {
     for region in regions(levels).into_iter().filter(|region| region.pixels.len() < least_area_px) {
         for (x, y) in region.pixels {
             levels.row_mut(y)[x] = region.value.other();
@@ -40,7 +40,7 @@ pub(super) fn without_small_parts(levels: &mut Plane<Level>, least_area_px: usiz
 }
 
 /// The levels without the pixels that have one of the other level in the square that reaches `margin_px` to each side.
-pub(super) fn clear_of_walls(levels: &Plane<Level>, margin_px: usize) -> Plane<Level> {
+pub(super) fn clear_of_walls(levels: &Grid<Level>, margin_px: usize) -> Grid<Level> {
     let around = |level: Level| count_around(&levels.map(|here| here == level), margin_px);
     let (upper, lower) = (around(Level::Upper), around(Level::Lower));
     let mut clear = levels.clone();
@@ -57,14 +57,14 @@ pub(super) fn clear_of_walls(levels: &Plane<Level>, margin_px: usize) -> Plane<L
 mod tests {
     use super::*;
 
-    fn picture(lines: &[&str]) -> Plane<Level> {
+    fn picture(lines: &[&str]) -> Grid<Level> {
         let level = |letter| match letter {
             '#' => Level::Lower,
             '.' => Level::Upper,
             _ => Level::Unknown,
         };
         let values = lines.iter().flat_map(|line| line.chars().map(level)).collect();
-        Plane::from_values(lines.len(), lines[0].len(), values).unwrap()
+        Grid::from_values(lines.len(), lines[0].len(), values).unwrap()
     }
 
     #[test]

@@ -30,8 +30,8 @@ fn field(sigma_mm: f64, seed: u64, height_mm: impl Fn(f64, f64, usize, usize) ->
         (height + error) as f32
     });
     Heights {
-        height_mm: Plane::from_values(SIDE, SIDE, values.collect()).unwrap(),
-        sigma_mm: Plane::filled(SIDE, SIDE, sigma_mm as f32),
+        height_mm: Grid::from_values(SIDE, SIDE, values.collect()).unwrap(),
+        sigma_mm: Grid::filled(SIDE, SIDE, sigma_mm as f32),
         // So far away that X and Y do not depend on the height.
         distance_mm: 1e6,
         geometry: Geometry::exact(4e6, 100.0, (middle, middle)),

@@ -1,4 +1,4 @@
-//! Painted scenes: frames from closed formulas, which share nothing with the twin.
+//! Painted scenes: frames from closed formulas, which share nothing with the simulator.
 //!
 //! A surface is a strip of the middle view (the view from the middle of the baseline) whose disparity is linear in x and y there, as that
 //! of a plane in space is. In a frame at tau a point (u, y) lies at u + (tau - 1/2) d(u, y), which is an affine map of the strip; a wave of its
@@ -15,7 +15,7 @@ mod texture;
 use std::f64::consts::TAU;
 
 use epirig_core::frame::{Frame, Samples};
-use epirig_core::grid::Plane;
+use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use rand::SeedableRng;
@@ -97,14 +97,14 @@ pub struct Painting {
 /// What is true for the pixels of a reference frame.
 pub struct Truth {
     /// Disparity of the point in the pixel's middle, in px.
-    pub disparity: Plane<f32>,
+    pub disparity: Grid<f32>,
     /// Number of frames that show that point: it lies in the image and nothing is in front of it.
-    pub visible_frames: Plane<u16>,
+    pub visible_frames: Grid<u16>,
 }
 
 impl Truth {
     /// Shares of the pixels that at least half of `frames` see and that `found` has right within 0.1 px, and of its answers that are wrong by more than 1 px.
-    pub fn right_and_wrong(&self, found: &Plane<f32>, frames: usize) -> (f64, f64) {
+    pub fn right_and_wrong(&self, found: &Grid<f32>, frames: usize) -> (f64, f64) {
         let (mut visible, mut right, mut answered, mut wrong) = (0_u32, 0_u32, 0_u32, 0_u32);
         let pixels = self.disparity.values().iter().zip(found.values()).zip(self.visible_frames.values());
         for ((truth, found), &seen) in pixels {
@@ -169,21 +169,21 @@ impl Painting {
     }
 
     /// The light in frame `t` without noise, in DN of 8 bit.
-    pub fn light(&self, t: usize) -> Plane<f32> {
+    pub fn light(&self, t: usize) -> Grid<f32> {
         self.picture(t, false)
     }
 
     /// Its derivative along x, in DN/px; only for scenes of one endless strip.
-    pub fn gradient(&self, t: usize) -> Plane<f32> {
+    pub fn gradient(&self, t: usize) -> Grid<f32> {
         assert!(self.strips.len() == 1, "at an edge the derivative has another formula");
         self.picture(t, true)
     }
 
-    fn picture(&self, t: usize, derivative: bool) -> Plane<f32> {
+    fn picture(&self, t: usize, derivative: bool) -> Grid<f32> {
         let Camera { rows, columns, aperture, .. } = self.camera;
         let from_middle = self.beyond_middle(t);
         let reach = aperture.reach_px();
-        let mut image = Plane::filled(rows, columns, 0.0_f32);
+        let mut image = Grid::filled(rows, columns, 0.0_f32);
         for (index, strip) in self.strips.iter().enumerate() {
             let bare = self.bare(index, from_middle);
             let touches =
@@ -216,8 +216,8 @@ impl Painting {
     pub fn truth(&self, reference: usize) -> Truth {
         let Camera { rows, columns, frames, .. } = self.camera;
         let here = self.beyond_middle(reference);
-        let mut disparity = Plane::filled(rows, columns, f32::NAN);
-        let mut visible_frames = Plane::filled(rows, columns, 0);
+        let mut disparity = Grid::filled(rows, columns, f32::NAN);
+        let mut visible_frames = Grid::filled(rows, columns, 0);
         for y in 0..rows {
             for x in 0..columns {
                 let Some(index) = self.in_front(x as f64, y as f64, here) else { continue };

@@ -15,11 +15,11 @@ use super::view::{SimView, ViewSwitch};
 use crate::camera::pixels::FourCc;
 use crate::camera::{ActiveFormat, CameraError, CameraIdentity, FilledBuffer, Moment, Size, StampSource};
 use crate::stage::StagePosition;
-use epirig_simulator::Twin;
+use epirig_simulator::Simulator;
 
 const INTERVAL: Duration = Duration::from_millis(1000 / SimDevice::RATE_HZ as u64);
 const READOUT: Duration = Duration::from_millis(20);
-/// Exposure time that gives the twin's own frames, in units of 100 us.
+/// Exposure time that gives the simulator's own frames, in units of 100 us.
 const EXPOSURE: i64 = 100;
 /// Between a call and its answer.
 const CALL: Duration = Duration::from_micros(10);
@@ -94,21 +94,21 @@ impl SimDevice {
     /// Frames per second.
     pub const RATE_HZ: u32 = 25;
 
-    /// A device in front of `twin`, whose scene (or camera) is carried by the stage that `position` watches. It is set to
+    /// A device in front of `simulator`, whose scene (or camera) is carried by the stage that `position` watches. It is set to
     /// automatic exposure, as cameras are when they are plugged in.
-    pub fn new(twin: Arc<Twin>, position: StagePosition) -> Self {
-        let optics = &twin.config().optics;
+    pub fn new(simulator: Arc<Simulator>, position: StagePosition) -> Self {
+        let optics = &simulator.config().optics;
         let model = format!(
             "simulated camera, {} x {} of {} bit",
             optics.columns,
             optics.rows,
-            twin.config().sensor.bit_depth
+            simulator.config().sensor.bit_depth
         );
         let (position_mm, stage_time) = (position.get_mm(), position.elapsed());
         let start = Moment::from_ns(1_000_000_000);
         Self {
             identity: CameraIdentity { driver: "sim".to_owned(), model, ..CameraIdentity::default() },
-            pictures: Pictures::new(twin),
+            pictures: Pictures::new(simulator),
             stage: position,
             view: ViewSwitch::default(),
             now: start,
@@ -297,7 +297,7 @@ impl SimDevice {
     }
 
     fn format(&self) -> ActiveFormat {
-        let config = self.pictures.twin().config();
+        let config = self.pictures.simulator().config();
         let bit_depth = config.sensor.bit_depth;
         let code = match bit_depth {
             8 => b"GREY",

@@ -1,7 +1,7 @@
-//! Each fault of the twin does what its number says, against projection matrices, plain fits and amounts computed by hand.
+//! Each fault of the simulator does what its number says, against projection matrices, plain fits and amounts computed by hand.
 
-use epirig_core::grid::Plane;
-use epirig_simulator::{Distortion, Optics, Pinhole, Scene, StepError, Twin, TwinConfig};
+use epirig_core::grid::Grid;
+use epirig_simulator::{Distortion, Optics, Pinhole, Scene, Simulator, SimulatorConfig, StepError};
 use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
 
 /// Where the camera's image has a point of the rectified frame: rotation and camera matrix by nalgebra, the lens by OpenCV's formula.
@@ -21,7 +21,7 @@ fn image_of(optics: &Optics, point: Vector3<f64>) -> (f64, f64) {
 
 /// The saddle of a picture near (x, y): a quadratic surface fitted under a Gaussian window, which moves to the fit's saddle until it
 /// stays there. About a corner the picture is even, and so is the window, so that the fit is not drawn to either side.
-fn saddle(picture: &Plane<f32>, (mut x, mut y): (f64, f64)) -> (f64, f64) {
+fn saddle(picture: &Grid<f32>, (mut x, mut y): (f64, f64)) -> (f64, f64) {
     for _ in 0..50 {
         let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
         for row in (y.round() as usize - 6)..=(y.round() as usize + 6) {
@@ -49,8 +49,8 @@ fn saddle(picture: &Plane<f32>, (mut x, mut y): (f64, f64)) -> (f64, f64) {
 }
 
 /// The tile of a real rig with light alike everywhere, and a blur that pixels resolve, so that saddles are where corners are.
-fn evenly_lit() -> TwinConfig {
-    let mut config = TwinConfig::real_tile(512, 11);
+fn evenly_lit() -> SimulatorConfig {
+    let mut config = SimulatorConfig::real_tile(512, 11);
     config.optics.corner_darkening = 0.0;
     config.optics.point_spread_sigma_px = 1.0;
     config.optics.distortion = Distortion { k1: -0.02, k2: 0.3, p1: 0.001, p2: -0.002, k3: 0.1 };
@@ -60,10 +60,10 @@ fn evenly_lit() -> TwinConfig {
 #[test]
 fn corners_of_the_tile_are_where_projection_puts_them() {
     let config = evenly_lit();
-    let twin = Twin::new(config.clone()).unwrap();
+    let simulator = Simulator::new(config.clone()).unwrap();
     let position_mm = 100.0;
-    let offset_mm = twin.true_position_mm(position_mm) - 85.0;
-    let corners = twin.target_corners(position_mm);
+    let offset_mm = simulator.true_position_mm(position_mm) - 85.0;
+    let corners = simulator.target_corners(position_mm);
     assert_eq!(corners.len(), 2 * 18 * 2);
     for corner in corners {
         // 19 squares of 7.5 mm: the first inner corner lies 8.5 squares left of the middle; the bands' edges at 75 mm.
@@ -78,17 +78,17 @@ fn corners_of_the_tile_are_where_projection_puts_them() {
 
 #[test]
 fn rendered_corners_lie_where_they_are_said_to() {
-    let twin = Twin::new(evenly_lit()).unwrap();
-    let tile = twin.irradiance(60.0);
-    for corner in twin.target_corners(60.0) {
+    let simulator = Simulator::new(evenly_lit()).unwrap();
+    let tile = simulator.irradiance(60.0);
+    for corner in simulator.target_corners(60.0) {
         // A fraction of a pixel beside it.
         let (x, y) = saddle(&tile, (corner.x_px + 0.3, corner.y_px - 0.2));
         let off = (x - corner.x_px).hypot(y - corner.y_px);
         assert!(off < 0.003, "{corner:?}: off by {off} px");
     }
     for pose in [0, 1, 7, 12] {
-        let picture = twin.board_irradiance(pose);
-        let corners = twin.board_corners(pose);
+        let picture = simulator.board_irradiance(pose);
+        let corners = simulator.board_corners(pose);
         assert_eq!(corners.len(), 9 * 6);
         for corner in corners {
             let (x, y) = saddle(&picture, (corner.x_px - 0.2, corner.y_px + 0.3));
@@ -101,13 +101,13 @@ fn rendered_corners_lie_where_they_are_said_to() {
 #[test]
 fn board_corners_are_where_projection_puts_the_pose() {
     let config = evenly_lit();
-    let twin = Twin::new(config.clone()).unwrap();
+    let simulator = Simulator::new(config.clone()).unwrap();
     // The pose is told in the camera's own frame, which nothing turns.
     let own = Optics { roll_rad: 0.0, pan_rad: 0.0, ..config.optics };
     for number in 0..12 {
-        let pose = twin.board_pose(number).unwrap();
+        let pose = simulator.board_pose(number).unwrap();
         let [centre, axis_u, axis_v] = [pose.centre_mm, pose.axis_u, pose.axis_v].map(Vector3::from);
-        for corner in twin.board_corners(number) {
+        for corner in simulator.board_corners(number) {
             let (u, v) = ((corner.column as f64 - 4.0) * 16.0, (corner.row as f64 - 2.5) * 16.0);
             let (x, y) = image_of(&own, centre + u * axis_u + v * axis_v);
             assert!((corner.x_px - x).hypot(corner.y_px - y) < 1e-9, "{corner:?} ({x}, {y})");
@@ -132,11 +132,11 @@ fn roll_pan_and_distortion_move_the_picture_by_amounts_computed_by_hand() {
 
 #[test]
 fn the_bow_makes_the_edges_deeper() {
-    let mut config = TwinConfig::tile(256, 3);
+    let mut config = SimulatorConfig::tile(256, 3);
     if let Scene::Tile { bow_mm, hollow_depth_mm, .. } = &mut config.scene {
         (*bow_mm, *hollow_depth_mm) = (0.3, 0.0);
     }
-    let twin = Twin::new(config).unwrap();
+    let simulator = Simulator::new(config).unwrap();
     // One pixel of this camera, far away and in the middle, looks at v = 60 mm, where the bow is 0.3 * 0.64 = 0.192 mm deep.
     let camera = Pinhole {
         rows: 1,
@@ -145,7 +145,7 @@ fn the_bow_makes_the_edges_deeper() {
         principal_point_x_px: 0.0,
         principal_point_y_px: -1000.0 * 60.0 / 900.192,
     };
-    let truth = twin.truth_seen_by(&camera, 1).unwrap();
+    let truth = simulator.truth_seen_by(&camera, 1).unwrap();
     assert!((truth.height_mm.at(0, 0) + 0.192).abs() < 1e-6, "{}", truth.height_mm.at(0, 0));
     let expected = 1000.0 * 150.0 / 900.192;
     assert!((f64::from(truth.disparity.at(0, 0)) - expected).abs() < 1e-5 * expected);
@@ -153,35 +153,38 @@ fn the_bow_makes_the_edges_deeper() {
 
 #[test]
 fn the_carriage_stands_beside_its_position_and_truth_knows() {
-    let mut config = TwinConfig::tile(64, 11);
+    let mut config = SimulatorConfig::tile(64, 11);
     config.step_error = StepError { sigma_um: 5.0, seed: 9 };
-    let twin = Twin::new(config.clone()).unwrap();
+    let simulator = Simulator::new(config.clone()).unwrap();
     let positions = config.scan.positions_mm();
     let errors: Vec<f64> =
-        positions.iter().map(|&position| twin.true_position_mm(position) - position).collect();
+        positions.iter().map(|&position| simulator.true_position_mm(position) - position).collect();
     // None of eleven is six standard deviations large, and together they are more than one.
     assert!(errors.iter().all(|error| error.abs() < 0.03));
     assert!(errors.iter().map(|error| error * error).sum::<f64>().sqrt() > 0.005, "{errors:?}");
     let baseline_mm = 150.0 + errors[10] - errors[0];
-    let tau = twin.true_tau();
+    let tau = simulator.true_tau();
     assert!((tau.values()[4] - (60.0 + errors[4] - errors[0]) / baseline_mm).abs() < 1e-12);
     // The picture is the one that a stage without error gives at the true place.
-    let exact = Twin::new(TwinConfig { step_error: StepError::default(), ..config }).unwrap();
-    assert_eq!(twin.irradiance(positions[4]), exact.irradiance(twin.true_position_mm(positions[4])));
-    assert_ne!(twin.irradiance(positions[4]), exact.irradiance(positions[4]));
+    let exact = Simulator::new(SimulatorConfig { step_error: StepError::default(), ..config }).unwrap();
+    assert_eq!(
+        simulator.irradiance(positions[4]),
+        exact.irradiance(simulator.true_position_mm(positions[4]))
+    );
+    assert_ne!(simulator.irradiance(positions[4]), exact.irradiance(positions[4]));
 }
 
 #[test]
 fn flicker_changes_the_light_of_a_whole_frame() {
-    let mut config = TwinConfig::textured_plane(64, 48, 3);
+    let mut config = SimulatorConfig::textured_plane(64, 48, 3);
     config.sensor.bit_depth = 16;
     config.flicker = 0.003;
-    let twin = Twin::new(config).unwrap();
-    let light = twin.uniform_irradiance(0.5);
+    let simulator = Simulator::new(config).unwrap();
+    let light = simulator.uniform_irradiance(0.5);
     // 0.5 * 0.9 * 65535 without flicker.
     let ratios: Vec<f64> = (0..1000)
         .map(|exposure| {
-            let frame = twin.digitise(&light, exposure);
+            let frame = simulator.digitise(&light, exposure);
             assert_eq!(frame.samples().count_at_least(frame.samples().maximum()), 64 * 48);
             frame.samples().mean() / 29_490.75 - 1.0
         })
@@ -193,7 +196,7 @@ fn flicker_changes_the_light_of_a_whole_frame() {
 
 #[test]
 fn records_from_before_there_were_faults_still_read() {
-    let config = TwinConfig::tile(64, 5);
+    let config = SimulatorConfig::tile(64, 5);
     let mut record = serde_json::to_value(&config).unwrap();
     let forget = |part: &mut serde_json::Value, keys: &[&str]| {
         keys.iter().for_each(|&key| assert!(part.as_object_mut().unwrap().remove(key).is_some(), "{key}"));
@@ -202,8 +205,8 @@ fn records_from_before_there_were_faults_still_read() {
     forget(&mut record["optics"], &["roll_rad", "pan_rad", "distortion"]);
     forget(&mut record["sensor"], &["black_level_dn", "pixel_gain_sigma", "hot_pixels"]);
     forget(&mut record["scene"], &["bow_mm", "bands"]);
-    assert_eq!(serde_json::from_value::<TwinConfig>(record).unwrap(), config);
-    let faulty = TwinConfig::real_tile(256, 5);
+    assert_eq!(serde_json::from_value::<SimulatorConfig>(record).unwrap(), config);
+    let faulty = SimulatorConfig::real_tile(256, 5);
     let text = serde_json::to_string(&faulty).unwrap();
-    assert_eq!(serde_json::from_str::<TwinConfig>(&text).unwrap(), faulty);
+    assert_eq!(serde_json::from_str::<SimulatorConfig>(&text).unwrap(), faulty);
 }

@@ -1,15 +1,15 @@
-//! The twin's truth agrees with a derivation by projection matrices, which shares nothing with its closed forms.
+//! The simulator's truth agrees with a derivation by projection matrices, which shares nothing with its closed forms.
 
-use epirig_simulator::{Carried, Pinhole, Scene, Truth, Twin, TwinConfig, TwinError};
+use epirig_simulator::{Carried, Pinhole, Scene, Simulator, SimulatorConfig, SimulatorError, Truth};
 use nalgebra::{Matrix3x4, Matrix4, Vector3};
 
 /// Projection of scene points into the frame that an ideal pinhole takes when the stage says that it is at `position_mm`.
-fn projection(twin: &Twin, camera: &Pinhole, position_mm: f64) -> Matrix3x4<f64> {
+fn projection(simulator: &Simulator, camera: &Pinhole, position_mm: f64) -> Matrix3x4<f64> {
     let f = camera.focal_length_px;
     let (cx, cy) = (camera.principal_point_x_px, camera.principal_point_y_px);
-    let config = twin.config();
+    let config = simulator.config();
     let sign = if config.carried == Carried::Scene { 1.0 } else { -1.0 };
-    let shift = sign * (twin.true_position_mm(position_mm) - config.scan.middle_mm());
+    let shift = sign * (simulator.true_position_mm(position_mm) - config.scan.middle_mm());
     Matrix3x4::new(f, 0.0, cx, f * shift, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
 }
 
@@ -51,18 +51,19 @@ fn behind(scene: &Scene, point: &Vector3<f64>) -> f64 {
     point.z - depth
 }
 
-fn check(config: TwinConfig, reference: usize) {
+fn check(config: SimulatorConfig, reference: usize) {
     let camera = config.optics.pinhole();
-    let twin = Twin::new(config).unwrap();
-    check_truth(&twin, &camera, reference, &twin.truth(reference).unwrap());
+    let simulator = Simulator::new(config).unwrap();
+    check_truth(&simulator, &camera, reference, &simulator.truth(reference).unwrap());
 }
 
-fn check_truth(twin: &Twin, camera: &Pinhole, reference: usize, truth: &Truth) {
-    let config = twin.config();
+fn check_truth(simulator: &Simulator, camera: &Pinhole, reference: usize, truth: &Truth) {
+    let config = simulator.config();
     let positions = config.scan.positions_mm();
     let last = positions.len() - 1;
-    let (start, end) = (projection(twin, camera, positions[0]), projection(twin, camera, positions[last]));
-    let share = twin.true_tau().values()[reference];
+    let (start, end) =
+        (projection(simulator, camera, positions[0]), projection(simulator, camera, positions[last]));
+    let share = simulator.true_tau().values()[reference];
     let (mut seen, mut unseen) = (0, 0);
     for y in (0..camera.rows).step_by(7) {
         for x in (0..camera.columns).step_by(3) {
@@ -81,7 +82,7 @@ fn check_truth(twin: &Twin, camera: &Pinhole, reference: usize, truth: &Truth) {
             let height = config.scene.distance_mm() - point.z;
             assert!((f64::from(truth.height_mm.at(x, y)) - height).abs() < resolution);
             let inside = |position: &&f64| {
-                let image = projection(twin, camera, **position) * point.push(1.0);
+                let image = projection(simulator, camera, **position) * point.push(1.0);
                 let column = image[0] / image[2];
                 (-1e-4..=camera.columns as f64 - 1.0 + 1e-4).contains(&column)
             };
@@ -97,9 +98,9 @@ fn check_truth(twin: &Twin, camera: &Pinhole, reference: usize, truth: &Truth) {
 
 #[test]
 fn triangulated_points_lie_on_the_surface() {
-    check(TwinConfig::tile(256, 11), 0);
-    check(TwinConfig::cube_edge(192, 9), 4);
-    let mut slanted = TwinConfig::textured_plane(160, 120, 7);
+    check(SimulatorConfig::tile(256, 11), 0);
+    check(SimulatorConfig::cube_edge(192, 9), 4);
+    let mut slanted = SimulatorConfig::textured_plane(160, 120, 7);
     slanted.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.5, slope_y: -0.2 };
     slanted.carried = Carried::Camera;
     check(slanted, 6);
@@ -107,8 +108,8 @@ fn triangulated_points_lie_on_the_surface() {
 
 #[test]
 fn a_rectified_view_of_a_faulty_rig_has_a_truth_that_triangulates() {
-    let twin = Twin::new(TwinConfig::real_tile(256, 11)).unwrap();
-    assert_eq!(twin.truth(3), Err(TwinError::NotRectified));
+    let simulator = Simulator::new(SimulatorConfig::real_tile(256, 11)).unwrap();
+    assert_eq!(simulator.truth(3), Err(SimulatorError::NotRectified));
     let camera = Pinhole {
         rows: 200,
         columns: 280,
@@ -116,5 +117,5 @@ fn a_rectified_view_of_a_faulty_rig_has_a_truth_that_triangulates() {
         principal_point_x_px: 131.0,
         principal_point_y_px: 97.5,
     };
-    check_truth(&twin, &camera, 3, &twin.truth_seen_by(&camera, 3).unwrap());
+    check_truth(&simulator, &camera, 3, &simulator.truth_seen_by(&camera, 3).unwrap());
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use epirig_core::progress::Silent;
 use epirig_matcher::{DisparityRange, MatchOptions, match_volume};
-use epirig_simulator::{Scene, Twin, TwinConfig};
+use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 
 mod plain;
 
@@ -21,8 +21,8 @@ const FRAMES: usize = 100;
 const PLAIN_ROWS: usize = 2;
 const RANGE: DisparityRange = DisparityRange { minimum_px: 10.0, maximum_px: 70.0 };
 
-fn slanted_plane() -> TwinConfig {
-    let mut config = TwinConfig::textured_plane(COLUMNS, ROWS, FRAMES);
+fn slanted_plane() -> SimulatorConfig {
+    let mut config = SimulatorConfig::textured_plane(COLUMNS, ROWS, FRAMES);
     config.scene = Scene::Plane { distance_mm: 500.0, slope_x: 0.4, slope_y: 0.1 };
     // 8 px become 40.
     config.scan.step_mm *= 5.0;
@@ -31,8 +31,8 @@ fn slanted_plane() -> TwinConfig {
 }
 
 fn whole_match(criterion: &mut Criterion) {
-    let twin = Twin::new(slanted_plane()).unwrap();
-    let volume = twin.render_volume(&Silent).unwrap();
+    let simulator = Simulator::new(slanted_plane()).unwrap();
+    let volume = simulator.render_volume(&Silent).unwrap();
     let mut group = criterion.benchmark_group("match of 1024 x 256 pixels x 100 frames");
     group.sampling_mode(SamplingMode::Flat).sample_size(10);
     group.warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(5));

@@ -1,4 +1,4 @@
-//! Candidates that form a grid: neighbours along their edges, with alternating colours and an edge between them.
+//! Candidates that form a lattice: neighbours along their edges, with alternating colours and an edge between them.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::PI;
@@ -29,7 +29,7 @@ pub(super) const LEAST_CORNERS: usize = 6;
 
 /// Corners by column and row, both from an arbitrary zero. Column to row turns as x to y.
 #[derive(Debug)]
-pub(super) struct Grid {
+pub(super) struct Lattice {
     /// Where they are, in px.
     pub(super) corners: BTreeMap<(i32, i32), (f64, f64)>,
 }
@@ -51,8 +51,8 @@ fn cell(x: f64, y: f64) -> (i32, i32) {
     ((x / CELL_PX) as i32, (y / CELL_PX) as i32)
 }
 
-/// All grids of at least [`LEAST_CORNERS`] corners, the largest first. No corner is in two.
-pub(super) fn grids(scene: &Scene) -> Vec<Grid> {
+/// All lattices of at least [`LEAST_CORNERS`] corners, the largest first. No corner is in two.
+pub(super) fn lattices(scene: &Scene) -> Vec<Lattice> {
     let mut cells: BTreeMap<(i32, i32), Vec<usize>> = BTreeMap::new();
     for (index, candidate) in scene.candidates.iter().enumerate() {
         cells.entry(cell(candidate.x, candidate.y)).or_default().push(index);
@@ -69,10 +69,10 @@ pub(super) fn grids(scene: &Scene) -> Vec<Grid> {
         if members.len() >= LEAST_CORNERS {
             members.values().for_each(|&index| growing.taken[index] = true);
             let place = |&index: &usize| (scene.candidates[index].x, scene.candidates[index].y);
-            found.push(Grid { corners: members.iter().map(|(&at, index)| (at, place(index))).collect() });
+            found.push(Lattice { corners: members.iter().map(|(&at, index)| (at, place(index))).collect() });
         }
     }
-    found.sort_by_key(|grid| std::cmp::Reverse(grid.corners.len()));
+    found.sort_by_key(|lattice| std::cmp::Reverse(lattice.corners.len()));
     found
 }
 
@@ -179,7 +179,7 @@ impl Growing<'_> {
         ahead.into_iter().map(|(_, index)| index).find(|&index| self.are_neighbours(from, index))
     }
 
-    /// The grid around a candidate, itself at (0, 0).
+    /// The lattice around a candidate, itself at (0, 0).
     fn grow(&self, seed: usize) -> BTreeMap<(i32, i32), usize> {
         let corner = self.candidate(seed);
         let first = corner.before_bright_rad;

@@ -7,15 +7,15 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use epirig_core::progress::Silent;
 use epirig_matcher::{DisparityRange, MatchOptions, Matcher, Method, Ordering};
-use epirig_simulator::{Twin, TwinConfig};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 mod plain;
 
 const RANGE: DisparityRange = DisparityRange { minimum_px: 0.0, maximum_px: 15.75 };
 
 fn costs(criterion: &mut Criterion) {
-    let twin = Twin::new(TwinConfig::textured_plane(1024, 16, 100)).unwrap();
-    let volume = twin.render_volume(&Silent).unwrap();
+    let simulator = Simulator::new(SimulatorConfig::textured_plane(1024, 16, 100)).unwrap();
+    let volume = simulator.render_volume(&Silent).unwrap();
     let mut group = criterion.benchmark_group("costs of one row, 1024 columns x 64 disparities x 100 frames");
     group.throughput(Throughput::Elements(1024 * 64 * 100));
     group.sample_size(10);
