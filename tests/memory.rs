@@ -15,7 +15,7 @@ use epirig::results::ResultsFolder;
 use epirig_core::progress::Silent;
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::RealDisk;
-use epirig_matcher::{MatchOptions, Method, Ordering};
+use epirig_matcher::{MatchOptions, Method, OrderingConstraint};
 use epirig_simulator::{Simulator, SimulatorConfig};
 
 const TEST: &str = "matching_a_hundred_frames_takes_at_most_three_times_their_bytes";
@@ -32,8 +32,11 @@ fn ways() -> [(&'static str, MatchOptions); 6] {
         ("a first look", default().quick()),
         ("normalised frames", MatchOptions::for_method(Method::Normalised)),
         ("normalised frames, a first look", MatchOptions::for_method(Method::Normalised).quick()),
-        ("across rows", MatchOptions { across_rows: true, ..default() }),
-        ("points that hide others", MatchOptions { ordering: Ordering::Free, ..default() }),
+        ("across rows", MatchOptions { semi_global: true, ..default() }),
+        (
+            "points that hide others",
+            MatchOptions { ordering_constraint: OrderingConstraint::Off, ..default() },
+        ),
     ]
 }
 

@@ -15,7 +15,7 @@ use epirig_core::tau::Tau;
 use epirig_data::sequence::Intrinsics;
 
 /// Version of `calibration.json`.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Everything that a calibration has found: how raw frames become the volume, and how well that is known.
 ///

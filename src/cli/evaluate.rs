@@ -31,7 +31,7 @@ use epirig_matcher::evaluate::{
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
-  epirig evaluate seq --leave-out 5 --reference middle --ordering free
+  epirig evaluate seq --leave-out 5 --reference middle --ordering-constraint off
   epirig evaluate seq --split-half --reference middle
   epirig evaluate seq --both-ways"
 )]

@@ -3,6 +3,7 @@
 mod calibrate;
 mod camera;
 mod capture;
+mod choice;
 mod decode;
 mod demo;
 mod devices;

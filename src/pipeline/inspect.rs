@@ -13,7 +13,7 @@ use epirig_matcher::surface::{
 };
 
 /// Version of `surface.json`.
-const FORMAT_VERSION: u32 = 2;
+const FORMAT_VERSION: u32 = 3;
 
 /// What is asked of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]

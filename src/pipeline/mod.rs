@@ -22,13 +22,9 @@ use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
-use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::surface::{Geometry, Heights, SurfaceError, heights};
-use epirig_matcher::{
-    Answer, DisparityMaps, Effort, HiddenPoints, MatchError, MatchOptions, Matcher, Method, OrderingUsed,
-    Search,
-};
+use epirig_matcher::{Answer, DisparityMaps, Effort, MatchError, MatchOptions, Matcher};
 
 pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
 pub use need::{Frames, calibration_need, frames_that_fit, match_need, rectification_need, surface_need};
@@ -217,18 +213,14 @@ fn summarise(
         minimum_px: maps.range.minimum_px,
         maximum_px: maps.range.maximum_px,
         range_found: maps.range_found,
-        ordering: match maps.ordering {
-            OrderingUsed::Strict => "strict",
-            OrderingUsed::Free => "free",
-        }
-        .to_owned(),
+        ordering_constraint: maps.ordering,
         order_violations: maps.order_violations(tau_before, tau_after),
         answered: maps.share(Answer::Found),
         leaves_image: maps.share(Answer::LeavesImage),
         beyond_range: maps.share(Answer::BeyondRange),
         no_texture: maps.share(Answer::NoTexture),
         ambiguous: maps.share(Answer::Ambiguous),
-        hidden: maps.share(Answer::Hidden),
+        occluded: maps.share(Answer::Occluded),
         median_disparity_px: median(&maps.disparity),
         median_sigma_px: median(&maps.sigma),
         pixel_locking: maps.locking.map(LockingSummary::from),
@@ -238,37 +230,17 @@ fn summarise(
 }
 
 fn settings(options: &MatchOptions) -> MatchSettings {
-    let method = match options.method {
-        Method::Variance => "variance",
-        Method::Normalised => "normalised",
-        Method::NccFirst => "ncc-first",
-        Method::NccMean => "ncc-mean",
-    };
-    let interpolation = match options.interpolation {
-        Interpolation::Linear => "linear",
-        Interpolation::Cubic => "cubic",
-        Interpolation::BSpline => "b-spline",
-    };
-    let hidden_points = match options.hidden_points {
-        HiddenPoints::None => "none",
-        HiddenPoints::OneSide => "one-side",
-        HiddenPoints::Automatic => "auto",
-    };
     let quick = options.effort == Effort::Quick;
     MatchSettings {
-        method: method.to_owned(),
+        method: options.method,
         window_px: options.window_px,
-        search: match options.search_used() {
-            Search::Factorised => "factorised",
-            Search::Exhaustive => "exhaustive",
-        }
-        .to_owned(),
+        search: options.search_used(),
         quick,
-        across_rows: options.across_rows,
-        interpolation: interpolation.to_owned(),
-        raster_px: options.raster_px,
+        semi_global: options.semi_global,
+        interpolation: options.interpolation,
+        disparity_step_px: options.disparity_step_px,
         minimum_visible: options.minimum_visible,
-        hidden_points: hidden_points.to_owned(),
+        occlusion: options.occlusion,
         fit: options.refine,
         fit_window_px: options.refine_window_px,
         wanted_sigma_px: (options.wanted_sigma_px.is_finite() && !quick).then_some(options.wanted_sigma_px),

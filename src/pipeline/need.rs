@@ -54,7 +54,7 @@ fn threads() -> u64 {
 pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
     let need = frames.with(if options.effort == Effort::Quick { FIRST_LOOK } else { MATCH });
     // Bands of costs take up to half of what the frames take.
-    let bands = if options.across_rows { (frames.bytes() / 2).max(32 << 20) } else { 0 };
+    let bands = if options.semi_global { (frames.bytes() / 2).max(32 << 20) } else { 0 };
     need + bands
 }
 

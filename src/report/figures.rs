@@ -75,8 +75,8 @@ fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, Report
     let image = CostImage {
         title: format!("Cost of the candidates of row {}: bright is low; the result in red", row.y),
         brightness,
-        lowest_px: disparity_px(0) - 0.5 * row.hypotheses.raster_px(),
-        highest_px: disparity_px(count - 1) + 0.5 * row.hypotheses.raster_px(),
+        lowest_px: disparity_px(0) - 0.5 * row.hypotheses.disparity_step_px(),
+        highest_px: disparity_px(count - 1) + 0.5 * row.hypotheses.disparity_step_px(),
         mapping,
     };
     let number = |value: f32| if value.is_nan() { "nan".to_owned() } else { value.to_string() };

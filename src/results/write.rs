@@ -24,7 +24,7 @@ pub fn mask_value(answer: Answer) -> u8 {
         Answer::LeavesImage => 0,
         Answer::BeyondRange => 40,
         Answer::NoTexture => 80,
-        Answer::Hidden => 120,
+        Answer::Occluded => 120,
         Answer::Ambiguous => 160,
     }
 }

@@ -149,8 +149,11 @@ fn ranges_and_options_that_make_no_sense() {
         (vec!["--reference", "9"], vec!["frame 9", "0 to 8"]),
         (vec!["--window", "4"], vec!["window", "4", "odd"]),
         (vec!["--window", "61"], vec!["window", "61"]),
-        (vec!["--reference", "middle", "--range", "-20..20", "--raster", "0.001"], vec!["raster", "0.001"]),
-        (vec!["--raster", "0"], vec!["raster", "0.01"]),
+        (
+            vec!["--reference", "middle", "--range", "-20..20", "--disparity-step", "0.001"],
+            vec!["raster", "0.001"],
+        ),
+        (vec!["--disparity-step", "0"], vec!["raster", "0.01"]),
         (vec!["--min-visible", "2"], vec!["share", "2"]),
         (vec!["--figure-row", "24"], vec!["row 24", "23"]),
     ] {

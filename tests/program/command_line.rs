@@ -102,9 +102,9 @@ fn photographs_become_a_disparity_map() {
     let settings = |folder: &Path| -> serde_json::Value {
         serde_json::from_slice(&fs::read(folder.join("match.json")).unwrap()).unwrap()
     };
-    succeeds(folder.path(), &["match", "seq", "--across-rows", "--out", "across"]);
-    for (results, across_rows) in [("seq/results", false), ("across", true)] {
-        assert_eq!(settings(&folder.path().join(results))["settings"]["across_rows"], across_rows);
+    succeeds(folder.path(), &["match", "seq", "--semi-global", "--out", "across"]);
+    for (results, semi_global) in [("seq/results", false), ("across", true)] {
+        assert_eq!(settings(&folder.path().join(results))["settings"]["semi_global"], semi_global);
     }
 
     let left_out: serde_json::Value =

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod choice;
 pub mod frame;
 pub mod grid;
 pub mod least_squares;

@@ -6,7 +6,7 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use epirig_core::progress::Silent;
-use epirig_matcher::{DisparityRange, MatchOptions, Matcher, Method, Ordering};
+use epirig_matcher::{DisparityRange, MatchOptions, Matcher, Method, OrderingConstraint};
 use epirig_simulator::{Simulator, SimulatorConfig};
 
 mod plain;
@@ -26,7 +26,7 @@ fn costs(criterion: &mut Criterion) {
     ] {
         let options = MatchOptions {
             range: Some(RANGE),
-            ordering: Ordering::Strict,
+            ordering_constraint: OrderingConstraint::On,
             window_px,
             ..MatchOptions::for_method(method)
         };

@@ -5,18 +5,19 @@
 
 use epirig_core::volume::Volume;
 
-/// How intensities between pixel centres are found.
-///
-/// Worst bias of a disparity over 100 frames by interpolation alone, for texture blurred by 0.7 px: linear 0.044 px,
-/// cubic 0.005 px, B-spline 0.0016 px (measured on simulated EPIs).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Interpolation {
-    /// Straight line between the two neighbours.
-    Linear,
-    /// Cubic convolution over four neighbours (Keys 1981, a = -1/2).
-    Cubic,
-    /// Cubic B-spline through all pixels of the row (Unser 1999), mirrored at the borders.
-    BSpline,
+epirig_core::choices! {
+    /// How intensities between pixel centres are found.
+    ///
+    /// Worst bias of a disparity over 100 frames by interpolation alone, for texture blurred by 0.7 px: linear 0.044 px,
+    /// cubic 0.005 px, B-spline 0.0016 px (measured on simulated EPIs).
+    pub enum Interpolation {
+        /// Straight line between the two neighbours.
+        Linear = "linear",
+        /// Cubic convolution over four neighbours (Keys 1981, a = -1/2).
+        Cubic = "cubic",
+        /// Cubic B-spline through all pixels of the row (Unser 1999), the most accurate.
+        BSpline = "b-spline",
+    }
 }
 
 /// Number of neighbours that a sample is made of.

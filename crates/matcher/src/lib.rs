@@ -36,8 +36,8 @@ pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLo
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{Matcher, match_volume};
 pub use options::{
-    DisparityRange, Effort, HiddenPoints, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, MatchError,
-    MatchOptions, Method, Ordering, ReferenceFrame, Search,
+    DisparityRange, Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method,
+    Occlusion, OrderingConstraint, ReferenceFrame, Search,
 };
 pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

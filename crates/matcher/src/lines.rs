@@ -1,6 +1,6 @@
 //! The geometry of candidates: where the line of a disparity meets each frame.
 
-use super::options::{DisparityRange, HiddenPoints};
+use super::options::{DisparityRange, Occlusion};
 use epirig_core::tau::Tau;
 
 /// Where the samples of one frame lie for all pixels of the reference frame under one disparity.
@@ -90,16 +90,16 @@ impl Lines {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypotheses {
     minimum_px: f64,
-    raster_px: f64,
+    disparity_step_px: f64,
     count: usize,
 }
 
 impl Hypotheses {
-    /// Multiples of `raster_px` that cover `range`, so that a hypothesis does not depend on where the range begins.
-    pub fn covering(range: DisparityRange, raster_px: f64) -> Self {
-        let first = (range.minimum_px / raster_px + 1e-9).floor();
-        let last = (range.maximum_px / raster_px - 1e-9).ceil().max(first);
-        Self { minimum_px: first * raster_px, raster_px, count: (last - first) as usize + 1 }
+    /// Multiples of `disparity_step_px` that cover `range`, so that a hypothesis does not depend on where the range begins.
+    pub fn covering(range: DisparityRange, disparity_step_px: f64) -> Self {
+        let first = (range.minimum_px / disparity_step_px + 1e-9).floor();
+        let last = (range.maximum_px / disparity_step_px - 1e-9).ceil().max(first);
+        Self { minimum_px: first * disparity_step_px, disparity_step_px, count: (last - first) as usize + 1 }
     }
 
     /// How many there are; at least one.
@@ -108,13 +108,13 @@ impl Hypotheses {
     }
 
     /// Step between neighbours, in px.
-    pub fn raster_px(&self) -> f64 {
-        self.raster_px
+    pub fn disparity_step_px(&self) -> f64 {
+        self.disparity_step_px
     }
 
     /// The disparity of hypothesis `index`, which may be fractional, in px.
     pub fn disparity_px(&self, index: f64) -> f64 {
-        self.minimum_px + index * self.raster_px
+        self.minimum_px + index * self.disparity_step_px
     }
 }
 
@@ -151,14 +151,14 @@ pub struct SeenRule {
     /// Frames that must see the candidate; at least 3, for two always lie on a line.
     pub minimum_frames: usize,
     /// Whether one side of the reference frame may serve alone.
-    pub hidden_points: HiddenPoints,
+    pub occlusion: Occlusion,
 }
 
 impl SeenRule {
     /// The rule for `frames` frames of which the share `minimum_visible` must see a point.
-    pub fn new(frames: usize, minimum_visible: f64, hidden_points: HiddenPoints) -> Self {
+    pub fn new(frames: usize, minimum_visible: f64, occlusion: Occlusion) -> Self {
         let minimum_frames = (minimum_visible * frames as f64 - 1e-9).ceil() as usize;
-        Self { minimum_frames: minimum_frames.max(3), hidden_points }
+        Self { minimum_frames: minimum_frames.max(3), occlusion }
     }
 
     /// Whether `count` sightings suffice.

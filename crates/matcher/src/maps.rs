@@ -17,17 +17,18 @@ pub enum Answer {
     NoTexture,
     /// Another candidate, far from the best, fits about as well, or no neighbour agrees.
     Ambiguous,
-    /// Too many frames show something else: the point is hidden in them, or its pixel shows two surfaces.
-    Hidden,
+    /// Too many frames show something else: the point is occluded in them, or its pixel shows two surfaces.
+    Occluded,
 }
 
-/// The ordering that was applied.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OrderingUsed {
-    /// The mapping on the raster increases strictly.
-    Strict,
-    /// Each pixel took its best candidate.
-    Free,
+epirig_core::choices! {
+    /// Whether the ordering constraint was applied.
+    pub enum OrderingUsed {
+        /// The mapping from the first to the last frame increases strictly.
+        On = "on",
+        /// Each pixel took its best candidate.
+        Off = "off",
+    }
 }
 
 /// The matcher's result: maps of rows x columns over the pixels of the reference frame.
@@ -49,7 +50,7 @@ pub struct DisparityMaps {
     pub range: DisparityRange,
     /// Whether `range` was found from the data.
     pub range_found: bool,
-    /// The ordering that was applied.
+    /// Whether the ordering constraint was applied.
     pub ordering: OrderingUsed,
     /// What pixel locking does to the answers; its bias is a part of each sigma. `None` if nothing was fitted, or too few frames, rows or points
     /// tell.

@@ -7,7 +7,9 @@ use super::lines::{Hypotheses, Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{DisparityRange, Effort, HiddenPoints, MatchError, MatchOptions, Method, Ordering};
+use super::options::{
+    DisparityRange, Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint,
+};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, fit};
@@ -74,7 +76,7 @@ impl Matcher {
     pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Hypotheses, CostTable) {
         let Self { volume, options } = self;
         let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
-        let hypotheses = Hypotheses::covering(maps.range, options.raster_px);
+        let hypotheses = Hypotheses::covering(maps.range, options.disparity_step_px);
         let rule = seen_rule(volume, options, maps.ordering);
         let band = Band::new(volume, y..y + 1, options);
         let costs = band_costs(&band, &lines, &hypotheses, rule, options).swap_remove(0);
@@ -92,7 +94,7 @@ fn matched(
     let range_found = options.range.is_none();
     let quick = options.effort == Effort::Quick;
     let halved = if quick { Halved::of(volume, &lines, options) } else { None };
-    let minimum_frames = seen_rule(volume, options, OrderingUsed::Strict).minimum_frames;
+    let minimum_frames = seen_rule(volume, options, OrderingUsed::On).minimum_frames;
     let telling = halved.as_ref().and_then(|_| TellingFrames::of(volume, reference, minimum_frames));
     let (volume, lines, minimum_frames) = match &telling {
         Some(some) => {
@@ -107,7 +109,7 @@ fn matched(
         _ => options.clone(),
     };
     let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
-    let hypotheses = Hypotheses::covering(range, options.raster_px);
+    let hypotheses = Hypotheses::covering(range, options.disparity_step_px);
     options.check_search(&hypotheses)?;
     let rule = SeenRule { minimum_frames, ..seen_rule(volume, options, ordering) };
 
@@ -123,7 +125,7 @@ fn matched(
         searched?
     };
 
-    if halved.is_none() && ordering == OrderingUsed::Strict {
+    if halved.is_none() && ordering == OrderingUsed::On {
         // A free search has windows that lie to one side of a pixel.
         settle_edges(task, &mut guess, 1 + options.window_px / 2);
     }
@@ -173,12 +175,12 @@ fn matched(
 }
 
 fn seen_rule(volume: &Volume, options: &MatchOptions, ordering: OrderingUsed) -> SeenRule {
-    let hidden_points = match (options.hidden_points, ordering) {
-        (HiddenPoints::Automatic, OrderingUsed::Free) => HiddenPoints::OneSide,
-        (HiddenPoints::Automatic, OrderingUsed::Strict) => HiddenPoints::None,
+    let occlusion = match (options.occlusion, ordering) {
+        (Occlusion::Automatic, OrderingUsed::Off) => Occlusion::OneSide,
+        (Occlusion::Automatic, OrderingUsed::On) => Occlusion::None,
         (stated, _) => stated,
     };
-    SeenRule::new(volume.frames(), options.minimum_visible, hidden_points)
+    SeenRule::new(volume.frames(), options.minimum_visible, occlusion)
 }
 
 fn range_and_ordering(
@@ -187,7 +189,8 @@ fn range_and_ordering(
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<(DisparityRange, OrderingUsed), MatchError> {
-    let surveyed = if options.range.is_none() || options.ordering == Ordering::Automatic {
+    let surveyed = if options.range.is_none() || options.ordering_constraint == OrderingConstraint::Automatic
+    {
         progress.begin("looking at a few rows", 1);
         let found = survey(volume, lines, options);
         progress.end();
@@ -197,11 +200,11 @@ fn range_and_ordering(
     };
     let range = options.range.or(surveyed.map(|survey| survey.range)).ok_or(MatchError::NoRange)?;
     let ordered = surveyed.is_none_or(|Survey { ordered, .. }| ordered);
-    let ordering = match options.ordering {
-        Ordering::Strict => OrderingUsed::Strict,
-        Ordering::Free => OrderingUsed::Free,
-        Ordering::Automatic if ordered => OrderingUsed::Strict,
-        Ordering::Automatic => OrderingUsed::Free,
+    let ordering = match options.ordering_constraint {
+        OrderingConstraint::On => OrderingUsed::On,
+        OrderingConstraint::Off => OrderingUsed::Off,
+        OrderingConstraint::Automatic if ordered => OrderingUsed::On,
+        OrderingConstraint::Automatic => OrderingUsed::Off,
     };
     Ok((range, ordering))
 }
@@ -242,10 +245,10 @@ impl Verdicts<'_> {
         if sigma_px.is_nan() || f64::from(sigma_px) > self.options.maximum_sigma_px {
             Answer::NoTexture
         } else if doubtful {
-            Answer::Hidden
+            Answer::Occluded
         } else if outside {
             Answer::BeyondRange
-        } else if self.ordering == OrderingUsed::Free && ambiguous {
+        } else if self.ordering == OrderingUsed::Off && ambiguous {
             Answer::Ambiguous
         } else {
             Answer::Found

@@ -6,19 +6,28 @@ use super::interpolation::Interpolation;
 use super::lines::Hypotheses;
 use epirig_core::volume::Volume;
 
-/// How badly the samples along a candidate agree is measured by ...
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// the variance of the intensities along the candidate (paper, section 4), averaged over the window.
-    Variance,
-    /// the same of frames that are [normalised locally](super::normalise), so that gains and offsets that change from frame to frame and slowly over
-    /// the image do not count. Costs are in units of a 32nd of the local standard deviation, squared.
-    Normalised,
-    /// one minus the normalised correlation of a window with the reference frame's window, averaged over the frames.
-    /// With the first frame as reference this is the paper's own choice of model.
-    NccFirst,
-    /// the same with the mean of all observations of the window as the model.
-    NccMean,
+epirig_core::choices! {
+    /// What measures how badly the samples along a candidate agree.
+    pub enum Method {
+        /// Variance of the intensities along the line; needs equal illumination.
+        ///
+        /// Paper, section 4; averaged over the window.
+        Variance = "variance",
+        /// Variance of locally normalised frames: for light that varies from frame to frame and over the image.
+        ///
+        /// Gains and offsets that change from frame to frame and slowly over the image do not count
+        /// ([`normalise`](super::normalise)). Costs are in units of a 32nd of the local standard deviation, squared.
+        Normalised = "normalised",
+        /// Correlation of windows with the reference frame's window.
+        ///
+        /// One minus the normalised correlation, averaged over the frames. With the first frame as reference this is
+        /// the paper's own choice of model.
+        NccFirst = "ncc-first",
+        /// Correlation of windows with their mean.
+        ///
+        /// The mean is that of all observations of the window.
+        NccMean = "ncc-mean",
+    }
 }
 
 impl Method {
@@ -36,15 +45,19 @@ impl Method {
     }
 }
 
-/// How the candidates of a pixel are searched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Search {
-    /// The paper's: the samples of all frames for each candidate, on the raster asked for. Right for any method and
-    /// interpolation.
-    Exhaustive,
-    /// Sums over groups of neighbouring frames serve many candidates, on twice the raster asked for (at most 1 px) and with linear
-    /// interpolation: many times faster. For methods that [compare intensities](Method::compares_intensities); others are searched exhaustively.
-    Factorised,
+epirig_core::choices! {
+    /// How the candidates of a pixel are searched.
+    pub enum Search {
+        /// Sums over groups of neighbouring frames serve many candidates: many times faster.
+        ///
+        /// Candidates lie at twice the disparity step asked for (at most 1 px), with linear interpolation. For methods
+        /// that [compare intensities](Method::compares_intensities); others are searched exhaustively.
+        Factorised = "factorised",
+        /// The samples of all frames for each candidate, as in the paper.
+        ///
+        /// At the disparity step asked for. Right for any method and interpolation.
+        Exhaustive = "exhaustive",
+    }
 }
 
 /// How much work is done for a disparity.
@@ -71,27 +84,33 @@ pub enum ReferenceFrame {
     Index(usize),
 }
 
-/// Whether the mapping from the first to the last frame must be strictly increasing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ordering {
-    /// Always: the paper's ordering and uniqueness constraints. Right for a surface seen without occlusions.
-    Strict,
-    /// Never: each pixel takes its best candidate. Right for things in front of other things.
-    Free,
-    /// Strict, unless the sampled rows show depth edges that no strictly increasing mapping allows.
-    Automatic,
+epirig_core::choices! {
+    /// Whether the mapping from the first to the last frame must be strictly increasing.
+    pub enum OrderingConstraint {
+        /// Points keep their order: the paper's strictly increasing mapping.
+        ///
+        /// The paper's ordering and uniqueness constraints. Right for a surface seen without occlusions.
+        On = "on",
+        /// Each pixel by itself: for objects that occlude others.
+        Off = "off",
+        /// On, unless the sampled rows show depth edges that no strictly increasing mapping allows.
+        Automatic = "auto",
+    }
 }
 
-/// What to expect of points that are hidden in part of the sequence.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HiddenPoints {
-    /// Nothing hides anything: all frames that contain the candidate count.
-    None,
-    /// A point may be hidden before or after the reference frame: the better of all frames, the frames up to the
-    /// reference and the frames from it on counts (after Kang, Szeliski and Chai 2001, "best half").
-    OneSide,
-    /// `OneSide` if the ordering turns out to be free, else `None`.
-    Automatic,
+epirig_core::choices! {
+    /// What to expect of points that are occluded in part of the sequence.
+    pub enum Occlusion {
+        /// Nothing is occluded: all frames that contain the candidate count.
+        None = "none",
+        /// A point may be occluded before or after the reference frame.
+        ///
+        /// The best of all frames, the frames up to the reference and the frames from it on counts (Kang, Szeliski and
+        /// Chai 2001, "best half").
+        OneSide = "one-side",
+        /// One side without the ordering constraint, none with it.
+        Automatic = "auto",
+    }
 }
 
 /// A closed interval of disparities, in pixels over the whole baseline.
@@ -132,20 +151,20 @@ pub struct MatchOptions {
     /// Disparities searched; `None`: found from the data.
     pub range: Option<DisparityRange>,
     /// Step between the disparities of neighbouring candidates, in px over the whole baseline; (0, 1].
-    pub raster_px: f64,
+    pub disparity_step_px: f64,
     /// Side of the square window of the costs, in px, odd.
     pub window_px: usize,
     /// Whether neighbouring rows help each other to a disparity: for weak texture. Surfaces are then taken to go on from row to row, where a row
     /// by itself does not tell more than noise does.
-    pub across_rows: bool,
+    pub semi_global: bool,
     /// The frame whose pixels are answered.
     pub reference: ReferenceFrame,
     /// Share of the frames that a candidate must lie in to be answered; (0, 1].
     pub minimum_visible: f64,
-    /// Whether points may be hidden in part of the sequence.
-    pub hidden_points: HiddenPoints,
+    /// Whether points may be occluded in part of the sequence.
+    pub occlusion: Occlusion,
     /// Whether the mapping must be strictly increasing.
-    pub ordering: Ordering,
+    pub ordering_constraint: OrderingConstraint,
     /// Whether the fit over all frames moves the disparity off the raster. Without it the vertex of the parabola through
     /// three costs does, as far as half the raster. The fit presumes equal intensities, as `Method::Variance` does and `Method::Normalised` brings about.
     pub refine: bool,
@@ -155,7 +174,7 @@ pub struct MatchOptions {
     pub wanted_sigma_px: f64,
     /// A pixel whose sigma exceeds this has no answer, in px.
     pub maximum_sigma_px: f64,
-    /// With free ordering, a pixel whose confidence is lower has no answer; [0, 1].
+    /// Without the ordering constraint, a pixel whose confidence is lower has no answer; [0, 1].
     pub minimum_confidence: f64,
 }
 
@@ -174,13 +193,13 @@ impl MatchOptions {
             effort: Effort::Full,
             interpolation: Interpolation::BSpline,
             range: None,
-            raster_px: 0.25,
+            disparity_step_px: 0.25,
             window_px: if method.compares_intensities() { 3 } else { 7 },
-            across_rows: false,
+            semi_global: false,
             reference: ReferenceFrame::First,
             minimum_visible: 0.5,
-            hidden_points: HiddenPoints::Automatic,
-            ordering: Ordering::Automatic,
+            occlusion: Occlusion::Automatic,
+            ordering_constraint: OrderingConstraint::Automatic,
             refine: method.compares_intensities(),
             refine_window_px: 3,
             wanted_sigma_px: 0.005,
@@ -321,8 +340,8 @@ impl MatchOptions {
         if columns < self.window_px + 4 {
             return bad("the window", self.window_px as f64, "narrower than the images by 4 px");
         }
-        if !(self.raster_px >= 0.01 && self.raster_px <= 1.0) {
-            return bad("the raster", self.raster_px, "from 0.01 to 1 px");
+        if !(self.disparity_step_px >= 0.01 && self.disparity_step_px <= 1.0) {
+            return bad("the raster", self.disparity_step_px, "from 0.01 to 1 px");
         }
         if !(self.minimum_visible > 0.0 && self.minimum_visible <= 1.0) {
             return bad("the share of frames that must see a point", self.minimum_visible, share);
@@ -355,7 +374,7 @@ impl MatchOptions {
                 limit_px,
             });
         }
-        self.check_search(&Hypotheses::covering(range, self.raster_px))
+        self.check_search(&Hypotheses::covering(range, self.disparity_step_px))
     }
 
     /// Whether so many candidates can be searched.
@@ -363,7 +382,7 @@ impl MatchOptions {
         if hypotheses.count() > LARGEST_SEARCH {
             return Err(MatchError::BadOption {
                 option: "the raster",
-                value: self.raster_px,
+                value: self.disparity_step_px,
                 expected: "coarser for so wide a range: at most 30000 candidates fit",
             });
         }

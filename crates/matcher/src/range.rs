@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::cost::{Band, band_costs};
 use super::lines::{Hypotheses, Lines, SeenRule};
-use super::options::{DisparityRange, HiddenPoints, MatchOptions, Ordering, Search};
+use super::options::{DisparityRange, MatchOptions, Occlusion, OrderingConstraint, Search};
 use super::search::votes::Votes;
 use super::winner::{confidences, winners};
 use epirig_core::tau::Tau;
@@ -57,15 +57,15 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
         options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
     let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
     let hypotheses = Hypotheses::covering(whole, step);
-    // Until the order is known, points may be hidden on one side.
-    let hidden_points = match (options.hidden_points, options.ordering) {
-        (HiddenPoints::Automatic, Ordering::Strict) => HiddenPoints::None,
-        (HiddenPoints::Automatic, _) => HiddenPoints::OneSide,
+    // Until the order is known, points may be occluded on one side.
+    let occlusion = match (options.occlusion, options.ordering_constraint) {
+        (Occlusion::Automatic, OrderingConstraint::On) => Occlusion::None,
+        (Occlusion::Automatic, _) => Occlusion::OneSide,
         (stated, _) => stated,
     };
     let mut candidates = match options.search_used() {
-        Search::Factorised => factorised(volume, lines, hypotheses, hidden_points, options),
-        Search::Exhaustive => exhaustive(volume, lines, hypotheses, hidden_points, options)?,
+        Search::Factorised => factorised(volume, lines, hypotheses, occlusion, options),
+        Search::Exhaustive => exhaustive(volume, lines, hypotheses, occlusion, options)?,
     };
     if hypotheses.count() <= 3 {
         // A search over so few candidates has no rivals to stand out from.
@@ -100,10 +100,10 @@ fn factorised(
     volume: &Volume,
     lines: &Lines,
     hypotheses: Hypotheses,
-    hidden_points: HiddenPoints,
+    occlusion: Occlusion,
     options: &MatchOptions,
 ) -> Vec<Vec<Vote>> {
-    let rule = SeenRule::new(volume.frames(), options.minimum_visible, hidden_points);
+    let rule = SeenRule::new(volume.frames(), options.minimum_visible, occlusion);
     let half_columns = (options.window_px / 2).max(HALF_WINDOW_COLUMNS);
     let votes = Votes::new(volume, lines, hypotheses, rule, half_columns);
     sampled_rows(volume.rows(), 3).into_par_iter().map(|y| votes.of_row(y)).collect()
@@ -114,7 +114,7 @@ fn exhaustive(
     volume: &Volume,
     lines: &Lines,
     hypotheses: Hypotheses,
-    hidden_points: HiddenPoints,
+    occlusion: Occlusion,
     options: &MatchOptions,
 ) -> Option<Vec<Vec<Vote>>> {
     let frames = sampled_frames(volume.frames(), lines.reference());
@@ -122,7 +122,7 @@ fn exhaustive(
     let reference = frames.iter().position(|&t| t == lines.reference())?;
     let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
-    let rule = SeenRule::new(frames.len(), options.minimum_visible, hidden_points);
+    let rule = SeenRule::new(frames.len(), options.minimum_visible, occlusion);
     let votes = |&y: &usize| row_votes(&thinned.volume, y, &survey_lines, &hypotheses, rule, &survey_options);
     Some(thinned.centres.par_iter().map(votes).collect())
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::spline::{TAPS, across_rows, along_line, slope_weights, to_coefficients, weights};
+use super::spline::{TAPS, along_line, semi_global, slope_weights, to_coefficients, weights};
 use epirig_core::grid::Grid;
 
 /// Pixels left out at the borders: where a spline is mirrored it depends on where the border is, by 0.27^distance.
@@ -157,13 +157,13 @@ impl Pair {
     fn look_up(&self, overlap: &Overlap, y: usize, lines: &mut Lines) {
         let Overlap { left, fraction, width, .. } = *overlap;
         let Lines { wide, a, gradient, b, weight, .. } = lines;
-        across_rows(&self.first, y, left - 1, weights(0.0), wide);
+        semi_global(&self.first, y, left - 1, weights(0.0), wide);
         along_line(wide, weights(0.0), a);
         along_line(wide, slope_weights(0.0), &mut gradient[0]);
-        across_rows(&self.first, y, left - 1, slope_weights(0.0), wide);
+        semi_global(&self.first, y, left - 1, slope_weights(0.0), wide);
         along_line(wide, weights(0.0), &mut gradient[1]);
         let (start, row) = overlap.in_second(y);
-        across_rows(&self.second, row, start - 1, weights(fraction[1]), wide);
+        semi_global(&self.second, row, start - 1, weights(fraction[1]), wide);
         along_line(wide, weights(fraction[0]), b);
         if let Some([of_first, of_second]) = &self.weights {
             // The pixel that is nearest, if the shift lies between two.
@@ -179,9 +179,9 @@ impl Pair {
         let [across, down] = overlap.fraction;
         let (start, row) = overlap.in_second(y);
         let Lines { wide, second_gradient, .. } = lines;
-        across_rows(&self.second, row, start - 1, weights(down), wide);
+        semi_global(&self.second, row, start - 1, weights(down), wide);
         along_line(wide, slope_weights(across), &mut second_gradient[0]);
-        across_rows(&self.second, row, start - 1, slope_weights(down), wide);
+        semi_global(&self.second, row, start - 1, slope_weights(down), wide);
         along_line(wide, weights(across), &mut second_gradient[1]);
     }
 }

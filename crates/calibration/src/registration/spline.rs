@@ -100,7 +100,7 @@ fn along_columns(values: &mut [f32], columns: usize) {
 }
 
 /// Combines rows `row - 1` to `row + 2` of `coefficients`, from column `start` on, into `out`.
-pub(super) fn across_rows(
+pub(super) fn semi_global(
     coefficients: &Grid<f32>,
     row: usize,
     start: usize,
@@ -144,7 +144,7 @@ mod tests {
     fn sample(coefficients: &Grid<f32>, x: f64, y: f64, by_x: bool) -> f64 {
         let mut line = [0.0; TAPS];
         let start = x.floor() as usize - 1;
-        across_rows(coefficients, y.floor() as usize, start, weights(y.fract()), &mut line);
+        semi_global(coefficients, y.floor() as usize, start, weights(y.fract()), &mut line);
         let mut out = [0.0];
         let across = if by_x { slope_weights(x.fract()) } else { weights(x.fract()) };
         along_line(&line, across, &mut out);

@@ -4,19 +4,24 @@ use epirig_core::volume::Volume;
 use epirig_matcher::DisparityRange;
 
 /// Variance with linear interpolation as a good first attempt has it: pixel by pixel, frame by frame. The sum of the least variances
-/// of row `y` over the disparities of `range`, one every `raster_px`.
-pub(crate) fn plain_variance(volume: &Volume, y: usize, range: DisparityRange, raster_px: f64) -> f64 {
+/// of row `y` over the disparities of `range`, one every `disparity_step_px`.
+pub(crate) fn plain_variance(
+    volume: &Volume,
+    y: usize,
+    range: DisparityRange,
+    disparity_step_px: f64,
+) -> f64 {
     let columns = volume.columns();
     let mut rows = vec![vec![0.0_f32; columns]; volume.frames()];
     rows.iter_mut().enumerate().for_each(|(t, row)| volume.copy_row(y, t, row));
-    let candidates = ((range.maximum_px - range.minimum_px) / raster_px).round() as u32 + 1;
+    let candidates = ((range.maximum_px - range.minimum_px) / disparity_step_px).round() as u32 + 1;
     let mut least = 0.0;
     for x in 0..columns {
         let mut best = f64::INFINITY;
         for k in 0..candidates {
             let (mut sum, mut squares, mut count) = (0.0_f64, 0.0_f64, 0.0);
             for (row, tau) in rows.iter().zip(volume.tau().values()) {
-                let position = x as f64 + (range.minimum_px + f64::from(k) * raster_px) * tau;
+                let position = x as f64 + (range.minimum_px + f64::from(k) * disparity_step_px) * tau;
                 let whole = position.floor() as usize;
                 if whole + 1 < columns {
                     let f = (position - whole as f64) as f32;

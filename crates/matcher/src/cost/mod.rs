@@ -11,7 +11,7 @@ mod variance;
 
 use super::interpolation::SampledEpi;
 use super::lines::{Hypotheses, Lines, SeenRule};
-use super::options::{HiddenPoints, MatchOptions, Method};
+use super::options::{MatchOptions, Method, Occlusion};
 use epirig_core::volume::Volume;
 
 /// Costs of all candidates of one EPI: hypotheses x columns; NaN where too few frames see the candidate.
@@ -139,7 +139,7 @@ fn best_side<const N: usize>(
         let both = std::array::from_fn(|index| before[index] + after[index]);
         best = cost(both, seen as f32);
     }
-    if rule.hidden_points == HiddenPoints::OneSide {
+    if rule.occlusion == Occlusion::OneSide {
         if rule.suffices(seen_before) {
             best = best.min(cost(before, seen_before as f32));
         }

@@ -3,7 +3,7 @@
 use super::{Band, band_costs};
 use crate::interpolation::Interpolation;
 use crate::lines::{Hypotheses, Lines, SeenRule};
-use crate::{DisparityRange, HiddenPoints, MatchOptions, Method};
+use crate::{DisparityRange, MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -78,7 +78,7 @@ impl Case {
     fn subsets(&self, x: usize, d: f64) -> Vec<Vec<usize>> {
         let seen = self.seen(x, d);
         let mut subsets = vec![seen.clone()];
-        if self.options.hidden_points == HiddenPoints::OneSide {
+        if self.options.occlusion == Occlusion::OneSide {
             subsets.push(seen.iter().copied().filter(|&t| t <= self.reference).collect());
             subsets.push(seen.iter().copied().filter(|&t| t >= self.reference).collect());
         }
@@ -170,7 +170,7 @@ fn compare(
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 4.0 };
     let hypotheses = Hypotheses::covering(range, 0.5);
     let options = &case.options;
-    let rule = SeenRule::new(case.taus.len(), options.minimum_visible, options.hidden_points);
+    let rule = SeenRule::new(case.taus.len(), options.minimum_visible, options.occlusion);
     let mut known = 0;
     // Two bands, so that windows reach across their seam.
     for band in [0..3, 3..ROWS] {
@@ -199,18 +199,12 @@ fn compare(
     assert!(known > 300);
 }
 
-fn case(
-    method: Method,
-    window_px: usize,
-    reference: usize,
-    hidden_points: HiddenPoints,
-    visible: f64,
-) -> Case {
+fn case(method: Method, window_px: usize, reference: usize, occlusion: Occlusion, visible: f64) -> Case {
     let positions = [0.0, 1.0, 1.5, 3.5, 5.0, 5.5, 7.0];
     let volume = volume(&positions);
     let options = MatchOptions {
         window_px,
-        hidden_points,
+        occlusion,
         interpolation: Interpolation::Cubic,
         minimum_visible: visible,
         ..MatchOptions::for_method(method)
@@ -220,14 +214,14 @@ fn case(
 
 #[test]
 fn variance_is_that_of_its_definition() {
-    for (window, reference, hidden, visible) in [
-        (1, 0, HiddenPoints::None, 1.0),
-        (1, 3, HiddenPoints::OneSide, 0.5),
-        (3, 0, HiddenPoints::None, 0.5),
-        (5, 6, HiddenPoints::None, 0.7),
-        (3, 2, HiddenPoints::OneSide, 0.4),
+    for (window, reference, occluded, visible) in [
+        (1, 0, Occlusion::None, 1.0),
+        (1, 3, Occlusion::OneSide, 0.5),
+        (3, 0, Occlusion::None, 0.5),
+        (5, 6, Occlusion::None, 0.7),
+        (3, 2, Occlusion::OneSide, 0.4),
     ] {
-        let mut case = case(Method::Variance, window, reference, hidden, visible);
+        let mut case = case(Method::Variance, window, reference, occluded, visible);
         compare(&case, 0..COLUMNS, |x, y, d| case.variance(x, y, d));
         case.options.interpolation = Interpolation::Linear;
         compare(&case, 0..COLUMNS, |x, y, d| case.variance(x, y, d));
@@ -236,10 +230,10 @@ fn variance_is_that_of_its_definition() {
 
 #[test]
 fn correlation_with_the_reference_is_that_of_its_definition() {
-    for (window, reference, hidden, visible) in
-        [(3, 0, HiddenPoints::None, 1.0), (5, 3, HiddenPoints::OneSide, 0.5), (3, 6, HiddenPoints::None, 0.5)]
+    for (window, reference, occluded, visible) in
+        [(3, 0, Occlusion::None, 1.0), (5, 3, Occlusion::OneSide, 0.5), (3, 6, Occlusion::None, 0.5)]
     {
-        let case = case(Method::NccFirst, window, reference, hidden, visible);
+        let case = case(Method::NccFirst, window, reference, occluded, visible);
         // Beyond the mirrored border a sample between pixels mirrors too, so only whole windows are compared.
         let margin = window / 2 + 5;
         compare(&case, margin..COLUMNS - margin, |x, y, d| case.correlation(x, y, d));
@@ -248,6 +242,6 @@ fn correlation_with_the_reference_is_that_of_its_definition() {
 
 #[test]
 fn correlation_with_the_mean_is_that_of_its_definition() {
-    let case = case(Method::NccMean, 3, 0, HiddenPoints::None, 1.0);
+    let case = case(Method::NccMean, 3, 0, Occlusion::None, 1.0);
     compare(&case, 6..COLUMNS - 6, |x, y, d| case.correlation(x, y, d));
 }

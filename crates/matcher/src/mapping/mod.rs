@@ -30,11 +30,11 @@ pub struct OrderingLimits {
 }
 
 impl OrderingLimits {
-    /// The limits that keep the order of points in the first and the last frame, for hypotheses `raster_px` apart.
-    pub fn new(lines: &Lines, raster_px: f64) -> Self {
+    /// The limits that keep the order of points in the first and the last frame, for hypotheses `disparity_step_px` apart.
+    pub fn new(lines: &Lines, disparity_step_px: f64) -> Self {
         // The largest whole number strictly below 1 / (share * raster); a share of zero sets no limit.
         let strictly_below = |share: f64| {
-            let limit = 1.0 / (share * raster_px);
+            let limit = 1.0 / (share * disparity_step_px);
             if limit.is_finite() { ((limit - 1e-9).ceil() as usize).saturating_sub(1) } else { usize::MAX }
         };
         Self { fall: strictly_below(lines.tau_after()), rise: strictly_below(lines.tau_before()) }

@@ -121,7 +121,7 @@ impl Halved {
     /// As [`search`].
     pub(super) fn searched(&self, task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
         let Self { volume, lines, options } = self;
-        let rule = SeenRule::new(volume.frames(), options.minimum_visible, task.rule.hidden_points);
+        let rule = SeenRule::new(volume.frames(), options.minimum_visible, task.rule.occlusion);
         let mut found =
             search(Task { volume, lines, range: scaled(task.range, 0.5), rule, options, ..task }, progress)?;
         if options.refine {

@@ -1,4 +1,4 @@
-//! Pixels beside another surface whose frames show something else than their line says: they are hidden in more frames than was seen, or show
+//! Pixels beside another surface whose frames show something else than their line says: they are occluded in more frames than was seen, or show
 //! both surfaces at once.
 
 use super::mixing::{APART_PX, BESIDE_PX};

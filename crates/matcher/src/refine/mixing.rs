@@ -213,8 +213,8 @@ mod tests {
         let (mut volume, lines) = scene(0.0, FRAMES / 2, far_texture);
         let mut third = scene(0.0, FRAMES / 2, |x| far_texture(1.3 * x + 40.0)).0;
         let last = (FRAMES - 1) * COLUMNS;
-        let hidden = third.fine_counts_mut().unwrap()[last..].to_vec();
-        volume.fine_counts_mut().unwrap()[last..].copy_from_slice(&hidden);
+        let occluded = third.fine_counts_mut().unwrap()[last..].to_vec();
+        volume.fine_counts_mut().unwrap()[last..].copy_from_slice(&occluded);
         assert!(marked(&(volume, lines), FAR_PX).is_empty());
     }
 }

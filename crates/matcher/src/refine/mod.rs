@@ -70,7 +70,7 @@ pub struct Fit {
     pub steps: usize,
     /// Which frames count.
     pub rule: SeenRule,
-    /// Where points may be hidden: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
+    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
     pub deviation_share: Option<f32>,
 }
 
@@ -120,7 +120,7 @@ pub fn fit(
     let minimum_frames = options.rule.minimum_frames;
     let (mut planes, sums) = steps.votes(&current, 1, |row| {
         report();
-        let of_lines = RowLines { lines, disparities: row.guesses, stretches: row.hidden, minimum_frames };
+        let of_lines = RowLines { lines, disparities: row.guesses, stretches: row.occluded, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
         sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
     });
@@ -143,8 +143,9 @@ pub fn fit(
         let mut biases = Grid::filled(rows, columns, 0.0);
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let guesses = current.row(y);
-            let hidden = steps.points_hide().then(|| stretches(guesses, lines));
-            let row = RowLines { lines, disparities: guesses, stretches: hidden.as_deref(), minimum_frames };
+            let occluded = steps.points_are_occluded().then(|| stretches(guesses, lines));
+            let row =
+                RowLines { lines, disparities: guesses, stretches: occluded.as_deref(), minimum_frames };
             prediction.row(row, out);
         });
         biases

@@ -12,7 +12,7 @@ use super::visibility::stretches;
 use super::votes::{FramesAsked, NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, Vote, row_votes};
 use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::lines::{Lines, SeenRule};
-use crate::options::{Effort, HiddenPoints};
+use crate::options::{Effort, Occlusion};
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
@@ -40,8 +40,8 @@ pub(super) struct VotedRow<'a> {
     pub(super) guesses: &'a [f32],
     pub(super) epi: &'a SplineEpi,
     pub(super) votes: &'a [Vote],
-    /// First and last tau' in which each pixel is seen, where points may be hidden.
-    pub(super) hidden: Option<&'a [(f32, f32)]>,
+    /// First and last tau' in which each pixel is seen, where points may be occluded.
+    pub(super) occluded: Option<&'a [(f32, f32)]>,
 }
 
 impl<'a> Steps<'a> {
@@ -72,9 +72,9 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// Whether one side of the reference frame may be hidden.
-    pub(super) fn points_hide(&self) -> bool {
-        self.rule.hidden_points == HiddenPoints::OneSide
+    /// Whether one side of the reference frame may be occluded.
+    pub(super) fn points_are_occluded(&self) -> bool {
+        self.rule.occlusion == Occlusion::OneSide
     }
 
     /// The votes of all pixels around `current`, by every so manieth frame, and what `look` makes of each row, in their order.
@@ -93,17 +93,18 @@ impl<'a> Steps<'a> {
                 let frames = (0..self.volume.frames()).filter(|t| t.abs_diff(reference) % every == 0);
                 epi.take(&self.spline, (self.volume, self.gains.as_deref()), y, frames);
                 let guesses = current.row(y);
-                let hidden = self.points_hide().then(|| stretches(guesses, self.lines));
+                let occluded = self.points_are_occluded().then(|| stretches(guesses, self.lines));
                 let frames_asked = FramesAsked {
                     // Near an occluder frames are given away, so as not to take its blur for the point.
-                    minimum_frames: self.rule.minimum_frames / (every * if hidden.is_some() { 2 } else { 1 }),
+                    minimum_frames: self.rule.minimum_frames
+                        / (every * if occluded.is_some() { 2 } else { 1 }),
                     every,
                     series_reach_px: self.series_reach_px,
-                    stretches: hidden.as_deref(),
+                    stretches: occluded.as_deref(),
                 };
                 row_votes((&self.spline, self.level), epi, self.lines, guesses, frames_asked, votes);
                 out.put(votes, self.origin);
-                look(VotedRow { y, guesses, epi, votes, hidden: hidden.as_deref() })
+                look(VotedRow { y, guesses, epi, votes, occluded: occluded.as_deref() })
             },
         );
         let looked = looked.collect();
@@ -124,7 +125,7 @@ impl<'a> Steps<'a> {
         let look = |row: VotedRow<'_>| {
             report();
             // Columns to the surface that a pixel belongs to; 0 if that is its own.
-            row.hidden.map(|_| {
+            row.occluded.map(|_| {
                 let mut misplaced = vec![0; row.votes.len()];
                 let samples = RowSamples { spline: &self.spline, epi: row.epi, lines: self.lines, every };
                 samples.find_misplaced(row.guesses, row.votes, &mut misplaced);

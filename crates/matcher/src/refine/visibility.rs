@@ -1,7 +1,7 @@
 //! Which frames see a point, where nearer surfaces pass before it.
 //!
 //! A nearer point has the larger |disparity|. A point at x of disparity d and the rim of a nearer surface at x' of d' meet at
-//! tau' = (x - x') / (d' - d); from there on the point is hidden.
+//! tau' = (x - x') / (d' - d); from there on the point is occluded.
 
 use crate::lines::Lines;
 

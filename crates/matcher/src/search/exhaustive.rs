@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::across_rows::{Held, Help, Span, typical_cost};
+use super::semi_global::{Held, Help, Span, typical_cost};
 use super::{
     Groups, RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups,
 };
@@ -25,8 +25,8 @@ const BAND_COSTS: usize = 1 << 24;
 /// [`MatchError::AcrossTooManyCandidates`] if rows are to help each other and may not hold so many costs.
 pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAnswers>, MatchError> {
     let Task { volume, range, options, .. } = task;
-    let search = Exhaustive { task, hypotheses: Hypotheses::covering(range, options.raster_px) };
-    if !options.across_rows {
+    let search = Exhaustive { task, hypotheses: Hypotheses::covering(range, options.disparity_step_px) };
+    if !options.semi_global {
         let bands = search.pieces(0..volume.rows()).map(Span::alone).collect();
         let groups = Groups { groups: vec![bands], band_counts: 0 };
         return Ok(searched_groups(groups, progress, |span, _| search.single_rows(span.answered)));
@@ -101,12 +101,12 @@ fn row_answers(
     let neutral = neutral_cost(costs);
     let chosen: Vec<u16> = match (ordering, neutral) {
         (_, None) => vec![0; columns],
-        (OrderingUsed::Strict, Some(neutral)) => {
-            optimal_mapping(costs, OrderingLimits::new(lines, options.raster_px), neutral)
+        (OrderingUsed::On, Some(neutral)) => {
+            optimal_mapping(costs, OrderingLimits::new(lines, options.disparity_step_px), neutral)
         }
-        (OrderingUsed::Free, _) => winners(costs).into_iter().map(|winner| winner.unwrap_or(0)).collect(),
+        (OrderingUsed::Off, _) => winners(costs).into_iter().map(|winner| winner.unwrap_or(0)).collect(),
     };
-    let apart = rival_distance(lines, options.raster_px);
+    let apart = rival_distance(lines, options.disparity_step_px);
     let mut row = RowAnswers::unknown(columns);
     row.confidence = confidences(costs, &chosen, apart.max(2), options.method.resolution());
     for (x, &k) in chosen.iter().enumerate() {

@@ -59,7 +59,7 @@ pub(super) fn drop_doubtful(searched: &mut Searched, minimum_confidence: f64) {
     }
 }
 
-/// Gives pixels that are ambiguous or seem hidden the disparity of a neighbour that enough frames agree with. Their cost is then that of the pixel and its better
+/// Gives pixels that are ambiguous or seem occluded the disparity of a neighbour that enough frames agree with. Their cost is then that of the pixel and its better
 /// neighbour in the row; they have no rivals, hence no confidence.
 pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: &mut Searched) {
     let Task { volume, lines, rule, options, .. } = task;
@@ -70,7 +70,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
     let dearest_alone = 0.5 * (1.0 + dearest);
     let before = &*searched;
     let row_of = |y: usize, limits: &[f32]| -> Vec<(usize, f32, f32)> {
-        let is_open = |x: &usize| matches!(before.answer.at(*x, y), Answer::Ambiguous | Answer::Hidden);
+        let is_open = |x: &usize| matches!(before.answer.at(*x, y), Answer::Ambiguous | Answer::Occluded);
         let open: Vec<usize> = (0..columns).filter(is_open).collect();
         if open.is_empty() {
             return Vec::new();

@@ -1,19 +1,19 @@
 //! Rows whose points need not keep their order: each pixel takes its best candidate.
 //!
 //! Depth edges stay where they are because a pixel's cost is the least over all windows that contain it, so that one of them lies on
-//! its own surface (Kang, Szeliski and Chai 2001); and points that are hidden in part of the sequence are answered because a
+//! its own surface (Kang, Szeliski and Chai 2001); and points that are occluded in part of the sequence are answered because a
 //! frame that disagrees costs a limited amount, whatever it shows. The pixel's own cost counts as much as that of its best window,
-//! so that a point which is soon hidden does not join the surface that hides it.
+//! so that a point which is soon occluded does not join the surface that hides it.
 
 use std::ops::Range;
 
 use fearless_simd::Level;
 
-use super::across_rows::{Aggregated, Held, Help, Span};
 use super::best::Best;
 use super::kernels;
 use super::limits::{NOISE_OF_GROUPS, limits};
 use super::plan::Plan;
+use super::semi_global::{Aggregated, Held, Help, Span};
 use super::sweep::{Consumer, Window, sweep};
 use super::tolerance::Tolerance;
 use super::{RowAnswers, Task, bracketed, rival_distance};
@@ -24,7 +24,7 @@ pub(super) struct Search<'a> {
     task: Task<'a>,
     plan: &'a Plan,
     window: Window,
-    /// What frames may deviate by, if points may be hidden in some.
+    /// What frames may deviate by, if points may be occluded in some.
     tolerance: Option<Tolerance>,
 }
 
@@ -50,7 +50,7 @@ impl Search<'_> {
         let limits = self.tolerance.map_or_else(Vec::new, |tolerance| {
             limits(volume, self.plan, limited, resolution, (tolerance.share, NOISE_OF_GROUPS))
         });
-        let apart = rival_distance(lines, self.plan.hypotheses.raster_px()).max(2);
+        let apart = rival_distance(lines, self.plan.hypotheses.disparity_step_px()).max(2);
         let own_size = if self.tolerance.is_some() { columns * self.plan.hypotheses.count() } else { 0 };
         let mut rows = FreeRows {
             search: self,
@@ -202,7 +202,7 @@ impl FreeRows<'_> {
             let dear = cost > dearest;
             row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
             if row.answer[x] == Answer::Found && dear {
-                row.answer[x] = Answer::Hidden;
+                row.answer[x] = Answer::Occluded;
             }
             row.place(x, &plan.hypotheses, k as f64 + self.best.vertex(x));
         }

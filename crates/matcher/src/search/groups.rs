@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::lines::{Hypotheses, Lines};
 
-/// Groups that there are at least, frames permitting: what is hidden is left out by whole groups.
+/// Groups that there are at least, frames permitting: what is occluded is left out by whole groups.
 const LEAST_GROUPS: usize = 12;
 /// How far a sample may lie beside the candidate, in px, because its group was summed up under another slope.
 pub(super) const MISALIGNMENT_PX: f64 = 0.2;
@@ -49,7 +49,7 @@ impl Groups {
     pub(super) fn slab(&self, hypotheses: &Hypotheses) -> usize {
         // At the ends of a slab and of a group the misalignment is largest: half of the one times half of the other.
         let span = 4.0 * MISALIGNMENT_PX / self.extent;
-        ((span / hypotheses.raster_px()).min(hypotheses.count() as f64) as usize).max(1)
+        ((span / hypotheses.disparity_step_px()).min(hypotheses.count() as f64) as usize).max(1)
     }
 }
 

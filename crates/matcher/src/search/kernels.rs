@@ -191,7 +191,7 @@ fn lesser(a: f32, b: f32) -> f32 {
 /// Share of the frames that disagree with the reference frame, in units of `limit`: each group deviates from the mean of
 /// those that agree by its squared difference and its own variance, and by `limit` at most.
 ///
-/// So a frame in which the point is hidden costs the same whatever hides it.
+/// So a frame in which the point is occluded costs the same whatever hides it.
 pub(super) fn truncated(level: Level, terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
     dispatch!(level, simd => truncated_row(simd, terms, segment, limit, out));
 }

@@ -5,14 +5,13 @@
 //!
 //! 1. [`groups`]: neighbouring frames form a dozen groups, whose mean and variance are summed up under a few slopes.
 //! 2. [`kernels`]: the variance along a candidate is the variance between the groups' means plus the mean of the variances
-//!    within the groups. Where points may be hidden, each group's share in it is truncated.
+//!    within the groups. Where points may be occluded, each group's share in it is truncated.
 //! 3. [`sweep`]: windows by running sums, so that any window costs about the same.
 //! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over windows that may lie to
 //!    one side of it, and where none can be believed, the best of its neighbours' ([`filling`]). How far frames may deviate before they count
 //!    as hiding a point is measured first ([`tolerance`]).
-//! 5. [`across_rows`]: where texture is weak, rows may help each other before that; this serves both searches.
+//! 5. [`semi_global`]: where texture is weak, rows may help each other before that; this serves both searches.
 
-mod across_rows;
 mod best;
 mod exhaustive;
 mod filling;
@@ -23,6 +22,7 @@ mod limits;
 mod ordered;
 mod plan;
 mod row_costs;
+mod semi_global;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -35,12 +35,12 @@ use rayon::prelude::*;
 
 use super::lines::{Hypotheses, Lines, SeenRule};
 use super::maps::{Answer, OrderingUsed};
-use super::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Search};
-use across_rows::{Bands, Held, Help, Penalties, Span, typical_cost};
+use super::options::{DisparityRange, MatchError, MatchOptions, Occlusion, Search};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use plan::Plan;
+use semi_global::{Bands, Held, Help, Penalties, Span, typical_cost};
 use tolerance::Tolerance;
 
 /// Rows that a thread searches in one go; windows reach a little beyond them.
@@ -58,7 +58,7 @@ pub(super) struct Searched {
     pub(super) confidence: Grid<f32>,
     /// Whether there is a disparity.
     pub(super) answer: Grid<Answer>,
-    /// Where points may be hidden: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
+    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
     pub(super) deviation_share: Option<f32>,
 }
 
@@ -92,24 +92,24 @@ pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<Searched
 
 fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
     let Task { volume, lines, range, ordering, rule, options } = task;
-    let raster_px = (COARSER * options.raster_px).min(1.0);
-    let plan = Plan::new(lines, Hypotheses::covering(range, raster_px), rule);
+    let disparity_step_px = (COARSER * options.disparity_step_px).min(1.0);
+    let plan = Plan::new(lines, Hypotheses::covering(range, disparity_step_px), rule);
     let half = options.window_px / 2;
     let window = sweep::Window { rows: half, columns: half };
     let groups = groups_of_bands(task, plan.hypotheses.count())?;
-    let hidden = ordering == OrderingUsed::Free && rule.hidden_points == HiddenPoints::OneSide;
-    let tolerance = hidden.then(|| Tolerance::measured(task, &plan, window));
+    let occluded = ordering == OrderingUsed::Off && rule.occlusion == Occlusion::OneSide;
+    let tolerance = occluded.then(|| Tolerance::measured(task, &plan, window));
     let answers = |span: Span, help: Option<Help<'_>>| match ordering {
-        OrderingUsed::Strict => {
+        OrderingUsed::On => {
             let size = (plan.hypotheses.count(), plan.columns);
             let held = help.map(|help| Held::new(span.clone(), size, help));
             let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), held);
             sweep::sweep(volume, &plan, window, span.searched, &mut consumer);
             consumer.into_answers()
         }
-        OrderingUsed::Free => free::Search::new(task, &plan, window, tolerance).rows(span, help),
+        OrderingUsed::Off => free::Search::new(task, &plan, window, tolerance).rows(span, help),
     };
-    let penalties = options.across_rows.then(|| {
+    let penalties = options.semi_global.then(|| {
         let typical = match tolerance {
             Some(tolerance) => tolerance.typical.max(tolerance::LEAST_TYPICAL),
             None => typical_cost(volume.rows(), options.method.resolution(), |y| {
@@ -122,7 +122,7 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
         answers(span, penalties.map(|penalties| Help { penalties, room }))
     });
     let mut searched = Searched::of_rows(task, &rows);
-    if ordering == OrderingUsed::Free {
+    if ordering == OrderingUsed::Off {
         filling::drop_doubtful(&mut searched, options.minimum_confidence);
     }
     if let Some(tolerance) = tolerance {
@@ -146,7 +146,7 @@ struct Groups {
 
 /// Bands in groups that may be searched at once: all of them, unless rows help each other.
 fn groups_of_bands(task: Task<'_>, hypotheses: usize) -> Result<Groups, MatchError> {
-    if task.options.across_rows {
+    if task.options.semi_global {
         let bands = Bands::of(task.volume, hypotheses)?;
         Ok(Groups { groups: bands.groups(), band_counts: bands.band_counts })
     } else {
@@ -225,8 +225,8 @@ impl RowAnswers {
 }
 
 /// How many hypotheses apart rivals are: they end at least a pixel from each other.
-fn rival_distance(lines: &Lines, raster_px: f64) -> usize {
-    let apart = (1.0 / (raster_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
+fn rival_distance(lines: &Lines, disparity_step_px: f64) -> usize {
+    let apart = (1.0 / (disparity_step_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
     apart.max(1)
 }
 

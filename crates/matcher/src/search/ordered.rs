@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
-use super::across_rows::{Aggregated, Held};
 use super::kernels;
 use super::plan::Plan;
+use super::semi_global::{Aggregated, Held};
 use super::sweep::Consumer;
 use super::{RowAnswers, bracketed, median, rival_distance};
 use crate::cost::CostTable;
@@ -36,15 +36,15 @@ pub(super) struct Ordered<'a> {
 impl<'a> Ordered<'a> {
     /// Rows are mapped by themselves, or with the help of those of `held`.
     pub(super) fn new(plan: &'a Plan, lines: &Lines, resolution: f32, held: Option<Held<'a>>) -> Self {
-        let (columns, raster_px) = (plan.columns, plan.hypotheses.raster_px());
+        let (columns, disparity_step_px) = (plan.columns, plan.hypotheses.disparity_step_px());
         let mut known = vec![0.0; columns];
         for run in plan.candidates.iter().flat_map(|candidate| &candidate.runs) {
             known[run.clone()].iter_mut().for_each(|count| *count += 1.0);
         }
         Self {
             plan,
-            limits: OrderingLimits::new(lines, raster_px),
-            apart: rival_distance(lines, raster_px),
+            limits: OrderingLimits::new(lines, disparity_step_px),
+            apart: rival_distance(lines, disparity_step_px),
             resolution,
             level: Level::new(),
             // A candidate has a cost in all rows or in none, so the unknown ones stay unknown.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::groups::Groups;
 use crate::lines::{Hypotheses, Lines, SeenRule, Shift, Sightings};
-use crate::options::HiddenPoints;
+use crate::options::Occlusion;
 
 /// Pixels that rows are continued by beyond each border. A sample at the border is interpolated between a line in view and its neighbour,
 /// less than a pixel farther, which misalignment may take a little beyond that.
@@ -195,7 +195,7 @@ fn allowed(all: &Groups, groups: Range<usize>, counts: [usize; 2], rule: SeenRul
         1 + all.groups[range].iter().map(|group| group.frames.len()).sum::<usize>()
     };
     let [seen_before, seen_after] = counts;
-    let one_side = rule.hidden_points == HiddenPoints::OneSide;
+    let one_side = rule.occlusion == Occlusion::OneSide;
     [
         rule.suffices((seen_before + seen_after).saturating_sub(1)) && frames(groups.clone()) >= 3,
         one_side && rule.suffices(seen_before) && frames(groups.start..all.before) >= 3,

@@ -2,7 +2,7 @@
 
 use super::sweep::{Consumer, Window, sweep};
 use super::*;
-use crate::options::{Method, Ordering, ReferenceFrame};
+use crate::options::{Method, OrderingConstraint, ReferenceFrame};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
@@ -95,7 +95,7 @@ fn single_frames_give_the_variance_of_the_definition() {
     let volume = volume(5, 90, &tau, |x, y, tau| texture(x, y, (1e6 * tau) as u64, 1.0));
     for reference in [0, 3, 7] {
         let lines = Lines::new(&tau, reference, 90);
-        let rule = SeenRule::new(8, 0.5, HiddenPoints::None);
+        let rule = SeenRule::new(8, 0.5, Occlusion::None);
         let range = DisparityRange { minimum_px: -21.0, maximum_px: 17.5 };
         let plan = Plan::new(&lines, Hypotheses::covering(range, 0.5), rule);
         assert_eq!(plan.groups.extent, 0.0);
@@ -124,7 +124,7 @@ fn groups_come_near_the_definition_for_any_reference() {
     let scene = volume(3, 200, &tau, |x, y, tau| texture(x - 14.0 * tau, y, 7, 4.0));
     for reference in [0, 20, 59] {
         let lines = Lines::new(&tau, reference, 200);
-        let rule = SeenRule::new(60, 0.5, HiddenPoints::None);
+        let rule = SeenRule::new(60, 0.5, Occlusion::None);
         let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
         let plan = Plan::new(&lines, Hypotheses::covering(range, 0.5), rule);
         let mut kept = Kept::default();
@@ -148,7 +148,7 @@ fn windows_are_means_over_the_pixels_that_there_are() {
     let scene = volume(40, 80, &tau, |x, y, tau| texture(x - 3.0 * tau, y, 3, 2.0));
     let lines = Lines::new(&tau, 2, 80);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 6.0 };
-    let plan = Plan::new(&lines, Hypotheses::covering(range, 0.5), SeenRule::new(5, 1.0, HiddenPoints::None));
+    let plan = Plan::new(&lines, Hypotheses::covering(range, 0.5), SeenRule::new(5, 1.0, Occlusion::None));
     let run = |rows: usize, columns: usize| {
         let mut kept = Kept::default();
         sweep(&scene, &plan, Window { rows, columns }, 0..40, &mut kept);
@@ -178,8 +178,8 @@ pub(super) fn searched(
     options: &MatchOptions,
 ) -> Searched {
     let lines = Lines::new(volume.tau(), reference, volume.columns());
-    let hidden = if ordering == OrderingUsed::Free { HiddenPoints::OneSide } else { HiddenPoints::None };
-    let rule = SeenRule::new(volume.frames(), options.minimum_visible, hidden);
+    let occluded = if ordering == OrderingUsed::Off { Occlusion::OneSide } else { Occlusion::None };
+    let rule = SeenRule::new(volume.frames(), options.minimum_visible, occluded);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
     search(Task { volume, lines: &lines, range, ordering, rule, options }, &Silent).unwrap()
 }
@@ -193,7 +193,7 @@ fn both_searches_find_a_slanted_surface_from_any_reference() {
     for reference in [0, 25, 49] {
         for search_by in [Search::Exhaustive, Search::Factorised] {
             let options = MatchOptions { search: search_by, ..MatchOptions::default() };
-            let found = searched(&scene, reference, OrderingUsed::Strict, &options);
+            let found = searched(&scene, reference, OrderingUsed::On, &options);
             let tau = tau.values()[reference];
             let (mut answered, mut near) = (0, 0);
             for (x, y) in (0..240).flat_map(|x| (0..12).map(move |y| (x, y))) {
@@ -267,12 +267,12 @@ fn bars_before_a_background_keep_their_edges() {
     });
     for reference in [0, 30, 59] {
         let options = MatchOptions {
-            ordering: Ordering::Free,
+            ordering_constraint: OrderingConstraint::Off,
             range: Some(DisparityRange { minimum_px: 0.0, maximum_px: 30.0 }),
             reference: ReferenceFrame::Index(reference),
             ..MatchOptions::default()
         };
-        let candidates = searched(&scene, reference, OrderingUsed::Free, &options).guess;
+        let candidates = searched(&scene, reference, OrderingUsed::Off, &options).guess;
         let matched = crate::match_volume(&scene, &options, &Silent).unwrap().disparity;
         // The asked shares hold for what is answered; the fit takes back some of the candidates, and mends others. What it promises of
         // single tenths of a pixel stands in tests/occlusions.rs.
@@ -310,7 +310,7 @@ fn a_surface_in_view_of_all_frames_is_found_whatever_share_must_see_it() {
     let scene = volume(20, 200, &tau, |x, y, tau| 0.1 + 0.8 * texture(x - 11.0 * tau, y, 3, 3.0));
     for minimum_visible in [0.2, 0.5, 0.9, 1.0] {
         let options = MatchOptions { minimum_visible, ..MatchOptions::default() };
-        let found = searched(&scene, 30, OrderingUsed::Free, &options);
+        let found = searched(&scene, 30, OrderingUsed::Off, &options);
         // All frames see what lies 6 px inside; candidates up to 30 px leave the image within another 15 px, and may be the right ones.
         let inner = (0..20).flat_map(|y| (21..179).map(move |x| (x, y)));
         let right = inner.filter(|&(x, y)| (found.guess.at(x, y) - 11.0).abs() < 0.5).count();

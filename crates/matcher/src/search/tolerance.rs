@@ -3,16 +3,16 @@
 use rayon::prelude::*;
 
 use super::Task;
-use super::across_rows::Span;
 use super::free;
 use super::plan::Plan;
+use super::semi_global::Span;
 use super::sweep::Window;
 use super::{median, sampled_rows};
 
 /// Frames are taken to disagree beyond this many times the mean squared deviation of right candidates: two standard deviations.
 const DISAGREES: f32 = 4.0;
 /// Least share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by twice the contrast in the mean of
-/// squares; below 0.06 of it come 14 % of them (normal distribution), so that hidden frames seldom agree by chance.
+/// squares; below 0.06 of it come 14 % of them (normal distribution), so that occluded frames seldom agree by chance.
 const LEAST_SHARE: f32 = 0.1;
 
 /// A right candidate costs at most this many times the median of them: texture and the contrast around it are not alike everywhere.
@@ -53,9 +53,9 @@ impl Tolerance {
     /// Cost of a right candidate that only the share `minimum_visible` of the frames sees, but no less than those may cost that all frames see:
     /// what costs more is wrong.
     pub(super) fn dearest(&self, minimum_visible: f64) -> f32 {
-        let partly_hidden = 1.0 - minimum_visible as f32 * (1.0 - self.typical);
+        let partly_occluded = 1.0 - minimum_visible as f32 * (1.0 - self.typical);
         let varying = (COSTS_VARY * self.typical).max(BELIEVED);
-        partly_hidden.max(varying).min(1.0)
+        partly_occluded.max(varying).min(1.0)
     }
 }
 

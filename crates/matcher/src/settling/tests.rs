@@ -1,7 +1,7 @@
 use super::*;
 use crate::OrderingUsed;
 use crate::lines::{Lines, SeenRule};
-use crate::options::{DisparityRange, HiddenPoints, MatchOptions, Method};
+use crate::options::{DisparityRange, MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -41,8 +41,8 @@ pub(crate) fn task<'a>(volume: &'a Volume, lines: &'a Lines, options: &'a MatchO
         volume,
         lines,
         range: DisparityRange { minimum_px: -12.0, maximum_px: 12.0 },
-        ordering: OrderingUsed::Free,
-        rule: SeenRule::new(volume.frames(), 0.5, HiddenPoints::OneSide),
+        ordering: OrderingUsed::Off,
+        rule: SeenRule::new(volume.frames(), 0.5, Occlusion::OneSide),
         options,
     }
 }

@@ -7,8 +7,8 @@ use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::{TruthReport, compare_with_truth};
 use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{
-    Answer, DisparityMaps, DisparityRange, MatchOptions, Method, Ordering, OrderingUsed, ReferenceFrame,
-    match_volume,
+    Answer, DisparityMaps, DisparityRange, MatchOptions, Method, OrderingConstraint, OrderingUsed,
+    ReferenceFrame, match_volume,
 };
 use epirig_simulator::{Carried, Scene, Simulator, SimulatorConfig};
 
@@ -30,12 +30,15 @@ fn measure(config: SimulatorConfig, options: &MatchOptions) -> (DisparityMaps, T
 /// The paper's section 5.1: 512 x 512 x 100, variance and dynamic programming, mean error 0.04 px, largest 0.13 px.
 #[test]
 fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
-    let options =
-        MatchOptions { method: Method::Variance, ordering: Ordering::Strict, ..MatchOptions::default() };
+    let options = MatchOptions {
+        method: Method::Variance,
+        ordering_constraint: OrderingConstraint::On,
+        ..MatchOptions::default()
+    };
     let (maps, report) = measure(SimulatorConfig::cube_edge(512, 100), &options);
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
-    assert_eq!(maps.ordering, OrderingUsed::Strict);
+    assert_eq!(maps.ordering, OrderingUsed::On);
     assert_eq!(errors.answered, errors.pixels, "every pixel that both end frames see has an answer");
     assert!(errors.mean_px <= 0.04 && errors.maximum_px <= 0.13, "{errors:?}");
 }
@@ -188,9 +191,12 @@ fn noise_is_not_taken_for_texture() {
     let mut config = SimulatorConfig::textured_plane(160, 64, 20);
     config.texture.grain_mm = 1e6;
     config.sensor.read_noise_dn = 20.0;
-    for ordering in [Ordering::Strict, Ordering::Free] {
+    for ordering in [OrderingConstraint::On, OrderingConstraint::Off] {
         let range = Some(DisparityRange { minimum_px: 0.0, maximum_px: 16.0 });
-        let (maps, _) = measure(config.clone(), &MatchOptions { ordering, range, ..MatchOptions::default() });
+        let (maps, _) = measure(
+            config.clone(),
+            &MatchOptions { ordering_constraint: ordering, range, ..MatchOptions::default() },
+        );
         // The gate stands at four times what noise alone gives, and each pixel has picked the best of 65 candidates.
         assert!(maps.share(Answer::Found) < 0.01, "{ordering:?}: {}", maps.share(Answer::Found));
     }
@@ -225,7 +231,7 @@ fn a_thing_in_front_of_another_is_noticed() {
     }
     let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
     let maps = match_volume(&volume, &options, &Silent).unwrap();
-    assert_eq!(maps.ordering, OrderingUsed::Free);
+    assert_eq!(maps.ordering, OrderingUsed::Off);
     // Away from the strip's edges by the reach of the windows.
     for (columns, disparity) in [(20..165, 20.0), (175..225, 60.0), (235..380, 20.0)] {
         let values: Vec<f32> =

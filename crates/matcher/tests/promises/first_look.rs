@@ -210,7 +210,7 @@ fn every_way_to_match_has_a_first_look() {
     let variance = MatchOptions::default();
     for options in [
         MatchOptions { search: Search::Exhaustive, ..variance.clone() },
-        MatchOptions { across_rows: true, ..variance.clone() },
+        MatchOptions { semi_global: true, ..variance.clone() },
         MatchOptions { refine: false, ..variance },
         MatchOptions::for_method(Method::Normalised),
         MatchOptions::for_method(Method::NccMean),

@@ -106,9 +106,9 @@ fn a_bar_hides_what_is_behind_it() {
     painting.strips.push(Strip { columns: (10.0, 14.0), ..bar });
     // The bar covers 6..10, 8..12, 10..14, 12..16 and 14..18.
     let truth = painting.truth(2);
-    let hidden = |x: usize| 5 - truth.visible_frames.at(x, 0);
-    assert_eq!([5, 6, 8, 9].map(hidden), [0, 1, 2, 2]);
-    assert_eq!([14, 15, 16, 17, 18].map(hidden), [2, 2, 1, 1, 0]);
+    let occluded = |x: usize| 5 - truth.visible_frames.at(x, 0);
+    assert_eq!([5, 6, 8, 9].map(occluded), [0, 1, 2, 2]);
+    assert_eq!([14, 15, 16, 17, 18].map(occluded), [2, 2, 1, 1, 0]);
     assert_eq!([9, 10, 13, 14].map(|x| truth.disparity.at(x, 0)), [0.0, 8.0, 8.0, 0.0]);
     assert_eq!(truth.visible_frames.at(12, 0), 5);
 }

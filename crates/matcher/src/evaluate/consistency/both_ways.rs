@@ -32,7 +32,7 @@ pub struct BothWaysReport {
 /// along its line to the last, and compares the disparities there.
 ///
 /// Both matches use the same frames, so their errors of noise are nearly the same: 3 sigma is a wide limit. What disagrees is wrong in one of
-/// them, or hidden in the other.
+/// them, or occluded in the other.
 ///
 /// # Errors
 /// [`MatchError`] if the volume cannot be matched.
@@ -112,7 +112,7 @@ mod tests {
             reference,
             range: DisparityRange { minimum_px: 0.0, maximum_px: 4.0 },
             range_found: false,
-            ordering: OrderingUsed::Free,
+            ordering: OrderingUsed::Off,
             locking: None,
         }
     }

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::products::{Products, Regression, Terms, Turns, fraction};
 use crate::lines::{Lines, SeenRule};
 use crate::locking::LockingAmplitudes;
-use crate::options::{Effort, HiddenPoints};
+use crate::options::{Effort, Occlusion};
 use crate::refine::{Fit, FitResult, fit};
 use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
@@ -72,7 +72,7 @@ fn fitted(
         wanted_sigma_px: 0.005,
         effort: Effort::Full,
         steps: 2,
-        rule: SeenRule::new(FRAMES, 0.5, HiddenPoints::None),
+        rule: SeenRule::new(FRAMES, 0.5, Occlusion::None),
         deviation_share: None,
     };
     fit(&volume, &lines, guess, options, || {})

@@ -160,20 +160,20 @@ fn steps_are_uncertain_by_where_they_lie() {
     let expected = 0.06 * 0.06 / 12.0;
     // On a slanted plane, across rows and across columns; a pixel from the step sees all of it, two away nothing.
     let plane = |x: f32, y: f32| 7.0 + 0.02 * x - 0.03 * y;
-    let across_rows = |x: f32, y: f32| plane(x, y) + if x >= 100.0 { 0.06 } else { 0.0 };
+    let semi_global = |x: f32, y: f32| plane(x, y) + if x >= 100.0 { 0.06 } else { 0.0 };
     let across_columns = |x: f32, y: f32| plane(x, y) + if y >= 100.0 { 0.06 } else { 0.0 };
     let found = |disparity: &dyn Fn(f32, f32) -> f32, place| {
         let (surface, map) = chosen(disparity, (0.02, -0.03), |_, _| 0.0);
         at(&smoothed_away((&surface, &[]), &map, disagreement(&map)), place)
     };
     for (near, far) in [(99, 98), (100, 101)] {
-        assert!((found(&across_rows, (near, 50)) / expected - 1.0).abs() < 1e-3);
+        assert!((found(&semi_global, (near, 50)) / expected - 1.0).abs() < 1e-3);
         assert!((found(&across_columns, (50, near)) / expected - 1.0).abs() < 1e-3);
-        assert_eq!(found(&across_rows, (far, 50)), 0.0);
+        assert_eq!(found(&semi_global, (far, 50)), 0.0);
         assert_eq!(found(&across_columns, (50, far)), 0.0);
     }
     // Beside creases that the faces tell, none is counted.
-    let (surface, map) = chosen(across_rows, (0.02, -0.03), |_, _| 0.0);
+    let (surface, map) = chosen(semi_global, (0.02, -0.03), |_, _| 0.0);
     let mut creases = vec![Vec::new(); ROWS];
     creases[50].push(PAD + 99);
     let smoothed = smoothed_away((&surface, &creases), &map, disagreement(&map));

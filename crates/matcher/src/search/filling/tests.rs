@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::lines::{Hypotheses, SeenRule};
 use crate::maps::OrderingUsed;
-use crate::options::{DisparityRange, HiddenPoints, MatchOptions};
+use crate::options::{DisparityRange, MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -188,14 +188,14 @@ fn filled(
 ) -> Searched {
     let volume = scene(disparity_px);
     let lines = Lines::new(volume.tau(), reference, COLUMNS);
-    let rule = SeenRule::new(FRAMES, 0.5, HiddenPoints::OneSide);
+    let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
     let plan = Plan::new(&lines, Hypotheses::covering(RANGE, 0.5), rule);
     let options = MatchOptions::default();
     let task = Task {
         volume: &volume,
         lines: &lines,
         range: RANGE,
-        ordering: OrderingUsed::Free,
+        ordering: OrderingUsed::Off,
         rule,
         options: &options,
     };
@@ -206,7 +206,7 @@ fn filled(
 
 #[test]
 fn gaps_get_the_disparity_of_the_surface_that_frames_agree_with() {
-    // Each gap has two surfaces beside it, of which one is right; half of the gaps seem hidden.
+    // Each gap has two surfaces beside it, of which one is right; half of the gaps seem occluded.
     let guess = |x: usize, y: usize| match x % 8 {
         0 | 1 => 11.0,
         2..=4 => NONE,

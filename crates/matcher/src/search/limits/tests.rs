@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
 use crate::lines::{Hypotheses, Lines, SeenRule};
-use crate::options::{DisparityRange, HiddenPoints};
+use crate::options::{DisparityRange, Occlusion};
 use epirig_core::tau::Tau;
 
 const COLUMNS: usize = 400;
@@ -23,10 +23,19 @@ fn volume(tau: Tau, mut shade: impl FnMut(f64, f64) -> f64) -> Volume {
     volume
 }
 
-fn plan_of(volume: &Volume, reference: usize, (minimum_px, maximum_px): (f64, f64), raster_px: f64) -> Plan {
+fn plan_of(
+    volume: &Volume,
+    reference: usize,
+    (minimum_px, maximum_px): (f64, f64),
+    disparity_step_px: f64,
+) -> Plan {
     let lines = Lines::new(volume.tau(), reference, COLUMNS);
-    let rule = SeenRule::new(volume.frames(), 0.5, HiddenPoints::OneSide);
-    Plan::new(&lines, Hypotheses::covering(DisparityRange { minimum_px, maximum_px }, raster_px), rule)
+    let rule = SeenRule::new(volume.frames(), 0.5, Occlusion::OneSide);
+    Plan::new(
+        &lines,
+        Hypotheses::covering(DisparityRange { minimum_px, maximum_px }, disparity_step_px),
+        rule,
+    )
 }
 
 #[test]

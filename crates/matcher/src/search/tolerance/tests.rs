@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::*;
 use crate::lines::{Hypotheses, Lines, SeenRule};
 use crate::maps::OrderingUsed;
-use crate::options::{DisparityRange, HiddenPoints, MatchOptions};
+use crate::options::{DisparityRange, MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -36,14 +36,14 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
         *count = (128.0 * (MEAN + wave(x as f64) + deviation(x, t))).round() as u16;
     }
     let lines = Lines::new(volume.tau(), 0, COLUMNS);
-    let rule = SeenRule::new(FRAMES, 0.5, HiddenPoints::OneSide);
+    let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 3.0 };
     // All candidates share the sums under the slope of the middle one, on which samples are whole pixels apart: nothing is interpolated.
     let plan = Plan::new(&lines, Hypotheses::covering(range, 0.1), rule);
     assert_eq!(plan.slabs.len(), 1);
     let options = MatchOptions::default();
     let task =
-        Task { volume: &volume, lines: &lines, range, ordering: OrderingUsed::Free, rule, options: &options };
+        Task { volume: &volume, lines: &lines, range, ordering: OrderingUsed::Off, rule, options: &options };
     Tolerance::measured(task, &plan, Window { rows: 1, columns: 1 })
 }
 
@@ -139,7 +139,7 @@ fn the_share_stays_within_its_bounds() {
 }
 
 #[test]
-fn the_dearest_right_candidate_is_hidden_in_the_others() {
+fn the_dearest_right_candidate_is_lost_in_the_others() {
     let tolerance = Tolerance { share: 0.1, typical: 0.1 };
     // 0.4 of the frames agree at a tenth of the limit, 0.6 disagree at the limit.
     assert!((tolerance.dearest(0.4) - 0.64).abs() < 1e-6);

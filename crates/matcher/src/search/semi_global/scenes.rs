@@ -1,7 +1,7 @@
 //! What help across rows does to scenes whose truth is known in closed form.
 
 use crate::lines::{Lines, SeenRule};
-use crate::options::{DisparityRange, HiddenPoints, MatchError, MatchOptions, Search};
+use crate::options::{DisparityRange, MatchError, MatchOptions, Occlusion, Search};
 use crate::search::tests::{searched, texture, volume};
 use crate::search::{OrderingUsed, Searched, Task, median, search};
 use epirig_core::grid::Grid;
@@ -40,14 +40,14 @@ fn rows_that_help_each_other_see_a_surface_that_each_by_itself_hardly_sees() {
     });
     let middle = tau.middle_frame();
     for (search, ordering) in [
-        (Search::Factorised, OrderingUsed::Strict),
-        (Search::Factorised, OrderingUsed::Free),
-        (Search::Exhaustive, OrderingUsed::Strict),
-        (Search::Exhaustive, OrderingUsed::Free),
+        (Search::Factorised, OrderingUsed::On),
+        (Search::Factorised, OrderingUsed::Off),
+        (Search::Exhaustive, OrderingUsed::On),
+        (Search::Exhaustive, OrderingUsed::Off),
     ] {
         let options = MatchOptions { search, minimum_confidence: 0.0, ..MatchOptions::default() };
-        let [alone, together] = [false, true].map(|across_rows| {
-            let options = MatchOptions { across_rows, ..options.clone() };
+        let [alone, together] = [false, true].map(|semi_global| {
+            let options = MatchOptions { semi_global, ..options.clone() };
             wrong(&searched(&scene, middle, ordering, &options), |_, y| disparity(y))
         });
         // The option's promise: of candidates far from the surface fewer than half are left; those near it become no more.
@@ -63,10 +63,10 @@ fn edges_across_the_rows_stay_where_texture_shows_them() {
     let scene = volume(36, 240, &tau, |x, y, tau| {
         0.05 + 0.9 * texture(x - disparity(y) * (tau - 0.5), y, 22, 3.0) + noise(x, y, tau)
     });
-    for ordering in [OrderingUsed::Strict, OrderingUsed::Free] {
-        let [alone, together] = [false, true].map(|across_rows| {
+    for ordering in [OrderingUsed::On, OrderingUsed::Off] {
+        let [alone, together] = [false, true].map(|semi_global| {
             // Windows of a single pixel, so that edges are where the mapping or the best candidates put them.
-            let options = MatchOptions { across_rows, window_px: 1, ..MatchOptions::default() };
+            let options = MatchOptions { semi_global, window_px: 1, ..MatchOptions::default() };
             wrong(&searched(&scene, tau.middle_frame(), ordering, &options), |_, y| disparity(y))
         });
         assert!(together[0] <= alone[0] && together[1] <= alone[1], "{ordering:?}: {together:?} {alone:?}");
@@ -79,21 +79,21 @@ fn costs_told_are_the_pixels_own_and_strong_texture_needs_no_help() {
     let scene =
         volume(30, 240, &tau, |x, y, tau| 0.1 + 0.8 * texture(x - 11.0 * tau, y, 23, 3.0) + noise(x, y, tau));
     for (search, ordering) in [
-        (Search::Factorised, OrderingUsed::Strict),
-        (Search::Exhaustive, OrderingUsed::Strict),
-        (Search::Exhaustive, OrderingUsed::Free),
+        (Search::Factorised, OrderingUsed::On),
+        (Search::Exhaustive, OrderingUsed::On),
+        (Search::Exhaustive, OrderingUsed::Off),
     ] {
-        let [alone, together] = [false, true].map(|across_rows| {
-            let options = MatchOptions { search, across_rows, ..MatchOptions::default() };
+        let [alone, together] = [false, true].map(|semi_global| {
+            let options = MatchOptions { search, semi_global, ..MatchOptions::default() };
             searched(&scene, 0, ordering, &options)
         });
         let mut costs: Vec<f32> =
             together.cost.values().iter().copied().filter(|cost| !cost.is_nan()).collect();
         let typical = median(&mut costs).unwrap();
         // A candidate and the vertex beside it, less than half a step away.
-        let raster_px = if search == Search::Factorised { 0.5 } else { 0.25 };
+        let disparity_step_px = if search == Search::Factorised { 0.5 } else { 0.25 };
         let candidate = |found: &Searched, index: usize| {
-            Some((found.guess.values()[index] / raster_px).round()).filter(|k| !k.is_nan())
+            Some((found.guess.values()[index] / disparity_step_px).round()).filter(|k| !k.is_nan())
         };
         let (mut answered, mut same) = (0, 0);
         for index in 0..alone.guess.values().len() {
@@ -121,11 +121,11 @@ fn help_does_not_depend_on_the_number_of_threads() {
         0.4 + 4.0 / 200.0 * texture(x - 9.0 * tau, y, 24, 3.0) + noise(x, y, tau)
     });
     for (search, ordering) in [
-        (Search::Factorised, OrderingUsed::Strict),
-        (Search::Factorised, OrderingUsed::Free),
-        (Search::Exhaustive, OrderingUsed::Free),
+        (Search::Factorised, OrderingUsed::On),
+        (Search::Factorised, OrderingUsed::Off),
+        (Search::Exhaustive, OrderingUsed::Off),
     ] {
-        let options = MatchOptions { search, across_rows: true, ..MatchOptions::default() };
+        let options = MatchOptions { search, semi_global: true, ..MatchOptions::default() };
         let bits = |threads| -> Vec<u32> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let Searched { guess, cost, confidence, .. } =
@@ -141,15 +141,15 @@ fn a_range_too_wide_to_be_held_is_refused_before_anything_is_searched() {
     let tau = Tau::equidistant(3).unwrap();
     let volume = Volume::new(4, 3000, 8, tau.clone());
     let lines = Lines::new(&tau, 0, 3000);
-    let rule = SeenRule::new(3, 0.5, HiddenPoints::None);
+    let rule = SeenRule::new(3, 0.5, Occlusion::None);
     let range = DisparityRange { minimum_px: -1000.0, maximum_px: 1000.0 };
     for search_by in [Search::Factorised, Search::Exhaustive] {
-        let options = MatchOptions { search: search_by, across_rows: true, ..MatchOptions::default() };
+        let options = MatchOptions { search: search_by, semi_global: true, ..MatchOptions::default() };
         let task = Task {
             volume: &volume,
             lines: &lines,
             range,
-            ordering: OrderingUsed::Strict,
+            ordering: OrderingUsed::On,
             rule,
             options: &options,
         };
