@@ -120,8 +120,8 @@ pub fn measure(
 
     progress.begin("writing results", 1);
     write_maps(folder, &maps, heights.as_ref())?;
-    let (hypotheses, costs) = matcher.row_costs(y, &maps);
-    for figure in paper_figures(&maps, FigureRow { y, epi: &epi, hypotheses, costs: &costs, truth })? {
+    let (candidates, costs) = matcher.row_costs(y, &maps);
+    for figure in paper_figures(&maps, FigureRow { y, epi: &epi, candidates, costs: &costs, truth })? {
         folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?;
         folder.write(&format!("figures/{}.csv", figure.name), figure.csv.as_bytes())?;
     }

@@ -14,7 +14,7 @@ const HEIGHT: u32 = 620;
 /// Brightness over columns and disparities, with a mapping drawn into it.
 pub(super) struct CostImage<'a> {
     pub(super) title: String,
-    /// Hypotheses x columns, the smallest disparity first; NaN where there is no cost.
+    /// Candidates x columns, the smallest disparity first; NaN where there is no cost.
     pub(super) brightness: Grid<f32>,
     /// Disparity at the lower edge of the picture, in px.
     pub(super) lowest_px: f64,

@@ -88,14 +88,14 @@ impl Lines {
 
 /// The disparities that are tried: equidistant from the smallest on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hypotheses {
+pub struct Candidates {
     minimum_px: f64,
     disparity_step_px: f64,
     count: usize,
 }
 
-impl Hypotheses {
-    /// Multiples of `disparity_step_px` that cover `range`, so that a hypothesis does not depend on where the range begins.
+impl Candidates {
+    /// Multiples of `disparity_step_px` that cover `range`, so that a candidate does not depend on where the range begins.
     pub fn covering(range: DisparityRange, disparity_step_px: f64) -> Self {
         let first = (range.minimum_px / disparity_step_px + 1e-9).floor();
         let last = (range.maximum_px / disparity_step_px - 1e-9).ceil().max(first);
@@ -112,7 +112,7 @@ impl Hypotheses {
         self.disparity_step_px
     }
 
-    /// The disparity of hypothesis `index`, which may be fractional, in px.
+    /// The disparity of candidate `index`, which may be fractional, in px.
     pub fn disparity_px(&self, index: f64) -> f64 {
         self.minimum_px + index * self.disparity_step_px
     }
@@ -189,13 +189,13 @@ mod tests {
     }
 
     #[test]
-    fn hypotheses_cover_the_range_on_a_fixed_raster() {
+    fn candidates_cover_the_range_on_a_fixed_raster() {
         let range = DisparityRange { minimum_px: -0.3, maximum_px: 1.1 };
-        let hypotheses = Hypotheses::covering(range, 0.25);
-        assert_eq!(hypotheses.count(), 8);
-        assert_eq!(hypotheses.disparity_px(0.0), -0.5);
-        assert_eq!(hypotheses.disparity_px(7.0), 1.25);
+        let candidates = Candidates::covering(range, 0.25);
+        assert_eq!(candidates.count(), 8);
+        assert_eq!(candidates.disparity_px(0.0), -0.5);
+        assert_eq!(candidates.disparity_px(7.0), 1.25);
         let point = DisparityRange { minimum_px: 2.0, maximum_px: 2.0 };
-        assert_eq!(Hypotheses::covering(point, 0.25).count(), 1);
+        assert_eq!(Candidates::covering(point, 0.25).count(), 1);
     }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::cost::{Band, CostTable, band_costs};
-use super::lines::{Hypotheses, Lines, SeenRule};
+use super::lines::{Candidates, Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
@@ -73,14 +73,14 @@ impl Matcher {
     ///
     /// # Panics
     /// If `y` lies outside the volume.
-    pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Hypotheses, CostTable) {
+    pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Candidates, CostTable) {
         let Self { volume, options } = self;
         let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
-        let hypotheses = Hypotheses::covering(maps.range, options.disparity_step_px);
+        let candidates = Candidates::covering(maps.range, options.disparity_step_px);
         let rule = seen_rule(volume, options, maps.ordering);
         let band = Band::new(volume, y..y + 1, options);
-        let costs = band_costs(&band, &lines, &hypotheses, rule, options).swap_remove(0);
-        (hypotheses, costs)
+        let costs = band_costs(&band, &lines, &candidates, rule, options).swap_remove(0);
+        (candidates, costs)
     }
 }
 
@@ -109,8 +109,8 @@ fn matched(
         _ => options.clone(),
     };
     let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
-    let hypotheses = Hypotheses::covering(range, options.disparity_step_px);
-    options.check_search(&hypotheses)?;
+    let candidates = Candidates::covering(range, options.disparity_step_px);
+    options.check_search(&candidates)?;
     let rule = SeenRule { minimum_frames, ..seen_rule(volume, options, ordering) };
 
     let rows = volume.rows();

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::interpolation::Interpolation;
-use super::lines::Hypotheses;
+use super::lines::Candidates;
 use epirig_core::volume::Volume;
 
 epirig_core::choices! {
@@ -374,12 +374,12 @@ impl MatchOptions {
                 limit_px,
             });
         }
-        self.check_search(&Hypotheses::covering(range, self.disparity_step_px))
+        self.check_search(&Candidates::covering(range, self.disparity_step_px))
     }
 
     /// Whether so many candidates can be searched.
-    pub(super) fn check_search(&self, hypotheses: &Hypotheses) -> Result<(), MatchError> {
-        if hypotheses.count() > LARGEST_SEARCH {
+    pub(super) fn check_search(&self, candidates: &Candidates) -> Result<(), MatchError> {
+        if candidates.count() > LARGEST_SEARCH {
             return Err(MatchError::BadOption {
                 option: "the raster",
                 value: self.disparity_step_px,

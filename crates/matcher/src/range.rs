@@ -1,14 +1,14 @@
 //! The range of disparities, found from the data.
 //!
 //! A few rows, spread over the image, are searched over all disparities that keep a point in view (at most 1.25 times the
-//! image's width), on a coarse raster. Pixels whose best candidate stands out vote; the range is what the votes cover, without stragglers.
+//! image's width), at a coarse disparity step. Pixels whose best candidate is significant count; the range is what their disparities cover, without stragglers.
 
 use rayon::prelude::*;
 
 use super::cost::{Band, band_costs};
-use super::lines::{Hypotheses, Lines, SeenRule};
+use super::lines::{Candidates, Lines, SeenRule};
 use super::options::{DisparityRange, MatchOptions, Occlusion, OrderingConstraint, Search};
-use super::search::votes::Votes;
+use super::search::survey::RowSurvey;
 use super::winner::{confidences, winners};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -19,18 +19,18 @@ const SAMPLED_ROWS: usize = 24;
 const HALF_WINDOW_COLUMNS: usize = 3;
 /// Frames that an exhaustive search looks at: enough that chance does not find a line.
 const SAMPLED_FRAMES: usize = 33;
-/// A vote counts if its candidate is this much better than the best one elsewhere ...
+/// A pixel counts if its best candidate is this much better than the best one elsewhere ...
 const CLEAR_CONFIDENCE: f32 = 0.5;
 /// ... or, where noise drowns the texture so that fewer than the share below are, this much: with some hundred degrees of
 /// freedom in a window, chance differences of two variances stay below it.
 const NOISY_CONFIDENCE: f32 = 0.25;
-/// Share of the pixels that must vote.
-const VOTING_SHARE: f64 = 0.02;
-/// A vote is a straggler if fewer than this share of all votes lie near it.
+/// Share of the pixels that must count.
+const CLEAR_SHARE: f64 = 0.02;
+/// A disparity is a straggler if fewer than this share of all lie near it.
 const STRAGGLER_SHARE: f64 = 0.004;
 /// "Near", in px at the end of the baseline.
 const NEAR_PX: f64 = 4.0;
-/// A crossing of points counts if this many votes on each side of it agree.
+/// A crossing of points counts if this many pixels on each side of it agree.
 const SUPPORT: usize = 3;
 /// A jump hides what lies between two surfaces if no more than this share of the columns between them is left at the end of the baseline.
 const HIDING_SHARE: f64 = 0.4;
@@ -42,7 +42,7 @@ const UNORDERED_SHARE: f64 = 0.05;
 pub struct Survey {
     /// The disparities that occur, with a margin.
     pub range: DisparityRange,
-    /// Whether neighbouring votes keep their order in the first and the last frame.
+    /// Whether neighbouring pixels keep their order in the first and the last frame.
     pub ordered: bool,
 }
 
@@ -56,31 +56,31 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
     let limit =
         options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
     let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
-    let hypotheses = Hypotheses::covering(whole, step);
+    let candidates = Candidates::covering(whole, step);
     // Until the order is known, points may be occluded on one side.
     let occlusion = match (options.occlusion, options.ordering_constraint) {
         (Occlusion::Automatic, OrderingConstraint::On) => Occlusion::None,
         (Occlusion::Automatic, _) => Occlusion::OneSide,
         (stated, _) => stated,
     };
-    let mut candidates = match options.search_used() {
-        Search::Factorised => factorised(volume, lines, hypotheses, occlusion, options),
-        Search::Exhaustive => exhaustive(volume, lines, hypotheses, occlusion, options)?,
+    let mut surveyed = match options.search_used() {
+        Search::Factorised => factorised(volume, lines, candidates, occlusion, options),
+        Search::Exhaustive => exhaustive(volume, lines, candidates, occlusion, options)?,
     };
-    if hypotheses.count() <= 3 {
+    if candidates.count() <= 3 {
         // A search over so few candidates has no rivals to stand out from.
-        candidates.iter_mut().flatten().flatten().for_each(|vote| vote.1 = 1.0);
+        surveyed.iter_mut().flatten().flatten().for_each(|pixel| pixel.1 = 1.0);
     }
     let clear = |least: f32| -> Vec<Vec<Option<f64>>> {
-        let admitted = |vote: &Vote| vote.filter(|vote| vote.1 >= least).map(|vote| vote.0);
-        candidates.iter().map(|row| row.iter().map(admitted).collect()).collect()
+        let admitted = |pixel: &Surveyed| pixel.filter(|pixel| pixel.1 >= least).map(|pixel| pixel.0);
+        surveyed.iter().map(|row| row.iter().map(admitted).collect()).collect()
     };
-    let mut votes = clear(CLEAR_CONFIDENCE);
-    let voting = votes.iter().flatten().flatten().count() as f64;
-    if voting < VOTING_SHARE * (candidates.len() * volume.columns()) as f64 {
-        votes = clear(NOISY_CONFIDENCE);
+    let mut disparities = clear(CLEAR_CONFIDENCE);
+    let clear_pixels = disparities.iter().flatten().flatten().count() as f64;
+    if clear_pixels < CLEAR_SHARE * (surveyed.len() * volume.columns()) as f64 {
+        disparities = clear(NOISY_CONFIDENCE);
     }
-    let mut all: Vec<f64> = votes.iter().flatten().flatten().copied().collect();
+    let mut all: Vec<f64> = disparities.iter().flatten().flatten().copied().collect();
     all.sort_unstable_by(f64::total_cmp);
     let near = NEAR_PX * step;
     let kept = without_stragglers(&all, near);
@@ -89,42 +89,42 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
     let range = options
         .range
         .unwrap_or(DisparityRange { minimum_px: minimum - margin, maximum_px: maximum + margin });
-    Some(Survey { range, ordered: is_ordered(&votes, lines, (minimum, maximum), step) })
+    Some(Survey { range, ordered: is_ordered(&disparities, lines, (minimum, maximum), step) })
 }
 
 /// Disparity in px of a pixel's best candidate, and how much better it is than its rivals.
-type Vote = Option<(f64, f32)>;
+type Surveyed = Option<(f64, f32)>;
 
-/// Votes from all frames: none are left out, since equidistant ones in between would show a repetitive texture at wrong disparities.
+/// Surveyed in all frames: none are left out, since equidistant ones in between would show a repetitive texture at wrong disparities.
 fn factorised(
     volume: &Volume,
     lines: &Lines,
-    hypotheses: Hypotheses,
+    candidates: Candidates,
     occlusion: Occlusion,
     options: &MatchOptions,
-) -> Vec<Vec<Vote>> {
+) -> Vec<Vec<Surveyed>> {
     let rule = SeenRule::new(volume.frames(), options.minimum_visible, occlusion);
     let half_columns = (options.window_px / 2).max(HALF_WINDOW_COLUMNS);
-    let votes = Votes::new(volume, lines, hypotheses, rule, half_columns);
-    sampled_rows(volume.rows(), 3).into_par_iter().map(|y| votes.of_row(y)).collect()
+    let survey = RowSurvey::new(volume, lines, candidates, rule, half_columns);
+    sampled_rows(volume.rows(), 3).into_par_iter().map(|y| survey.of_row(y)).collect()
 }
 
-/// Votes by any method, from some frames; `None` if the frames sampled are no sequence.
+/// Surveyed by any method, in some frames; `None` if the frames sampled are no sequence.
 fn exhaustive(
     volume: &Volume,
     lines: &Lines,
-    hypotheses: Hypotheses,
+    candidates: Candidates,
     occlusion: Occlusion,
     options: &MatchOptions,
-) -> Option<Vec<Vec<Vote>>> {
+) -> Option<Vec<Vec<Surveyed>>> {
     let frames = sampled_frames(volume.frames(), lines.reference());
     let thinned = thin(volume, &frames, options.window_px.max(5))?;
     let reference = frames.iter().position(|&t| t == lines.reference())?;
     let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
     let rule = SeenRule::new(frames.len(), options.minimum_visible, occlusion);
-    let votes = |&y: &usize| row_votes(&thinned.volume, y, &survey_lines, &hypotheses, rule, &survey_options);
-    Some(thinned.centres.par_iter().map(votes).collect())
+    let surveyed = |&y: &usize| survey_row(&thinned.volume, y, &survey_lines, &candidates, rule, &survey_options);
+    Some(thinned.centres.par_iter().map(surveyed).collect())
 }
 
 struct Thinned {
@@ -172,22 +172,22 @@ fn thin(volume: &Volume, frames: &[usize], window_px: usize) -> Option<Thinned> 
     Some(Thinned { volume: volume.selected(&rows, frames, tau), centres })
 }
 
-fn row_votes(
+fn survey_row(
     volume: &Volume,
     y: usize,
     lines: &Lines,
-    hypotheses: &Hypotheses,
+    candidates: &Candidates,
     rule: SeenRule,
     options: &MatchOptions,
-) -> Vec<Vote> {
+) -> Vec<Surveyed> {
     let band = Band::new(volume, y..y + 1, options);
-    let tables = band_costs(&band, lines, hypotheses, rule, options);
+    let tables = band_costs(&band, lines, candidates, rule, options);
     let winners = winners(&tables[0]);
     let chosen: Vec<u16> = winners.iter().map(|winner| winner.unwrap_or(0)).collect();
     let confidences = confidences(&tables[0], &chosen, 3, options.method.resolution());
-    let vote =
-        |(winner, &own): (&Option<u16>, &f32)| winner.map(|k| (hypotheses.disparity_px(k.into()), own));
-    winners.iter().zip(&confidences).map(vote).collect()
+    let surveyed =
+        |(winner, &own): (&Option<u16>, &f32)| winner.map(|k| (candidates.disparity_px(k.into()), own));
+    winners.iter().zip(&confidences).map(surveyed).collect()
 }
 
 fn without_stragglers(sorted: &[f64], near: f64) -> Vec<f64> {
@@ -200,18 +200,18 @@ fn without_stragglers(sorted: &[f64], near: f64) -> Vec<f64> {
     sorted.iter().copied().filter(|&value| neighbours(value) as f64 >= least).collect()
 }
 
-fn is_ordered(votes: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64), step: f64) -> bool {
-    // Votes lie on a coarse raster: two steps of it are no depth edge.
+fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64), step: f64) -> bool {
+    // Votes lie at a coarse disparity step: two steps of it are no depth edge.
     let slack = 2.0 * step;
     let crosses = |row: &Vec<Option<f64>>| {
-        let inside = |vote: &Option<f64>| vote.filter(|&value| value >= kept.0 && value <= kept.1);
+        let inside = |pixel: &Option<f64>| pixel.filter(|&value| value >= kept.0 && value <= kept.1);
         let known: Vec<(usize, f64)> =
-            row.iter().enumerate().filter_map(|(x, vote)| Some((x, inside(vote)?))).collect();
+            row.iter().enumerate().filter_map(|(x, pixel)| Some((x, inside(pixel)?))).collect();
         known.windows(2 * SUPPORT).any(|run| {
             let (left, right) = run.split_at(SUPPORT);
             let (a, b) = (left[SUPPORT - 1], right[0]);
             let agree =
-                |side: &[(usize, f64)], value: f64| side.iter().all(|vote| (vote.1 - value).abs() <= slack);
+                |side: &[(usize, f64)], value: f64| side.iter().all(|pixel| (pixel.1 - value).abs() <= slack);
             let columns = (b.0 - a.0) as f64;
             let rise = b.1 - a.1;
             let crosses_last = columns + (rise + slack) * lines.tau_after() <= 0.0;
@@ -222,6 +222,6 @@ fn is_ordered(votes: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64), step:
             (crosses_last || crosses_first || hides) && agree(left, a.1) && agree(right, b.1)
         })
     };
-    let unordered = votes.iter().filter(|row| crosses(row)).count();
-    unordered < 2.max((UNORDERED_SHARE * votes.len() as f64).ceil() as usize)
+    let unordered = disparities.iter().filter(|row| crosses(row)).count();
+    unordered < 2.max((UNORDERED_SHARE * disparities.len() as f64).ceil() as usize)
 }

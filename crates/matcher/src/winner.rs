@@ -2,11 +2,11 @@
 
 use super::cost::CostTable;
 
-/// The hypothesis of least cost at each column; `None` where no candidate has a cost.
+/// The candidate of least cost at each column; `None` where no candidate has a cost.
 pub(super) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
     let mut best = vec![f32::NAN; costs.columns()];
     let mut winners = vec![None; costs.columns()];
-    for k in 0..costs.hypotheses() {
+    for k in 0..costs.candidates() {
         for (x, &cost) in costs.row(k).iter().enumerate() {
             // A comparison with NaN is false, so the first known cost must be let in by itself.
             if cost < best[x] || (best[x].is_nan() && !cost.is_nan()) {
@@ -18,12 +18,12 @@ pub(super) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
     winners
 }
 
-/// How much better the chosen candidate of each column is than the best one at least `apart` hypotheses away:
+/// How much better the chosen candidate of each column is than the best one at least `apart` candidates away:
 /// 1 - cost / other cost, clamped to [0, 1]. NaN where either is unknown. `resolution` is the difference between costs that
 /// means nothing; it is added to both, so that the rounding errors of a featureless surface make no winner.
 pub(super) fn confidences(costs: &CostTable, chosen: &[u16], apart: usize, resolution: f32) -> Vec<f32> {
     let mut others = vec![f32::NAN; costs.columns()];
-    for k in 0..costs.hypotheses() {
+    for k in 0..costs.candidates() {
         for (x, &cost) in costs.row(k).iter().enumerate() {
             if k.abs_diff(chosen[x].into()) >= apart {
                 others[x] = others[x].min(cost);
@@ -37,11 +37,11 @@ pub(super) fn confidences(costs: &CostTable, chosen: &[u16], apart: usize, resol
     others.iter().enumerate().map(confidence).collect()
 }
 
-/// Where between its neighbours the minimum of the cost around hypothesis `k` lies, in hypotheses: the vertex of the
-/// parabola through three costs, less than half a hypothesis away, so that the order of a mapping survives. Zero at the
+/// Where between its neighbours the minimum of the cost around candidate `k` lies, in candidates: the vertex of the
+/// parabola through three costs, less than half a candidate away, so that the order of a mapping survives. Zero at the
 /// ends of the range, beside unknown costs and off minima.
 pub(super) fn parabola_vertex(costs: &CostTable, k: usize, x: usize) -> f64 {
-    if k == 0 || k + 1 >= costs.hypotheses() {
+    if k == 0 || k + 1 >= costs.candidates() {
         return 0.0;
     }
     let [before, here, after] = [costs.at(k - 1, x), costs.at(k, x), costs.at(k + 1, x)].map(f64::from);

@@ -10,11 +10,11 @@ mod reference_tests;
 mod variance;
 
 use super::interpolation::SampledEpi;
-use super::lines::{Hypotheses, Lines, SeenRule};
+use super::lines::{Candidates, Lines, SeenRule};
 use super::options::{MatchOptions, Method, Occlusion};
 use epirig_core::volume::Volume;
 
-/// Costs of all candidates of one EPI: hypotheses x columns; NaN where too few frames see the candidate.
+/// Costs of all candidates of one EPI: candidates x columns; NaN where too few frames see the candidate.
 ///
 /// `Method::Variance` and `Method::Normalised`: unbiased variance in DN^2 of the volume searched, from 0. Correlation: 1 - correlation, in [0, 2].
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +24,7 @@ pub struct CostTable {
 }
 
 impl CostTable {
-    /// A table over existing costs, one row of `columns` for each hypothesis.
+    /// A table over existing costs, one row of `columns` for each candidate.
     ///
     /// # Panics
     /// If the number of values is no multiple of `columns`.
@@ -33,8 +33,8 @@ impl CostTable {
         Self { columns, values }
     }
 
-    /// Number of hypotheses.
-    pub fn hypotheses(&self) -> usize {
+    /// Number of candidates.
+    pub fn candidates(&self) -> usize {
         self.values.len() / self.columns
     }
 
@@ -43,12 +43,12 @@ impl CostTable {
         self.columns
     }
 
-    /// Costs of hypothesis `k` for all columns.
+    /// Costs of candidate `k` for all columns.
     pub fn row(&self, k: usize) -> &[f32] {
         &self.values[k * self.columns..(k + 1) * self.columns]
     }
 
-    /// Cost of hypothesis `k` at column `x`.
+    /// Cost of candidate `k` at column `x`.
     pub fn at(&self, k: usize, x: usize) -> f32 {
         self.values[k * self.columns + x]
     }
@@ -91,11 +91,11 @@ impl Band {
 pub(super) fn band_costs(
     band: &Band,
     lines: &Lines,
-    hypotheses: &Hypotheses,
+    candidates: &Candidates,
     rule: SeenRule,
     options: &MatchOptions,
 ) -> Vec<CostTable> {
-    let empty = vec![f32::NAN; hypotheses.count() * lines.columns()];
+    let empty = vec![f32::NAN; candidates.count() * lines.columns()];
     let mut tables = vec![CostTable::from_values(lines.columns(), empty); band.answered.len()];
     let mut kind = match options.method {
         Method::Variance | Method::Normalised => {
@@ -105,8 +105,8 @@ pub(super) fn band_costs(
             Kind::Correlation(correlation::Correlation::new(band, lines, options.interpolation, method))
         }
     };
-    for k in 0..hypotheses.count() {
-        let disparity_px = hypotheses.disparity_px(k as f64);
+    for k in 0..candidates.count() {
+        let disparity_px = candidates.disparity_px(k as f64);
         let rows = tables.iter_mut().map(|table| table.row_mut(k));
         match &mut kind {
             Kind::Variance(costs) => costs.fill(disparity_px, rule, rows),

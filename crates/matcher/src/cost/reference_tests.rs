@@ -2,7 +2,7 @@
 
 use super::{Band, band_costs};
 use crate::interpolation::Interpolation;
-use crate::lines::{Hypotheses, Lines, SeenRule};
+use crate::lines::{Candidates, Lines, SeenRule};
 use crate::{DisparityRange, MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
@@ -168,18 +168,18 @@ fn compare(
 ) {
     let lines = Lines::new(case.volume.tau(), case.reference, COLUMNS);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 4.0 };
-    let hypotheses = Hypotheses::covering(range, 0.5);
+    let candidates = Candidates::covering(range, 0.5);
     let options = &case.options;
     let rule = SeenRule::new(case.taus.len(), options.minimum_visible, options.occlusion);
     let mut known = 0;
     // Two bands, so that windows reach across their seam.
     for band in [0..3, 3..ROWS] {
         let tables =
-            band_costs(&Band::new(&case.volume, band.clone(), options), &lines, &hypotheses, rule, options);
+            band_costs(&Band::new(&case.volume, band.clone(), options), &lines, &candidates, rule, options);
         for (y, table) in band.zip(&tables) {
-            for k in 0..hypotheses.count() {
+            for k in 0..candidates.count() {
                 for x in columns.clone() {
-                    let d = hypotheses.disparity_px(k as f64);
+                    let d = candidates.disparity_px(k as f64);
                     match expected(x, y, d) {
                         Some(expected) => {
                             let found = f64::from(table.at(k, x));

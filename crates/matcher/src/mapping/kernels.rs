@@ -1,14 +1,14 @@
 //! The inner loops of the mapping's search, compiled for each instruction set and chosen at run time.
 //!
-//! A column of the search holds one value for each hypothesis. The step from one column to the next is a minimum over a window
-//! that slides along the hypotheses. It is never found one value at a time: eight or more neighbours are found together, from
+//! A column of the search holds one value for each candidate. The step from one column to the next is a minimum over a window
+//! that slides along the candidates. It is never found one value at a time: eight or more neighbours are found together, from
 //! shifted copies of the column.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 
 use crate::cost::CostTable;
 
-/// Hypotheses that are treated together; a column's length is a multiple of this.
+/// Candidates that are treated together; a column's length is a multiple of this.
 pub(super) const LANES: usize = 8;
 /// Columns that are taken out of the cost table together.
 pub(super) const BLOCK: usize = 4 * LANES;
@@ -54,7 +54,7 @@ pub(super) fn place_of_least<S: Simd>(simd: S, values: &[f32], last: bool) -> us
 
 /// Costs of up to [`BLOCK`] columns of `costs` from `first` on, a column of `length` after the other.
 ///
-/// A cost of NaN becomes `unknown`, places beyond the hypotheses are infinite, and `reversed` puts the last hypothesis first.
+/// A cost of NaN becomes `unknown`, places beyond the candidates are infinite, and `reversed` puts the last candidate first.
 #[inline(always)]
 pub(super) fn take_columns<S: Simd>(
     simd: S,
@@ -64,7 +64,7 @@ pub(super) fn take_columns<S: Simd>(
     length: usize,
     out: &mut [f32],
 ) {
-    let (count, columns) = (costs.hypotheses(), costs.columns());
+    let (count, columns) = (costs.candidates(), costs.columns());
     let unknown = f32x8::splat(simd, unknown);
     for start in (0..length).step_by(LANES) {
         for half in 0..BLOCK / LANES {

@@ -1,6 +1,6 @@
 //! The optimal strictly increasing mapping of an EPI, by dynamic programming (paper, section 4).
 //!
-//! Every column of the reference frame is given one hypothesis so that the sum of the costs is least, under the condition
+//! Every column of the reference frame is given one candidate so that the sum of the costs is least, under the condition
 //! that points keep their order: both the column in the first frame and the column in the last increase strictly from one
 //! reference column to the next. With reference position tau_r and disparities d, d' of neighbouring columns this says
 //!
@@ -20,17 +20,17 @@ use kernels::{BLOCK, LANES, least, place_of_least, step_unlimited, step_within, 
 
 pub use neutral::neutral_cost;
 
-/// How far the hypothesis may fall and rise from one column to the next.
+/// How far the candidate may fall and rise from one column to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OrderingLimits {
-    /// Largest fall, in hypotheses.
+    /// Largest fall, in candidates.
     pub fall: usize,
-    /// Largest rise, in hypotheses.
+    /// Largest rise, in candidates.
     pub rise: usize,
 }
 
 impl OrderingLimits {
-    /// The limits that keep the order of points in the first and the last frame, for hypotheses `disparity_step_px` apart.
+    /// The limits that keep the order of points in the first and the last frame, for candidates `disparity_step_px` apart.
     pub fn new(lines: &Lines, disparity_step_px: f64) -> Self {
         // The largest whole number strictly below 1 / (share * raster); a share of zero sets no limit.
         let strictly_below = |share: f64| {
@@ -41,7 +41,7 @@ impl OrderingLimits {
     }
 }
 
-/// The hypothesis of each column on the cheapest strictly increasing mapping: [`MappingSearch::run`] on its own.
+/// The candidate of each column on the cheapest strictly increasing mapping: [`MappingSearch::run`] on its own.
 pub fn optimal_mapping(costs: &CostTable, limits: OrderingLimits, unknown_cost: f32) -> Vec<u16> {
     MappingSearch::new().run(costs, limits, unknown_cost)
 }
@@ -53,7 +53,7 @@ pub fn optimal_mapping(costs: &CostTable, limits: OrderingLimits, unknown_cost: 
 #[derive(Debug)]
 pub struct MappingSearch {
     level: Level,
-    /// Sums of all columns: columns x length, `length` being the hypotheses rounded up to whole vectors.
+    /// Sums of all columns: columns x length, `length` being the candidates rounded up to whole vectors.
     reached: Vec<f32>,
     /// Costs of a block of columns: [`BLOCK`] x length.
     costs: Vec<f32>,
@@ -82,16 +82,16 @@ impl MappingSearch {
         }
     }
 
-    /// The hypothesis of each column on the cheapest strictly increasing mapping.
+    /// The candidate of each column on the cheapest strictly increasing mapping.
     ///
     /// A candidate without cost (NaN) counts `unknown_cost`, a finite number, so that a point may leave the image without bending the
-    /// mapping of those that stay. Of equal sums the lower hypothesis is taken, column by column from the last. The time is
-    /// proportional to columns x hypotheses, times the logarithm of the limits if both are below the number of hypotheses.
+    /// mapping of those that stay. Of equal sums the lower candidate is taken, column by column from the last. The time is
+    /// proportional to columns x candidates, times the logarithm of the limits if both are below the number of candidates.
     ///
     /// Sums are of single precision and less the least of their column every 16 columns, so they stay as small as what a mapping loses by a
     /// detour. The sum of the mapping found exceeds the least one by rounding only: at most 2^-23 of the largest such detour for each column.
     pub fn run(&mut self, costs: &CostTable, limits: OrderingLimits, unknown_cost: f32) -> Vec<u16> {
-        let way = Way::new(costs.hypotheses(), limits);
+        let way = Way::new(costs.candidates(), limits);
         let columns = costs.columns();
         self.reached.resize(way.length * columns, 0.0);
         self.costs.resize(way.length * BLOCK, 0.0);
@@ -148,19 +148,19 @@ impl MappingSearch {
     }
 }
 
-/// How a search goes along its hypotheses.
+/// How a search goes along its candidates.
 #[derive(Debug, Clone, Copy)]
 struct Way {
-    /// Number of hypotheses.
+    /// Number of candidates.
     count: usize,
     /// The same, rounded up to whole vectors.
     length: usize,
-    /// Whether the last hypothesis comes first, so that falls and rises change places.
+    /// Whether the last candidate comes first, so that falls and rises change places.
     reversed: bool,
     /// Largest fall and rise; less than `count`.
     fall: usize,
     rise: usize,
-    /// Whether a rise may lead from any hypothesis to any higher one.
+    /// Whether a rise may lead from any candidate to any higher one.
     rises_freely: bool,
     /// Infinite values before and behind a column.
     front: usize,
@@ -207,7 +207,7 @@ mod tests {
                 return sum;
             }
             let mut best = f64::INFINITY;
-            for k in 0..costs.hypotheses() {
+            for k in 0..costs.candidates() {
                 if let Some(&previous) = path.last() {
                     let end = |x: usize, k: usize, tau: f64| x as f64 + k as f64 * raster * tau;
                     let first_grows =
@@ -258,7 +258,7 @@ mod tests {
 
     /// The recursion as it is written down: every origin of every candidate, in double precision.
     fn plain(costs: &CostTable, limits: OrderingLimits, unknown: f32) -> Vec<u16> {
-        let (count, columns) = (costs.hypotheses(), costs.columns());
+        let (count, columns) = (costs.candidates(), costs.columns());
         let origins = |k: usize| {
             k.saturating_sub(limits.rise)..k.saturating_add(limits.fall).saturating_add(1).min(count)
         };

@@ -15,7 +15,7 @@ pub fn neutral_cost(costs: &CostTable) -> Option<f32> {
     let mut sums = vec![0.0; columns];
     let mut known = vec![0.0; columns];
     let level = Level::new();
-    for k in 0..costs.hypotheses() {
+    for k in 0..costs.candidates() {
         dispatch!(level, simd => add_row(simd, costs.row(k), &mut least, &mut sums, &mut known));
     }
     let mut typical: Vec<f32> =
@@ -24,7 +24,7 @@ pub fn neutral_cost(costs: &CostTable) -> Option<f32> {
     Some(0.5 * (median(&mut least)? + median(&mut typical)?))
 }
 
-/// Adds one hypothesis to each column's least cost, sum of costs and number of costs.
+/// Adds one candidate to each column's least cost, sum of costs and number of costs.
 #[inline(always)]
 fn add_row<S: Simd>(_simd: S, costs: &[f32], least: &mut [f32], sums: &mut [f32], known: &mut [f32]) {
     let columns = costs.len();

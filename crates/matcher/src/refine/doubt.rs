@@ -2,7 +2,7 @@
 //! both surfaces at once.
 
 use super::mixing::{APART_PX, BESIDE_PX};
-use super::planes::{PAD, VotePlanes};
+use super::planes::{PAD, ObservationPlanes};
 use crate::contrast::contrast;
 use crate::lines::Lines;
 use epirig_core::grid::Grid;
@@ -14,11 +14,11 @@ const RESIDUAL_SHARE: f32 = 2.5;
 /// Times the variance of the noise that is no reason for doubt: with few frames chance doubles it now and then.
 const RESIDUAL_NOISE: f32 = 4.0;
 
-/// Says which pixels of row `y` are doubtful, from their votes and the guesses that these start from.
+/// Says which pixels of row `y` are doubtful, from their observations and the guesses that these start from.
 pub(super) fn doubtful_row(
     volume: &Volume,
     lines: &Lines,
-    (votes, guess): (&VotePlanes, &Grid<f32>),
+    (observations, guess): (&ObservationPlanes, &Grid<f32>),
     deviation_share: f32,
     y: usize,
     doubtful: &mut [bool],
@@ -26,7 +26,7 @@ pub(super) fn doubtful_row(
     let mut row = vec![0.0; volume.columns()];
     volume.copy_row(y, lines.reference(), &mut row);
     let guesses = guess.row(y);
-    let (residual, noise) = (votes.residual.row(y), votes.noise.row(y));
+    let (residual, noise) = (observations.residual.row(y), observations.noise.row(y));
     for (x, (contrast, doubtful)) in contrast(&row).zip(doubtful).enumerate() {
         let agreeing = deviation_share * contrast;
         let unlike = residual[PAD + x] > RESIDUAL_SHARE * agreeing + RESIDUAL_NOISE * noise[PAD + x];
@@ -62,15 +62,15 @@ mod tests {
             *count = 128 * if (y, t) == (1, 2) { stripes } else { 50 };
         }
         let lines = Lines::new(volume.tau(), 2, COLUMNS);
-        let mut votes = VotePlanes::empty(3, COLUMNS);
+        let mut observations = ObservationPlanes::empty(3, COLUMNS);
         for x in 0..COLUMNS {
-            votes.residual.row_mut(1)[PAD + x] = residual(x);
+            observations.residual.row_mut(1)[PAD + x] = residual(x);
         }
-        votes.noise = Padded::filled(3, COLUMNS, NOISE);
+        observations.noise = Padded::filled(3, COLUMNS, NOISE);
         let mut guess = Grid::filled(3, COLUMNS, 7.0);
         guess.row_mut(1).copy_from_slice(guesses);
         let mut doubtful = vec![false; COLUMNS];
-        doubtful_row(&volume, &lines, (&votes, &guess), SHARE, 1, &mut doubtful);
+        doubtful_row(&volume, &lines, (&observations, &guess), SHARE, 1, &mut doubtful);
         doubtful
     }
 

@@ -1,7 +1,7 @@
-//! From votes to a surface: which windows are tried, and in what order.
+//! From observations to a surface: which windows are tried, and in what order.
 //!
 //! First the plane of each pixel is found among windows of several shapes, centred on it and beside it; at creases the faces' own planes settle it. These planes then tell
-//! which votes belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, wider ones may, or the plane itself may be known
+//! which observations belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, wider ones may, or the plane itself may be known
 //! better (`widening`) or a neighbour's (`neighbours`). At creases the supports' planes settle once more what is left.
 
 use fearless_simd::Level;
@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::Fit;
 use super::creases::settle_creases;
 use super::neighbours::take_neighbours;
-use super::planes::{SparePlanes, SurfacePlanes, VotePlanes};
+use super::planes::{SparePlanes, SurfacePlanes, ObservationPlanes};
 use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told, told_by_both};
 use super::stretch::take_off_drift;
 use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
@@ -45,10 +45,10 @@ const SHARE_OF_NARROW: f32 = 1.0;
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
 
-/// The surface through the votes: supports of the smallest window, or as `options` say.
-pub(super) fn join_votes(
+/// The surface through the observations: supports of the smallest window, or as `options` say.
+pub(super) fn join_observations(
     level: Level,
-    votes: &mut VotePlanes,
+    observations: &mut ObservationPlanes,
     guess: &Grid<f32>,
     origin: f32,
     options: Option<Fit>,
@@ -66,22 +66,22 @@ pub(super) fn join_votes(
         slack,
         slants_known: slack == NO_SLACK,
     };
-    let join = |votes: &VotePlanes, map: &SurfacePlanes, joining: Joining, mut next: SurfacePlanes| {
+    let join = |observations: &ObservationPlanes, map: &SurfacePlanes, joining: Joining, mut next: SurfacePlanes| {
         next.par_rows().enumerate().for_each(|(y, out)| {
-            join_row(level, (votes, map), joining, y, None, out);
+            join_row(level, (observations, map), joining, y, None, out);
         });
         next
     };
     let mut spare = SparePlanes::none(rows, columns);
-    let guesses = SurfacePlanes::of_guesses(votes, guess, origin);
-    let survey = |votes: &VotePlanes, square, long: &[(usize, usize)], spare: &mut SparePlanes| {
+    let guesses = SurfacePlanes::of_guesses(observations, guess, origin);
+    let survey = |observations: &ObservationPlanes, square, long: &[(usize, usize)], spare: &mut SparePlanes| {
         let mut map = spare.unknown();
         let mut take_best = |windows: &SurfacePlanes, reach| {
             map.par_rows()
                 .enumerate()
                 .for_each(|(y, out)| take_best_window(level, (windows, &guesses), reach, y, out));
         };
-        let mut windows = join(votes, &guesses, joining(square, GUESS_SLACK), spare.windows());
+        let mut windows = join(observations, &guesses, joining(square, GUESS_SLACK), spare.windows());
         take_best(&windows, square);
         for &reach in long {
             let mut wider = [(); 2].map(|()| spare.windows());
@@ -89,7 +89,7 @@ pub(super) fn join_votes(
             let nested = windows.par_rows().zip(middle.par_rows()).zip(widest.par_rows());
             nested.enumerate().for_each(|(y, ((narrow, middle), wide))| {
                 let joining = joining(reach, GUESS_SLACK);
-                join_nested_row(level, (votes, &guesses), joining, y, [narrow, middle, wide]);
+                join_nested_row(level, (observations, &guesses), joining, y, [narrow, middle, wide]);
             });
             for (windows, reach) in [&windows, &wider[0], &wider[1]].into_iter().zip(nested_reaches(reach)) {
                 take_best(windows, reach);
@@ -100,50 +100,50 @@ pub(super) fn join_votes(
         map
     };
     let Some(options) = options else {
-        let map = survey(votes, FIRST_REACH, &[], &mut spare);
-        return join(votes, &map, joining(FIRST_REACH, NO_SLACK), spare.supports());
+        let map = survey(observations, FIRST_REACH, &[], &mut spare);
+        return join(observations, &map, joining(FIRST_REACH, NO_SLACK), spare.supports());
     };
     let least = options.window_px / 2;
     let side = |reach: usize| 2 * reach + 1;
     let [smallest, small] = SMALL_REACHES;
-    let join_small = |votes: &VotePlanes, reach: usize, planes: SurfacePlanes| {
-        let mut small = join(votes, &guesses, joining((reach, reach), GUESS_SLACK), planes);
+    let join_small = |observations: &ObservationPlanes, reach: usize, planes: SurfacePlanes| {
+        let mut small = join(observations, &guesses, joining((reach, reach), GUESS_SLACK), planes);
         small.forget_fit();
         small
     };
     if quick {
-        let map = survey(votes, SQUARE_REACH, &[], &mut spare);
-        take_off_drift(votes, &map);
-        votes.forget_derivatives();
-        let mut surface = join(votes, &map, joining((least, least), NO_SLACK), spare.supports());
+        let map = survey(observations, SQUARE_REACH, &[], &mut spare);
+        take_off_drift(observations, &map);
+        observations.forget_derivatives();
+        let mut surface = join(observations, &map, joining((least, least), NO_SLACK), spare.supports());
         let smoothed = smoothed_away((&surface, &[]), &map, disagreement(&map));
         spare.keep(map);
-        let windows = join_small(votes, smallest, spare.supports());
+        let windows = join_small(observations, smallest, spare.supports());
         let missed = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
         surface.raise_variance(&smoothed);
         surface.raise_variance(&told(missed));
         return surface;
     }
-    let map = survey(votes, SQUARE_REACH, &[], &mut spare);
-    take_off_drift(votes, &map);
-    votes.forget_derivatives();
+    let map = survey(observations, SQUARE_REACH, &[], &mut spare);
+    take_off_drift(observations, &map);
+    observations.forget_derivatives();
     spare.keep(map);
-    let mut map = survey(votes, SQUARE_REACH, &LONG_REACHES, &mut spare);
+    let mut map = survey(observations, SQUARE_REACH, &LONG_REACHES, &mut spare);
     settle_creases(&mut map, SHARE_OF_NARROW);
     map.forget_misfit();
-    let votes = &*votes;
-    let mut surface = join(votes, &map, joining((least, least), NO_SLACK), spare.supports());
+    let observations = &*observations;
+    let mut surface = join(observations, &map, joining((least, least), NO_SLACK), spare.supports());
     let wanted = options.wanted_sigma_px.powi(2) as f32;
     let grow = |surface: &mut SurfacePlanes, reaches: &[usize]| {
         for &reach in reaches.iter().filter(|&&reach| reach > least) {
             surface.par_rows().enumerate().for_each(|(y, out)| {
-                join_row(level, (votes, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
+                join_row(level, (observations, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
             });
         }
     };
     grow(&mut surface, &REACHES);
     let disagreement = disagreement(&map);
-    let windows = join_small(votes, small, spare.supports());
+    let windows = join_small(observations, small, spare.supports());
     if !fixed {
         let mut wide = spare.copy_of(&surface);
         grow(&mut wide, &WIDE_REACHES);
@@ -161,7 +161,7 @@ pub(super) fn join_votes(
     drop(map);
     let missed = missed_by_small(&surface, (&windows, side(small)), LEAST_SPARE);
     drop(windows);
-    let windows = join_small(votes, smallest, spare.supports());
+    let windows = join_small(observations, smallest, spare.supports());
     let missed_by_smallest = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
     surface.raise_variance(&smoothed);
     surface.raise_variance(&told_by_both(missed_by_smallest, &missed));

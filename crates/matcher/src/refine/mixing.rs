@@ -5,7 +5,7 @@
 //! regression of the one on the other (matting before a known background; Smith and Blinn 1996).
 
 use super::spline::{FRACTIONS, Spline, SplineEpi};
-use super::votes::Vote;
+use super::observations::Observation;
 use crate::lines::Lines;
 
 /// Pixels as far from another surface as this may show both, in px: as far as the rim's blur reaches.
@@ -43,7 +43,7 @@ struct Rim {
 impl RowSamples<'_> {
     /// For each pixel of the row that belongs to another surface than its guess says, as far as the texture of the farther one tells, how many columns away
     /// that surface is; 0 for the others.
-    pub(super) fn find_misplaced(&self, guesses: &[f32], votes: &[Vote], misplaced: &mut [i8]) {
+    pub(super) fn find_misplaced(&self, guesses: &[f32], observations: &[Observation], misplaced: &mut [i8]) {
         for (x, misplaced) in misplaced.iter_mut().enumerate() {
             let own = guesses[x];
             let belongs = |side: isize| {
@@ -57,7 +57,7 @@ impl RowSamples<'_> {
                     far: f64::from(if is_near { other } else { own }),
                     toward: if is_near { -side } else { side } as f64,
                 };
-                let share = self.share_of_far(x, &rim, noise_around(votes, x));
+                let share = self.share_of_far(x, &rim, noise_around(observations, x));
                 share.is_some_and(|share| (share > DECIDING_SHARE) == is_near).then_some(away as i8)
             };
             *misplaced = [-1, 1].into_iter().find_map(belongs).unwrap_or(0);
@@ -112,11 +112,11 @@ impl RowSamples<'_> {
     }
 }
 
-/// Variance of the noise around column `x`, in DN^2; 0 if no vote tells.
-fn noise_around(votes: &[Vote], x: usize) -> f64 {
-    let near = &votes[x.saturating_sub(NOISE_REACH)..(x + NOISE_REACH + 1).min(votes.len())];
+/// Variance of the noise around column `x`, in DN^2; 0 if no observation tells.
+fn noise_around(observations: &[Observation], x: usize) -> f64 {
+    let near = &observations[x.saturating_sub(NOISE_REACH)..(x + NOISE_REACH + 1).min(observations.len())];
     let smallest =
-        near.iter().filter(|vote| vote.weight > 0.0).map(|vote| vote.variance).fold(f32::INFINITY, f32::min);
+        near.iter().filter(|observation| observation.weight > 0.0).map(|observation| observation.variance).fold(f32::INFINITY, f32::min);
     if smallest.is_finite() { f64::from(smallest) } else { 0.0 }
 }
 
@@ -127,7 +127,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::refine::votes::NO_VOTE;
+    use crate::refine::observations::NO_VOTE;
     use epirig_core::tau::Tau;
     use epirig_core::volume::Volume;
 
@@ -178,11 +178,11 @@ mod tests {
                 std::cmp::Ordering::Greater => NEAR_PX,
             })
             .collect();
-        let votes = [Vote { weight: 1.0, variance: NOISE_DN as f32, ..NO_VOTE }; COLUMNS];
+        let observations = [Observation { weight: 1.0, variance: NOISE_DN as f32, ..NO_VOTE }; COLUMNS];
         let mut misplaced = [0; COLUMNS];
         RowSamples { spline: &spline, epi: &epi, lines, every: 1 }.find_misplaced(
             &guesses,
-            &votes,
+            &observations,
             &mut misplaced,
         );
         (0..COLUMNS).filter(|&x| misplaced[x] != 0).collect()

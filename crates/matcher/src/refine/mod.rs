@@ -3,9 +3,9 @@
 //! Model: the intensities of a window are one template, unknown, moving along the line; the disparity varies linearly over
 //! the window (slant). Around a first guess d0 of each pixel, its samples are I_t = T + g (d0 - d) tau'_t + noise, where g
 //! is the template's gradient along x, the mean of the frames' gradients along the line, and tau' = tau - tau_r. The
-//! regression of I on tau' has the slope b = g (d0 - d). Each pixel thus votes for d = d0 - b / g with the weight
+//! regression of I on tau' has the slope b = g (d0 - d). Each pixel thus observations for d = d0 - b / g with the weight
 //! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
-//! d + p u + q v fitted to their votes: a Gauss-Newton step of the joint problem, template eliminated (`votes`). A second step starts from the new
+//! d + p u + q v fitted to their observations: a Gauss-Newton step of the joint problem, template eliminated (`observations`). A second step starts from the new
 //! disparities (`steps`). Frames that do not see a point, because it has left the image or something nearer hides it, are left out (`visibility`), the drift
 //! that slant gives to the blur is taken off (`stretch`), pixels at rims go to the surface that has more of them (`mixing`), and windows follow the
 //! surface (`joining`, `support`).
@@ -31,7 +31,7 @@ mod steps;
 mod stretch;
 mod support;
 mod visibility;
-mod votes;
+mod observations;
 mod widening;
 
 use rayon::prelude::*;
@@ -42,7 +42,7 @@ use super::options::Effort;
 use doubt::doubtful_row;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
-use joining::join_votes;
+use joining::join_observations;
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use planes::{PAD, Padded};
 use spline::SLOPE_NOISE_GAIN;
@@ -118,7 +118,7 @@ pub fn fit(
     }
     let turns = Turns::new();
     let minimum_frames = options.rule.minimum_frames;
-    let (mut planes, sums) = steps.votes(&current, 1, |row| {
+    let (mut planes, sums) = steps.observations(&current, 1, |row| {
         report();
         let of_lines = RowLines { lines, disparities: row.guesses, stretches: row.occluded, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
@@ -133,7 +133,7 @@ pub fn fit(
     });
     planes.forget_residuals();
     let origin = steps.origin;
-    let surface = join_votes(steps.level, &mut planes, &current, origin, Some(options));
+    let surface = join_observations(steps.level, &mut planes, &current, origin, Some(options));
     drop(planes);
     let amplitudes = Amplitudes::of(&sums);
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;

@@ -1,6 +1,6 @@
 //! Pixels that know less than their neighbours take the neighbours' planes.
 //!
-//! A pixel whose window straddles a crease, or whose texture is weak, can have a plane so wrong that hardly any vote belongs to it. Its sigma says so, and its neighbours know better.
+//! A pixel whose window straddles a crease, or whose texture is weak, can have a plane so wrong that hardly any observation belongs to it. Its sigma says so, and its neighbours know better.
 
 use rayon::prelude::*;
 

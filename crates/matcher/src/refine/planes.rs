@@ -1,11 +1,11 @@
-//! Votes and planes of all pixels, laid out so that neighbours of sixteen pixels are loaded at once.
+//! Observations and planes of all pixels, laid out so that neighbours of sixteen pixels are loaded at once.
 
 mod means;
 
 use rayon::prelude::*;
 
 use super::moments::LANES;
-use super::votes::Vote;
+use super::observations::Observation;
 use epirig_core::grid::Grid;
 use means::box_means;
 
@@ -72,11 +72,11 @@ impl Padded {
     }
 }
 
-/// What the votes of all pixels are. Disparities are counted from a common origin.
+/// What the observations of all pixels are. Disparities are counted from a common origin.
 #[derive(Debug, Clone)]
-pub(super) struct VotePlanes {
+pub(super) struct ObservationPlanes {
     pub(super) weight: Padded,
-    /// Weight times voted disparity.
+    /// Weight times observed disparity.
     pub(super) moment: Padded,
     /// One over the weight; 0 where there is none.
     pub(super) inverse: Padded,
@@ -89,27 +89,27 @@ pub(super) struct VotePlanes {
     pub(super) residual: Padded,
 }
 
-/// A row of vote planes to be filled.
-pub(super) struct VoteRow<'a> {
+/// A row of observation planes to be filled.
+pub(super) struct ObservationRow<'a> {
     planes: [&'a mut [f32]; 6],
 }
 
-impl VoteRow<'_> {
-    pub(super) fn put(self, votes: &[Vote], origin: f32) {
+impl ObservationRow<'_> {
+    pub(super) fn put(self, observations: &[Observation], origin: f32) {
         let [weight, moment, inverse, residual, gradient, bend] = self.planes;
-        for (x, vote) in votes.iter().enumerate() {
+        for (x, observation) in observations.iter().enumerate() {
             let place = PAD + x;
-            weight[place] = vote.weight;
-            moment[place] = vote.moment + vote.weight * (vote.base - origin);
-            inverse[place] = if vote.weight > 0.0 { 1.0 / vote.weight } else { 0.0 };
-            residual[place] = vote.variance;
-            gradient[place] = vote.gradient;
-            bend[place] = vote.bend;
+            weight[place] = observation.weight;
+            moment[place] = observation.moment + observation.weight * (observation.base - origin);
+            inverse[place] = if observation.weight > 0.0 { 1.0 / observation.weight } else { 0.0 };
+            residual[place] = observation.variance;
+            gradient[place] = observation.gradient;
+            bend[place] = observation.bend;
         }
     }
 }
 
-impl VotePlanes {
+impl ObservationPlanes {
     pub(super) fn empty(rows: usize, columns: usize) -> Self {
         let plane = || Padded::filled(rows, columns, 0.0);
         Self {
@@ -166,14 +166,14 @@ impl VotePlanes {
             let weight = belongs(residual, inverse);
             (weight, weight * residual)
         });
-        let votes = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
+        let observations = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
         let residuals = self.residual.values.par_chunks(stride).zip(inverses.values.par_chunks(stride));
-        votes.zip(self.noise.par_rows()).zip(residuals).for_each(
+        observations.zip(self.noise.par_rows()).zip(residuals).for_each(
             |((((weight, moment), one_over), noise), (residual, inverse))| {
                 for place in 0..stride {
                     noise[place] = noise[place].max(least);
                     let belongs = belongs(residual[place], inverse[place]);
-                    // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no vote counts more for that.
+                    // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no observation counts more for that.
                     let exceeding = (noise[place] / residual[place].max(least)).min(1.0);
                     let share = belongs + (1.0 - belongs) * exceeding;
                     weight[place] *= share;
@@ -184,11 +184,11 @@ impl VotePlanes {
         );
     }
 
-    pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = VoteRow<'_>> {
+    pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = ObservationRow<'_>> {
         let first = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
         let second = first.zip(self.residual.par_rows());
         let all = second.zip(self.gradient.par_rows()).zip(self.bend.par_rows());
-        all.map(|(((((a, b), c), d), e), f)| VoteRow { planes: [a, b, c, d, e, f] })
+        all.map(|(((((a, b), c), d), e), f)| ObservationRow { planes: [a, b, c, d, e, f] })
     }
 }
 
@@ -200,7 +200,7 @@ pub(super) struct SurfacePlanes {
     pub(super) slant_y: Padded,
     /// Variance of d, in px^2; infinite where nothing is known.
     pub(super) variance: Padded,
-    /// Scatter of the votes about the plane over what their noise lets expect.
+    /// Scatter of the observations about the plane over what their noise lets expect.
     pub(super) misfit: Padded,
     /// Mean weight over the variance of the noise: how far texture stands out.
     pub(super) texture: Padded,
@@ -245,8 +245,8 @@ impl SurfacePlanes {
         });
     }
 
-    /// The guesses that the votes are counted from, as planes without slant.
-    pub(super) fn of_guesses(votes: &VotePlanes, guess: &Grid<f32>, origin: f32) -> Self {
+    /// The guesses that the observations are counted from, as planes without slant.
+    pub(super) fn of_guesses(observations: &ObservationPlanes, guess: &Grid<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
         let plane = |value| Padded::filled(rows, columns, value);
         let mut planes = Self {
@@ -262,7 +262,7 @@ impl SurfacePlanes {
             for (place, &guess) in planes.disparity[PAD..].iter_mut().zip(guess.row(y)) {
                 *place = if guess.is_nan() { 0.0 } else { guess - origin };
             }
-            let (inverse, noise) = (votes.inverse.row(y), votes.noise.row(y));
+            let (inverse, noise) = (observations.inverse.row(y), observations.noise.row(y));
             for (place, variance) in planes.variance.iter_mut().enumerate() {
                 if inverse[place] > 0.0 {
                     *variance = noise[place] * inverse[place];

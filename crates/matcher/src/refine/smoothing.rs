@@ -1,6 +1,6 @@
 //! What supports smooth away, and what of it is told by whom.
 //!
-//! A step that is small against the noise of single votes is not seen by the window that it crosses, which then errs without knowing. Three witnesses tell:
+//! A step that is small against the noise of single observations is not seen by the window that it crosses, which then errs without knowing. Three witnesses tell:
 //!
 //! - *Small windows*, many together: where supports smooth something away, they differ from windows of 3 x 3 and of 5 x 5 px by more than the small ones' noise
 //!   explains.

@@ -1,15 +1,15 @@
-//! Gauss-Newton steps: votes of all rows around the disparities so far, and the steps before the last, which need not be exact.
+//! Gauss-Newton steps: observations of all rows around the disparities so far, and the steps before the last, which need not be exact.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::gains::corrections;
-use super::joining::join_votes;
+use super::joining::join_observations;
 use super::mixing::RowSamples;
-use super::planes::{PAD, VotePlanes};
+use super::planes::{PAD, ObservationPlanes};
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::stretches;
-use super::votes::{FramesAsked, NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, Vote, row_votes};
+use super::observations::{FramesAsked, NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, Observation, row_observations};
 use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::lines::{Lines, SeenRule};
 use crate::options::{Effort, Occlusion};
@@ -33,13 +33,13 @@ pub(super) struct Steps<'a> {
     pub(super) origin: f32,
 }
 
-/// A row whose pixels have voted.
-pub(super) struct VotedRow<'a> {
+/// A row whose pixels have observed.
+pub(super) struct ObservedRow<'a> {
     pub(super) y: usize,
     /// The disparities around which they have.
     pub(super) guesses: &'a [f32],
     pub(super) epi: &'a SplineEpi,
-    pub(super) votes: &'a [Vote],
+    pub(super) observations: &'a [Observation],
     /// First and last tau' in which each pixel is seen, where points may be occluded.
     pub(super) occluded: Option<&'a [(f32, f32)]>,
 }
@@ -77,18 +77,18 @@ impl<'a> Steps<'a> {
         self.rule.occlusion == Occlusion::OneSide
     }
 
-    /// The votes of all pixels around `current`, by every so manieth frame, and what `look` makes of each row, in their order.
-    pub(super) fn votes<T: Send>(
+    /// The observations of all pixels around `current`, by every so manieth frame, and what `look` makes of each row, in their order.
+    pub(super) fn observations<T: Send>(
         &self,
         current: &Grid<f32>,
         every: usize,
-        look: impl Fn(VotedRow<'_>) -> T + Sync,
-    ) -> (VotePlanes, Vec<T>) {
+        look: impl Fn(ObservedRow<'_>) -> T + Sync,
+    ) -> (ObservationPlanes, Vec<T>) {
         let (rows, columns) = (current.rows(), current.columns());
-        let mut planes = VotePlanes::empty(rows, columns);
+        let mut planes = ObservationPlanes::empty(rows, columns);
         let looked = planes.par_rows().enumerate().map_init(
             || (SplineEpi::default(), vec![NO_VOTE; columns]),
-            |(epi, votes), (y, out)| {
+            |(epi, observations), (y, out)| {
                 let reference = self.lines.reference();
                 let frames = (0..self.volume.frames()).filter(|t| t.abs_diff(reference) % every == 0);
                 epi.take(&self.spline, (self.volume, self.gains.as_deref()), y, frames);
@@ -102,9 +102,9 @@ impl<'a> Steps<'a> {
                     series_reach_px: self.series_reach_px,
                     stretches: occluded.as_deref(),
                 };
-                row_votes((&self.spline, self.level), epi, self.lines, guesses, frames_asked, votes);
-                out.put(votes, self.origin);
-                look(VotedRow { y, guesses, epi, votes, occluded: occluded.as_deref() })
+                row_observations((&self.spline, self.level), epi, self.lines, guesses, frames_asked, observations);
+                out.put(observations, self.origin);
+                look(ObservedRow { y, guesses, epi, observations, occluded: occluded.as_deref() })
             },
         );
         let looked = looked.collect();
@@ -122,19 +122,19 @@ impl<'a> Steps<'a> {
     /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each row.
     pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
-        let look = |row: VotedRow<'_>| {
+        let look = |row: ObservedRow<'_>| {
             report();
             // Columns to the surface that a pixel belongs to; 0 if that is its own.
             row.occluded.map(|_| {
-                let mut misplaced = vec![0; row.votes.len()];
+                let mut misplaced = vec![0; row.observations.len()];
                 let samples = RowSamples { spline: &self.spline, epi: row.epi, lines: self.lines, every };
-                samples.find_misplaced(row.guesses, row.votes, &mut misplaced);
+                samples.find_misplaced(row.guesses, row.observations, &mut misplaced);
                 misplaced
             })
         };
-        let (mut planes, misplaced) = self.votes(current, every, look);
+        let (mut planes, misplaced) = self.observations(current, every, look);
         planes.forget_residuals();
-        let surface = join_votes(self.level, &mut planes, current, self.origin, None);
+        let surface = join_observations(self.level, &mut planes, current, self.origin, None);
         let columns = current.columns();
         for (y, misplaced) in misplaced.into_iter().enumerate() {
             let found = &surface.disparity.row(y)[PAD..PAD + columns];

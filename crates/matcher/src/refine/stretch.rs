@@ -3,26 +3,26 @@
 //! Lens and pixel blur a picture by a fixed variance kappa on the sensor, but a slanted surface is stretched from frame to frame: by
 //! 1 + p tau' along x, and sheared by q tau', for a disparity that grows by p px per px of x and q of y. Seen from the surface the blur shrinks where the picture
 //! is stretched, so that the intensity along the true line is not constant: by the heat equation it drifts by
-//! -kappa (p I_xx + q I_xy) per unit of tau. A vote would take that for disparity. kappa is one number for all pixels; it is
-//! found from the votes themselves, which scatter about their planes by it, and its effect is taken off.
+//! -kappa (p I_xx + q I_xy) per unit of tau. A observation would take that for disparity. kappa is one number for all pixels; it is
+//! found from the observations themselves, which scatter about their planes by it, and its effect is taken off.
 
 use rayon::prelude::*;
 
-use super::planes::{PAD, SurfacePlanes, VotePlanes};
+use super::planes::{PAD, SurfacePlanes, ObservationPlanes};
 
 /// The largest variance of a blur that is believed, in px^2: a point spread of sigma 2 px.
 const LARGEST_BLUR: f64 = 4.0;
 
-/// Finds the variance of the blur, in px^2, from the votes and the planes through them, and takes its effect off the votes' moments. Without slants nothing is
+/// Finds the variance of the blur, in px^2, from the observations and the planes through them, and takes its effect off the observations' moments. Without slants nothing is
 /// found and nothing changes.
-pub(super) fn take_off_drift(votes: &mut VotePlanes, map: &SurfacePlanes) {
-    let rows = votes.rows();
+pub(super) fn take_off_drift(observations: &mut ObservationPlanes, map: &SurfacePlanes) {
+    let rows = observations.rows();
     // Numerator and denominator of the regression, row by row: the order of sums is fixed.
     let sums: Vec<(f64, f64)> = (0..rows)
         .into_par_iter()
         .map(|y| {
-            let drift = drift_row(votes, map, y);
-            let (moment, weight, inverse) = (votes.moment.row(y), votes.weight.row(y), votes.inverse.row(y));
+            let drift = drift_row(observations, map, y);
+            let (moment, weight, inverse) = (observations.moment.row(y), observations.weight.row(y), observations.inverse.row(y));
             let disparity = map.disparity.row(y);
             let noise = map.variance.row(y);
             let (mut numerator, mut denominator) = (0.0, 0.0);
@@ -42,8 +42,8 @@ pub(super) fn take_off_drift(votes: &mut VotePlanes, map: &SurfacePlanes) {
         return;
     }
     let blur = (numerator / denominator).clamp(0.0, LARGEST_BLUR);
-    let drifts: Vec<Vec<f32>> = (0..rows).into_par_iter().map(|y| drift_row(votes, map, y)).collect();
-    votes.moment.par_rows().zip(drifts).for_each(|(moment, drift)| {
+    let drifts: Vec<Vec<f32>> = (0..rows).into_par_iter().map(|y| drift_row(observations, map, y)).collect();
+    observations.moment.par_rows().zip(drifts).for_each(|(moment, drift)| {
         for (moment, drift) in moment.iter_mut().zip(drift) {
             *moment -= blur as f32 * drift;
         }
@@ -51,10 +51,10 @@ pub(super) fn take_off_drift(votes: &mut VotePlanes, map: &SurfacePlanes) {
 }
 
 /// What a blur of variance 1 adds to the moments of row `y`: S g (p I_xx + q I_xy).
-fn drift_row(votes: &VotePlanes, map: &SurfacePlanes, y: usize) -> Vec<f32> {
-    let (weight, gradient, bend) = (votes.weight.row(y), votes.gradient.row(y), votes.bend.row(y));
-    let (first, last) = (y.saturating_sub(1), (y + 1).min(votes.rows() - 1));
-    let (above, below) = (votes.gradient.row(first), votes.gradient.row(last));
+fn drift_row(observations: &ObservationPlanes, map: &SurfacePlanes, y: usize) -> Vec<f32> {
+    let (weight, gradient, bend) = (observations.weight.row(y), observations.gradient.row(y), observations.bend.row(y));
+    let (first, last) = (y.saturating_sub(1), (y + 1).min(observations.rows() - 1));
+    let (above, below) = (observations.gradient.row(first), observations.gradient.row(last));
     let per_row = 1.0 / (last - first).max(1) as f32;
     let (p, q) = (map.slant_x.row(y), map.slant_y.row(y));
     let mut drift = vec![0.0; weight.len()];
@@ -97,10 +97,10 @@ mod tests {
         (14.0 * turned.sin() + y * crossed, 9.8 * turned.cos() - 0.12 * y * (0.4 * x).sin(), crossed)
     }
 
-    /// Votes on a surface whose slants are `scale` times the formula's, seen through a blur of variance `blur`, with noise of `sigma` DN; and the true
+    /// Observations on a surface whose slants are `scale` times the formula's, seen through a blur of variance `blur`, with noise of `sigma` DN; and the true
     /// surface, unknown in the first and last row, which have no neighbour on one side.
-    fn votes_through(blur: f64, scale: f64, sigma: f64) -> (VotePlanes, SurfacePlanes) {
-        let mut votes = VotePlanes::empty(ROWS, COLUMNS);
+    fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationPlanes, SurfacePlanes) {
+        let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
         let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
         let mut random = ChaCha8Rng::seed_from_u64(11);
         for y in 0..ROWS {
@@ -113,11 +113,11 @@ mod tests {
                 let noise: f64 = StandardNormal.sample(&mut random);
                 let moment =
                     weight * scale * disparity(column, row) + blur * drift + sigma * weight.sqrt() * noise;
-                votes.weight.row_mut(y)[place] = weight as f32;
-                votes.inverse.row_mut(y)[place] = (1.0 / weight) as f32;
-                votes.moment.row_mut(y)[place] = moment as f32;
-                votes.gradient.row_mut(y)[place] = gradient as f32;
-                votes.bend.row_mut(y)[place] = bend as f32;
+                observations.weight.row_mut(y)[place] = weight as f32;
+                observations.inverse.row_mut(y)[place] = (1.0 / weight) as f32;
+                observations.moment.row_mut(y)[place] = moment as f32;
+                observations.gradient.row_mut(y)[place] = gradient as f32;
+                observations.bend.row_mut(y)[place] = bend as f32;
                 map.disparity.row_mut(y)[place] = (scale * disparity(column, row)) as f32;
                 map.slant_x.row_mut(y)[place] = (scale * p) as f32;
                 map.slant_y.row_mut(y)[place] = (scale * q) as f32;
@@ -126,14 +126,14 @@ mod tests {
                 }
             }
         }
-        (votes, map)
+        (observations, map)
     }
 
     /// The blur that was taken off, by its effect on the moments of all inner pixels: least and greatest.
     fn taken_off(blur: f64, sigma: f64) -> (f64, f64) {
-        let (mut votes, map) = votes_through(blur, 1.0, sigma);
-        let before = votes.clone();
-        take_off_drift(&mut votes, &map);
+        let (mut observations, map) = observations_through(blur, 1.0, sigma);
+        let before = observations.clone();
+        take_off_drift(&mut observations, &map);
         let mut range = (f64::INFINITY, f64::NEG_INFINITY);
         for y in 1..ROWS - 1 {
             for x in 0..COLUMNS {
@@ -142,7 +142,7 @@ mod tests {
                 let drift = SPREAD * gradient * (p * bend + q * crossed);
                 // Small differences of moments of some 1000 tell nothing.
                 if drift.abs() > 10.0 {
-                    let change = before.moment.row(y)[PAD + x] - votes.moment.row(y)[PAD + x];
+                    let change = before.moment.row(y)[PAD + x] - observations.moment.row(y)[PAD + x];
                     range = (range.0.min(f64::from(change) / drift), range.1.max(f64::from(change) / drift));
                 }
             }
@@ -155,13 +155,13 @@ mod tests {
         // Moments up to 5000 in single precision are known to 0.0003, of drifts above 10: 3e-5, and twice that for the difference.
         let (least, greatest) = taken_off(0.7, 0.0);
         assert!(least > 0.7 - 1e-4 && greatest < 0.7 + 1e-4, "{least} to {greatest}");
-        let (mut votes, map) = votes_through(0.7, 1.0, 0.0);
-        take_off_drift(&mut votes, &map);
+        let (mut observations, map) = observations_through(0.7, 1.0, 0.0);
+        take_off_drift(&mut observations, &map);
         for y in 1..ROWS - 1 {
             for x in 0..COLUMNS {
                 let place = PAD + x;
                 let left =
-                    votes.moment.row(y)[place] - votes.weight.row(y)[place] * map.disparity.row(y)[place];
+                    observations.moment.row(y)[place] - observations.weight.row(y)[place] * map.disparity.row(y)[place];
                 assert!(left.abs() < 0.005, "({x}, {y}): {left}");
             }
         }
@@ -194,11 +194,11 @@ mod tests {
 
     #[test]
     fn without_slants_nothing_changes() {
-        let (mut votes, map) = votes_through(0.7, 0.0, 1.0);
-        let before = votes.clone();
-        take_off_drift(&mut votes, &map);
+        let (mut observations, map) = observations_through(0.7, 0.0, 1.0);
+        let before = observations.clone();
+        take_off_drift(&mut observations, &map);
         for y in 0..ROWS {
-            assert_eq!(votes.moment.row(y), before.moment.row(y));
+            assert_eq!(observations.moment.row(y), before.moment.row(y));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Windows that follow the surface.
 //!
-//! The votes around a pixel are joined by a plane (disparity and slant) as far as they belong to the pixel's own surface. Which ones do
+//! The observations around a pixel are joined by a plane (disparity and slant) as far as they belong to the pixel's own surface. Which ones do
 //! is told by a map of planes, one for each pixel: a neighbour belongs if its own plane's disparity lies on the
 //! pixel's plane, within what both of their sigmas let expect (propagation and separation; Polzehl and Spokoiny
 //! 2006), and its slants, where they are known, are the pixel's. On one plane everything within reach takes part, so nothing of the information is lost; at a step or
@@ -13,7 +13,7 @@ mod tests;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
-use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, VotePlanes};
+use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, ObservationPlanes};
 use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 
 /// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
@@ -24,7 +24,7 @@ pub(super) const APART_BY_CHANCE: f32 = 6.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f32 = 0.1;
 
-/// Which votes are joined, and how.
+/// Which observations are joined, and how.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Joining {
     /// Neighbours up to this many columns and rows away take part.
@@ -35,16 +35,16 @@ pub(super) struct Joining {
     pub(super) slant_spread: f32,
     /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
     pub(super) slack: (f32, f32),
-    /// Whether the map's planes have slants that are known as well as wider windows know them. Then neighbours of another slant do not belong, and slants cost a window next to nothing of what its votes
+    /// Whether the map's planes have slants that are known as well as wider windows know them. Then neighbours of another slant do not belong, and slants cost a window next to nothing of what its observations
     /// tell of the disparity: of a square one a fifth in variance, where textures are uneven, and more of a small one.
     pub(super) slants_known: bool,
 }
 
-/// Joins the votes around each pixel of row `y`, as far as the planes of `map` say that they belong to its surface, into the row `after`.
+/// Joins the observations around each pixel of row `y`, as far as the planes of `map` say that they belong to its surface, into the row `after`.
 /// With `wanted`, pixels whose variance in `after` is at most that, in px^2, keep what it holds.
 pub(super) fn join_row(
     level: Level,
-    planes: (&VotePlanes, &SurfacePlanes),
+    planes: (&ObservationPlanes, &SurfacePlanes),
     joining: Joining,
     y: usize,
     wanted: Option<f32>,
@@ -72,7 +72,7 @@ pub(super) fn nested_reaches(widest: (usize, usize)) -> [(usize, usize); 3] {
 /// or columns and longer across; [`nested_reaches`] tells those of all, in the order of `after`.
 pub(super) fn join_nested_row(
     level: Level,
-    planes: (&VotePlanes, &SurfacePlanes),
+    planes: (&ObservationPlanes, &SurfacePlanes),
     joining: Joining,
     y: usize,
     after: [PlaneRow<'_>; 3],
@@ -88,7 +88,7 @@ pub(super) fn join_nested_row(
 #[inline(always)]
 fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bool>(
     simd: S,
-    planes: (&VotePlanes, &SurfacePlanes),
+    planes: (&ObservationPlanes, &SurfacePlanes),
     joining: Joining,
     y: usize,
     wanted: Option<f32>,
@@ -122,18 +122,18 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
     }
 }
 
-/// Disparity, slants, variance, misfit, texture and the variance of the slants of the plane through the votes.
+/// Disparity, slants, variance, misfit, texture and the variance of the slants of the plane through the observations.
 #[inline(always)]
 fn solve<S: Simd>(
     simd: S,
     sums: &WindowSums<'_, S>,
-    (votes, map): (&VotePlanes, &SurfacePlanes),
+    (observations, map): (&ObservationPlanes, &SurfacePlanes),
     slants_known: bool,
     (y, start): (usize, usize),
 ) -> [f32x16<S>; 7] {
     let own = |plane: &Padded| load(simd, plane, y, start);
     let (d, p, q) = (own(&map.disparity), own(&map.slant_x), own(&map.slant_y));
-    let noise = own(&votes.noise);
+    let noise = own(&observations.noise);
     let splat = |value| f32x16::splat(simd, value);
     let zero = splat(0.0);
     let (columns, rows) = (sums.columns, sums.rows);
@@ -195,7 +195,7 @@ fn solve<S: Simd>(
         inflation = own.simd_gt(chance).select(own, splat(1.0)).max(inflation);
         ratio = ratio.max(own);
     }
-    // Votes that belong in part have less noise than their weights say.
+    // Observations that belong in part have less noise than their weights say.
     let partly = sums.belonging / s0;
     let unit = noise * one_over * partly * inflation;
     let variance = minor_dd * unit;
@@ -213,7 +213,7 @@ fn solve<S: Simd>(
 }
 
 /// Takes, for each pixel of row `y`, the most credible plane among those of `windows` that contain it (centred on it, and with it in the middle of a side
-/// or in a corner; after Nagao and Matsuyama 1979) and the one that `map` holds already. Credible is what is well known and fits its votes; it is
+/// or in a corner; after Nagao and Matsuyama 1979) and the one that `map` holds already. Credible is what is well known and fits its observations; it is
 /// carried to the pixel. The map's `misfit` holds the score, less is better, and its
 /// `texture` the mean squared distance of the windows' planes from the best one's at the pixel, in px^2, of that shape of windows which disagrees most. Windows count by
 /// their credibility against the best one's, so bad ones of a shape that does not fit tell nothing.

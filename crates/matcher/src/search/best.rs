@@ -7,10 +7,10 @@ use fearless_simd::{Level, Simd, dispatch};
 /// What is kept of the candidates of one row; costs are infinite where there is none.
 pub(super) struct Best {
     level: Level,
-    /// Hypotheses that lie less than this far from the best one are no rivals; at least 2, so that its neighbours are none.
+    /// Candidates that lie less than this far from the best one are no rivals; at least 2, so that its neighbours are none.
     apart: usize,
     kept: Kept,
-    /// The costs of the last `apart` hypotheses.
+    /// The costs of the last `apart` candidates.
     recent: Vec<Vec<f32>>,
     passed: usize,
 }
@@ -18,14 +18,14 @@ pub(super) struct Best {
 struct Kept {
     /// Least cost.
     cost: Vec<f32>,
-    /// Its hypothesis; far below zero where there is none.
-    hypothesis: Vec<i32>,
-    /// Costs of the hypotheses before and after it.
+    /// Its candidate; far below zero where there is none.
+    candidate: Vec<i32>,
+    /// Costs of the candidates before and after it.
     before: Vec<f32>,
     after: Vec<f32>,
-    /// Least cost of all hypotheses that are rivals of it.
+    /// Least cost of all candidates that are rivals of it.
     rival: Vec<f32>,
-    /// Least cost of all hypotheses that are rivals of the one passing by.
+    /// Least cost of all candidates that are rivals of the one passing by.
     earlier: Vec<f32>,
 }
 
@@ -38,7 +38,7 @@ impl Best {
         let unknown = || vec![f32::INFINITY; columns];
         let kept = Kept {
             cost: unknown(),
-            hypothesis: vec![NONE; columns],
+            candidate: vec![NONE; columns],
             before: unknown(),
             after: unknown(),
             rival: unknown(),
@@ -49,8 +49,8 @@ impl Best {
 
     /// Forgets all candidates.
     pub(super) fn restart(&mut self) {
-        let Kept { cost, hypothesis, before, after, rival, earlier } = &mut self.kept;
-        hypothesis.fill(NONE);
+        let Kept { cost, candidate, before, after, rival, earlier } = &mut self.kept;
+        candidate.fill(NONE);
         [cost, before, after, rival, earlier]
             .into_iter()
             .chain(&mut self.recent)
@@ -58,13 +58,13 @@ impl Best {
         self.passed = 0;
     }
 
-    /// Costs of the next hypothesis, in `runs` of columns; in other columns it has none.
+    /// Costs of the next candidate, in `runs` of columns; in other columns it has none.
     pub(super) fn take<'a>(&mut self, runs: impl Iterator<Item = (Range<usize>, &'a [f32])>) {
         let k = self.passed;
         self.passed += 1;
         let slots = self.recent.len();
         let mut row = std::mem::take(&mut self.recent[k % slots]);
-        // What is in this slot is `apart` hypotheses old, and a rival from now on.
+        // What is in this slot is `apart` candidates old, and a rival from now on.
         dispatch!(self.level, simd => keep_lesser(simd, &row, &mut self.kept.earlier));
         row.fill(f32::INFINITY);
         for (columns, costs) in runs {
@@ -75,9 +75,9 @@ impl Best {
         self.recent[k % slots] = row;
     }
 
-    /// Hypothesis of least cost at column `x`, and the cost.
+    /// Candidate of least cost at column `x`, and the cost.
     pub(super) fn winner(&self, x: usize) -> Option<(usize, f32)> {
-        let k = self.kept.hypothesis[x];
+        let k = self.kept.candidate[x];
         (k >= 0).then(|| (k as usize, self.kept.cost[x]))
     }
 
@@ -90,7 +90,7 @@ impl Best {
         (1.0 - (self.kept.cost[x] + resolution) / (rival + resolution)).clamp(0.0, 1.0)
     }
 
-    /// Where between its neighbours the least cost lies: the vertex of the parabola through three costs, less than half a hypothesis
+    /// Where between its neighbours the least cost lies: the vertex of the parabola through three costs, less than half a candidate
     /// away; zero where a neighbour is unknown.
     pub(super) fn vertex(&self, x: usize) -> f64 {
         let [before, here, after] =
@@ -122,19 +122,19 @@ fn keep_best<S: Simd>(
     let count = costs.len();
     let (k, apart) = (k as i32, apart as i32);
     let previous = &previous[..count];
-    let (best, hypothesis) = (&mut kept.cost[..count], &mut kept.hypothesis[..count]);
+    let (best, candidate) = (&mut kept.cost[..count], &mut kept.candidate[..count]);
     let (before, after) = (&mut kept.before[..count], &mut kept.after[..count]);
     let (rival, earlier) = (&mut kept.rival[..count], &kept.earlier[..count]);
     for i in 0..count {
         let cost = costs[i];
         let better = cost < best[i];
-        let away = k - hypothesis[i];
+        let away = k - candidate[i];
         let other = if away >= apart && cost < rival[i] { cost } else { rival[i] };
         let next = if away == 1 { cost } else { after[i] };
         rival[i] = if better { earlier[i] } else { other };
         after[i] = if better { f32::INFINITY } else { next };
         before[i] = if better { previous[i] } else { before[i] };
-        hypothesis[i] = if better { k } else { hypothesis[i] };
+        candidate[i] = if better { k } else { candidate[i] };
         best[i] = if better { cost } else { best[i] };
     }
 }

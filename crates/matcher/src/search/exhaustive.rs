@@ -7,7 +7,7 @@ use super::{
     Groups, RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups,
 };
 use crate::cost::{Band, CostTable, band_costs};
-use crate::lines::Hypotheses;
+use crate::lines::Candidates;
 use crate::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
 use crate::maps::OrderingUsed;
 use crate::options::MatchError;
@@ -25,13 +25,13 @@ const BAND_COSTS: usize = 1 << 24;
 /// [`MatchError::AcrossTooManyCandidates`] if rows are to help each other and may not hold so many costs.
 pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAnswers>, MatchError> {
     let Task { volume, range, options, .. } = task;
-    let search = Exhaustive { task, hypotheses: Hypotheses::covering(range, options.disparity_step_px) };
+    let search = Exhaustive { task, candidates: Candidates::covering(range, options.disparity_step_px) };
     if !options.semi_global {
         let bands = search.pieces(0..volume.rows()).map(Span::alone).collect();
         let groups = Groups { groups: vec![bands], band_counts: 0 };
         return Ok(searched_groups(groups, progress, |span, _| search.single_rows(span.answered)));
     }
-    let groups = groups_of_bands(task, search.hypotheses.count())?;
+    let groups = groups_of_bands(task, search.candidates.count())?;
     let typical = typical_cost(volume.rows(), options.method.resolution(), |y| {
         search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
     });
@@ -41,32 +41,32 @@ pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAns
 
 struct Exhaustive<'a> {
     task: Task<'a>,
-    hypotheses: Hypotheses,
+    candidates: Candidates,
 }
 
 impl Exhaustive<'_> {
     /// `rows` in pieces whose costs may be held as numbers of 32 bit.
     fn pieces(&self, rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-        let row = self.task.volume.columns() * self.hypotheses.count();
+        let row = self.task.volume.columns() * self.candidates.count();
         let count = (BAND_COSTS / row).clamp(1, BAND_ROWS);
         rows.clone().step_by(count).map(move |y| y..(y + count).min(rows.end))
     }
 
     fn tables(&self, rows: Range<usize>) -> Vec<CostTable> {
         let Task { volume, lines, rule, options, .. } = self.task;
-        band_costs(&Band::new(volume, rows, options), lines, &self.hypotheses, rule, options)
+        band_costs(&Band::new(volume, rows, options), lines, &self.candidates, rule, options)
     }
 
     /// Answers of rows that are searched each by itself.
     fn single_rows(&self, rows: Range<usize>) -> Vec<RowAnswers> {
         let answers =
-            |costs: &CostTable| row_answers(costs, &self.hypotheses, self.task, |k, x| costs.at(k, x));
+            |costs: &CostTable| row_answers(costs, &self.candidates, self.task, |k, x| costs.at(k, x));
         self.tables(rows).iter().map(answers).collect()
     }
 
     /// Answers of rows that help each other.
     fn rows_together(&self, span: Span, help: Help<'_>) -> Vec<RowAnswers> {
-        let (count, columns) = (self.hypotheses.count(), self.task.volume.columns());
+        let (count, columns) = (self.candidates.count(), self.task.volume.columns());
         let mut held = Held::new(span.clone(), (count, columns), help);
         for piece in self.pieces(span.searched) {
             for table in self.tables(piece) {
@@ -83,7 +83,7 @@ impl Exhaustive<'_> {
                 let own = |k: usize, x: usize| {
                     if table.at(k, x).is_nan() { f32::NAN } else { aggregated.own(y, k, x) }
                 };
-                row_answers(&table, &self.hypotheses, self.task, own)
+                row_answers(&table, &self.candidates, self.task, own)
             })
             .collect()
     }
@@ -92,7 +92,7 @@ impl Exhaustive<'_> {
 /// Answers of a row with these costs; what is told of a chosen candidate is its `own` cost.
 fn row_answers(
     costs: &CostTable,
-    hypotheses: &Hypotheses,
+    candidates: &Candidates,
     task: Task<'_>,
     own: impl Fn(usize, usize) -> f32,
 ) -> RowAnswers {
@@ -113,8 +113,8 @@ fn row_answers(
         let k = usize::from(k);
         row.cost[x] = own(k, x);
         let dear = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
-        row.answer[x] = bracketed(costs.hypotheses(), k, 2 * apart, |k| costs.at(k, x).is_nan(), dear);
-        row.place(x, hypotheses, k as f64 + parabola_vertex(costs, k, x));
+        row.answer[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), dear);
+        row.place(x, candidates, k as f64 + parabola_vertex(costs, k, x));
     }
     row
 }

@@ -39,7 +39,7 @@ impl Search<'_> {
     pub(super) fn rows(&self, span: Span, help: Option<Help<'_>>) -> Vec<RowAnswers> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
-        let size = (self.plan.hypotheses.count(), columns);
+        let size = (self.plan.candidates.count(), columns);
         let band = span.searched.clone();
         let held = help.map(|help| Held::new(span, size, help));
         let shift = self.window.rows;
@@ -50,8 +50,8 @@ impl Search<'_> {
         let limits = self.tolerance.map_or_else(Vec::new, |tolerance| {
             limits(volume, self.plan, limited, resolution, (tolerance.share, NOISE_OF_GROUPS))
         });
-        let apart = rival_distance(lines, self.plan.hypotheses.disparity_step_px()).max(2);
-        let own_size = if self.tolerance.is_some() { columns * self.plan.hypotheses.count() } else { 0 };
+        let apart = rival_distance(lines, self.plan.candidates.disparity_step_px()).max(2);
+        let own_size = if self.tolerance.is_some() { columns * self.plan.candidates.count() } else { 0 };
         let mut rows = FreeRows {
             search: self,
             band: band.clone(),
@@ -63,7 +63,7 @@ impl Search<'_> {
             level: Level::new(),
             minima: vec![f32::INFINITY; columns],
             own: vec![vec![f32::INFINITY; own_size]; self.window.rows + shift + 1],
-            recent: vec![vec![f32::INFINITY; columns * self.plan.hypotheses.count()]; 2 * shift + 1],
+            recent: vec![vec![f32::INFINITY; columns * self.plan.candidates.count()]; 2 * shift + 1],
             apart,
             best: Best::new(columns, apart),
             done: band.start,
@@ -73,7 +73,7 @@ impl Search<'_> {
         sweep(volume, self.plan, self.window, centres.clone(), &mut rows);
         // The last rows of the image wait for rows that do not come.
         for y in rows.done..band.end {
-            for k in 0..self.plan.hypotheses.count() {
+            for k in 0..self.plan.candidates.count() {
                 rows.decide(y, k, y.saturating_sub(shift)..centres.end);
             }
             rows.decided(y);
@@ -97,9 +97,9 @@ struct FreeRows<'a> {
     inverse: Vec<f32>,
     level: Level,
     minima: Vec<f32>,
-    /// Least costs of windows shifted along the row, for the last rows: hypotheses x columns each.
+    /// Least costs of windows shifted along the row, for the last rows: candidates x columns each.
     recent: Vec<Vec<f32>>,
-    /// Truncated costs of single pixels over their limits, for the last rows: hypotheses x columns each.
+    /// Truncated costs of single pixels over their limits, for the last rows: candidates x columns each.
     own: Vec<Vec<f32>>,
     apart: usize,
     best: Best,
@@ -134,12 +134,12 @@ impl FreeRows<'_> {
         self.typical.push(typical);
     }
 
-    /// Takes hypothesis `k` of row `y` from the windows around the rows `centres`.
+    /// Takes candidate `k` of row `y` from the windows around the rows `centres`.
     fn decide(&mut self, y: usize, k: usize, centres: Range<usize>) {
         let columns = self.inverse.len();
         let height = self.recent.len();
         debug_assert!(centres.contains(&y));
-        let runs = &self.search.plan.candidates[k].runs;
+        let runs = &self.search.plan.coverage[k].runs;
         for run in runs {
             let place = k * columns + run.start..k * columns + run.end;
             let minima = &mut self.minima[run.clone()];
@@ -158,7 +158,7 @@ impl FreeRows<'_> {
         }
     }
 
-    /// All hypotheses of row `y` have been decided.
+    /// All candidates of row `y` have been decided.
     fn decided(&mut self, y: usize) {
         self.done = y + 1;
         match &mut self.held {
@@ -170,9 +170,9 @@ impl FreeRows<'_> {
     fn into_answers(mut self) -> Vec<RowAnswers> {
         if let Some(held) = self.held.take() {
             let aggregated = held.aggregated();
-            let candidates = &self.search.plan.candidates;
+            let coverage = &self.search.plan.coverage;
             for y in aggregated.rows() {
-                for (k, candidate) in candidates.iter().enumerate() {
+                for (k, candidate) in coverage.iter().enumerate() {
                     let runs = &candidate.runs;
                     for run in runs {
                         aggregated.copy(y, k, run.start, &mut self.minima[run.clone()]);
@@ -190,7 +190,7 @@ impl FreeRows<'_> {
         let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
         let dearest = tolerance.map_or(f32::INFINITY, |tolerance| tolerance.dearest(options.minimum_visible));
         let columns = self.inverse.len();
-        let count = plan.hypotheses.count();
+        let count = plan.candidates.count();
         let typical = &self.typical[y - self.first_centre()];
         let mut row = RowAnswers::unknown(columns);
         for (x, &limit) in typical.iter().enumerate() {
@@ -204,7 +204,7 @@ impl FreeRows<'_> {
             if row.answer[x] == Answer::Found && dear {
                 row.answer[x] = Answer::Occluded;
             }
-            row.place(x, &plan.hypotheses, k as f64 + self.best.vertex(x));
+            row.place(x, &plan.candidates, k as f64 + self.best.vertex(x));
         }
         self.answers.push(row);
         self.best.restart();
@@ -225,7 +225,7 @@ impl Consumer for FreeRows<'_> {
         let Some(limits) = self.limits.get(y - self.first) else { return };
         let columns = self.inverse.len();
         let slot = y % self.own.len();
-        for run in &self.search.plan.candidates[k].runs {
+        for run in &self.search.plan.coverage[k].runs {
             let out = &mut self.own[slot][k * columns + run.start..k * columns + run.end];
             let values = single[run.clone()].iter().zip(&limits[run.clone()]);
             out.iter_mut().zip(values).for_each(|(out, (cost, limit))| *out = cost / limit);
@@ -238,7 +238,7 @@ impl Consumer for FreeRows<'_> {
         if k == 0 {
             self.begin_centre(y);
         }
-        for run in &self.search.plan.candidates[k].runs {
+        for run in &self.search.plan.coverage[k].runs {
             let costs = &mut costs[run.clone()];
             kernels::multiply(self.level, &self.inverse[run.clone()], costs);
             let out = &mut self.recent[y % height][k * columns + run.start..k * columns + run.end];

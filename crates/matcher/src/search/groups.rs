@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::lines::{Hypotheses, Lines};
+use crate::lines::{Candidates, Lines};
 
 /// Groups that there are at least, frames permitting: what is occluded is left out by whole groups.
 const LEAST_GROUPS: usize = 12;
@@ -45,11 +45,11 @@ impl Groups {
         Self { groups, before, extent }
     }
 
-    /// Neighbouring hypotheses that are made of the same sums.
-    pub(super) fn slab(&self, hypotheses: &Hypotheses) -> usize {
+    /// Neighbouring candidates that are made of the same sums.
+    pub(super) fn slab(&self, candidates: &Candidates) -> usize {
         // At the ends of a slab and of a group the misalignment is largest: half of the one times half of the other.
         let span = 4.0 * MISALIGNMENT_PX / self.extent;
-        ((span / hypotheses.disparity_step_px()).min(hypotheses.count() as f64) as usize).max(1)
+        ((span / candidates.disparity_step_px()).min(candidates.count() as f64) as usize).max(1)
     }
 }
 
@@ -113,7 +113,7 @@ mod tests {
         assert_eq!((groups.groups.len(), groups.before, groups.extent), (10, 3, 0.0));
         assert_eq!(
             groups
-                .slab(&Hypotheses::covering(crate::DisparityRange { minimum_px: 0.0, maximum_px: 9.0 }, 0.5)),
+                .slab(&Candidates::covering(crate::DisparityRange { minimum_px: 0.0, maximum_px: 9.0 }, 0.5)),
             19
         );
     }

@@ -90,7 +90,7 @@ fn group_chunk(
     }
 }
 
-/// What the costs of one hypothesis are made of, for one row.
+/// What the costs of one candidate are made of, for one row.
 #[derive(Clone, Copy)]
 pub(super) struct Terms<'a> {
     /// Means and variances of each group.
@@ -357,7 +357,7 @@ fn multiply_row<S: Simd>(_simd: S, factors: &[f32], out: &mut [f32]) {
     }
 }
 
-/// `least = min(least, values)` where hypothesis `k` lies at least `apart` from the chosen one; unknown values are no rivals.
+/// `least = min(least, values)` where candidate `k` lies at least `apart` from the chosen one; unknown values are no rivals.
 pub(super) fn keep_rivals(
     level: Level,
     values: &[f32],

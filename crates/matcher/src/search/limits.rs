@@ -43,7 +43,7 @@ pub(super) fn limits(
 
 /// The farthest shift by which the nearest candidate misses a point, in px.
 fn half_raster(plan: &Plan) -> f32 {
-    (0.5 * plan.hypotheses.disparity_step_px() * plan.farthest) as f32
+    (0.5 * plan.candidates.disparity_step_px() * plan.farthest) as f32
 }
 
 /// Variance of the noise in row `y`: within the group next to the reference frame, under the slope that suits each column best;

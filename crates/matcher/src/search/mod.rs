@@ -27,13 +27,13 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 mod tolerance;
-pub(super) mod votes;
+pub(super) mod survey;
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::lines::{Hypotheses, Lines, SeenRule};
+use super::lines::{Candidates, Lines, SeenRule};
 use super::maps::{Answer, OrderingUsed};
 use super::options::{DisparityRange, MatchError, MatchOptions, Occlusion, Search};
 use epirig_core::grid::Grid;
@@ -93,15 +93,15 @@ pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<Searched
 fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
     let Task { volume, lines, range, ordering, rule, options } = task;
     let disparity_step_px = (COARSER * options.disparity_step_px).min(1.0);
-    let plan = Plan::new(lines, Hypotheses::covering(range, disparity_step_px), rule);
+    let plan = Plan::new(lines, Candidates::covering(range, disparity_step_px), rule);
     let half = options.window_px / 2;
     let window = sweep::Window { rows: half, columns: half };
-    let groups = groups_of_bands(task, plan.hypotheses.count())?;
+    let groups = groups_of_bands(task, plan.candidates.count())?;
     let occluded = ordering == OrderingUsed::Off && rule.occlusion == Occlusion::OneSide;
     let tolerance = occluded.then(|| Tolerance::measured(task, &plan, window));
     let answers = |span: Span, help: Option<Help<'_>>| match ordering {
         OrderingUsed::On => {
-            let size = (plan.hypotheses.count(), plan.columns);
+            let size = (plan.candidates.count(), plan.columns);
             let held = help.map(|help| Held::new(span.clone(), size, help));
             let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), held);
             sweep::sweep(volume, &plan, window, span.searched, &mut consumer);
@@ -145,9 +145,9 @@ struct Groups {
 }
 
 /// Bands in groups that may be searched at once: all of them, unless rows help each other.
-fn groups_of_bands(task: Task<'_>, hypotheses: usize) -> Result<Groups, MatchError> {
+fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Groups, MatchError> {
     if task.options.semi_global {
-        let bands = Bands::of(task.volume, hypotheses)?;
+        let bands = Bands::of(task.volume, candidates)?;
         Ok(Groups { groups: bands.groups(), band_counts: bands.band_counts })
     } else {
         let all = bands(task.volume.rows()).map(Span::alone).collect();
@@ -216,15 +216,15 @@ impl RowAnswers {
         Self { disparity: unknown(), cost: unknown(), confidence: unknown(), disagreement: unknown(), answer }
     }
 
-    /// Column `x` has the disparity of a hypothesis, fractional, if it has an answer.
-    fn place(&mut self, x: usize, hypotheses: &Hypotheses, index: f64) {
+    /// Column `x` has the disparity of a candidate, fractional, if it has an answer.
+    fn place(&mut self, x: usize, candidates: &Candidates, index: f64) {
         if self.answer[x] == Answer::Found {
-            self.disparity[x] = hypotheses.disparity_px(index) as f32;
+            self.disparity[x] = candidates.disparity_px(index) as f32;
         }
     }
 }
 
-/// How many hypotheses apart rivals are: they end at least a pixel from each other.
+/// How many candidates apart rivals are: they end at least a pixel from each other.
 fn rival_distance(lines: &Lines, disparity_step_px: f64) -> usize {
     let apart = (1.0 / (disparity_step_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
     apart.max(1)

@@ -36,9 +36,9 @@ pub(super) struct Ordered<'a> {
 impl<'a> Ordered<'a> {
     /// Rows are mapped by themselves, or with the help of those of `held`.
     pub(super) fn new(plan: &'a Plan, lines: &Lines, resolution: f32, held: Option<Held<'a>>) -> Self {
-        let (columns, disparity_step_px) = (plan.columns, plan.hypotheses.disparity_step_px());
+        let (columns, disparity_step_px) = (plan.columns, plan.candidates.disparity_step_px());
         let mut known = vec![0.0; columns];
-        for run in plan.candidates.iter().flat_map(|candidate| &candidate.runs) {
+        for run in plan.coverage.iter().flat_map(|candidate| &candidate.runs) {
             known[run.clone()].iter_mut().for_each(|count| *count += 1.0);
         }
         Self {
@@ -48,7 +48,7 @@ impl<'a> Ordered<'a> {
             resolution,
             level: Level::new(),
             // A candidate has a cost in all rows or in none, so the unknown ones stay unknown.
-            table: CostTable::from_values(columns, vec![f32::NAN; columns * plan.hypotheses.count()]),
+            table: CostTable::from_values(columns, vec![f32::NAN; columns * plan.candidates.count()]),
             least: vec![f32::INFINITY; columns],
             total: vec![0.0; columns],
             known,
@@ -65,11 +65,11 @@ impl<'a> Ordered<'a> {
         Some(0.5 * (median(&mut least)? + median(&mut typical)?))
     }
 
-    /// Least cost of the candidates at least `apart` hypotheses from the chosen ones.
+    /// Least cost of the candidates at least `apart` candidates from the chosen ones.
     fn rivals(&self, chosen: &[u16]) -> Vec<f32> {
         let chosen: Vec<i32> = chosen.iter().map(|&k| k.into()).collect();
         let mut rivals = vec![f32::INFINITY; chosen.len()];
-        for k in 0..self.table.hypotheses() {
+        for k in 0..self.table.candidates() {
             kernels::keep_rivals(self.level, self.table.row(k), &chosen, (k, self.apart), &mut rivals);
         }
         rivals
@@ -81,7 +81,7 @@ impl<'a> Ordered<'a> {
             let aggregated = held.aggregated();
             let plan = self.plan;
             for y in aggregated.rows() {
-                for (k, candidate) in plan.candidates.iter().enumerate() {
+                for (k, candidate) in plan.coverage.iter().enumerate() {
                     for run in &candidate.runs {
                         aggregated.copy(y, k, run.start, &mut self.table.row_mut(k)[run.clone()]);
                         self.sum_up(k, run.clone());
@@ -93,7 +93,7 @@ impl<'a> Ordered<'a> {
         self.answers
     }
 
-    /// Tells least costs and sums of the costs of hypothesis `k` in the table.
+    /// Tells least costs and sums of the costs of candidate `k` in the table.
     fn sum_up(&mut self, k: usize, run: Range<usize>) {
         let costs = &self.table.row(k)[run.clone()];
         kernels::keep_lesser(self.level, costs, &mut self.least[run.clone()]);
@@ -104,7 +104,7 @@ impl<'a> Ordered<'a> {
     fn map_row(&mut self, aggregated: Option<(&Aggregated<'_>, usize)>) {
         let columns = self.plan.columns;
         let mut row = RowAnswers::unknown(columns);
-        let hypotheses = &self.plan.hypotheses;
+        let candidates = &self.plan.candidates;
         if let Some(neutral) = self.neutral() {
             let chosen = optimal_mapping(&self.table, self.limits, neutral);
             let rivals = self.rivals(&chosen);
@@ -118,8 +118,8 @@ impl<'a> Ordered<'a> {
                 row.confidence[x] =
                     (1.0 - (cost + self.resolution) / (rival + self.resolution)).clamp(0.0, 1.0);
                 let gone = |k: usize| self.table.at(k, x).is_nan();
-                row.answer[x] = bracketed(hypotheses.count(), k, 2 * self.apart, gone, cost > neutral);
-                row.place(x, hypotheses, k as f64 + parabola_vertex(&self.table, k, x));
+                row.answer[x] = bracketed(candidates.count(), k, 2 * self.apart, gone, cost > neutral);
+                row.place(x, candidates, k as f64 + parabola_vertex(&self.table, k, x));
             }
         }
         self.answers.push(row);
@@ -134,7 +134,7 @@ impl Consumer for Ordered<'_> {
     }
 
     fn take(&mut self, _y: usize, k: usize, costs: &mut [f32]) {
-        for run in &self.plan.candidates[k].runs {
+        for run in &self.plan.coverage[k].runs {
             let costs = &costs[run.clone()];
             if let Some(held) = &mut self.held {
                 held.hold(k, run.start, costs);

@@ -3,25 +3,25 @@
 use std::ops::Range;
 
 use super::groups::Groups;
-use crate::lines::{Hypotheses, Lines, SeenRule, Shift, Sightings};
+use crate::lines::{Candidates, Lines, SeenRule, Shift, Sightings};
 use crate::options::Occlusion;
 
 /// Pixels that rows are continued by beyond each border. A sample at the border is interpolated between a line in view and its neighbour,
 /// less than a pixel farther, which misalignment may take a little beyond that.
 pub(super) const PAD: usize = 2;
 
-/// Hypotheses that are made of the same sums over groups.
+/// Candidates that are made of the same sums over groups.
 #[derive(Debug)]
 pub(super) struct Slab {
-    /// The hypotheses.
-    pub(super) hypotheses: Range<usize>,
+    /// The candidates.
+    pub(super) candidates: Range<usize>,
     /// Of each frame, relative to the middle of its group.
     pub(super) shifts: Vec<Shift>,
     /// Of each group: the columns that all of its frames see, pads included, at the group's middle.
     pub(super) seen: Vec<Range<usize>>,
 }
 
-/// How a group's sums are shifted under one hypothesis.
+/// How a group's sums are shifted under one candidate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GroupShift {
     /// Whole pixels, towards the smaller.
@@ -42,9 +42,9 @@ pub(super) struct Segment {
     pub(super) allowed: [bool; 3],
 }
 
-/// One hypothesis.
+/// One candidate.
 #[derive(Debug)]
-pub(super) struct Candidate {
+pub(super) struct Coverage {
     /// Of each group.
     pub(super) shifts: Vec<GroupShift>,
     /// In the order of the columns; those without a cost are in none.
@@ -61,47 +61,47 @@ pub(super) struct Plan {
     /// Greatest distance of a frame from the reference frame, in baselines.
     pub(super) farthest: f64,
     pub(super) groups: Groups,
-    pub(super) hypotheses: Hypotheses,
+    pub(super) candidates: Candidates,
     pub(super) slabs: Vec<Slab>,
-    pub(super) candidates: Vec<Candidate>,
+    pub(super) coverage: Vec<Coverage>,
 }
 
 impl Plan {
-    pub(super) fn new(lines: &Lines, hypotheses: Hypotheses, rule: SeenRule) -> Self {
+    pub(super) fn new(lines: &Lines, candidates: Candidates, rule: SeenRule) -> Self {
         let groups = Groups::new(lines);
-        let size = groups.slab(&hypotheses);
-        let starts = (0..hypotheses.count()).step_by(size);
+        let size = groups.slab(&candidates);
+        let starts = (0..candidates.count()).step_by(size);
         let mut slabs: Vec<Slab> = starts
-            .map(|first| slab(lines, &groups, &hypotheses, first..(first + size).min(hypotheses.count())))
+            .map(|first| slab(lines, &groups, &candidates, first..(first + size).min(candidates.count())))
             .collect();
-        let candidates: Vec<Candidate> = slabs
+        let coverage: Vec<Coverage> = slabs
             .iter()
-            .flat_map(|slab| slab.hypotheses.clone().map(move |k| (slab, k)))
-            .map(|(slab, k)| candidate(lines, &groups, slab, hypotheses.disparity_px(k as f64), rule))
+            .flat_map(|slab| slab.candidates.clone().map(move |k| (slab, k)))
+            .map(|(slab, k)| candidate(lines, &groups, slab, candidates.disparity_px(k as f64), rule))
             .collect();
-        slabs.iter_mut().for_each(|slab| slab.keep_needed(&candidates));
+        slabs.iter_mut().for_each(|slab| slab.keep_needed(&coverage));
         Self {
             columns: lines.columns(),
             reference: lines.reference(),
             farthest: lines.tau_before().max(lines.tau_after()),
             groups,
-            hypotheses,
-            slabs,
             candidates,
+            slabs,
+            coverage,
         }
     }
 
-    /// Whether hypothesis `k` has a cost at column `x`.
+    /// Whether candidate `k` has a cost at column `x`.
     pub(super) fn knows(&self, k: usize, x: usize) -> bool {
-        self.candidates[k].runs.iter().any(|run| run.contains(&x))
+        self.coverage[k].runs.iter().any(|run| run.contains(&x))
     }
 }
 
 impl Slab {
     /// Leaves out the columns of groups that no candidate of the slab asks for.
-    fn keep_needed(&mut self, candidates: &[Candidate]) {
+    fn keep_needed(&mut self, coverage: &[Coverage]) {
         for (g, seen) in self.seen.iter_mut().enumerate() {
-            let of_group = |candidate: &'_ Candidate| {
+            let of_group = |candidate: &'_ Coverage| {
                 let whole = candidate.shifts[g].whole;
                 let place = move |x: usize| (x as isize + whole) as usize;
                 let used = candidate.segments.iter().filter(move |segment| segment.groups.contains(&g));
@@ -109,15 +109,15 @@ impl Slab {
                 let ends = used.map(move |used| (place(used.columns.start), place(used.columns.end) + 1));
                 ends.collect::<Vec<_>>()
             };
-            let needed = candidates[self.hypotheses.clone()].iter().flat_map(of_group);
+            let needed = coverage[self.candidates.clone()].iter().flat_map(of_group);
             let whole = needed.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((0, 0));
             *seen = whole.0.max(seen.start)..whole.1.min(seen.end).max(whole.0.max(seen.start));
         }
     }
 }
 
-fn slab(lines: &Lines, groups: &Groups, hypotheses: &Hypotheses, range: Range<usize>) -> Slab {
-    let middle = hypotheses.disparity_px(0.5 * (range.start + range.end - 1) as f64);
+fn slab(lines: &Lines, groups: &Groups, candidates: &Candidates, range: Range<usize>) -> Slab {
+    let middle = candidates.disparity_px(0.5 * (range.start + range.end - 1) as f64);
     let mut shifts = vec![Shift::by(0.0, lines.columns()); lines.frames()];
     let mut seen = Vec::with_capacity(groups.groups.len());
     for group in &groups.groups {
@@ -130,10 +130,10 @@ fn slab(lines: &Lines, groups: &Groups, hypotheses: &Hypotheses, range: Range<us
         }
         seen.push(first as usize..end.max(first) as usize);
     }
-    Slab { hypotheses: range, shifts, seen }
+    Slab { candidates: range, shifts, seen }
 }
 
-fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rule: SeenRule) -> Candidate {
+fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rule: SeenRule) -> Coverage {
     let columns = lines.columns();
     let exact: Vec<Shift> =
         groups.groups.iter().map(|group| Shift::by(disparity_px * group.offset, columns)).collect();
@@ -185,7 +185,7 @@ fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rul
             _ => runs.push(columns.clone()),
         }
     }
-    Candidate { shifts, segments, runs }
+    Coverage { shifts, segments, runs }
 }
 
 /// What may make the cost where `groups` count: whether a point is seen is decided by frames, `counts` of them up to the

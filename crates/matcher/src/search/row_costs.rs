@@ -71,11 +71,11 @@ impl<'a> RowCosts<'a> {
         &self.spreads[start..start + self.plan.columns]
     }
 
-    /// Costs of single pixels under hypothesis `k` of the loaded slab, at the columns where it has any: plain variances, or truncated at
+    /// Costs of single pixels under candidate `k` of the loaded slab, at the columns where it has any: plain variances, or truncated at
     /// `limit`.
     pub(super) fn single(&self, k: usize, limit: Option<&[f32]>, out: &mut [f32]) {
         let stride = self.plan.columns + 2 * PAD;
-        let candidate = &self.plan.candidates[k];
+        let candidate = &self.plan.coverage[k];
         let reference = self.plan.reference * stride + PAD;
         let terms = Terms {
             means: Rows { values: &self.means, stride },

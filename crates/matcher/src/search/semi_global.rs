@@ -37,16 +37,16 @@ const UNKNOWN: u16 = u16::MAX;
 const COUNTS_OF_CHANCE: f32 = 16.0;
 /// Costs are told apart up to at least this many typical ones.
 const TYPICAL_TOLD_APART: f32 = 64.0;
-/// Penalty of a step by one hypothesis over a chance difference of two costs: so cheap that a surface may slant by a step in each row.
+/// Penalty of a step by one candidate over a chance difference of two costs: so cheap that a surface may slant by a step in each row.
 const SMALL_STEP: f32 = 1.0;
 /// The same of any larger step. The best of some hundred wrong candidates costs by chance some three of these differences less than they do in the
 /// mean; twice that keeps a row from following it.
 const LARGE_STEP: f32 = 6.0;
 
-/// What it costs to change the hypothesis from one row to the next.
+/// What it costs to change the candidate from one row to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Penalties {
-    /// A step by one hypothesis, in counts.
+    /// A step by one candidate, in counts.
     small: u16,
     /// Any larger step, in counts; far below what 16 bit hold.
     large: u16,
@@ -104,15 +104,15 @@ pub(super) struct Help<'a> {
 }
 
 impl Bands {
-    /// Bands of `volume` under so many hypotheses.
+    /// Bands of `volume` under so many candidates.
     ///
     /// # Errors
     /// [`MatchError::AcrossTooManyCandidates`] if not even a band of the fewest rows may be held.
-    pub(super) fn of(volume: &Volume, hypotheses: usize) -> Result<Self, MatchError> {
+    pub(super) fn of(volume: &Volume, candidates: usize) -> Result<Self, MatchError> {
         let sample_bytes = if volume.bit_depth() > 8 { 2 } else { 1 };
         let pixels = volume.rows() * volume.columns();
         let budget = (pixels * volume.frames() * sample_bytes / 2).max(FREE_BYTES);
-        let row_bytes = hypotheses * volume.columns() * size_of::<u16>();
+        let row_bytes = candidates * volume.columns() * size_of::<u16>();
         // Costs of the rows and of the margin below them, and what paths bring to the rows.
         let bytes = |band_rows: usize| (2 * band_rows + MARGIN_ROWS) * row_bytes;
         let mut band_rows = BAND_ROWS;
@@ -121,8 +121,8 @@ impl Bands {
         }
         match budget / bytes(band_rows) {
             0 => Err(MatchError::AcrossTooManyCandidates {
-                candidates: hypotheses,
-                limit: budget / (bytes(band_rows) / hypotheses),
+                candidates,
+                limit: budget / (bytes(band_rows) / candidates),
             }),
             at_once => {
                 let band_counts = bytes(band_rows) / size_of::<u16>();
@@ -164,40 +164,40 @@ pub(super) struct Held<'a> {
     level: Level,
     penalties: Penalties,
     columns: usize,
-    hypotheses: usize,
+    candidates: usize,
     span: Span,
     /// Rows that have come.
     came: usize,
-    /// Costs of the row that comes, in counts: hypotheses x columns.
+    /// Costs of the row that comes, in counts: candidates x columns.
     coming: Vec<u16>,
     /// Sums of the path that came down to the last row, and what it brought to it.
     path: Path,
-    /// Costs of the rows from the first answered one on: rows x hypotheses x columns.
+    /// Costs of the rows from the first answered one on: rows x candidates x columns.
     costs: &'a mut [u16],
-    /// What paths bring to the answered rows: rows x hypotheses x columns.
+    /// What paths bring to the answered rows: rows x candidates x columns.
     brought: &'a mut [u16],
 }
 
 impl<'a> Held<'a> {
-    pub(super) fn new(span: Span, (hypotheses, columns): (usize, usize), help: Help<'a>) -> Self {
+    pub(super) fn new(span: Span, (candidates, columns): (usize, usize), help: Help<'a>) -> Self {
         let Help { penalties, room } = help;
-        let size = hypotheses * columns;
+        let size = candidates * columns;
         let (costs, room) = room.split_at_mut(size * (span.searched.end - span.answered.start));
         Self {
             level: Level::new(),
             penalties,
             columns,
-            hypotheses,
+            candidates,
             came: span.searched.start,
             coming: vec![UNKNOWN; size],
-            path: Path::new(hypotheses, columns, penalties),
+            path: Path::new(candidates, columns, penalties),
             costs,
             brought: &mut room[..size * span.answered.len()],
             span,
         }
     }
 
-    /// Costs under hypothesis `k` of the row that comes, from column `first` on. Columns that are never told have no cost, nor have those of NaN.
+    /// Costs under candidate `k` of the row that comes, from column `first` on. Columns that are never told have no cost, nor have those of NaN.
     pub(super) fn hold(&mut self, k: usize, first: usize, costs: &[f32]) {
         let place = k * self.columns + first;
         let out = &mut self.coming[place..place + costs.len()];
@@ -225,9 +225,9 @@ impl<'a> Held<'a> {
 
     /// The aggregated costs of the answered rows, when all have come.
     pub(super) fn aggregated(self) -> Aggregated<'a> {
-        let Self { level, columns, hypotheses, costs, brought, span, penalties, .. } = self;
-        let size = hypotheses * columns;
-        let mut path = Path::new(hypotheses, columns, penalties);
+        let Self { level, columns, candidates, costs, brought, span, penalties, .. } = self;
+        let size = candidates * columns;
+        let mut path = Path::new(candidates, columns, penalties);
         for (index, costs) in costs.chunks_exact(size).enumerate().rev() {
             let from_below = path.step(level, costs);
             if index < span.answered.len() {
@@ -239,7 +239,7 @@ impl<'a> Held<'a> {
             level,
             count: penalties.count,
             columns,
-            hypotheses,
+            candidates,
             first: span.answered.start,
             costs,
             brought,
@@ -251,7 +251,7 @@ impl<'a> Held<'a> {
 struct Path {
     penalties: Penalties,
     columns: usize,
-    /// L of the last row, a row of `columns` for each hypothesis, between two unknown ones.
+    /// L of the last row, a row of `columns` for each candidate, between two unknown ones.
     sums: Vec<u16>,
     /// Least L of each column.
     low: Vec<u16>,
@@ -260,10 +260,10 @@ struct Path {
 }
 
 impl Path {
-    fn new(hypotheses: usize, columns: usize, penalties: Penalties) -> Self {
-        let mut sums = vec![UNKNOWN; (hypotheses + 2) * columns];
-        sums[columns..(hypotheses + 1) * columns].fill(0);
-        Self { penalties, columns, sums, low: vec![0; columns], brought: vec![0; hypotheses * columns] }
+    fn new(candidates: usize, columns: usize, penalties: Penalties) -> Self {
+        let mut sums = vec![UNKNOWN; (candidates + 2) * columns];
+        sums[columns..(candidates + 1) * columns].fill(0);
+        Self { penalties, columns, sums, low: vec![0; columns], brought: vec![0; candidates * columns] }
     }
 
     /// Goes on to a row with these costs; what it brings there.
@@ -324,7 +324,7 @@ pub(super) struct Aggregated<'a> {
     level: Level,
     count: f32,
     columns: usize,
-    hypotheses: usize,
+    candidates: usize,
     first: usize,
     costs: &'a [u16],
     brought: &'a [u16],
@@ -333,14 +333,14 @@ pub(super) struct Aggregated<'a> {
 impl Aggregated<'_> {
     /// The rows.
     pub(super) fn rows(&self) -> Range<usize> {
-        self.first..self.first + self.brought.len() / (self.hypotheses * self.columns)
+        self.first..self.first + self.brought.len() / (self.candidates * self.columns)
     }
 
     fn place(&self, y: usize, k: usize, x: usize) -> usize {
-        ((y - self.first) * self.hypotheses + k) * self.columns + x
+        ((y - self.first) * self.candidates + k) * self.columns + x
     }
 
-    /// Aggregated costs of row `y` under hypothesis `k`, from column `first` on; NaN where there are none.
+    /// Aggregated costs of row `y` under candidate `k`, from column `first` on; NaN where there are none.
     pub(super) fn copy(&self, y: usize, k: usize, first: usize, out: &mut [f32]) {
         let place = self.place(y, k, first);
         let places = place..place + out.len();

@@ -19,11 +19,11 @@ pub(super) trait Consumer {
     /// Where single costs are to be truncated in row `y`; `None` asks for plain variances.
     fn limit(&self, y: usize) -> Option<&[f32]>;
 
-    /// Costs of the single pixels of row `y` under hypothesis `k`, in the runs of the candidate, on their way into windows.
+    /// Costs of the single pixels of row `y` under candidate `k`, in the runs of the candidate, on their way into windows.
     fn enter(&mut self, _y: usize, _k: usize, _single: &[f32]) {}
 
-    /// Mean costs over the windows around the pixels of row `y` under hypothesis `k`, in the runs of the candidate; they may be
-    /// changed. Hypotheses come in their order, and all of them for a row before the next row.
+    /// Mean costs over the windows around the pixels of row `y` under candidate `k`, in the runs of the candidate; they may be
+    /// changed. Candidates come in their order, and all of them for a row before the next row.
     fn take(&mut self, y: usize, k: usize, costs: &mut [f32]);
 
     /// All costs of row `y` have been taken.
@@ -39,12 +39,12 @@ pub(super) fn sweep(
     consumer: &mut impl Consumer,
 ) {
     let columns = plan.columns;
-    let count = plan.hypotheses.count();
+    let count = plan.candidates.count();
     let height = 2 * window.rows + 1;
     let mut costs = RowCosts::new(volume, plan);
     let level = costs.level;
     let (mut single, mut boxed, mut out) = (vec![0.0; columns], vec![0.0; columns], vec![0.0; columns]);
-    // Means over columns of the rows in the window, and their sums: hypotheses x columns each.
+    // Means over columns of the rows in the window, and their sums: candidates x columns each.
     let mut ring = vec![vec![0.0_f32; count * columns]; height];
     let mut totals = vec![0.0_f32; count * columns];
     for entering in centres.start.saturating_sub(window.rows)..centres.end + window.rows {
@@ -62,12 +62,12 @@ pub(super) fn sweep(
             if enters {
                 costs.load_slab(slab);
             }
-            for k in slab.hypotheses.clone() {
+            for k in slab.candidates.clone() {
                 if enters {
                     costs.single(k, consumer.limit(entering), &mut single);
                     consumer.enter(entering, k, &single);
                 }
-                for run in &plan.candidates[k].runs {
+                for run in &plan.coverage[k].runs {
                     let place = k * columns + run.start..k * columns + run.end;
                     if enters {
                         kernels::box_means(

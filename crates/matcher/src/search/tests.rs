@@ -42,7 +42,7 @@ pub(super) fn volume(
     volume
 }
 
-/// Keeps all costs: row, hypothesis, columns.
+/// Keeps all costs: row, candidate, columns.
 #[derive(Default)]
 struct Kept {
     rows: Vec<Vec<Vec<f32>>>,
@@ -97,13 +97,13 @@ fn single_frames_give_the_variance_of_the_definition() {
         let lines = Lines::new(&tau, reference, 90);
         let rule = SeenRule::new(8, 0.5, Occlusion::None);
         let range = DisparityRange { minimum_px: -21.0, maximum_px: 17.5 };
-        let plan = Plan::new(&lines, Hypotheses::covering(range, 0.5), rule);
+        let plan = Plan::new(&lines, Candidates::covering(range, 0.5), rule);
         assert_eq!(plan.groups.extent, 0.0);
         let mut kept = Kept::default();
         sweep(&volume, &plan, Window { rows: 0, columns: 0 }, 0..5, &mut kept);
-        for (k, x, y) in (0..plan.hypotheses.count()).flat_map(|k| (0..90).map(move |x| (k, x, (x + k) % 5)))
+        for (k, x, y) in (0..plan.candidates.count()).flat_map(|k| (0..90).map(move |x| (k, x, (x + k) % 5)))
         {
-            let disparity = plan.hypotheses.disparity_px(k as f64);
+            let disparity = plan.candidates.disparity_px(k as f64);
             let seen = frames_that_see(&lines, x, disparity);
             assert_eq!(plan.knows(k, x), seen.len() >= 4, "{reference} {disparity} {x}");
             if plan.knows(k, x) {
@@ -126,12 +126,12 @@ fn groups_come_near_the_definition_for_any_reference() {
         let lines = Lines::new(&tau, reference, 200);
         let rule = SeenRule::new(60, 0.5, Occlusion::None);
         let range = DisparityRange { minimum_px: 0.0, maximum_px: 30.0 };
-        let plan = Plan::new(&lines, Hypotheses::covering(range, 0.5), rule);
+        let plan = Plan::new(&lines, Candidates::covering(range, 0.5), rule);
         let mut kept = Kept::default();
         sweep(&scene, &plan, Window { rows: 0, columns: 0 }, 0..3, &mut kept);
         let (mut squares, mut norm) = (0.0, 0.0);
-        for (k, x) in (0..plan.hypotheses.count()).flat_map(|k| (40..160).map(move |x| (k, x))) {
-            let disparity = plan.hypotheses.disparity_px(k as f64);
+        for (k, x) in (0..plan.candidates.count()).flat_map(|k| (40..160).map(move |x| (k, x))) {
+            let disparity = plan.candidates.disparity_px(k as f64);
             let expected = defined(&scene, &lines, (x, 1), disparity, &frames_that_see(&lines, x, disparity));
             squares += (f64::from(kept.rows[1][k][x]) - expected).powi(2);
             norm += expected * expected;
@@ -148,14 +148,14 @@ fn windows_are_means_over_the_pixels_that_there_are() {
     let scene = volume(40, 80, &tau, |x, y, tau| texture(x - 3.0 * tau, y, 3, 2.0));
     let lines = Lines::new(&tau, 2, 80);
     let range = DisparityRange { minimum_px: 0.0, maximum_px: 6.0 };
-    let plan = Plan::new(&lines, Hypotheses::covering(range, 0.5), SeenRule::new(5, 1.0, Occlusion::None));
+    let plan = Plan::new(&lines, Candidates::covering(range, 0.5), SeenRule::new(5, 1.0, Occlusion::None));
     let run = |rows: usize, columns: usize| {
         let mut kept = Kept::default();
         sweep(&scene, &plan, Window { rows, columns }, 0..40, &mut kept);
         kept.rows
     };
     let (single, mean) = (run(0, 0), run(2, 3));
-    for (k, y, x) in (0..plan.hypotheses.count()).flat_map(|k| (0..40).map(move |y| (k, y, (7 * y + k) % 80)))
+    for (k, y, x) in (0..plan.candidates.count()).flat_map(|k| (0..40).map(move |y| (k, y, (7 * y + k) % 80)))
     {
         if !plan.knows(k, x) {
             continue;
@@ -272,11 +272,11 @@ fn bars_before_a_background_keep_their_edges() {
             reference: ReferenceFrame::Index(reference),
             ..MatchOptions::default()
         };
-        let candidates = searched(&scene, reference, OrderingUsed::Off, &options).guess;
+        let searched = searched(&scene, reference, OrderingUsed::Off, &options).guess;
         let matched = crate::match_volume(&scene, &options, &Silent).unwrap().disparity;
         // The asked shares hold for what is answered; the fit takes back some of the candidates, and mends others. What it promises of
         // single tenths of a pixel stands in tests/occlusions.rs.
-        for (found, right_asked, wrong_asked) in [(candidates, 0.95, 0.02), (matched, 0.95, 0.01)] {
+        for (found, right_asked, wrong_asked) in [(searched, 0.95, 0.02), (matched, 0.95, 0.01)] {
             let [visible, right, answered, wrong] = bars.count(&found, &tau, reference);
             println!("{reference}: right {right} of {visible}, wrong {wrong} of {answered}");
             assert!(right >= right_asked * visible, "{reference}: {right} of {visible}");

@@ -1,4 +1,4 @@
-//! Sums over votes by hand, and noise whose distribution is known.
+//! Sums over observations by hand, and noise whose distribution is known.
 
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -6,51 +6,51 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::refine::votes::NO_VOTE;
+use crate::refine::observations::NO_VOTE;
 
-fn put(votes: &mut VotePlanes, rows: &[Vec<Vote>], origin: f32) {
-    votes.par_rows().zip(rows).for_each(|(row, votes)| row.put(votes, origin));
+fn put(observations: &mut ObservationPlanes, rows: &[Vec<Observation>], origin: f32) {
+    observations.par_rows().zip(rows).for_each(|(row, observations)| row.put(observations, origin));
 }
 
 #[test]
-fn votes_are_counted_from_the_origin() {
-    let vote = Vote { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, bend: -6.0 };
-    let mut votes = VotePlanes::empty(2, 3);
-    put(&mut votes, &[vec![NO_VOTE; 3], vec![NO_VOTE, vote, NO_VOTE]], 5.0);
-    // It votes for 7.5 px, 2.5 px from the origin.
-    assert_eq!(votes.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
-    assert_eq!(votes.inverse.row(1)[PAD..PAD + 3], [0.0, 0.25, 0.0]);
-    assert_eq!((votes.gradient.row(1)[PAD + 1], votes.bend.row(1)[PAD + 1]), (5.0, -6.0));
-    assert!(votes.moment.row(0).iter().all(|&moment| moment == 0.0));
-    assert_eq!(votes.rows(), 2);
+fn observations_are_counted_from_the_origin() {
+    let observation = Observation { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, bend: -6.0 };
+    let mut observations = ObservationPlanes::empty(2, 3);
+    put(&mut observations, &[vec![NO_VOTE; 3], vec![NO_VOTE, observation, NO_VOTE]], 5.0);
+    // It observations for 7.5 px, 2.5 px from the origin.
+    assert_eq!(observations.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
+    assert_eq!(observations.inverse.row(1)[PAD..PAD + 3], [0.0, 0.25, 0.0]);
+    assert_eq!((observations.gradient.row(1)[PAD + 1], observations.bend.row(1)[PAD + 1]), (5.0, -6.0));
+    assert!(observations.moment.row(0).iter().all(|&moment| moment == 0.0));
+    assert_eq!(observations.rows(), 2);
 }
 
-/// Planes of one vote of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x, y)`; none where that is not positive.
-fn votes_with(rows: usize, columns: usize, mut variance: impl FnMut(usize, usize) -> f64) -> VotePlanes {
-    let mut votes = VotePlanes::empty(rows, columns);
-    let mut vote = |x: usize, y: usize| {
+/// Planes of one observation of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x, y)`; none where that is not positive.
+fn observations_with(rows: usize, columns: usize, mut variance: impl FnMut(usize, usize) -> f64) -> ObservationPlanes {
+    let mut observations = ObservationPlanes::empty(rows, columns);
+    let mut observation = |x: usize, y: usize| {
         let variance = variance(x, y) as f32;
-        if variance > 0.0 { Vote { weight: 4.0, moment: 8.0, variance, ..NO_VOTE } } else { NO_VOTE }
+        if variance > 0.0 { Observation { weight: 4.0, moment: 8.0, variance, ..NO_VOTE } } else { NO_VOTE }
     };
-    let all: Vec<Vec<Vote>> = (0..rows).map(|y| (0..columns).map(|x| vote(x, y)).collect()).collect();
-    put(&mut votes, &all, 0.0);
-    votes
+    let all: Vec<Vec<Observation>> = (0..rows).map(|y| (0..columns).map(|x| observation(x, y)).collect()).collect();
+    put(&mut observations, &all, 0.0);
+    observations
 }
 
 #[test]
-fn noise_is_the_mean_of_the_voters_around() {
-    let vote = |variance| Vote { weight: 1.0, variance, ..NO_VOTE };
-    let silent = Vote { variance: 1000.0, ..NO_VOTE };
-    let mut votes = VotePlanes::empty(2, 4);
-    let first = vec![vote(4.0), vote(5.0), silent, silent];
-    put(&mut votes, &[first, vec![vote(3.0), silent, silent, silent]], 0.0);
-    votes.settle_noise(1, 2.0, 0.5, 98.0);
-    // Half of the means of 4, 5 and 3, twice; then 5 alone; then nobody votes.
+fn noise_is_the_mean_of_the_observed_around() {
+    let observation = |variance| Observation { weight: 1.0, variance, ..NO_VOTE };
+    let silent = Observation { variance: 1000.0, ..NO_VOTE };
+    let mut observations = ObservationPlanes::empty(2, 4);
+    let first = vec![observation(4.0), observation(5.0), silent, silent];
+    put(&mut observations, &[first, vec![observation(3.0), silent, silent, silent]], 0.0);
+    observations.settle_noise(1, 2.0, 0.5, 98.0);
+    // Half of the means of 4, 5 and 3, twice; then 5 alone; then nobody observations.
     for y in 0..2 {
-        assert_eq!(votes.noise.row(y)[PAD..PAD + 4], [2.0, 2.0, 2.5, 0.5]);
+        assert_eq!(observations.noise.row(y)[PAD..PAD + 4], [2.0, 2.0, 2.5, 0.5]);
     }
-    assert_eq!(votes.weight.row(0)[PAD..PAD + 4], [1.0, 1.0, 0.0, 0.0]);
-    assert_eq!(votes.residual.row(0)[PAD..PAD + 4], [2.0, 2.5, 0.0, 0.0]);
+    assert_eq!(observations.weight.row(0)[PAD..PAD + 4], [1.0, 1.0, 0.0, 0.0]);
+    assert_eq!(observations.residual.row(0)[PAD..PAD + 4], [2.0, 2.5, 0.0, 0.0]);
 }
 
 /// A chi-squared variable over its `freedom`: the mean of the values up to `limit`, and the share of those beyond. The density is summed up in small
@@ -78,14 +78,14 @@ fn noise_of_chi_squared_variances_is_unbiased() {
     let (gain, truth) = (0.7, 3.0);
     for freedom in [10_usize, 31, 98] {
         let mut random = ChaCha8Rng::seed_from_u64(freedom as u64);
-        let mut votes = votes_with(SIDE, SIDE, |_, _| {
+        let mut observations = observations_with(SIDE, SIDE, |_, _| {
             let normal = || -> f64 { StandardNormal.sample(&mut random) };
             let squares: f64 = std::iter::repeat_with(normal).take(freedom).map(|value| value * value).sum();
             gain * truth * squares / freedom as f64
         });
-        votes.settle_noise(REACH, gain as f32, 1.0 / 12.0, freedom as f32);
+        observations.settle_noise(REACH, gain as f32, 1.0 / 12.0, freedom as f32);
         let inner: Vec<f64> = (REACH..SIDE - REACH)
-            .flat_map(|y| votes.noise.row(y)[PAD + REACH..PAD + SIDE - REACH].to_vec())
+            .flat_map(|y| observations.noise.row(y)[PAD + REACH..PAD + SIDE - REACH].to_vec())
             .map(f64::from)
             .collect();
         let mean = inner.iter().sum::<f64>() / inner.len() as f64 / truth;
@@ -100,52 +100,52 @@ fn noise_of_chi_squared_variances_is_unbiased() {
         assert!(mean > least - chance && mean < 1.0 + chance, "{freedom}: {mean}, {least} +- {chance}");
         assert!(least > 0.98, "{freedom}: {least}");
         let (_, least_cut) = cut_at(n, limit * (1.0 + astray));
-        let less = (0..SIDE).flat_map(|y| votes.weight.row(y)[PAD..PAD + SIDE].to_vec());
+        let less = (0..SIDE).flat_map(|y| observations.weight.row(y)[PAD..PAD + SIDE].to_vec());
         let less = less.filter(|&weight| weight < 4.0).count() as f64;
         // Counts scatter by their root.
         let counts = [least_cut, most_cut].map(|share| share * (SIDE * SIDE) as f64);
         let bounds = [counts[0] - 4.0 * counts[0].sqrt(), counts[1] + 4.0 * counts[1].sqrt() + 1.0];
-        assert!(less >= bounds[0] && less <= bounds[1], "{freedom}: {less} votes count less, {counts:?}");
+        assert!(less >= bounds[0] && less <= bounds[1], "{freedom}: {less} observations count less, {counts:?}");
     }
 }
 
 #[test]
-fn a_few_residuals_ten_times_as_large_change_nothing_but_their_own_votes() {
+fn a_few_residuals_ten_times_as_large_change_nothing_but_their_own_observations() {
     let odd = |x: usize, y: usize| x % 4 == 1 && y % 5 == 2;
-    let mut votes = votes_with(20, 30, |x, y| if odd(x, y) { 20.0 } else { 2.0 });
-    votes.settle_noise(3, 1.0, 0.1, 40.0);
+    let mut observations = observations_with(20, 30, |x, y| if odd(x, y) { 20.0 } else { 2.0 });
+    observations.settle_noise(3, 1.0, 0.1, 40.0);
     for (y, x) in (0..20).flat_map(|y| (0..30).map(move |x| (y, x))) {
         let at = |plane: &Padded| plane.row(y)[PAD + x];
         let share = if odd(x, y) { 0.1 } else { 1.0 };
-        assert!((at(&votes.noise) - 2.0).abs() < 1e-5, "{x} {y}");
-        assert!((at(&votes.weight) - 4.0 * share).abs() < 1e-5, "{x} {y}: {}", at(&votes.weight));
-        assert!((at(&votes.moment) - 8.0 * share).abs() < 1e-5, "{x} {y}");
-        assert!((at(&votes.inverse) * 4.0 * share - 1.0).abs() < 1e-5, "{x} {y}");
-        assert_eq!(at(&votes.residual), 2.0 * 10.0_f32.powi(i32::from(odd(x, y))));
+        assert!((at(&observations.noise) - 2.0).abs() < 1e-5, "{x} {y}");
+        assert!((at(&observations.weight) - 4.0 * share).abs() < 1e-5, "{x} {y}: {}", at(&observations.weight));
+        assert!((at(&observations.moment) - 8.0 * share).abs() < 1e-5, "{x} {y}");
+        assert!((at(&observations.inverse) * 4.0 * share - 1.0).abs() < 1e-5, "{x} {y}");
+        assert_eq!(at(&observations.residual), 2.0 * 10.0_f32.powi(i32::from(odd(x, y))));
     }
 }
 
 #[test]
-fn no_vote_counts_more_beside_noisier_pixels() {
+fn no_observe_counts_more_beside_noisier_pixels() {
     let row = [1.0, 1.0, 1.0, 4.0, 9.0, 20.0, 20.0, 20.0];
-    let mut votes = votes_with(1, 8, |x, _| row[x]);
-    votes.settle_noise(1, 1.0, 0.1, 98.0);
+    let mut observations = observations_with(1, 8, |x, _| row[x]);
+    observations.settle_noise(1, 1.0, 0.1, 98.0);
     // With 98 degrees of freedom the limit is 1 + 4 sqrt(2 / 98) = 1.571 times the harmonic mean, less 2 / 98. The fourth is 1.131 times its limit of 3.536
     // and belongs by (1.25 - 1.131) / 0.25 = 0.475, while 9 belongs wholly to 4, 9 and 20. The noise is (1 + 0.475 x 4 + 9) / 2.475.
-    assert!((votes.noise.row(0)[PAD + 3] - 4.808).abs() < 2e-3, "{}", votes.noise.row(0)[PAD + 3]);
-    assert_eq!(votes.weight.row(0)[PAD..PAD + 8], [4.0; 8]);
+    assert!((observations.noise.row(0)[PAD + 3] - 4.808).abs() < 2e-3, "{}", observations.noise.row(0)[PAD + 3]);
+    assert_eq!(observations.weight.row(0)[PAD..PAD + 8], [4.0; 8]);
 }
 
 proptest! {
     #[test]
-    fn votes_count_as_much_less_as_their_residuals_exceed_the_noise(
+    fn observations_count_as_much_less_as_their_residuals_exceed_the_noise(
         exponents in prop::collection::vec(-2.0_f64..3.0, 12 * 17), silent in prop::collection::vec(0.0_f64..1.0, 12 * 17),
         reach in 0_usize..=3, freedom in 1_usize..120,
     ) {
         let (rows, columns, least) = (12, 17, 0.1_f32);
         let voice = |index: usize| if silent[index] < 0.2 { 0.0 } else { 10.0_f64.powf(exponents[index]) };
-        let mut votes = votes_with(rows, columns, |x, y| voice(y * columns + x));
-        votes.settle_noise(reach, 1.0, least, freedom as f32);
+        let mut observations = observations_with(rows, columns, |x, y| voice(y * columns + x));
+        observations.settle_noise(reach, 1.0, least, freedom as f32);
         for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
             let at = |plane: &Padded| plane.row(y)[PAD + x];
             let near: Vec<f32> = (y.saturating_sub(reach)..(y + reach + 1).min(rows))
@@ -155,15 +155,15 @@ proptest! {
                 .map(|variance| variance.max(least))
                 .collect();
             let largest = near.iter().copied().fold(least, f32::max);
-            prop_assert!(at(&votes.noise) >= least && at(&votes.noise) <= largest * (1.0 + 1e-5));
+            prop_assert!(at(&observations.noise) >= least && at(&observations.noise) <= largest * (1.0 + 1e-5));
             if voice(y * columns + x) == 0.0 {
-                prop_assert_eq!((at(&votes.weight), at(&votes.inverse), at(&votes.residual)), (0.0, 0.0, 0.0));
+                prop_assert_eq!((at(&observations.weight), at(&observations.inverse), at(&observations.residual)), (0.0, 0.0, 0.0));
                 continue;
             }
             let own = (voice(y * columns + x) as f32).max(least);
-            prop_assert_eq!(at(&votes.residual), own);
-            let share = at(&votes.weight) / 4.0;
-            let exact = (at(&votes.noise) / own).min(1.0);
+            prop_assert_eq!(at(&observations.residual), own);
+            let share = at(&observations.weight) / 4.0;
+            let exact = (at(&observations.noise) / own).min(1.0);
             let n = f64::from(freedom as f32);
             let inverse = near.iter().map(|variance| 1.0 / f64::from(*variance)).sum::<f64>() / near.len() as f64;
             let limit = (1.0 + 4.0 * (2.0 / n).sqrt()) * n / ((n - 2.0).max(1.0) * inverse);
@@ -173,21 +173,21 @@ proptest! {
             prop_assert!(over > 1.0 - whole || close(share, 1.0), "{} {}", share, over);
             prop_assert!(over < 1.25 + whole || close(share, exact), "{} {}", share, exact);
             prop_assert!(share >= exact * (1.0 - 1e-4) && share <= 1.0 + 1e-4, "{} {}", share, exact);
-            // The same vote, whatever it counts.
-            prop_assert!((at(&votes.moment) / at(&votes.weight) - 2.0).abs() < 1e-5);
-            prop_assert!((at(&votes.inverse) * at(&votes.weight) - 1.0).abs() < 1e-5);
+            // The same observation, whatever it counts.
+            prop_assert!((at(&observations.moment) / at(&observations.weight) - 2.0).abs() < 1e-5);
+            prop_assert!((at(&observations.inverse) * at(&observations.weight) - 1.0).abs() < 1e-5);
         }
     }
 }
 
 #[test]
-fn guesses_are_planes_as_well_known_as_their_votes() {
-    let mut votes = VotePlanes::empty(1, 3);
-    let vote = Vote { weight: 4.0, variance: 3.0, ..NO_VOTE };
-    put(&mut votes, &[vec![vote, NO_VOTE, NO_VOTE]], 0.0);
-    votes.settle_noise(1, 1.0, 0.5, 40.0);
+fn guesses_are_planes_as_well_known_as_their_observations() {
+    let mut observations = ObservationPlanes::empty(1, 3);
+    let observation = Observation { weight: 4.0, variance: 3.0, ..NO_VOTE };
+    put(&mut observations, &[vec![observation, NO_VOTE, NO_VOTE]], 0.0);
+    observations.settle_noise(1, 1.0, 0.5, 40.0);
     let guess = Grid::from_values(1, 3, vec![7.0, 9.0, f32::NAN]).unwrap();
-    let planes = SurfacePlanes::of_guesses(&votes, &guess, 5.0);
+    let planes = SurfacePlanes::of_guesses(&observations, &guess, 5.0);
     assert_eq!(planes.disparity.row(0)[PAD..PAD + 3], [2.0, 4.0, 0.0]);
     assert_eq!(planes.variance.row(0)[PAD..PAD + 3], [0.75, f32::INFINITY, f32::INFINITY]);
 }

@@ -52,7 +52,7 @@ fn noise_alone_seldom_stands_out() {
         let (surface, small) = surfaces((side, side), &mut random, |_| 0.0);
         !at(&missed_by_small(&surface, (&small, SIDE), LEAST_SPARE), (7, 7)).is_nan()
     });
-    // Gaussians stand out by 2.5 once in 160. Windows share votes, so that few hundred are independent: squares of so few are skew (third moment 2.8 / sqrt(190)), which
+    // Gaussians stand out by 2.5 once in 160. Windows share observations, so that few hundred are independent: squares of so few are skew (third moment 2.8 / sqrt(190)), which
     // makes it once in 100. Four standard deviations more.
     let told = told.count();
     assert!(told < 10 + 13, "{told}");

@@ -1,4 +1,4 @@
-//! Sums over the votes that belong to the pixels of a block, for one window or for several that lie in each other.
+//! Sums over the observations that belong to the pixels of a block, for one window or for several that lie in each other.
 //!
 //! Whether a neighbour belongs depends on its place only, not on the window. So windows of equal length that differ in width are
 //! summed in one go: what a wider one has more than the next narrower is two lines along its length.
@@ -7,12 +7,12 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
 use super::{Joining, LEAST_SLANT_SPREAD};
 use crate::options::LARGEST_FIT_WINDOW_PX;
-use crate::refine::planes::{Padded, SurfacePlanes, VotePlanes};
+use crate::refine::planes::{Padded, SurfacePlanes, ObservationPlanes};
 
 /// Lines of the longest window.
 pub(super) const LONGEST: usize = LARGEST_FIT_WINDOW_PX;
 
-/// Neighbours belong by degrees: what is allowed for is where half of a vote counts, and from all to nothing the squared difference grows by this share of it.
+/// Neighbours belong by degrees: what is allowed for is where half of a observation counts, and from all to nothing the squared difference grows by this share of it.
 /// So hardly any difference decides.
 const FADING: f32 = 0.5;
 
@@ -73,15 +73,15 @@ pub(super) type Line<S> = [f32x16<S>; 3];
 
 /// Sums over one window.
 pub(super) struct WindowSums<'a, S: Simd> {
-    /// Number of votes.
+    /// Number of observations.
     pub(super) count: f32x16<S>,
-    /// Weights times how far the votes belong.
+    /// Weights times how far the observations belong.
     pub(super) belonging: f32x16<S>,
     pub(super) columns: &'a [Line<S>],
     pub(super) rows: &'a [Line<S>],
 }
 
-/// Sums over the votes that belong to the pixels of a block. The widest window has at most `N` lines along its length; each other one is one
+/// Sums over the observations that belong to the pixels of a block. The widest window has at most `N` lines along its length; each other one is one
 /// pixel narrower on both sides than the next.
 pub(super) struct Sums<S: Simd, const N: usize, const WINDOWS: usize> {
     counts: [f32x16<S>; WINDOWS],
@@ -122,13 +122,13 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
     pub(super) fn take<const TURNED: bool>(
         &mut self,
         simd: S,
-        (votes, map): (&VotePlanes, &SurfacePlanes),
+        (observations, map): (&ObservationPlanes, &SurfacePlanes),
         allowances: &Allowances,
         y: usize,
         start: usize,
     ) {
         let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
-        let rows = votes.rows();
+        let rows = observations.rows();
         let block = Block::of(simd, map, y, start);
         let (reach_u, reach_v) = allowances.reach;
         self.reach = allowances.reach;
@@ -153,13 +153,13 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
                     // Rows above the image come out as huge numbers.
                     let (row, place) = ((y + row).wrapping_sub(reach_v), start + column - reach_u);
                     if row < rows {
-                        let (share, vote) =
-                            block.belonging(simd, (votes, map), offset, (row, place), allowance);
-                        belongs = share.mul_add(vote[0], belongs);
-                        count += vote[0].simd_gt(zero).select(one, zero);
+                        let (share, observation) =
+                            block.belonging(simd, (observations, map), offset, (row, place), allowance);
+                        belongs = share.mul_add(observation[0], belongs);
+                        count += observation[0].simd_gt(zero).select(one, zero);
                         let (u, v) = offset;
-                        add(&mut line, vote, if TURNED { v } else { u });
-                        add(&mut along[side], vote, if TURNED { u } else { v });
+                        add(&mut line, observation, if TURNED { v } else { u });
+                        add(&mut along[side], observation, if TURNED { u } else { v });
                     }
                     side += step;
                 }
@@ -211,7 +211,7 @@ impl<S: Simd> Block<S> {
     fn belonging(
         &self,
         simd: S,
-        (votes, map): (&VotePlanes, &SurfacePlanes),
+        (observations, map): (&ObservationPlanes, &SurfacePlanes),
         (u, v): (f32, f32),
         (row, place): (usize, usize),
         allowance: Allowance,
@@ -231,9 +231,9 @@ impl<S: Simd> Block<S> {
             over = over.max(apart / ((self.variance + others) * allowance.limit));
         }
         let share = ((over - 1.0) * (-1.0 / FADING) + 0.5).max(zero).min(f32x16::splat(simd, 1.0));
-        let weight = share * load(&votes.weight);
-        // The vote less the pixel's own disparity.
-        let moment = share * load(&votes.moment) - weight * self.disparity;
+        let weight = share * load(&observations.weight);
+        // The observation less the pixel's own disparity.
+        let moment = share * load(&observations.moment) - weight * self.disparity;
         (share, [weight, moment])
     }
 }

@@ -19,18 +19,18 @@ const COLUMNS: usize = 40;
 /// Variance of the noise, in DN^2.
 const NOISE: f64 = 1.5;
 
-/// Votes for `disparity` with the weight `weight` of each pixel.
-fn votes_for(disparity: impl Fn(usize, usize) -> f64, weight: impl Fn(usize, usize) -> f64) -> VotePlanes {
-    let mut votes = VotePlanes::empty(ROWS, COLUMNS);
-    votes.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
+/// Observations for `disparity` with the weight `weight` of each pixel.
+fn observations_for(disparity: impl Fn(usize, usize) -> f64, weight: impl Fn(usize, usize) -> f64) -> ObservationPlanes {
+    let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+    observations.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     for y in 0..ROWS {
         for x in 0..COLUMNS {
-            votes.weight.row_mut(y)[PAD + x] = weight(x, y) as f32;
-            votes.inverse.row_mut(y)[PAD + x] = (1.0 / weight(x, y)) as f32;
-            votes.moment.row_mut(y)[PAD + x] = (weight(x, y) * disparity(x, y)) as f32;
+            observations.weight.row_mut(y)[PAD + x] = weight(x, y) as f32;
+            observations.inverse.row_mut(y)[PAD + x] = (1.0 / weight(x, y)) as f32;
+            observations.moment.row_mut(y)[PAD + x] = (weight(x, y) * disparity(x, y)) as f32;
         }
     }
-    votes
+    observations
 }
 
 /// Planes `disparity` with the slants `p` and `q`, known with `variance`.
@@ -47,12 +47,12 @@ fn map_of(disparity: impl Fn(usize, usize) -> f64, (p, q): (f64, f64), variance:
     map
 }
 
-fn joined(votes: &VotePlanes, map: &SurfacePlanes, joining: Joining) -> SurfacePlanes {
+fn joined(observations: &ObservationPlanes, map: &SurfacePlanes, joining: Joining) -> SurfacePlanes {
     let mut planes = SurfacePlanes::unknown(ROWS, COLUMNS);
     planes
         .par_rows()
         .enumerate()
-        .for_each(|(y, out)| join_row(Level::new(), (votes, map), joining, y, None, out));
+        .for_each(|(y, out)| join_row(Level::new(), (observations, map), joining, y, None, out));
     planes
 }
 
@@ -76,12 +76,12 @@ fn slanted(x: usize, y: usize) -> f64 {
 }
 
 #[test]
-fn equal_votes_on_a_plane_give_it_with_the_variance_of_their_mean() {
+fn equal_observations_on_a_plane_give_it_with_the_variance_of_their_mean() {
     let weight = 800.0;
-    let votes = votes_for(slanted, |_, _| weight);
+    let observations = observations_for(slanted, |_, _| weight);
     let map = map_of(slanted, (P, Q), 1e-4);
     for reach in [(1, 1), (3, 3), (3, 8), (10, 10)] {
-        let surface = joined(&votes, &map, Joining { reach, ..JOINING });
+        let surface = joined(&observations, &map, Joining { reach, ..JOINING });
         let count = ((2 * reach.0 + 1) * (2 * reach.1 + 1)) as f64;
         let (x, y) = (20, 12);
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -115,9 +115,9 @@ fn the_other_face_of_a_crease_does_not_belong_by_its_slant() {
     for y in 0..ROWS {
         map.slant_x.row_mut(y)[PAD + RIGHT..].fill(-FACE as f32);
     }
-    let votes = votes_for(roof, |_, _| 8e6);
+    let observations = observations_for(roof, |_, _| 8e6);
     let error = |slants_known| {
-        let surface = joined(&votes, &map, Joining { slants_known, ..JOINING });
+        let surface = joined(&observations, &map, Joining { slants_known, ..JOINING });
         (f64::from(surface.disparity.row(12)[PAD + RIGHT - 1]) - roof(RIGHT - 1, 12)).abs()
     };
     assert!(error(true) < 1e-4, "{}", error(true));
@@ -127,17 +127,17 @@ fn the_other_face_of_a_crease_does_not_belong_by_its_slant() {
 
 #[test]
 fn joining_solves_the_normal_equations() {
-    // A shallow bowl, so that the votes lie on no plane; within what is allowed for.
+    // A shallow bowl, so that the observations lie on no plane; within what is allowed for.
     let bowl = |x: usize, y: usize| {
         slanted(x, y) + 0.0004 * ((x as f64 - 20.0).powi(2) + 0.7 * (y as f64 - 12.0).powi(2))
     };
-    let votes = votes_for(bowl, uneven);
+    let observations = observations_for(bowl, uneven);
     let variance = 1e-3;
     let map = map_of(bowl, (P, Q), variance);
     let reach = (4, 2);
     for slants_known in [false, true] {
         let joining = Joining { reach, slants_known, ..JOINING };
-        let surface = joined(&votes, &map, joining);
+        let surface = joined(&observations, &map, joining);
         // The map's slants are observations, too, as good as those of windows 3 px wide.
         let known = if slants_known { NOISE * (2.0 / 3.0) / variance } else { 0.0 };
         for pixel in [(20, 12), (0, 0), (39, 23), (3, 22), (31, 1), (17, 5)] {
@@ -153,7 +153,7 @@ fn joining_solves_the_normal_equations() {
             let inverse = normal.try_inverse().unwrap();
             let solution = inverse * right;
             let at = |plane: &Padded| f64::from(plane.row(pixel.1)[PAD + pixel.0]);
-            // Moments of some 5000 in single precision lose 0.0005 of votes that weigh 1000.
+            // Moments of some 5000 in single precision lose 0.0005 of observations that weigh 1000.
             assert!((at(&surface.disparity) - solution[0]).abs() < 1e-5, "{pixel:?}");
             assert!((at(&surface.slant_x) - solution[1]).abs() < 1e-5, "{pixel:?}");
             assert!((at(&surface.slant_y) - solution[2]).abs() < 1e-5, "{pixel:?}");
@@ -165,10 +165,10 @@ fn joining_solves_the_normal_equations() {
 
 #[test]
 fn nested_windows_give_what_each_window_gives_by_itself() {
-    // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, votes scattered about it, some missing.
+    // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, observations scattered about it, some missing.
     let step = |x: usize, y: usize| if x + y < 30 { 0.0 } else { 100.0 };
     let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
-    let votes = votes_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
+    let observations = observations_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
     let map = map_of(step, (0.0, 0.0), 0.5);
     let joining = |reach| Joining { reach, slack: (0.5, 0.25), ..JOINING };
     for widest in [(3, 10), (10, 3), (3, 5)] {
@@ -176,10 +176,10 @@ fn nested_windows_give_what_each_window_gives_by_itself() {
         let [narrow, middle, wide] = &mut found;
         let rows = narrow.par_rows().zip(middle.par_rows()).zip(wide.par_rows());
         rows.enumerate().for_each(|(y, ((narrow, middle), wide))| {
-            join_nested_row(Level::new(), (&votes, &map), joining(widest), y, [narrow, middle, wide]);
+            join_nested_row(Level::new(), (&observations, &map), joining(widest), y, [narrow, middle, wide]);
         });
         for (found, reach) in found.iter().zip(nested_reaches(widest)) {
-            let single = joined(&votes, &map, joining(reach));
+            let single = joined(&observations, &map, joining(reach));
             let planes = |of: &SurfacePlanes, y: usize| {
                 let fit = [&of.misfit, &of.texture, &of.slant_variance];
                 [&of.disparity, &of.slant_x, &of.slant_y, &of.variance]
@@ -206,9 +206,9 @@ fn a_step_twice_as_high_as_allowed_for_is_not_crossed() {
     // What the farthest neighbour, 3 px away along both axes, is allowed to differ by.
     let allowed = f64::from(BELONGS_SIGMAS) * (variance * (2.0 + 18.0 / f64::from(SLANT_SPREAD))).sqrt();
     let step = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * allowed };
-    let votes = votes_for(step, |_, _| weight);
+    let observations = observations_for(step, |_, _| weight);
     let map = map_of(step, (0.0, 0.0), variance);
-    let surface = joined(&votes, &map, Joining { reach: (reach, reach), ..JOINING });
+    let surface = joined(&observations, &map, Joining { reach: (reach, reach), ..JOINING });
     let y = 12;
     for x in reach..COLUMNS - reach {
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -230,37 +230,37 @@ fn a_step_that_is_allowed_for_is_crossed() {
     // Neighbours in the same place may differ by 3.3 times the root of two variances.
     let low = 0.5 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
     let step = |x: usize, _| if x < EDGE { 0.0 } else { low };
-    let (votes, map) = (votes_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
-    let surface = joined(&votes, &map, JOINING);
-    // Columns -1, 0, 1 vote 0, 0 and `low`: their mean is what a line gives in the middle.
+    let (observations, map) = (observations_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
+    let surface = joined(&observations, &map, JOINING);
+    // Columns -1, 0, 1 observation 0, 0 and `low`: their mean is what a line gives in the middle.
     let found = f64::from(surface.disparity.row(12)[PAD + EDGE - 1]);
     assert!((found - low / 3.0).abs() < 1e-5, "{found}");
     // The same step beyond what is allowed for, but with slack.
     let high = |x: usize, _| if x < EDGE { 0.0 } else { 4.0 * low };
-    let (votes, map) = (votes_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
-    let without = joined(&votes, &map, JOINING);
+    let (observations, map) = (observations_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
+    let without = joined(&observations, &map, JOINING);
     assert!(without.disparity.row(12)[PAD + EDGE - 1].abs() < 1e-6);
-    let with = joined(&votes, &map, Joining { slack: (3.0 * low as f32, 3.0 * low as f32), ..JOINING });
+    let with = joined(&observations, &map, Joining { slack: (3.0 * low as f32, 3.0 * low as f32), ..JOINING });
     assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 4.0 * low / 3.0).abs() < 1e-5);
 }
 
 #[test]
-fn of_votes_at_the_limit_half_counts() {
+fn of_observations_at_the_limit_half_counts() {
     let (variance, weight): (f64, f64) = (1e-4, 800.0);
     // A neighbour one column away may differ by this much.
     let allowed = f64::from(BELONGS_SIGMAS) * (variance * (2.0 + 1.0 / f64::from(SLANT_SPREAD))).sqrt();
     let found = |step: f64| {
         let step = |x: usize, _| if x < EDGE { 0.0 } else { step };
-        let (votes, map) = (votes_for(step, |_, _| weight), map_of(step, (0.0, 0.0), variance));
+        let (observations, map) = (observations_for(step, |_, _| weight), map_of(step, (0.0, 0.0), variance));
         let joining = Joining { reach: (1, 0), ..JOINING };
-        let surface = joined(&votes, &map, joining);
+        let surface = joined(&observations, &map, joining);
         [&surface.disparity, &surface.variance].map(|plane| f64::from(plane.row(12)[PAD + EDGE - 1]))
     };
-    // The line through votes of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`, beside the weak slant of zero.
+    // The line through observations of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`, beside the weak slant of zero.
     let line = |step: f64, share: f64| {
         let (sum, first, second) = (2.0 + share, share - 1.0, 1.0 + share + 100.0 * NOISE / weight);
         let determinant = sum * second - first * first;
-        // A vote that counts by a share has the noise of a whole one: sum of squared shares over that of shares.
+        // A observation that counts by a share has the noise of a whole one: sum of squared shares over that of shares.
         let partly = (2.0 + share * share) / (2.0 + share);
         [share * step * (second - first) / determinant, NOISE / weight * second / determinant * partly]
     };
@@ -277,7 +277,7 @@ fn of_votes_at_the_limit_half_counts() {
 
 #[test]
 fn settled_pixels_keep_what_they_have() {
-    let votes = votes_for(slanted, |_, _| 800.0);
+    let observations = observations_for(slanted, |_, _| 800.0);
     let map = map_of(slanted, (P, Q), 1e-4);
     let mut surface = map_of(|_, _| 9.0, (0.0, 0.0), 1e-3);
     for y in 0..ROWS {
@@ -287,7 +287,7 @@ fn settled_pixels_keep_what_they_have() {
     surface
         .par_rows()
         .enumerate()
-        .for_each(|(y, out)| join_row(Level::new(), (&votes, &map), joining, y, Some(1e-4), out));
+        .for_each(|(y, out)| join_row(Level::new(), (&observations, &map), joining, y, Some(1e-4), out));
     for x in 3..COLUMNS - 3 {
         let (found, variance) =
             (f64::from(surface.disparity.row(12)[PAD + x]), surface.variance.row(12)[PAD + x]);
@@ -300,11 +300,11 @@ fn settled_pixels_keep_what_they_have() {
 }
 
 #[test]
-fn where_nothing_votes_nothing_is_known() {
-    let mut votes = VotePlanes::empty(ROWS, COLUMNS);
-    votes.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
+fn where_nothing_observations_nothing_is_known() {
+    let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+    observations.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     let surface = joined(
-        &votes,
+        &observations,
         &map_of(slanted, (P, Q), 1.0),
         Joining { reach: (3, 3), slack: (0.5, 0.3), ..JOINING },
     );
@@ -312,9 +312,9 @@ fn where_nothing_votes_nothing_is_known() {
     assert_eq!(surface.disparity.row(5)[PAD + 7], slanted(7, 5) as f32);
 }
 
-/// The best windows of reach 3 for `votes`, whose windows reach across steps as guesses do.
-fn best_windows(votes: &VotePlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
-    let windows = joined(votes, guesses, Joining { reach: (3, 3), slack: (0.5, 0.3), ..JOINING });
+/// The best windows of reach 3 for `observations`, whose windows reach across steps as guesses do.
+fn best_windows(observations: &ObservationPlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
+    let windows = joined(observations, guesses, Joining { reach: (3, 3), slack: (0.5, 0.3), ..JOINING });
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
         .enumerate()
@@ -327,8 +327,8 @@ fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
     // The step is within the slack of the guesses, so that windows on it hold both sides; the slants differ, too.
     let roof =
         |x: usize, y: usize| slanted(x, y) + if x < EDGE { 0.0 } else { 0.6 - 0.05 * (x - EDGE) as f64 };
-    let votes = votes_for(roof, |_, _| 800.0);
-    let map = best_windows(&votes, &map_of(|x, y| roof(x, y) + 0.2, (0.0, 0.0), 1e-3));
+    let observations = observations_for(roof, |_, _| 800.0);
+    let map = best_windows(&observations, &map_of(|x, y| roof(x, y) + 0.2, (0.0, 0.0), 1e-3));
     for y in 0..ROWS {
         for x in 0..COLUMNS {
             let found = f64::from(map.disparity.row(y)[PAD + x]);
@@ -341,9 +341,9 @@ fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
 
 #[test]
 fn windows_of_another_surface_are_not_taken() {
-    let votes = votes_for(slanted, |_, _| 800.0);
+    let observations = observations_for(slanted, |_, _| 800.0);
     // Windows know one surface, guesses speak of another 1.5 px away.
-    let windows = joined(&votes, &map_of(slanted, (P, Q), 1e-3), Joining { reach: (3, 3), ..JOINING });
+    let windows = joined(&observations, &map_of(slanted, (P, Q), 1e-3), Joining { reach: (3, 3), ..JOINING });
     let guesses = map_of(|x, y| slanted(x, y) + 1.5, (0.0, 0.0), 1e-3);
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()

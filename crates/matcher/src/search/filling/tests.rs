@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::lines::{Hypotheses, SeenRule};
+use crate::lines::{Candidates, SeenRule};
 use crate::maps::OrderingUsed;
 use crate::options::{DisparityRange, MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
@@ -189,7 +189,7 @@ fn filled(
     let volume = scene(disparity_px);
     let lines = Lines::new(volume.tau(), reference, COLUMNS);
     let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
-    let plan = Plan::new(&lines, Hypotheses::covering(RANGE, 0.5), rule);
+    let plan = Plan::new(&lines, Candidates::covering(RANGE, 0.5), rule);
     let options = MatchOptions::default();
     let task = Task {
         volume: &volume,

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::lines::{Hypotheses, Lines, SeenRule};
+use crate::lines::{Candidates, Lines, SeenRule};
 use crate::options::{DisparityRange, Occlusion};
 use epirig_core::tau::Tau;
 
@@ -33,7 +33,7 @@ fn plan_of(
     let rule = SeenRule::new(volume.frames(), 0.5, Occlusion::OneSide);
     Plan::new(
         &lines,
-        Hypotheses::covering(DisparityRange { minimum_px, maximum_px }, disparity_step_px),
+        Candidates::covering(DisparityRange { minimum_px, maximum_px }, disparity_step_px),
         rule,
     )
 }

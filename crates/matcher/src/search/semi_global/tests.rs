@@ -8,7 +8,7 @@ fn penalties(small: u16, large: u16) -> Penalties {
     Penalties { small, large, count: 1.0 }
 }
 
-/// Rows x hypotheses x columns of costs, of which NaN is unknown.
+/// Rows x candidates x columns of costs, of which NaN is unknown.
 type Table = Vec<Vec<Vec<f32>>>;
 
 fn aggregated(costs: &Table, answered: Range<usize>, penalties: Penalties) -> Aggregated<'static> {
@@ -83,13 +83,13 @@ fn recursion(costs: &Table, x: usize, order: &[usize], penalties: Penalties) -> 
 
 fn table(
     rows: Range<usize>,
-    hypotheses: Range<usize>,
+    candidates: Range<usize>,
     columns: Range<usize>,
     largest: u16,
 ) -> impl Strategy<Value = Table> {
-    (rows, hypotheses, columns).prop_flat_map(move |(rows, hypotheses, columns)| {
+    (rows, candidates, columns).prop_flat_map(move |(rows, candidates, columns)| {
         let cost = (0..=largest).prop_map(f32::from);
-        prop::collection::vec(prop::collection::vec(prop::collection::vec(cost, columns), hypotheses), rows)
+        prop::collection::vec(prop::collection::vec(prop::collection::vec(cost, columns), candidates), rows)
     })
 }
 
@@ -208,25 +208,25 @@ fn bands_hold_no_more_than_they_may() {
     let volume = Volume::new(200, 640, 8, tau);
     let frames = 200 * 640 * 100_usize;
     let mut largest = 0;
-    for hypotheses in (1..4000).step_by(7) {
-        match Bands::of(&volume, hypotheses) {
+    for candidates in (1..4000).step_by(7) {
+        match Bands::of(&volume, candidates) {
             Ok(bands) => {
                 let groups = bands.groups();
                 assert!(2 * bands.at_once * bands.band_counts <= (frames / 2).max(32 << 20));
                 for group in &groups {
                     let rows = |span: &Span| span.searched.end - span.answered.start + span.answered.len();
-                    let held: usize = group.iter().map(|span| 2 * rows(span) * 640 * hypotheses).sum();
+                    let held: usize = group.iter().map(|span| 2 * rows(span) * 640 * candidates).sum();
                     assert!(held <= 2 * bands.at_once * bands.band_counts);
-                    assert!(held <= (frames / 2).max(32 << 20), "{hypotheses}: {held}");
+                    assert!(held <= (frames / 2).max(32 << 20), "{candidates}: {held}");
                 }
                 let answered: Vec<usize> =
                     groups.iter().flatten().flat_map(|span| span.answered.clone()).collect();
                 assert_eq!(answered, (0..200).collect::<Vec<_>>());
-                largest = hypotheses;
+                largest = candidates;
             }
             Err(MatchError::AcrossTooManyCandidates { candidates, limit }) => {
-                assert_eq!(candidates, hypotheses);
-                assert!(limit < hypotheses && limit >= largest && Bands::of(&volume, limit).is_ok());
+                assert_eq!(candidates, candidates);
+                assert!(limit < candidates && limit >= largest && Bands::of(&volume, limit).is_ok());
                 assert!(Bands::of(&volume, limit + 1).is_err());
             }
             Err(other) => panic!("{other}"),

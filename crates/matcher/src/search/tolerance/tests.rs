@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::lines::{Hypotheses, Lines, SeenRule};
+use crate::lines::{Candidates, Lines, SeenRule};
 use crate::maps::OrderingUsed;
 use crate::options::{DisparityRange, MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
@@ -39,7 +39,7 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 3.0 };
     // All candidates share the sums under the slope of the middle one, on which samples are whole pixels apart: nothing is interpolated.
-    let plan = Plan::new(&lines, Hypotheses::covering(range, 0.1), rule);
+    let plan = Plan::new(&lines, Candidates::covering(range, 0.1), rule);
     assert_eq!(plan.slabs.len(), 1);
     let options = MatchOptions::default();
     let task =

@@ -15,12 +15,12 @@ pub(super) const ROUGH_SERIES_REACH_PX: f32 = 0.25;
 
 /// One pixel's share in the fits of the windows that contain it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Vote {
-    /// Disparity that the vote is counted from, in px.
+pub(super) struct Observation {
+    /// Disparity that the observation is counted from, in px.
     pub(super) base: f32,
     /// g^2 S, the weight in the fit.
     pub(super) weight: f32,
-    /// Weight times (voted disparity - base).
+    /// Weight times (observed disparity - base).
     pub(super) moment: f32,
     /// Variance of the residuals of the regression, in DN^2.
     pub(super) variance: f32,
@@ -29,13 +29,13 @@ pub(super) struct Vote {
     pub(super) bend: f32,
 }
 
-pub(super) const NO_VOTE: Vote =
-    Vote { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, bend: 0.0 };
+pub(super) const NO_VOTE: Observation =
+    Observation { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, bend: 0.0 };
 
 /// Which frames count, and how far they are followed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FramesAsked<'a> {
-    /// A pixel seen in fewer frames has no vote.
+    /// A pixel seen in fewer frames has no observation.
     pub(super) minimum_frames: usize,
     /// Only every so manieth frame from the reference frame on is looked at.
     pub(super) every: usize,
@@ -45,17 +45,17 @@ pub(super) struct FramesAsked<'a> {
     pub(super) stretches: Option<&'a [(f32, f32)]>,
 }
 
-/// Fills `votes` for the row in `epi` from the `guesses`; NaN guesses have no vote.
-pub(super) fn row_votes(
+/// Fills `observations` for the row in `epi` from the `guesses`; NaN guesses have no observation.
+pub(super) fn row_observations(
     (spline, level): (&Spline, Level),
     epi: &SplineEpi,
     lines: &Lines,
     guesses: &[f32],
     frames: FramesAsked<'_>,
-    votes: &mut [Vote],
+    observations: &mut [Observation],
 ) {
     let columns = lines.columns();
-    votes.fill(NO_VOTE);
+    observations.fill(NO_VOTE);
     let reach = frames.series_reach_px / lines.tau_before().max(lines.tau_after()) as f32;
     let shown = (0..lines.frames()).filter(|t| t.abs_diff(lines.reference()) % frames.every == 0);
     let shown: Vec<(usize, f64)> = shown.map(|t| (t, lines.offsets()[t])).collect();
@@ -88,7 +88,7 @@ pub(super) fn row_votes(
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
                 if served[lane] {
-                    votes[start + lane] = vote(&moments, lane, common, open[lane], frames.minimum_frames);
+                    observations[start + lane] = observation(&moments, lane, common, open[lane], frames.minimum_frames);
                     open[lane] = f32::INFINITY;
                 }
             }
@@ -110,8 +110,8 @@ fn least(mut numbers: [f32; LANES]) -> f32 {
     numbers[0]
 }
 
-/// The vote of one pixel of a block around `common`, counted from its guess.
-fn vote(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames: usize) -> Vote {
+/// The observation of one pixel of a block around `common`, counted from its guess.
+fn observation(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames: usize) -> Observation {
     let count = moments.count[lane];
     let spread = moments.tau_tau[lane] - moments.tau[lane] * moments.tau[lane] / count;
     if count < minimum_frames.max(3) as f32 || spread <= 0.0 {
@@ -126,7 +126,7 @@ fn vote(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames:
     let covariance = at_common + e * (first + 0.5 * e * second);
     let gradient = (moments.slope[lane] + e * moments.tau_bend[lane]) / count;
     let energy = moments.value_value[lane] - moments.value[lane] * moments.value[lane] / count;
-    Vote {
+    Observation {
         base: guess,
         weight: gradient * gradient * spread,
         moment: -gradient * covariance,
@@ -183,26 +183,26 @@ mod tests {
         (volume, lines)
     }
 
-    fn votes_of(
+    fn observations_of(
         (volume, lines): &(Volume, Lines),
         y: usize,
         guesses: &[f32],
         frames: FramesAsked<'_>,
-    ) -> Vec<Vote> {
+    ) -> Vec<Observation> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
         epi.take(&spline, (volume, None), y, 0..FRAMES);
-        let mut votes = vec![NO_VOTE; COLUMNS];
-        row_votes((&spline, Level::new()), &epi, lines, guesses, frames, &mut votes);
-        votes
+        let mut observations = vec![NO_VOTE; COLUMNS];
+        row_observations((&spline, Level::new()), &epi, lines, guesses, frames, &mut observations);
+        observations
     }
 
-    fn voted(vote: &Vote) -> f64 {
-        f64::from(vote.base) + f64::from(vote.moment / vote.weight)
+    fn observed(observation: &Observation) -> f64 {
+        f64::from(observation.base) + f64::from(observation.moment / observation.weight)
     }
 
-    fn has_vote(vote: &Vote) -> bool {
-        vote.weight != 0.0
+    fn has_observation(observation: &Observation) -> bool {
+        observation.weight != 0.0
     }
 
     /// Columns whose points all frames see well inside, and whose gradient is 4 DN/px and more.
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn guesses_off_by_a_tenth_of_a_pixel_vote_for_the_truth() {
+    fn guesses_off_by_a_tenth_of_a_pixel_observe_for_the_truth() {
         for reference in [0, FRAMES / 2] {
             let scene = scene(1, DISPARITY_PX, 0.0, reference, 0.0);
             // Some guesses lie far off, as at an edge; each is served by itself.
@@ -221,14 +221,14 @@ mod tests {
                 (DISPARITY_PX + 0.1 * side + far) as f32
             };
             let guesses: Vec<f32> = (0..COLUMNS).map(guess).collect();
-            let votes = votes_of(&scene, 0, &guesses, WHOLE);
+            let observations = observations_of(&scene, 0, &guesses, WHOLE);
             for x in textured().filter(|x| x % 13 != 0) {
                 // What a step leaves of the guess's error e: third derivative over first, times e^3 (1/6 + 1/2) at most; e is half
                 // of it with the reference in the middle.
                 let reach = 0.1 * if reference == 0 { 1.0_f64 } else { 0.5 };
                 let sharpest: f64 = WAVES.iter().map(|(amplitude, omega, _)| amplitude * omega.powi(3)).sum();
                 let bound = ROUNDING_PX + sharpest / 4.0 * reach.powi(3) * 2.0 / 3.0;
-                let error = voted(&votes[x]) - DISPARITY_PX;
+                let error = observed(&observations[x]) - DISPARITY_PX;
                 assert!(error.abs() < bound, "reference {reference}, column {x}: {error} of {bound}");
             }
         }
@@ -237,18 +237,18 @@ mod tests {
     #[test]
     fn weights_are_squared_gradients_times_the_spread_of_tau() {
         let scene = scene(1, DISPARITY_PX, 0.0, FRAMES / 2, 0.0);
-        let votes = votes_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], WHOLE);
+        let observations = observations_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], WHOLE);
         // Sum of (k/40)^2 for k = -20 to 20.
         let spread = 2870.0 * 2.0 / 1600.0;
         for x in textured() {
             let (gradient, bend) = (template(x as f64, 1), template(x as f64, 2));
-            let vote = votes[x];
+            let observation = observations[x];
             // Five standard deviations of the mean over 41 frames: counts times the root of the noise gain (1.64; for the second
             // derivative below 5), which is taken 0.00056 px (RMS) off its place, where the third derivative is at most 3.5.
             let bound = |gain: f64, next: f64| 5.0 * (0.0023 * gain + 0.00056 * next) / 41.0_f64.sqrt();
-            assert!((f64::from(vote.gradient) - gradient).abs() < bound(1.64, 0.0), "column {x}");
-            assert!((f64::from(vote.bend) - bend).abs() < bound(5.0, 3.5), "column {x}");
-            let relative = f64::from(vote.weight) / (gradient * gradient * spread) - 1.0;
+            assert!((f64::from(observation.gradient) - gradient).abs() < bound(1.64, 0.0), "column {x}");
+            assert!((f64::from(observation.bend) - bend).abs() < bound(5.0, 3.5), "column {x}");
+            let relative = f64::from(observation.weight) / (gradient * gradient * spread) - 1.0;
             assert!(relative.abs() < 2.1 * bound(1.64, 0.0) / 4.0, "column {x}: {relative}");
         }
     }
@@ -259,8 +259,8 @@ mod tests {
         let scene = scene(rows, DISPARITY_PX, 0.0, FRAMES / 2, 2.0);
         let mut variances = Vec::new();
         for y in 0..rows {
-            let votes = votes_of(&scene, y, &[DISPARITY_PX as f32; COLUMNS], WHOLE);
-            variances.extend(votes[20..COLUMNS - 20].iter().map(|vote| f64::from(vote.variance)));
+            let observations = observations_of(&scene, y, &[DISPARITY_PX as f32; COLUMNS], WHOLE);
+            variances.extend(observations[20..COLUMNS - 20].iter().map(|observation| f64::from(observation.variance)));
         }
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
         // 30 x 80 x 39 residuals, of which neighbours share some: 1 % is five standard deviations.
@@ -268,27 +268,27 @@ mod tests {
     }
 
     #[test]
-    fn where_there_is_no_guess_there_is_no_vote() {
+    fn where_there_is_no_guess_there_is_no_observation() {
         let scene = scene(1, DISPARITY_PX, 0.0, FRAMES / 2, 0.0);
         let guesses: Vec<f32> =
             (0..COLUMNS).map(|x| if x % 3 == 0 { f32::NAN } else { DISPARITY_PX as f32 }).collect();
-        let votes = votes_of(&scene, 0, &guesses, WHOLE);
-        for (x, vote) in votes.iter().enumerate().take(COLUMNS - 20).skip(20) {
-            assert_eq!(has_vote(vote), x % 3 != 0, "column {x}");
+        let observations = observations_of(&scene, 0, &guesses, WHOLE);
+        for (x, observation) in observations.iter().enumerate().take(COLUMNS - 20).skip(20) {
+            assert_eq!(has_observation(observation), x % 3 != 0, "column {x}");
         }
-        let none = votes_of(&scene, 0, &[f32::NAN; COLUMNS], WHOLE);
-        assert!(!none.iter().any(has_vote));
+        let none = observations_of(&scene, 0, &[f32::NAN; COLUMNS], WHOLE);
+        assert!(!none.iter().any(has_observation));
     }
 
     #[test]
-    fn points_vote_if_enough_frames_see_them() {
+    fn points_observe_if_enough_frames_see_them() {
         // Points near the borders leave the image; half the frames see some of them.
         let disparity_px = 41.7;
         for (reference, minimum_frames) in [(0, 3), (FRAMES / 2, 30), (FRAMES - 1, 12)] {
             let scene = scene(1, disparity_px, 0.0, reference, 0.0);
             let frames = FramesAsked { minimum_frames, ..WHOLE };
-            let votes = votes_of(&scene, 0, &[disparity_px as f32; COLUMNS], frames);
-            for (x, vote) in votes.iter().enumerate() {
+            let observations = observations_of(&scene, 0, &[disparity_px as f32; COLUMNS], frames);
+            for (x, observation) in observations.iter().enumerate() {
                 let seen: Vec<f64> = scene
                     .1
                     .offsets()
@@ -296,13 +296,13 @@ mod tests {
                     .copied()
                     .filter(|tau| (1.0..=(COLUMNS - 2) as f64).contains(&(x as f64 + disparity_px * tau)))
                     .collect();
-                assert_eq!(has_vote(vote), seen.len() >= minimum_frames, "reference {reference}, column {x}");
+                assert_eq!(has_observation(observation), seen.len() >= minimum_frames, "reference {reference}, column {x}");
                 let gradient = template(x as f64, 1).abs();
-                if has_vote(vote) && gradient > 4.0 && (20..100).contains(&x) {
+                if has_observation(observation) && gradient > 4.0 && (20..100).contains(&x) {
                     let mean = seen.iter().sum::<f64>() / seen.len() as f64;
                     let spread: f64 = seen.iter().map(|tau| (tau - mean).powi(2)).sum();
                     let weight = gradient * gradient * spread;
-                    assert!((f64::from(vote.weight) / weight - 1.0).abs() < 0.01, "column {x}");
+                    assert!((f64::from(observation.weight) / weight - 1.0).abs() < 0.01, "column {x}");
                     // The turned continuation has second derivatives up to 10 DN/px^2 off, by which samples between the border's pixels err by an eighth;
                     // inwards it decays by the filter's pole.
                     let border = |tau: f64| {
@@ -311,7 +311,7 @@ mod tests {
                     };
                     let from_border = seen.iter().map(|&tau| border(tau)).sum::<f64>() / (gradient * spread);
                     let bound = ROUNDING_PX * 1.897 / spread.sqrt() + from_border;
-                    let error = voted(vote) - disparity_px;
+                    let error = observed(observation) - disparity_px;
                     assert!(error.abs() < bound, "column {x}: {error} of {bound}");
                 }
             }
@@ -325,33 +325,33 @@ mod tests {
         scene.0.fine_counts_mut().unwrap()[31 * COLUMNS..].fill(128 * 30);
         let stretches = [(-0.5, 0.25); COLUMNS];
         let frames = FramesAsked { minimum_frames: 31, stretches: Some(&stretches), ..WHOLE };
-        let votes = votes_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], frames);
+        let observations = observations_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], frames);
         // 31 equidistant frames.
         let spread = 31.0 * (31.0 * 31.0 - 1.0) / 12.0 / 1600.0_f64;
         for x in textured() {
-            let error = voted(&votes[x]) - DISPARITY_PX;
+            let error = observed(&observations[x]) - DISPARITY_PX;
             assert!(error.abs() < ROUNDING_PX * 1.897 / spread.sqrt(), "column {x}: {error}");
         }
     }
 
     #[test]
-    fn votes_do_not_depend_on_the_blocks_that_pixels_share() {
+    fn observations_do_not_depend_on_the_blocks_that_pixels_share() {
         let plain = scene(1, DISPARITY_PX, 0.0, FRAMES / 2, 0.0);
         let moved = scene(1, DISPARITY_PX, 5.0, FRAMES / 2, 0.0);
         // Where guesses are alike nothing differs at all.
         let alike = [DISPARITY_PX as f32; COLUMNS];
-        let (a, b) = (votes_of(&plain, 0, &alike, WHOLE), votes_of(&moved, 0, &alike, WHOLE));
+        let (a, b) = (observations_of(&plain, 0, &alike, WHOLE), observations_of(&moved, 0, &alike, WHOLE));
         // The border is 20 px away, farther than splines and shifts reach.
         for x in 20..COLUMNS - 25 {
-            let exact = |vote: &Vote| [vote.weight, vote.moment, vote.variance, vote.gradient, vote.bend];
+            let exact = |observation: &Observation| [observation.weight, observation.moment, observation.variance, observation.gradient, observation.bend];
             assert_eq!(exact(&a[x]), exact(&b[x + 5]), "column {x}");
         }
         let guess = |x: f64| (DISPARITY_PX + 0.3 * (0.9 * x).sin()) as f32;
         let guesses: Vec<f32> = (0..COLUMNS).map(|x| guess(x as f64)).collect();
         let moved_guesses: Vec<f32> = (0..COLUMNS).map(|x| guess(x as f64 - 5.0)).collect();
-        let (a, b) = (votes_of(&plain, 0, &guesses, WHOLE), votes_of(&moved, 0, &moved_guesses, WHOLE));
+        let (a, b) = (observations_of(&plain, 0, &guesses, WHOLE), observations_of(&moved, 0, &moved_guesses, WHOLE));
         for x in textured().filter(|&x| x < COLUMNS - 25) {
-            let difference = voted(&a[x]) - voted(&b[x + 5]);
+            let difference = observed(&a[x]) - observed(&b[x + 5]);
             // The series adds its third term of sixteen times a shift of 0.125 px.
             let series = 3.4 / 4.0 * f64::from(SERIES_REACH_PX).powi(3);
             assert!(difference.abs() < 2.0 * (ROUNDING_PX + series), "column {x}: {difference}");

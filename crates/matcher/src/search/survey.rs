@@ -4,32 +4,32 @@ use super::best::Best;
 use super::kernels;
 use super::plan::Plan;
 use super::row_costs::RowCosts;
-use crate::lines::{Hypotheses, Lines, SeenRule};
+use crate::lines::{Candidates, Lines, SeenRule};
 use crate::options::Method;
 use epirig_core::volume::Volume;
 
 /// Rows above and below whose costs are added.
 const REACH_ROWS: usize = 1;
-/// Rivals are at least this many hypotheses apart.
+/// Rivals are at least this many candidates apart.
 const RIVALS_APART: usize = 3;
 
 /// Looks at single rows of a volume.
-pub(crate) struct Votes<'a> {
+pub(crate) struct RowSurvey<'a> {
     volume: &'a Volume,
     plan: Plan,
     half_columns: usize,
 }
 
-impl<'a> Votes<'a> {
-    /// Under `hypotheses`, with windows of three rows and `2 * half_columns + 1` columns.
+impl<'a> RowSurvey<'a> {
+    /// Under `candidates`, with windows of three rows and `2 * half_columns + 1` columns.
     pub(crate) fn new(
         volume: &'a Volume,
         lines: &Lines,
-        hypotheses: Hypotheses,
+        candidates: Candidates,
         rule: SeenRule,
         half_columns: usize,
     ) -> Self {
-        Self { volume, plan: Plan::new(lines, hypotheses, rule), half_columns }
+        Self { volume, plan: Plan::new(lines, candidates, rule), half_columns }
     }
 
     /// The best disparity of each pixel of row `y`, in px, and how much better it is than its rivals (NaN without any).
@@ -49,8 +49,8 @@ impl<'a> Votes<'a> {
         let mut best = Best::new(columns, RIVALS_APART);
         for slab in &plan.slabs {
             rows.iter_mut().for_each(|row| row.load_slab(slab));
-            for k in slab.hypotheses.clone() {
-                let runs = &plan.candidates[k].runs;
+            for k in slab.candidates.clone() {
+                let runs = &plan.coverage[k].runs;
                 sum.fill(0.0);
                 for row in &rows {
                     row.single(k, None, &mut single);
@@ -64,11 +64,11 @@ impl<'a> Votes<'a> {
                 best.take(runs.iter().map(|run| (run.clone(), &mean[run.clone()])));
             }
         }
-        let disparity = |k: usize| plan.hypotheses.disparity_px(k as f64);
-        let vote = |x: usize| {
+        let disparity = |k: usize| plan.candidates.disparity_px(k as f64);
+        let surveyed = |x: usize| {
             let (k, _) = best.winner(x)?;
             Some((disparity(k), best.confidence(x, Method::Variance.resolution())))
         };
-        (0..columns).map(vote).collect()
+        (0..columns).map(surveyed).collect()
     }
 }
