@@ -32,11 +32,8 @@ fn ways() -> [(&'static str, MatchOptions); 6] {
         ("a first look", default().quick()),
         ("normalised frames", MatchOptions::for_method(Method::Normalised)),
         ("normalised frames, a first look", MatchOptions::for_method(Method::Normalised).quick()),
-        ("across rows", MatchOptions { semi_global: true, ..default() }),
-        (
-            "points that hide others",
-            MatchOptions { ordering_constraint: OrderingConstraint::Off, ..default() },
-        ),
+        ("semi-global", MatchOptions { semi_global: true, ..default() }),
+        ("occluding objects", MatchOptions { ordering_constraint: OrderingConstraint::Off, ..default() }),
     ]
 }
 

@@ -151,9 +151,9 @@ fn ranges_and_options_that_make_no_sense() {
         (vec!["--window", "61"], vec!["window", "61"]),
         (
             vec!["--reference", "middle", "--range", "-20..20", "--disparity-step", "0.001"],
-            vec!["raster", "0.001"],
+            vec!["disparity step", "0.001"],
         ),
-        (vec!["--disparity-step", "0"], vec!["raster", "0.01"]),
+        (vec!["--disparity-step", "0"], vec!["disparity step", "0.01"]),
         (vec!["--min-visible", "2"], vec!["share", "2"]),
         (vec!["--figure-row", "24"], vec!["row 24", "23"]),
     ] {

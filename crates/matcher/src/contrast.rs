@@ -17,7 +17,7 @@ pub(super) fn contrast(row: &[f32]) -> impl Iterator<Item = f32> + '_ {
 }
 
 /// Mean of the squared differences of each pixel from its two neighbours, in DN^2.
-pub(super) fn squared_slopes(row: &[f32]) -> impl Iterator<Item = f32> + '_ {
+pub(super) fn squared_gradients(row: &[f32]) -> impl Iterator<Item = f32> + '_ {
     (0..row.len()).map(|x| {
         let square = |other: usize| (row[other] - row[x]).powi(2);
         0.5 * (square(x.saturating_sub(1)) + square((x + 1).min(row.len() - 1)))
@@ -38,9 +38,9 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_those_of_a_ramp() {
+    fn gradients_are_those_of_a_ramp() {
         let row: Vec<f32> = (0..6).map(|x| 3.0 * x as f32).collect();
-        let found: Vec<f32> = squared_slopes(&row).collect();
+        let found: Vec<f32> = squared_gradients(&row).collect();
         assert_eq!(found, [4.5, 9.0, 9.0, 9.0, 9.0, 4.5]);
     }
 }

@@ -49,7 +49,7 @@ impl Interpolation {
     }
 
     /// Weights of the same neighbours for the derivative of the cubic B-spline at `fraction`, per px.
-    pub fn bspline_slope_weights(fraction: f32) -> [f32; TAPS] {
+    pub fn bspline_gradient_weights(fraction: f32) -> [f32; TAPS] {
         let (f, g) = (fraction, 1.0 - fraction);
         [-0.5 * g * g, 0.5 * f * (3.0 * f - 4.0), 0.5 * g * (4.0 - 3.0 * g), 0.5 * f * f]
     }
@@ -192,19 +192,19 @@ mod tests {
     }
 
     #[test]
-    fn the_slope_is_the_derivative_of_the_value() {
+    fn the_gradient_is_the_derivative_of_the_value() {
         let values: Vec<u16> = (0..40).map(|x| (x * 7919 % 251) as u16).collect();
         let epi = sampled(&values, Interpolation::BSpline);
         for step in 0..100 {
             let position = 10.05 + f64::from(step) * 0.1;
             let whole = position.floor();
-            let weights = Interpolation::bspline_slope_weights((position - whole) as f32);
-            let slope: f32 = weights.iter().zip(epi.taps(0, whole as isize, 1)).map(|(w, c)| w * c).sum();
+            let weights = Interpolation::bspline_gradient_weights((position - whole) as f32);
+            let gradient: f32 = weights.iter().zip(epi.taps(0, whole as isize, 1)).map(|(w, c)| w * c).sum();
             let h = 0.01;
             let difference = (value(&epi, Interpolation::BSpline, position + h)
                 - value(&epi, Interpolation::BSpline, position - h))
                 / (2.0 * h);
-            assert!((f64::from(slope) - difference).abs() < 0.1, "{slope} {difference}");
+            assert!((f64::from(gradient) - difference).abs() < 0.1, "{gradient} {difference}");
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A point seen at column x of the reference frame r lies, in frame t, at x + d (tau_t - tau_r): a straight line whose
 //! slope is the disparity d, signed, in pixels over the whole baseline. The method is that of the 2001 paper on
 //! epipolar plane images: a cost for every candidate line ([`cost`]), a strictly increasing mapping found by dynamic
-//! programming ([`mapping`]), on a raster finer than the pixel. Beyond the paper: the range of disparities is found from
+//! programming ([`mapping`]), at disparity steps finer than the pixel. Beyond the paper: the range of disparities is found from
 //! the data ([`range`]), points need not be seen in all frames, and a fit over all frames ([`refine`]) gives each
 //! disparity its last digits and its sigma.
 //!
@@ -12,6 +12,7 @@
 
 mod contrast;
 pub mod cost;
+mod edge_refinement;
 pub mod evaluate;
 pub mod interpolation;
 mod linear_epi;
@@ -28,7 +29,6 @@ mod quick;
 pub mod range;
 pub mod refine;
 mod search;
-mod settling;
 pub mod surface;
 mod winner;
 

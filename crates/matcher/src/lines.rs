@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn candidates_cover_the_range_on_a_fixed_raster() {
+    fn candidates_cover_the_range_at_fixed_steps() {
         let range = DisparityRange { minimum_px: -0.3, maximum_px: 1.1 };
         let candidates = Candidates::covering(range, 0.25);
         assert_eq!(candidates.count(), 8);

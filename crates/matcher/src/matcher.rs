@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::cost::{Band, CostTable, band_costs};
+use super::edge_refinement::refine_edges;
 use super::lines::{Candidates, Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
@@ -14,12 +15,11 @@ use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, fit};
 use super::search::{Searched, Task, search};
-use super::settling::settle_edges;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 
-/// Gauss-Newton steps: from half a raster step two come within a thousandth of a pixel of the end; the third confirms.
+/// Gauss-Newton steps: from half a disparity step two come within a thousandth of a pixel of the end; the third confirms.
 const FIT_STEPS: usize = 2;
 
 /// Disparity of every pixel of the reference frame, as [`Matcher::matched`] finds it.
@@ -127,7 +127,7 @@ fn matched(
 
     if halved.is_none() && ordering == OrderingUsed::On {
         // A free search has windows that lie to one side of a pixel.
-        settle_edges(task, &mut guess, 1 + options.window_px / 2);
+        refine_edges(task, &mut guess, 1 + options.window_px / 2);
     }
     let steps = match (&halved, options.refine) {
         (_, false) => 0,
@@ -146,7 +146,7 @@ fn matched(
     };
     progress.begin("refining", (rows * steps.max(1)) as u64);
     let found = fit(volume, &lines, guess, fit_options, || progress.advance(1));
-    let FitResult { disparity, sigma, doubtful, locking_px, locking } = found;
+    let FitResult { disparity, sigma, outliers, locking_px, locking } = found;
     progress.end();
 
     let mut maps = DisparityMaps {
@@ -161,7 +161,7 @@ fn matched(
         ordering,
         locking: None,
     };
-    Verdicts { range, ordering, options }.pass(&mut maps, doubtful.as_ref());
+    Verdicts { range, ordering, options }.pass(&mut maps, outliers.as_ref());
     // Where no bias stands out, none is worst.
     let answered = locking_px.iter().flat_map(|locking_px| {
         let pixels = maps.disparity.values().iter().zip(maps.sigma.values()).zip(locking_px.values());
@@ -217,7 +217,7 @@ struct Verdicts<'a> {
 
 impl Verdicts<'_> {
     /// Says of each pixel what became of it, which only the search has done so far, and takes the numbers from those that have no answer.
-    fn pass(&self, maps: &mut DisparityMaps, doubtful: Option<&Grid<bool>>) {
+    fn pass(&self, maps: &mut DisparityMaps, outliers: Option<&Grid<bool>>) {
         let columns = maps.answer.columns();
         let DisparityMaps { disparity, sigma, answer, confidence, .. } = maps;
         let rows =
@@ -226,9 +226,9 @@ impl Verdicts<'_> {
         rows.enumerate().for_each(|(y, ((answers, disparities), sigmas))| {
             let confidences = confidence.row(y);
             for (x, answer) in answers.iter_mut().enumerate() {
-                let doubtful = doubtful.is_some_and(|doubtful| doubtful.at(x, y));
+                let outlier = outliers.is_some_and(|outliers| outliers.at(x, y));
                 if *answer == Answer::Found {
-                    *answer = self.of_fitted((disparities[x], sigmas[x]), doubtful, confidences[x]);
+                    *answer = self.of_fitted((disparities[x], sigmas[x]), outlier, confidences[x]);
                 }
                 if *answer != Answer::Found {
                     (disparities[x], sigmas[x]) = (f32::NAN, f32::NAN);
@@ -237,14 +237,14 @@ impl Verdicts<'_> {
         });
     }
 
-    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), doubtful: bool, confidence: f32) -> Answer {
+    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), outlier: bool, confidence: f32) -> Answer {
         let ambiguous = f64::from(confidence) < self.options.minimum_confidence;
-        // The fit may leave the raster, but not the range by more than a step of it can.
+        // The fit may leave the candidates, but not the range by more than a step of it can.
         let disparity = f64::from(disparity_px);
         let outside = disparity < self.range.minimum_px - 1.0 || disparity > self.range.maximum_px + 1.0;
         if sigma_px.is_nan() || f64::from(sigma_px) > self.options.maximum_sigma_px {
             Answer::NoTexture
-        } else if doubtful {
+        } else if outlier {
             Answer::Occluded
         } else if outside {
             Answer::BeyondRange

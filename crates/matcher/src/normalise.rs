@@ -90,21 +90,21 @@ impl Window {
         let ((all, columns), half) = (self.size, self.halves.1);
         let first = rows.start.saturating_sub(half);
         let row = |y: usize| &values[(y - first) * columns..(y - first + 1) * columns];
-        let mut held = first..first;
+        let mut paths = first..first;
         for (y, out) in rows.zip(band.chunks_exact_mut(columns)) {
             let wanted = y.saturating_sub(half)..(y + half + 1).min(all);
-            for entering in held.end..wanted.end {
+            for entering in paths.end..wanted.end {
                 self.add(row(entering), 1.0);
             }
-            for leaving in held.start..wanted.start {
+            for leaving in paths.start..wanted.start {
                 self.add(row(leaving), -1.0);
             }
-            held = wanted;
+            paths = wanted;
             for (sums, by_column) in self.sums.iter_mut().zip(&self.by_column) {
                 box_sums(by_column, 2 * self.halves.0 + 1, sums);
             }
             let [sums, squares] = &self.sums;
-            deviations(row(y), [sums, squares, &self.covered], (held.len() as f64, floor), out);
+            deviations(row(y), [sums, squares, &self.covered], (paths.len() as f64, floor), out);
         }
     }
 

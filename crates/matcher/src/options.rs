@@ -154,7 +154,7 @@ pub struct MatchOptions {
     pub disparity_step_px: f64,
     /// Side of the square window of the costs, in px, odd.
     pub window_px: usize,
-    /// Whether neighbouring rows help each other to a disparity: for weak texture. Surfaces are then taken to go on from row to row, where a row
+    /// Whether costs are aggregated across rows, too (semi-global matching): for weak texture. Surfaces are then taken to continue from row to row, where a row
     /// by itself does not tell more than noise does.
     pub semi_global: bool,
     /// The frame whose pixels are answered.
@@ -165,8 +165,8 @@ pub struct MatchOptions {
     pub occlusion: Occlusion,
     /// Whether the mapping must be strictly increasing.
     pub ordering_constraint: OrderingConstraint,
-    /// Whether the fit over all frames moves the disparity off the raster. Without it the vertex of the parabola through
-    /// three costs does, as far as half the raster. The fit presumes equal intensities, as `Method::Variance` does and `Method::Normalised` brings about.
+    /// Whether the fit over all frames refines the disparity between the candidates. Without it the vertex of the parabola through
+    /// three costs does, as far as half the disparity step. The fit presumes equal intensities, as `Method::Variance` does and `Method::Normalised` brings about.
     pub refine: bool,
     /// Side of the smallest window of the fit, in px, odd, 1 to 21.
     pub refine_window_px: usize,
@@ -269,12 +269,12 @@ pub enum MatchError {
         /// The values allowed.
         expected: &'static str,
     },
-    /// Rows cannot help each other with so many candidates.
+    /// Costs of so many candidates cannot be aggregated across rows.
     #[error(
-        "rows that help each other hold the costs of all candidates, and {candidates} for each pixel would take more memory than half of \
-         the frames' own; at most {limit} fit: give a narrower range or a coarser raster, or search each row by itself"
+        "rows that aggregation each other hold the costs of all candidates, and {candidates} for each pixel would take more memory than half of \
+         the frames' own; at most {limit} fit: give a narrower range or a larger disparity step, or leave --semi-global out"
     )]
-    AcrossTooManyCandidates {
+    TooManyToAggregate {
         /// Candidates of a pixel.
         candidates: usize,
         /// As many as could be held.
@@ -341,7 +341,7 @@ impl MatchOptions {
             return bad("the window", self.window_px as f64, "narrower than the images by 4 px");
         }
         if !(self.disparity_step_px >= 0.01 && self.disparity_step_px <= 1.0) {
-            return bad("the raster", self.disparity_step_px, "from 0.01 to 1 px");
+            return bad("the disparity step", self.disparity_step_px, "from 0.01 to 1 px");
         }
         if !(self.minimum_visible > 0.0 && self.minimum_visible <= 1.0) {
             return bad("the share of frames that must see a point", self.minimum_visible, share);
@@ -381,7 +381,7 @@ impl MatchOptions {
     pub(super) fn check_search(&self, candidates: &Candidates) -> Result<(), MatchError> {
         if candidates.count() > LARGEST_SEARCH {
             return Err(MatchError::BadOption {
-                option: "the raster",
+                option: "the disparity step",
                 value: self.disparity_step_px,
                 expected: "coarser for so wide a range: at most 30000 candidates fit",
             });

@@ -81,15 +81,15 @@ pub fn tau_corrections(volume: &Volume, maps: &DisparityMaps) -> Result<Vec<TauC
     // Constant and linear corrections are open; they are held at zero.
     let open = gauge(tau);
     let scale = matrix.trace() / frames as f64;
-    let mut held = matrix.clone();
+    let mut paths = matrix.clone();
     for direction in &open {
-        held += scale * direction * direction.transpose();
+        paths += scale * direction * direction.transpose();
     }
     let apart = (0..frames).find(|&frame| matrix[(frame, frame)] <= PIVOT * scale);
     if let Some(frame) = apart {
         return Err(FramesApart { frame });
     }
-    let factor = Cholesky::new(held).ok_or(FramesApart { frame: 0 })?;
+    let factor = Cholesky::new(paths).ok_or(FramesApart { frame: 0 })?;
     let lower = factor.l_dirty();
     if let Some(frame) = (0..frames).find(|&frame| lower[(frame, frame)].powi(2) <= PIVOT * scale) {
         return Err(FramesApart { frame });
@@ -140,7 +140,7 @@ fn sums_of_row(volume: &Volume, maps: &DisparityMaps, lines: &Lines, y: usize) -
                 weights.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum()
             };
             values[t] = sum(Interpolation::bspline_weights(fraction));
-            slope += sum(Interpolation::bspline_slope_weights(fraction));
+            slope += sum(Interpolation::bspline_gradient_weights(fraction));
             // A point moves to one side, so the frames that see it follow each other.
             (first, end) = (first.min(t), t + 1);
         }

@@ -123,7 +123,8 @@ fn exhaustive(
     let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
     let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
     let rule = SeenRule::new(frames.len(), options.minimum_visible, occlusion);
-    let surveyed = |&y: &usize| survey_row(&thinned.volume, y, &survey_lines, &candidates, rule, &survey_options);
+    let surveyed =
+        |&y: &usize| survey_row(&thinned.volume, y, &survey_lines, &candidates, rule, &survey_options);
     Some(thinned.centres.par_iter().map(surveyed).collect())
 }
 
@@ -201,7 +202,7 @@ fn without_stragglers(sorted: &[f64], near: f64) -> Vec<f64> {
 }
 
 fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64), step: f64) -> bool {
-    // Votes lie at a coarse disparity step: two steps of it are no depth edge.
+    // The disparity step of the survey is coarse: two steps are no depth edge.
     let slack = 2.0 * step;
     let crosses = |row: &Vec<Option<f64>>| {
         let inside = |pixel: &Option<f64>| pixel.filter(|&value| value >= kept.0 && value <= kept.1);

@@ -45,7 +45,7 @@ impl<'a> Correlation<'a> {
     ) -> Self {
         let columns = lines.columns();
         let wide = columns + 2 * band.half;
-        let held = band.epis.len();
+        let paths = band.epis.len();
         let answered = band.answered.len();
         let mut this = Self {
             band,
@@ -54,8 +54,8 @@ impl<'a> Correlation<'a> {
             level: Level::new(),
             mean_model: method == Method::NccMean,
             offset: 0.0,
-            model: vec![vec![0.0; wide]; held],
-            samples: vec![vec![0.0; wide]; held],
+            model: vec![vec![0.0; wide]; paths],
+            samples: vec![vec![0.0; wide]; paths],
             model_windows: vec![std::array::from_fn(|_| vec![0.0; columns]); answered],
             vertical: std::array::from_fn(|_| vec![0.0; wide]),
             windows: std::array::from_fn(|_| vec![0.0; columns]),

@@ -61,7 +61,7 @@ impl CostTable {
 /// Rows that are matched together, with the rows around them that their windows reach.
 pub(super) struct Band {
     /// Rows of the volume whose samples are held.
-    held: std::ops::Range<usize>,
+    paths: std::ops::Range<usize>,
     /// Rows that are answered.
     answered: std::ops::Range<usize>,
     /// Half of the window's side, rounded down.
@@ -73,17 +73,17 @@ pub(super) struct Band {
 impl Band {
     pub(super) fn new(volume: &Volume, answered: std::ops::Range<usize>, options: &MatchOptions) -> Self {
         let half = options.window_px / 2;
-        let held = answered.start.saturating_sub(half)..(answered.end + half).min(volume.rows());
-        let epis = held.clone().map(|y| SampledEpi::new(volume, y, options.interpolation, half)).collect();
-        Self { held, answered, half, epis }
+        let paths = answered.start.saturating_sub(half)..(answered.end + half).min(volume.rows());
+        let epis = paths.clone().map(|y| SampledEpi::new(volume, y, options.interpolation, half)).collect();
+        Self { paths, answered, half, epis }
     }
 
     /// The held rows, as indices into `epis`, that the window around answered row `index` covers.
     fn window_rows(&self, index: usize) -> std::ops::Range<usize> {
         let y = self.answered.start + index;
-        let first = y.saturating_sub(self.half).max(self.held.start);
-        let end = (y + self.half + 1).min(self.held.end);
-        first - self.held.start..end - self.held.start
+        let first = y.saturating_sub(self.half).max(self.paths.start);
+        let end = (y + self.half + 1).min(self.paths.end);
+        first - self.paths.start..end - self.paths.start
     }
 }
 

@@ -32,7 +32,7 @@ pub struct OrderingLimits {
 impl OrderingLimits {
     /// The limits that keep the order of points in the first and the last frame, for candidates `disparity_step_px` apart.
     pub fn new(lines: &Lines, disparity_step_px: f64) -> Self {
-        // The largest whole number strictly below 1 / (share * raster); a share of zero sets no limit.
+        // The largest whole number strictly below 1 / (share * step); a share of zero sets no limit.
         let strictly_below = |share: f64| {
             let limit = 1.0 / (share * disparity_step_px);
             if limit.is_finite() { ((limit - 1e-9).ceil() as usize).saturating_sub(1) } else { usize::MAX }
@@ -193,11 +193,11 @@ mod tests {
     use proptest::prelude::*;
 
     /// The least sum over all strictly increasing mappings, by trying every one: the definition, not the method.
-    fn exhaustive(costs: &CostTable, lines: &Lines, raster: f64, unknown: f32) -> f64 {
+    fn exhaustive(costs: &CostTable, lines: &Lines, step: f64, unknown: f32) -> f64 {
         fn extend(
             costs: &CostTable,
             lines: &Lines,
-            raster: f64,
+            step: f64,
             unknown: f32,
             path: &mut Vec<usize>,
             sum: f64,
@@ -209,7 +209,7 @@ mod tests {
             let mut best = f64::INFINITY;
             for k in 0..costs.candidates() {
                 if let Some(&previous) = path.last() {
-                    let end = |x: usize, k: usize, tau: f64| x as f64 + k as f64 * raster * tau;
+                    let end = |x: usize, k: usize, tau: f64| x as f64 + k as f64 * step * tau;
                     let first_grows =
                         end(x, k, -lines.tau_before()) > end(x - 1, previous, -lines.tau_before()) + 1e-9;
                     let last_grows =
@@ -221,12 +221,12 @@ mod tests {
                 let cost = costs.at(k, x);
                 let cost = f64::from(if cost.is_nan() { unknown } else { cost });
                 path.push(k);
-                best = best.min(extend(costs, lines, raster, unknown, path, sum + cost));
+                best = best.min(extend(costs, lines, step, unknown, path, sum + cost));
                 path.pop();
             }
             best
         }
-        extend(costs, lines, raster, unknown, &mut Vec::new(), 0.0)
+        extend(costs, lines, step, unknown, &mut Vec::new(), 0.0)
     }
 
     proptest! {
@@ -234,11 +234,11 @@ mod tests {
         fn the_mapping_is_the_optimum_of_exhaustive_search_and_increases(
             values in prop::collection::vec(prop_oneof![9 => 0.0_f32..100.0, 1 => Just(f32::NAN)], 7 * 5),
             reference in 0_usize..5,
-            raster in prop::sample::select(vec![0.25, 0.5, 1.0, 0.4]),
+            step in prop::sample::select(vec![0.25, 0.5, 1.0, 0.4]),
         ) {
             let lines = Lines::new(&Tau::equidistant(5).unwrap(), reference, 5);
             let costs = CostTable::from_values(5, values);
-            let limits = OrderingLimits::new(&lines, raster);
+            let limits = OrderingLimits::new(&lines, step);
             let mapping = optimal_mapping(&costs, limits, 40.0);
             let sum: f64 = mapping.iter().enumerate().map(|(x, &k)| {
                 let cost = costs.at(k.into(), x);
@@ -246,10 +246,10 @@ mod tests {
             }).sum();
             // Five sums below 500, each rounded to 24 bits, on either way.
             let rounding = 2.0 * 5.0 * 500.0 / f64::from(1 << 24);
-            prop_assert!((sum - exhaustive(&costs, &lines, raster, 40.0)).abs() < rounding);
+            prop_assert!((sum - exhaustive(&costs, &lines, step, 40.0)).abs() < rounding);
             for (x, pair) in mapping.windows(2).enumerate() {
                 for tau in [-lines.tau_before(), lines.tau_after()] {
-                    let end = |x: usize, k: u16| x as f64 + f64::from(k) * raster * tau;
+                    let end = |x: usize, k: u16| x as f64 + f64::from(k) * step * tau;
                     prop_assert!(end(x + 1, pair[1]) > end(x, pair[0]) + 1e-9);
                 }
             }

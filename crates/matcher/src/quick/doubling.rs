@@ -1,11 +1,11 @@
 //! From half the resolution to the whole one.
 //!
-//! On one surface disparities are interpolated. Where several lie around a pixel, it decides for itself ([`settling`](crate::settling)).
+//! On one surface disparities are interpolated. Where several lie around a pixel, it decides for itself ([`edge_refinement`](crate::settling)).
 
 use rayon::prelude::*;
 
+use crate::edge_refinement::Around;
 use crate::search::{Searched, Task};
-use crate::settling::Around;
 use epirig_core::grid::Grid;
 
 /// What was found at half the resolution, for each pixel of `task`: disparities twice as large, settled where surfaces meet; cost, confidence and the reason of no answer
@@ -15,7 +15,7 @@ pub(super) fn settled(task: Task<'_>, coarse: &Searched, reach: usize) -> Search
     let mut guess = Grid::filled(rows, columns, f32::NAN);
     let around = Around::new(&coarse.guess, 2.0, reach);
     let settling = guess.values_mut().par_chunks_mut(columns).enumerate();
-    settling.for_each(|(y, guess)| settle_row(task, (&coarse.guess, &around), y, guess));
+    settling.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
     Searched {
         guess,
         cost: doubled(&coarse.cost, (rows, columns)),
@@ -43,7 +43,7 @@ fn doubled<T: Copy + Send + Sync>(halved: &Grid<T>, (rows, columns): (usize, usi
 }
 
 /// Disparities of row `y` in px, from those of halved pixels.
-fn settle_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: usize, guess: &mut [f32]) {
+fn refine_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: usize, guess: &mut [f32]) {
     let row = holder(y, coarse.rows());
     let (upper, lower, down) = between(y, coarse.rows());
     let mut open = Vec::new();
@@ -65,7 +65,7 @@ fn settle_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: us
             *guess = 2.0 * own;
         }
     }
-    around.settle_row(task, y, &open, guess);
+    around.refine_row(task, y, &open, guess);
 }
 
 /// The halved pixels before and after the one at `place`, and the share of the latter: their middles lie between two pixels.

@@ -19,7 +19,7 @@ use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
-/// Windows are wider by this much, in px of the halved frames: a raster of whole pixels needs steadier costs.
+/// Windows are wider by this much, in px of the halved frames: a disparity step of whole pixels needs steadier costs.
 const WIDER_PX: usize = 2;
 
 /// Sequences of fewer frames are asked as a whole, and of longer ones half of the frames.

@@ -15,8 +15,8 @@ const BESIDE_PX: RangeInclusive<isize> = 3..=6;
 /// ... and those as far again are the same.
 const BEYOND_PX: RangeInclusive<isize> = 7..=12;
 /// Faces meet where their slants differ by more than this many standard deviations: among the differences of a megapixel, chance exceeds it less than once in five hundred images.
-const BEND_SIGMAS: f32 = 6.0;
-/// Slants are those of one face if they differ by less than this share of what bends. Of a surface that is curved evenly they would differ by a half of it.
+const CHANGE_SIGMAS: f32 = 6.0;
+/// Slants are those of one face if they differ by less than this share of the change. Of a surface that is curved evenly they would differ by a half of it.
 const ONE_FACE: f32 = 0.25;
 /// A pixel's plane is its face's if neither disparity nor slant differ by more than this many standard deviations; chance exceeds it once in four hundred.
 const SETTLED_SIGMAS: f32 = 3.0;
@@ -63,14 +63,15 @@ struct Beside {
 
 /// Gives pixels beside creases the planes of their faces, and tells where such pixels lie: places of the padded row, for each row. Where planes are carried, their variance grows by
 /// this `share` of what that of both slants does: a half where windows are as wide as high.
-pub(super) fn settle_creases(map: &mut SurfacePlanes, share: f32) -> Vec<Vec<usize>> {
+pub(super) fn decide_creases(map: &mut SurfacePlanes, share: f32) -> Vec<Vec<usize>> {
     let beside: Vec<Vec<Beside>> = (0..map.rows())
         .into_par_iter()
         .map(|y| {
-            let bends = [Across::Columns, Across::Rows].map(|across| (across, bending(map, y, across)));
+            let changes =
+                [Across::Columns, Across::Rows].map(|across| (across, slant_changes(map, y, across)));
             let any = |place: usize| {
-                let mut bent = bends.iter().filter(|(_, bends)| bends[place - PAD]);
-                bent.find_map(|&(across, _)| face_beside_crease(map, (place, y), across, share))
+                let mut changed = changes.iter().filter(|(_, changes)| changes[place - PAD]);
+                changed.find_map(|&(across, _)| face_beside_crease(map, (place, y), across, share))
             };
             (PAD..map.disparity.row(y).len() - PAD).filter_map(any).collect()
         })
@@ -87,16 +88,16 @@ pub(super) fn settle_creases(map: &mut SurfacePlanes, share: f32) -> Vec<Vec<usi
 
 /// Whether slants on both sides of each pixel of row `y` hint at a crease: half as clearly as they must, at one of two distances. Most pixels are spared
 /// [`face_beside_crease`] by that, which is slow.
-fn bending(map: &SurfacePlanes, y: usize, across: Across) -> Vec<bool> {
+fn slant_changes(map: &SurfacePlanes, y: usize, across: Across) -> Vec<bool> {
     let (slants, farthest) = match across {
         Across::Columns => (&map.slant_x, 0),
         Across::Rows => (&map.slant_y, *BEYOND_PX.end() as usize),
     };
     let places = map.disparity.row(y).len() - 2 * PAD;
-    let mut bends = vec![false; places];
+    let mut changes = vec![false; places];
     // Slants that are needed lie in the image.
     if y < farthest || y + farthest >= map.rows() {
-        return bends;
+        return changes;
     }
     for away in [*BESIDE_PX.start(), *BESIDE_PX.end()] {
         let [before, after] = [-away, away].map(|away| {
@@ -105,12 +106,12 @@ fn bending(map: &SurfacePlanes, y: usize, across: Across) -> Vec<bool> {
             (&slants.row(y)[room.clone()], &map.slant_variance.row(y)[room])
         });
         let slants = before.0.iter().zip(after.0).zip(before.1.iter().zip(after.1));
-        for (bends, ((before, after), chance)) in bends.iter_mut().zip(slants) {
-            let bend = after - before;
-            *bends |= 4.0 * bend * bend > BEND_SIGMAS * BEND_SIGMAS * (chance.0 + chance.1);
+        for (changes, ((before, after), chance)) in changes.iter_mut().zip(slants) {
+            let change = after - before;
+            *changes |= 4.0 * change * change > CHANGE_SIGMAS * CHANGE_SIGMAS * (chance.0 + chance.1);
         }
     }
-    bends
+    changes
 }
 
 /// The face that the pixel belongs to, if it lies beside a crease.
@@ -134,16 +135,16 @@ fn face_beside_crease(
     };
     let [before, after] = [best(-1, BESIDE_PX)?, best(1, BESIDE_PX)?];
     let slant = |face: &Face| across.slant(&face.plane);
-    let bend = slant(&after) - slant(&before);
+    let change = slant(&after) - slant(&before);
     let chance = before.plane.slant_variance + after.plane.slant_variance;
-    let crease = (before.plane.disparity - after.plane.disparity) / bend;
+    let crease = (before.plane.disparity - after.plane.disparity) / change;
     // Infinite variances make no crease.
-    let bends = bend * bend > BEND_SIGMAS * BEND_SIGMAS * chance;
-    if !bends || crease.abs() > *BESIDE_PX.start() as f32 {
+    let changes = change * change > CHANGE_SIGMAS * CHANGE_SIGMAS * chance;
+    if !changes || crease.abs() > *BESIDE_PX.start() as f32 {
         return None;
     }
     for (side, near) in [(-1, &before), (1, &after)] {
-        if (slant(near) - slant(&best(side, BEYOND_PX)?)).abs() > ONE_FACE * bend.abs() {
+        if (slant(near) - slant(&best(side, BEYOND_PX)?)).abs() > ONE_FACE * change.abs() {
             return None;
         }
     }
@@ -210,7 +211,7 @@ mod tests {
                 _ => roof(x),
             };
             let mut map = map_of(wrong, turned, 0.0);
-            let beside = settle_creases(&mut map, SHARE);
+            let beside = decide_creases(&mut map, SHARE);
             for y in 0..ROWS {
                 for x in 0..COLUMNS {
                     let (disparity, slant) = roof(if turned { y } else { x } as f64);
@@ -245,7 +246,7 @@ mod tests {
             map.slant_x.row_mut(y)[narrow] = 0.01;
             map.slant_variance.row_mut(y)[narrow] *= 30.0;
         }
-        settle_creases(&mut map, SHARE);
+        decide_creases(&mut map, SHARE);
         let (disparity, slant) = roof(20.0);
         for y in 0..ROWS {
             assert!((f64::from(map.disparity.row(y)[PAD + 20]) - disparity).abs() < 1e-6, "row {y}");
@@ -257,7 +258,7 @@ mod tests {
     fn assert_kept(name: &str, surface: impl Fn(f64) -> (f64, f64), noise: f64) {
         let before = map_of(surface, false, noise);
         let mut after = before.clone();
-        settle_creases(&mut after, SHARE);
+        decide_creases(&mut after, SHARE);
         for y in 0..ROWS {
             assert_eq!(before.disparity.row(y), after.disparity.row(y), "{name}, row {y}");
             assert_eq!(before.slant_x.row(y), after.slant_x.row(y), "{name}, row {y}");

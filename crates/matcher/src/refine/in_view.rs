@@ -8,22 +8,22 @@ use crate::lines::Lines;
 const _: () = assert!(FRACTIONS.is_power_of_two());
 
 /// Of the `shown` frames, with their tau', those that see any of the `served` pixels of the block from column `start` on, whose disparity is about `common`; and,
-/// unless all see all, each pixel's stretch. Of tau' = tau - tau_r those in `stretches`, one for each pixel of the row, count where they are known.
+/// unless all see all, each pixel's interval. Of tau' = tau - tau_r those in `visible`, one for each pixel of the row, count where they are known.
 pub(super) fn in_view(
     lines: &Lines,
     (start, common): (usize, f64),
     served: &[bool; LANES],
     shown: &[(usize, f64)],
-    stretches: Option<&[(f32, f32)]>,
+    visible: Option<&[(f32, f32)]>,
     samples: &mut Vec<FrameSample>,
 ) -> Option<SeenStretch> {
-    // The spline is mirrored at the borders, so within a pixel of them its slope is not that of the scene.
+    // The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
     let (low, high) = (1.0, (lines.columns() - 2) as f64);
     let moved = [-lines.tau_before(), lines.tau_after()].map(|tau| common * tau);
     let leftmost = start as f64 + moved[0].min(moved[1]);
     let rightmost = (start + LANES - 1) as f64 + moved[0].max(moved[1]);
     // Far from the borders all frames see all of the block. A pixel is more than what rounding could move a line by.
-    let inside = leftmost >= low + 1.0 && rightmost <= high - 1.0 && stretches.is_none();
+    let inside = leftmost >= low + 1.0 && rightmost <= high - 1.0 && visible.is_none();
     samples.clear();
     if inside {
         samples.extend(shown.iter().map(|&(t, tau)| sample(start, common, t, tau)));
@@ -40,7 +40,7 @@ pub(super) fn in_view(
             let ends = ((low - x) / common, (high - x) / common);
             (ends.0.min(ends.1), ends.0.max(ends.1))
         };
-        if let Some((from, to)) = stretches.map(|stretches| stretches[start + lane]) {
+        if let Some((from, to)) = visible.map(|visible| visible[start + lane]) {
             first = first.max(f64::from(from) - 1e-6);
             last = last.min(f64::from(to) + 1e-6);
         }

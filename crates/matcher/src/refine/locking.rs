@@ -92,7 +92,7 @@ pub(super) struct RowLines<'a> {
     /// Disparities, NaN where there is none.
     pub(super) disparities: &'a [f32],
     /// First and last tau' in which each pixel is seen; `None`: wherever it is in the image.
-    pub(super) stretches: Option<&'a [(f32, f32)]>,
+    pub(super) visible: Option<&'a [(f32, f32)]>,
     /// A point seen in fewer frames tells nothing.
     pub(super) minimum_frames: usize,
 }
@@ -111,7 +111,7 @@ impl RowLines<'_> {
             first = first.max(ends.0.min(ends.1));
             last = last.min(ends.0.max(ends.1));
         }
-        if let Some((from, to)) = self.stretches.map(|stretches| stretches[x]) {
+        if let Some((from, to)) = self.visible.map(|visible| visible[x]) {
             first = first.max(f64::from(from) - 1e-6);
             last = last.min(f64::from(to) + 1e-6);
         }

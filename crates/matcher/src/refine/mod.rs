@@ -7,47 +7,47 @@
 //! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
 //! d + p u + q v fitted to their observations: a Gauss-Newton step of the joint problem, template eliminated (`observations`). A second step starts from the new
 //! disparities (`steps`). Frames that do not see a point, because it has left the image or something nearer hides it, are left out (`visibility`), the drift
-//! that slant gives to the blur is taken off (`stretch`), pixels at rims go to the surface that has more of them (`mixing`), and windows follow the
-//! surface (`joining`, `support`).
+//! that slant gives to the blur is taken off (`foreshortening`), pixels at rims go to the surface that has more of them (`mixed_pixels`), and windows follow the
+//! surface (`adaptive_support`, `support`).
 //!
 //! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
 //! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
 //! credible windows disagree by, comes on top (`smoothing`).
 
+mod adaptive_support;
 mod carried;
 mod creases;
-mod doubt;
+mod foreshortening;
 mod gains;
 mod in_view;
-mod joining;
 mod locking;
-mod mixing;
+mod mixed_pixels;
 mod moments;
 mod neighbours;
+mod observations;
+mod outlier_test;
 mod planes;
 mod smoothing;
 mod spline;
 mod steps;
-mod stretch;
 mod support;
 mod visibility;
-mod observations;
-mod widening;
+mod window_growth;
 
 use rayon::prelude::*;
 
 use super::lines::{Lines, SeenRule};
 use super::locking::LockingAmplitudes;
 use super::options::Effort;
-use doubt::doubtful_row;
+use adaptive_support::join_observations;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
-use joining::join_observations;
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
+use outlier_test::outliers_of_row;
 use planes::{PAD, Padded};
 use spline::SLOPE_NOISE_GAIN;
 use steps::{Steps, extremes};
-use visibility::stretches;
+use visibility::visible_intervals;
 
 /// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
 const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
@@ -82,7 +82,7 @@ pub struct FitResult {
     /// Its standard deviation in px; NaN where noise alone explains the gradients.
     pub sigma: Grid<f32>,
     /// Whether a pixel lies beside another surface and its frames show something else than its line; `None` if that was not asked.
-    pub doubtful: Option<Grid<bool>>,
+    pub outliers: Option<Grid<bool>>,
     /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if none stands out from chance.
     pub locking_px: Option<Grid<f32>>,
     /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was fitted.
@@ -120,16 +120,16 @@ pub fn fit(
     let minimum_frames = options.rule.minimum_frames;
     let (mut planes, sums) = steps.observations(&current, 1, |row| {
         report();
-        let of_lines = RowLines { lines, disparities: row.guesses, stretches: row.occluded, minimum_frames };
+        let of_lines = RowLines { lines, disparities: row.guesses, visible: row.occluded, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
         sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
     });
     let sums: Vec<RowSums> = sums.into_iter().flatten().collect();
-    let doubtful = options.deviation_share.map(|share| {
-        let mut doubtful = Grid::filled(rows, columns, false);
-        let rows = doubtful.values_mut().par_chunks_mut(columns).enumerate();
-        rows.for_each(|(y, out)| doubtful_row(volume, lines, (&planes, &current), share, y, out));
-        doubtful
+    let outliers = options.deviation_share.map(|share| {
+        let mut outliers = Grid::filled(rows, columns, false);
+        let rows = outliers.values_mut().par_chunks_mut(columns).enumerate();
+        rows.for_each(|(y, out)| outliers_of_row(volume, lines, (&planes, &current), share, y, out));
+        outliers
     });
     planes.forget_residuals();
     let origin = steps.origin;
@@ -143,9 +143,8 @@ pub fn fit(
         let mut biases = Grid::filled(rows, columns, 0.0);
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let guesses = current.row(y);
-            let occluded = steps.points_are_occluded().then(|| stretches(guesses, lines));
-            let row =
-                RowLines { lines, disparities: guesses, stretches: occluded.as_deref(), minimum_frames };
+            let occluded = steps.points_are_occluded().then(|| visible_intervals(guesses, lines));
+            let row = RowLines { lines, disparities: guesses, visible: occluded.as_deref(), minimum_frames };
             prediction.row(row, out);
         });
         biases
@@ -170,7 +169,7 @@ pub fn fit(
         }
     });
     let locking = amplitudes.map(|amplitudes| amplitudes.stated());
-    FitResult { disparity, sigma, doubtful, locking_px, locking }
+    FitResult { disparity, sigma, outliers, locking_px, locking }
 }
 
 /// The weight that noise of variance 1 alone makes on average, for points seen in all frames.

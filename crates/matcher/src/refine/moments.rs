@@ -22,13 +22,13 @@ pub(super) struct Moments {
     pub(super) value: [f32; LANES],
     pub(super) tau_value: [f32; LANES],
     pub(super) value_value: [f32; LANES],
-    pub(super) slope: [f32; LANES],
-    pub(super) tau_slope: [f32; LANES],
-    pub(super) tau_tau_slope: [f32; LANES],
-    pub(super) bend: [f32; LANES],
-    pub(super) tau_bend: [f32; LANES],
-    pub(super) tau_tau_bend: [f32; LANES],
-    pub(super) tau_tau_tau_bend: [f32; LANES],
+    pub(super) gradient: [f32; LANES],
+    pub(super) tau_gradient: [f32; LANES],
+    pub(super) tau_tau_gradient: [f32; LANES],
+    pub(super) curvature: [f32; LANES],
+    pub(super) tau_curvature: [f32; LANES],
+    pub(super) tau_tau_curvature: [f32; LANES],
+    pub(super) tau_tau_tau_curvature: [f32; LANES],
 }
 
 /// One frame's share in the moments of a block.
@@ -46,7 +46,7 @@ pub(super) struct FrameSample {
     pub(super) remainder: f32,
 }
 
-/// The stretch of tau' in which each pixel of a block is seen.
+/// The interval of tau' in which each pixel of a block is seen.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeenStretch {
     pub(super) first: [f32; LANES],
@@ -54,7 +54,7 @@ pub(super) struct SeenStretch {
 }
 
 /// Sums the moments of a block whose pixels have the intensities `anchor` in the reference frame. Frames outside a pixel's
-/// stretch do not count; `None`: all pixels are seen in all of `samples`.
+/// interval do not count; `None`: all pixels are seen in all of `samples`.
 pub(super) fn block_moments<'w>(
     level: Level,
     epi: &SplineEpi,
@@ -83,8 +83,8 @@ fn sum_all<'w, S: Simd>(
     let mut sums = [zero; 10];
     for sample in samples {
         let taps = &epi.taps(sample.frame, sample.column)[..LANES + TAPS - 1];
-        let [value, slope, bend] = sampled(simd, taps, weights(sample.fraction), sample.remainder);
-        add(&mut sums, sample.tau, value - anchor, slope, bend);
+        let [value, gradient, curvature] = sampled(simd, taps, weights(sample.fraction), sample.remainder);
+        add(&mut sums, sample.tau, value - anchor, gradient, curvature);
         tau += sample.tau;
         tau_tau += sample.tau * sample.tau;
     }
@@ -120,8 +120,8 @@ fn sum_seen<'w, S: Simd>(
         }
         let taps = &epi.taps(sample.frame, sample.column)[..LANES + TAPS - 1];
         let mask = f32x16::from_slice(simd, &mask);
-        let [value, slope, bend] = sampled(simd, taps, weights(sample.fraction), sample.remainder);
-        add(&mut sums, sample.tau, (value - anchor) * mask, slope * mask, bend * mask);
+        let [value, gradient, curvature] = sampled(simd, taps, weights(sample.fraction), sample.remainder);
+        add(&mut sums, sample.tau, (value - anchor) * mask, gradient * mask, curvature * mask);
     }
     gathered(count, tau, tau_tau, sums)
 }
@@ -137,24 +137,30 @@ fn sampled<S: Simd>(simd: S, taps: &[f32], weights: &Weights, remainder: f32) ->
             *out = neighbour.mul_add(weights[tap], *out);
         }
     }
-    let [value, slope, bend] = out;
+    let [value, gradient, curvature] = out;
     let remainder = f32x16::splat(simd, remainder);
-    [slope.mul_add(remainder, value), bend.mul_add(remainder, slope), bend]
+    [gradient.mul_add(remainder, value), curvature.mul_add(remainder, gradient), curvature]
 }
 
 #[inline(always)]
-fn add<S: Simd>(sums: &mut [f32x16<S>; 10], tau: f32, value: f32x16<S>, slope: f32x16<S>, bend: f32x16<S>) {
-    let (tau_slope, tau_bend) = (slope * tau, bend * tau);
+fn add<S: Simd>(
+    sums: &mut [f32x16<S>; 10],
+    tau: f32,
+    value: f32x16<S>,
+    gradient: f32x16<S>,
+    curvature: f32x16<S>,
+) {
+    let (tau_gradient, tau_curvature) = (gradient * tau, curvature * tau);
     sums[0] += value;
     sums[1] = value.mul_add(tau, sums[1]);
     sums[2] = value.mul_add(value, sums[2]);
-    sums[3] += slope;
-    sums[4] += tau_slope;
-    sums[5] = tau_slope.mul_add(tau, sums[5]);
-    sums[9] += bend;
-    sums[6] += tau_bend;
-    sums[7] = tau_bend.mul_add(tau, sums[7]);
-    sums[8] = tau_bend.mul_add(tau * tau, sums[8]);
+    sums[3] += gradient;
+    sums[4] += tau_gradient;
+    sums[5] = tau_gradient.mul_add(tau, sums[5]);
+    sums[9] += curvature;
+    sums[6] += tau_curvature;
+    sums[7] = tau_curvature.mul_add(tau, sums[7]);
+    sums[8] = tau_curvature.mul_add(tau * tau, sums[8]);
 }
 
 #[inline(always)]
@@ -164,8 +170,18 @@ fn gathered<S: Simd>(
     tau_tau: [f32; LANES],
     sums: [f32x16<S>; 10],
 ) -> Moments {
-    let [value, tau_value, value_value, slope, tau_slope, tau_tau_slope, tau_bend, tau_tau_bend, cubed, bend] =
-        sums.map(<[f32; LANES]>::from);
+    let [
+        value,
+        tau_value,
+        value_value,
+        gradient,
+        tau_gradient,
+        tau_tau_gradient,
+        tau_curvature,
+        tau_tau_curvature,
+        cubed,
+        curvature,
+    ] = sums.map(<[f32; LANES]>::from);
     Moments {
         count,
         tau,
@@ -173,13 +189,13 @@ fn gathered<S: Simd>(
         value,
         tau_value,
         value_value,
-        slope,
-        tau_slope,
-        tau_tau_slope,
-        bend,
-        tau_bend,
-        tau_tau_bend,
-        tau_tau_tau_bend: cubed,
+        gradient,
+        tau_gradient,
+        tau_tau_gradient,
+        curvature,
+        tau_curvature,
+        tau_tau_curvature,
+        tau_tau_tau_curvature: cubed,
     }
 }
 
@@ -217,9 +233,18 @@ mod tests {
     /// All moments in the order of their fields.
     fn of_lane(moments: &Moments, lane: usize) -> [f32; 13] {
         let Moments { count, tau, tau_tau, value, tau_value, value_value, .. } = moments;
-        let Moments { slope, tau_slope, tau_tau_slope, bend, tau_bend, tau_tau_bend, .. } = moments;
-        let first = [count, tau, tau_tau, value, tau_value, value_value, slope, tau_slope, tau_tau_slope];
-        let last = [bend, tau_bend, tau_tau_bend, &moments.tau_tau_tau_bend];
+        let Moments {
+            gradient,
+            tau_gradient,
+            tau_tau_gradient,
+            curvature,
+            tau_curvature,
+            tau_tau_curvature,
+            ..
+        } = moments;
+        let first =
+            [count, tau, tau_tau, value, tau_value, value_value, gradient, tau_gradient, tau_tau_gradient];
+        let last = [curvature, tau_curvature, tau_tau_curvature, &moments.tau_tau_tau_curvature];
         std::array::from_fn(|index| if index < 9 { first[index][lane] } else { last[index - 9][lane] })
     }
 
@@ -234,16 +259,16 @@ mod tests {
             let (mut sums, mut sizes) = ([0.0_f64; 13], [0.0_f64; 13]);
             for sample in &samples {
                 let taps = epi.taps(sample.frame, sample.column + lane as isize);
-                let [v, slope, bend] = spline
+                let [v, gradient, curvature] = spline
                     .weights(sample.fraction)
                     .map(|weights| (0..TAPS).map(|tap| f64::from(weights[tap]) * f64::from(taps[tap])).sum());
                 // The series from the tabulated fraction to the place itself.
                 let beyond = f64::from(sample.remainder);
-                let (v, slope) = (v + beyond * slope, slope + beyond * bend);
+                let (v, gradient) = (v + beyond * gradient, gradient + beyond * curvature);
                 let (v, t): (f64, f64) = (v - f64::from(*anchor), sample.tau.into());
-                let terms = [1.0, t, t * t, v, t * v, v * v, slope, t * slope, t * t * slope];
-                let bends = [bend, t * bend, t * t * bend, t * t * t * bend];
-                for (index, term) in terms.into_iter().chain(bends).enumerate() {
+                let terms = [1.0, t, t * t, v, t * v, v * v, gradient, t * gradient, t * t * gradient];
+                let curvatures = [curvature, t * curvature, t * t * curvature, t * t * t * curvature];
+                for (index, term) in terms.into_iter().chain(curvatures).enumerate() {
                     sums[index] += term;
                     // Values are differences of weighted neighbours of some 2000 DN.
                     sizes[index] += term.abs() + 2000.0;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::carried::CarriedPlane;
 use super::planes::{PAD, Padded, SurfacePlanes};
-use super::widening::LEAST_GAIN;
+use super::window_growth::LEAST_GAIN;
 
 /// Planes are taken from this far along rows and columns, in px: as far as square windows that straddle reach.
 const REACH_PX: isize = 3;

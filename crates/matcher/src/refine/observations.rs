@@ -26,11 +26,11 @@ pub(super) struct Observation {
     pub(super) variance: f32,
     /// First and second derivative of the template along x, in DN per px and per px^2.
     pub(super) gradient: f32,
-    pub(super) bend: f32,
+    pub(super) curvature: f32,
 }
 
-pub(super) const NO_VOTE: Observation =
-    Observation { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, bend: 0.0 };
+pub(super) const UNOBSERVED: Observation =
+    Observation { base: 0.0, weight: 0.0, moment: 0.0, variance: 0.0, gradient: 0.0, curvature: 0.0 };
 
 /// Which frames count, and how far they are followed.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +42,7 @@ pub(super) struct FramesAsked<'a> {
     /// How far the series is used, in px of shift in the frame farthest from the reference.
     pub(super) series_reach_px: f32,
     /// First and last tau' = tau - tau_r in which each pixel is seen; `None`: wherever it is in the image.
-    pub(super) stretches: Option<&'a [(f32, f32)]>,
+    pub(super) visible: Option<&'a [(f32, f32)]>,
 }
 
 /// Fills `observations` for the row in `epi` from the `guesses`; NaN guesses have no observation.
@@ -55,7 +55,7 @@ pub(super) fn row_observations(
     observations: &mut [Observation],
 ) {
     let columns = lines.columns();
-    observations.fill(NO_VOTE);
+    observations.fill(UNOBSERVED);
     let reach = frames.series_reach_px / lines.tau_before().max(lines.tau_after()) as f32;
     let shown = (0..lines.frames()).filter(|t| t.abs_diff(lines.reference()) % frames.every == 0);
     let shown: Vec<(usize, f64)> = shown.map(|t| (t, lines.offsets()[t])).collect();
@@ -83,12 +83,13 @@ pub(super) fn row_observations(
             let highest = -least(open.map(|guess| if within(guess) { -guess } else { f32::INFINITY }));
             let common = 0.5 * (f64::from(lowest) + f64::from(highest));
             let served = open.map(within);
-            let seen = in_view(lines, (start, common), &served, &shown, frames.stretches, &mut samples);
+            let seen = in_view(lines, (start, common), &served, &shown, frames.visible, &mut samples);
             let moments =
                 block_moments(level, epi, &samples, |index| spline.weights(index), &anchor, seen.as_ref());
             for lane in 0..block.len() {
                 if served[lane] {
-                    observations[start + lane] = observation(&moments, lane, common, open[lane], frames.minimum_frames);
+                    observations[start + lane] =
+                        observation(&moments, lane, common, open[lane], frames.minimum_frames);
                     open[lane] = f32::INFINITY;
                 }
             }
@@ -111,20 +112,26 @@ fn least(mut numbers: [f32; LANES]) -> f32 {
 }
 
 /// The observation of one pixel of a block around `common`, counted from its guess.
-fn observation(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_frames: usize) -> Observation {
+fn observation(
+    moments: &Moments,
+    lane: usize,
+    common: f64,
+    guess: f32,
+    minimum_frames: usize,
+) -> Observation {
     let count = moments.count[lane];
     let spread = moments.tau_tau[lane] - moments.tau[lane] * moments.tau[lane] / count;
     if count < minimum_frames.max(3) as f32 || spread <= 0.0 {
-        return NO_VOTE;
+        return UNOBSERVED;
     }
     let mean_tau = moments.tau[lane] / count;
     let e = (f64::from(guess) - common) as f32;
     // The regression's numerator and the template's gradient along the pixel's own line.
     let at_common = moments.tau_value[lane] - mean_tau * moments.value[lane];
-    let first = moments.tau_tau_slope[lane] - mean_tau * moments.tau_slope[lane];
-    let second = moments.tau_tau_tau_bend[lane] - mean_tau * moments.tau_tau_bend[lane];
+    let first = moments.tau_tau_gradient[lane] - mean_tau * moments.tau_gradient[lane];
+    let second = moments.tau_tau_tau_curvature[lane] - mean_tau * moments.tau_tau_curvature[lane];
     let covariance = at_common + e * (first + 0.5 * e * second);
-    let gradient = (moments.slope[lane] + e * moments.tau_bend[lane]) / count;
+    let gradient = (moments.gradient[lane] + e * moments.tau_curvature[lane]) / count;
     let energy = moments.value_value[lane] - moments.value[lane] * moments.value[lane] / count;
     Observation {
         base: guess,
@@ -132,7 +139,7 @@ fn observation(moments: &Moments, lane: usize, common: f64, guess: f32, minimum_
         moment: -gradient * covariance,
         variance: (energy - at_common * at_common / spread).max(0.0) / (count - 2.0),
         gradient,
-        bend: moments.bend[lane] / count,
+        curvature: moments.curvature[lane] / count,
     }
 }
 
@@ -151,7 +158,7 @@ mod tests {
     const COLUMNS: usize = 120;
     const DISPARITY_PX: f64 = 7.313;
     const WHOLE: FramesAsked<'static> =
-        FramesAsked { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, stretches: None };
+        FramesAsked { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, visible: None };
     /// Five standard deviations of what counts of 1/128 DN (uniform: 0.0023 DN) leave for a gradient of 4 DN/px and more in the regression
     /// over 41 frames of a whole baseline, whose S is 3.6.
     const ROUNDING_PX: f64 = 5.0 * (0.0023 / 4.0) / 1.897;
@@ -192,7 +199,7 @@ mod tests {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
         epi.take(&spline, (volume, None), y, 0..FRAMES);
-        let mut observations = vec![NO_VOTE; COLUMNS];
+        let mut observations = vec![UNOBSERVED; COLUMNS];
         row_observations((&spline, Level::new()), &epi, lines, guesses, frames, &mut observations);
         observations
     }
@@ -241,13 +248,13 @@ mod tests {
         // Sum of (k/40)^2 for k = -20 to 20.
         let spread = 2870.0 * 2.0 / 1600.0;
         for x in textured() {
-            let (gradient, bend) = (template(x as f64, 1), template(x as f64, 2));
+            let (gradient, curvature) = (template(x as f64, 1), template(x as f64, 2));
             let observation = observations[x];
             // Five standard deviations of the mean over 41 frames: counts times the root of the noise gain (1.64; for the second
             // derivative below 5), which is taken 0.00056 px (RMS) off its place, where the third derivative is at most 3.5.
             let bound = |gain: f64, next: f64| 5.0 * (0.0023 * gain + 0.00056 * next) / 41.0_f64.sqrt();
             assert!((f64::from(observation.gradient) - gradient).abs() < bound(1.64, 0.0), "column {x}");
-            assert!((f64::from(observation.bend) - bend).abs() < bound(5.0, 3.5), "column {x}");
+            assert!((f64::from(observation.curvature) - curvature).abs() < bound(5.0, 3.5), "column {x}");
             let relative = f64::from(observation.weight) / (gradient * gradient * spread) - 1.0;
             assert!(relative.abs() < 2.1 * bound(1.64, 0.0) / 4.0, "column {x}: {relative}");
         }
@@ -260,7 +267,9 @@ mod tests {
         let mut variances = Vec::new();
         for y in 0..rows {
             let observations = observations_of(&scene, y, &[DISPARITY_PX as f32; COLUMNS], WHOLE);
-            variances.extend(observations[20..COLUMNS - 20].iter().map(|observation| f64::from(observation.variance)));
+            variances.extend(
+                observations[20..COLUMNS - 20].iter().map(|observation| f64::from(observation.variance)),
+            );
         }
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
         // 30 x 80 x 39 residuals, of which neighbours share some: 1 % is five standard deviations.
@@ -296,7 +305,11 @@ mod tests {
                     .copied()
                     .filter(|tau| (1.0..=(COLUMNS - 2) as f64).contains(&(x as f64 + disparity_px * tau)))
                     .collect();
-                assert_eq!(has_observation(observation), seen.len() >= minimum_frames, "reference {reference}, column {x}");
+                assert_eq!(
+                    has_observation(observation),
+                    seen.len() >= minimum_frames,
+                    "reference {reference}, column {x}"
+                );
                 let gradient = template(x as f64, 1).abs();
                 if has_observation(observation) && gradient > 4.0 && (20..100).contains(&x) {
                     let mean = seen.iter().sum::<f64>() / seen.len() as f64;
@@ -319,12 +332,12 @@ mod tests {
     }
 
     #[test]
-    fn frames_outside_a_stretch_do_not_count() {
+    fn frames_outside_an_interval_do_not_count() {
         let mut scene = scene(1, DISPARITY_PX, 0.0, FRAMES / 2, 0.0);
         // Something else passes in the last quarter of the frames.
         scene.0.fine_counts_mut().unwrap()[31 * COLUMNS..].fill(128 * 30);
-        let stretches = [(-0.5, 0.25); COLUMNS];
-        let frames = FramesAsked { minimum_frames: 31, stretches: Some(&stretches), ..WHOLE };
+        let visible = [(-0.5, 0.25); COLUMNS];
+        let frames = FramesAsked { minimum_frames: 31, visible: Some(&visible), ..WHOLE };
         let observations = observations_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], frames);
         // 31 equidistant frames.
         let spread = 31.0 * (31.0 * 31.0 - 1.0) / 12.0 / 1600.0_f64;
@@ -343,13 +356,22 @@ mod tests {
         let (a, b) = (observations_of(&plain, 0, &alike, WHOLE), observations_of(&moved, 0, &alike, WHOLE));
         // The border is 20 px away, farther than splines and shifts reach.
         for x in 20..COLUMNS - 25 {
-            let exact = |observation: &Observation| [observation.weight, observation.moment, observation.variance, observation.gradient, observation.bend];
+            let exact = |observation: &Observation| {
+                [
+                    observation.weight,
+                    observation.moment,
+                    observation.variance,
+                    observation.gradient,
+                    observation.curvature,
+                ]
+            };
             assert_eq!(exact(&a[x]), exact(&b[x + 5]), "column {x}");
         }
         let guess = |x: f64| (DISPARITY_PX + 0.3 * (0.9 * x).sin()) as f32;
         let guesses: Vec<f32> = (0..COLUMNS).map(|x| guess(x as f64)).collect();
         let moved_guesses: Vec<f32> = (0..COLUMNS).map(|x| guess(x as f64 - 5.0)).collect();
-        let (a, b) = (observations_of(&plain, 0, &guesses, WHOLE), observations_of(&moved, 0, &moved_guesses, WHOLE));
+        let (a, b) =
+            (observations_of(&plain, 0, &guesses, WHOLE), observations_of(&moved, 0, &moved_guesses, WHOLE));
         for x in textured().filter(|&x| x < COLUMNS - 25) {
             let difference = observed(&a[x]) - observed(&b[x + 5]);
             // The series adds its third term of sixteen times a shift of 0.125 px.

@@ -84,7 +84,7 @@ pub(super) struct ObservationPlanes {
     pub(super) noise: Padded,
     /// Derivatives of the template along x.
     pub(super) gradient: Padded,
-    pub(super) bend: Padded,
+    pub(super) curvature: Padded,
     /// Variance of the pixel's own residuals, as noise, in DN^2, once the noise is settled.
     pub(super) residual: Padded,
 }
@@ -96,7 +96,7 @@ pub(super) struct ObservationRow<'a> {
 
 impl ObservationRow<'_> {
     pub(super) fn put(self, observations: &[Observation], origin: f32) {
-        let [weight, moment, inverse, residual, gradient, bend] = self.planes;
+        let [weight, moment, inverse, residual, gradient, curvature] = self.planes;
         for (x, observation) in observations.iter().enumerate() {
             let place = PAD + x;
             weight[place] = observation.weight;
@@ -104,7 +104,7 @@ impl ObservationRow<'_> {
             inverse[place] = if observation.weight > 0.0 { 1.0 / observation.weight } else { 0.0 };
             residual[place] = observation.variance;
             gradient[place] = observation.gradient;
-            bend[place] = observation.bend;
+            curvature[place] = observation.curvature;
         }
     }
 }
@@ -118,7 +118,7 @@ impl ObservationPlanes {
             inverse: plane(),
             noise: Padded::given_back(),
             gradient: plane(),
-            bend: plane(),
+            curvature: plane(),
             residual: plane(),
         }
     }
@@ -135,7 +135,7 @@ impl ObservationPlanes {
     /// Gives back the room of the template's derivatives.
     pub(super) fn forget_derivatives(&mut self) {
         self.gradient = Padded::given_back();
-        self.bend = Padded::given_back();
+        self.curvature = Padded::given_back();
     }
 
     /// Finds the noise around each pixel, and lets pixels whose residuals exceed it count as much less.
@@ -144,7 +144,7 @@ impl ObservationPlanes {
     /// single variances. The noise is the mean over the square of side 2 `reach` + 1, without what exceeds the harmonic mean by more
     /// than chance lets it: a harmonic mean hardly notices a few that are too large. The limit is a gradual one, so that hardly anything changes
     /// what comes out by much.
-    pub(super) fn settle_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
+    pub(super) fn estimate_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
         let stride = self.weight.stride;
         self.residual.par_rows().zip(self.inverse.values.par_chunks(stride)).for_each(
             |(residual, inverse)| {
@@ -187,7 +187,7 @@ impl ObservationPlanes {
     pub(super) fn par_rows(&mut self) -> impl IndexedParallelIterator<Item = ObservationRow<'_>> {
         let first = self.weight.par_rows().zip(self.moment.par_rows()).zip(self.inverse.par_rows());
         let second = first.zip(self.residual.par_rows());
-        let all = second.zip(self.gradient.par_rows()).zip(self.bend.par_rows());
+        let all = second.zip(self.gradient.par_rows()).zip(self.curvature.par_rows());
         all.map(|(((((a, b), c), d), e), f)| ObservationRow { planes: [a, b, c, d, e, f] })
     }
 }

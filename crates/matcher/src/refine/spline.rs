@@ -111,7 +111,7 @@ impl SplineEpi {
             if let Some(gains) = gains {
                 row.iter_mut().for_each(|value| *value *= gains[t]);
             }
-            // Turned about the border's pixel, so that value and slope go on without a jump.
+            // Turned about the border's pixel, so that value and gradient go on without a jump.
             let (first, last) = (self.padded[border], self.padded[border + columns - 1]);
             for offset in 1..=border {
                 let inside = mirrored(offset, columns);
@@ -317,8 +317,8 @@ mod tests {
         // The constants have three digits.
         let value = over_frequencies(|omega| mean_power(omega, 0));
         assert!((value - VALUE_NOISE_GAIN).abs() < 0.001, "{value}");
-        let slope = over_frequencies(|omega| mean_power(omega, 1));
-        assert!((slope - SLOPE_NOISE_GAIN).abs() < 0.001, "{slope}");
+        let gradient = over_frequencies(|omega| mean_power(omega, 1));
+        assert!((gradient - SLOPE_NOISE_GAIN).abs() < 0.001, "{gradient}");
         // Resampled along x before it is sampled along x, and along y.
         let twice = over_frequencies(|omega| mean_power(omega, 0).powi(2));
         assert!((twice * value - RESAMPLED_NOISE_GAIN).abs() < 0.001, "{}", twice * value);

@@ -3,13 +3,15 @@
 use fearless_simd::Level;
 use rayon::prelude::*;
 
+use super::adaptive_support::join_observations;
 use super::gains::corrections;
-use super::joining::join_observations;
-use super::mixing::RowSamples;
-use super::planes::{PAD, ObservationPlanes};
+use super::mixed_pixels::RowSamples;
+use super::observations::{
+    FramesAsked, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
+};
+use super::planes::{ObservationPlanes, PAD};
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
-use super::visibility::stretches;
-use super::observations::{FramesAsked, NO_VOTE, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, Observation, row_observations};
+use super::visibility::visible_intervals;
 use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::lines::{Lines, SeenRule};
 use crate::options::{Effort, Occlusion};
@@ -87,29 +89,36 @@ impl<'a> Steps<'a> {
         let (rows, columns) = (current.rows(), current.columns());
         let mut planes = ObservationPlanes::empty(rows, columns);
         let looked = planes.par_rows().enumerate().map_init(
-            || (SplineEpi::default(), vec![NO_VOTE; columns]),
+            || (SplineEpi::default(), vec![UNOBSERVED; columns]),
             |(epi, observations), (y, out)| {
                 let reference = self.lines.reference();
                 let frames = (0..self.volume.frames()).filter(|t| t.abs_diff(reference) % every == 0);
                 epi.take(&self.spline, (self.volume, self.gains.as_deref()), y, frames);
                 let guesses = current.row(y);
-                let occluded = self.points_are_occluded().then(|| stretches(guesses, self.lines));
+                let occluded = self.points_are_occluded().then(|| visible_intervals(guesses, self.lines));
                 let frames_asked = FramesAsked {
                     // Near an occluder frames are given away, so as not to take its blur for the point.
                     minimum_frames: self.rule.minimum_frames
                         / (every * if occluded.is_some() { 2 } else { 1 }),
                     every,
                     series_reach_px: self.series_reach_px,
-                    stretches: occluded.as_deref(),
+                    visible: occluded.as_deref(),
                 };
-                row_observations((&self.spline, self.level), epi, self.lines, guesses, frames_asked, observations);
+                row_observations(
+                    (&self.spline, self.level),
+                    epi,
+                    self.lines,
+                    guesses,
+                    frames_asked,
+                    observations,
+                );
                 out.put(observations, self.origin);
                 look(ObservedRow { y, guesses, epi, observations, occluded: occluded.as_deref() })
             },
         );
         let looked = looked.collect();
         let freedom = (self.volume.frames() / every).saturating_sub(2).max(1) as f32;
-        planes.settle_noise(NOISE_REACH, self.noise_gain(), QUANTISATION_VARIANCE as f32, freedom);
+        planes.estimate_noise(NOISE_REACH, self.noise_gain(), QUANTISATION_VARIANCE as f32, freedom);
         (planes, looked)
     }
 

@@ -13,7 +13,7 @@ mod tests;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
-use super::planes::{PAD, Padded, PlaneRow, SurfacePlanes, ObservationPlanes};
+use super::planes::{ObservationPlanes, PAD, Padded, PlaneRow, SurfacePlanes};
 use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 
 /// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
@@ -26,7 +26,7 @@ const EXPECTED_SLANT: f32 = 0.1;
 
 /// Which observations are joined, and how.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Joining {
+pub(super) struct SupportRule {
     /// Neighbours up to this many columns and rows away take part.
     pub(super) reach: (usize, usize),
     /// Two disparities belong to one plane if they differ by less than this many of their common sigmas.
@@ -45,18 +45,18 @@ pub(super) struct Joining {
 pub(super) fn join_row(
     level: Level,
     planes: (&ObservationPlanes, &SurfacePlanes),
-    joining: Joining,
+    rule: SupportRule,
     y: usize,
     wanted: Option<f32>,
     after: PlaneRow<'_>,
 ) {
     let after = [after];
-    dispatch!(level, simd => match joining.reach.0 {
-        0 => join_row_simd::<_, 1, 1, false>(simd, planes, joining, y, wanted, after),
-        1 => join_row_simd::<_, 3, 1, false>(simd, planes, joining, y, wanted, after),
-        2 => join_row_simd::<_, 5, 1, false>(simd, planes, joining, y, wanted, after),
-        3 => join_row_simd::<_, 7, 1, false>(simd, planes, joining, y, wanted, after),
-        _ => join_row_simd::<_, LONGEST, 1, false>(simd, planes, joining, y, wanted, after),
+    dispatch!(level, simd => match rule.reach.0 {
+        0 => join_row_simd::<_, 1, 1, false>(simd, planes, rule, y, wanted, after),
+        1 => join_row_simd::<_, 3, 1, false>(simd, planes, rule, y, wanted, after),
+        2 => join_row_simd::<_, 5, 1, false>(simd, planes, rule, y, wanted, after),
+        3 => join_row_simd::<_, 7, 1, false>(simd, planes, rule, y, wanted, after),
+        _ => join_row_simd::<_, LONGEST, 1, false>(simd, planes, rule, y, wanted, after),
     });
 }
 
@@ -68,19 +68,19 @@ pub(super) fn nested_reaches(widest: (usize, usize)) -> [(usize, usize); 3] {
     NESTED_REACHES.map(|narrow| if widest.0 <= widest.1 { (narrow, widest.1) } else { (widest.0, narrow) })
 }
 
-/// The same for three windows that lie in each other, at little more than the widest one's cost. `joining` tells the reach of the widest, which is 3 px along rows
+/// The same for three windows that lie in each other, at little more than the widest one's cost. `adaptive_support` tells the reach of the widest, which is 3 px along rows
 /// or columns and longer across; [`nested_reaches`] tells those of all, in the order of `after`.
 pub(super) fn join_nested_row(
     level: Level,
     planes: (&ObservationPlanes, &SurfacePlanes),
-    joining: Joining,
+    rule: SupportRule,
     y: usize,
     after: [PlaneRow<'_>; 3],
 ) {
-    dispatch!(level, simd => if joining.reach.0 <= joining.reach.1 {
-        join_row_simd::<_, 7, 3, false>(simd, planes, joining, y, None, after);
+    dispatch!(level, simd => if rule.reach.0 <= rule.reach.1 {
+        join_row_simd::<_, 7, 3, false>(simd, planes, rule, y, None, after);
     } else {
-        join_row_simd::<_, 7, 3, true>(simd, planes, joining, y, None, after);
+        join_row_simd::<_, 7, 3, true>(simd, planes, rule, y, None, after);
     });
 }
 
@@ -89,12 +89,12 @@ pub(super) fn join_nested_row(
 fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bool>(
     simd: S,
     planes: (&ObservationPlanes, &SurfacePlanes),
-    joining: Joining,
+    rule: SupportRule,
     y: usize,
     wanted: Option<f32>,
     after: [PlaneRow<'_>; WINDOWS],
 ) {
-    let allowances = Allowances::of(joining);
+    let allowances = Allowances::of(rule);
     let mut sums = Sums::<S, N, WINDOWS>::none(simd);
     let mut after = after.map(|row| {
         let PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture, slant_variance } = row;
@@ -107,7 +107,7 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
         if after[0][3][block.clone()].iter().any(unsettled) {
             sums.take::<TURNED>(simd, planes, &allowances, y, start);
             for (window, out) in after.iter_mut().enumerate() {
-                let slants_known = joining.slants_known;
+                let slants_known = rule.slants_known;
                 let joined = solve(simd, &sums.of_window::<TURNED>(window), planes, slants_known, (y, start));
                 let variances = f32x16::from_slice(simd, &out[3][block.clone()]);
                 let settled = wanted.map(|wanted| variances.simd_le(f32x16::splat(simd, wanted)));
@@ -173,7 +173,7 @@ fn solve<S: Simd>(
     let slant_x = (minor_dp * t0 + (s0 * svv - sv * sv) * tu + (su * sv - s0 * suv) * tv) * one_over;
     let slant_y = (minor_dq * t0 + (su * sv - s0 * suv) * tu + (s0 * suu - su * su) * tv) * one_over;
 
-    // Means of columns and of rows about the plane: what a step or a bend moves most. Steps show in one of the two.
+    // Means of columns and of rows about the plane: what a step or a crease moves most. Steps show in one of the two.
     let mut ratio = zero;
     let mut inflation = splat(1.0);
     for (lines, reach, along, across) in

@@ -13,9 +13,9 @@ const RIM_PIXELS: usize = 3;
 const RIM_REACH_PX: f32 = 2.0;
 
 /// First and last tau' in which each point of a row of `disparities` is seen, as far as the row itself tells.
-pub(super) fn stretches(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
+pub(super) fn visible_intervals(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
     let whole = (-lines.tau_before() as f32, lines.tau_after() as f32);
-    let mut stretches = vec![whole; disparities.len()];
+    let mut visible = vec![whole; disparities.len()];
     // Rims, each with the side on which it hides what is behind: +1 for points to the right of it.
     let mut rims: Vec<(usize, f32, f32)> = Vec::new();
     // A surface that is not known up to its rim may reach as far as the next that is known.
@@ -40,7 +40,7 @@ pub(super) fn stretches(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
             }
         }
     }
-    for (x, (stretch, &own)) in stretches.iter_mut().zip(disparities).enumerate() {
+    for (x, (interval, &own)) in visible.iter_mut().zip(disparities).enumerate() {
         for &(rim, disparity, side) in &rims {
             let distance = x as f32 - rim as f32;
             let faster = disparity - own;
@@ -49,13 +49,13 @@ pub(super) fn stretches(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
             }
             let reached = (distance.abs() - RIM_REACH_PX).max(0.0) / faster.abs();
             if distance * faster > 0.0 {
-                stretch.1 = stretch.1.min(reached);
+                interval.1 = interval.1.min(reached);
             } else {
-                stretch.0 = stretch.0.max(-reached);
+                interval.0 = interval.0.max(-reached);
             }
         }
     }
-    stretches
+    visible
 }
 
 #[cfg(test)]
@@ -68,7 +68,7 @@ mod tests {
         let lines = Lines::new(&Tau::equidistant(11).unwrap(), 5, 40);
         // A strip of 30 px before a ground of 10 px, on columns 10 to 19. It gains 20 px on the ground over the baseline.
         let row: Vec<f32> = (0..40).map(|x| if (10..20).contains(&x) { 30.0 } else { 10.0 }).collect();
-        let seen = stretches(&row, &lines);
+        let seen = visible_intervals(&row, &lines);
         // Column 25 is 6 px from the rim at 19: reached after (6 - 2) / 20 of the baseline.
         assert!((seen[25].1 - 4.0 / 20.0).abs() < 1e-6 && seen[25].0 == -0.5);
         // On the other side the strip passed before.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::semi_global::{Held, Help, Span, typical_cost};
+use super::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
 use super::{
     Groups, RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups,
 };
@@ -22,7 +22,7 @@ const BAND_COSTS: usize = 1 << 24;
 /// Answers of all rows. `progress` is told each row.
 ///
 /// # Errors
-/// [`MatchError::AcrossTooManyCandidates`] if rows are to help each other and may not hold so many costs.
+/// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
 pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAnswers>, MatchError> {
     let Task { volume, range, options, .. } = task;
     let search = Exhaustive { task, candidates: Candidates::covering(range, options.disparity_step_px) };
@@ -36,7 +36,9 @@ pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAns
         search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
     });
     let penalties = penalties(task, typical);
-    Ok(searched_groups(groups, progress, |span, room| search.rows_together(span, Help { penalties, room })))
+    Ok(searched_groups(groups, progress, |span, room| {
+        search.rows_together(span, Aggregation { penalties, room })
+    }))
 }
 
 struct Exhaustive<'a> {
@@ -64,17 +66,17 @@ impl Exhaustive<'_> {
         self.tables(rows).iter().map(answers).collect()
     }
 
-    /// Answers of rows that help each other.
-    fn rows_together(&self, span: Span, help: Help<'_>) -> Vec<RowAnswers> {
+    /// Answers from costs aggregated across rows.
+    fn rows_together(&self, span: Span, aggregation: Aggregation<'_>) -> Vec<RowAnswers> {
         let (count, columns) = (self.candidates.count(), self.task.volume.columns());
-        let mut held = Held::new(span.clone(), (count, columns), help);
+        let mut paths = PathAggregation::new(span.clone(), (count, columns), aggregation);
         for piece in self.pieces(span.searched) {
             for table in self.tables(piece) {
-                (0..count).for_each(|k| held.hold(k, 0, table.row(k)));
-                held.row_done();
+                (0..count).for_each(|k| paths.hold(k, 0, table.row(k)));
+                paths.row_done();
             }
         }
-        let aggregated = held.aggregated();
+        let aggregated = paths.aggregated();
         let mut table = CostTable::from_values(columns, vec![f32::NAN; count * columns]);
         aggregated
             .rows()

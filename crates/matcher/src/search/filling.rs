@@ -27,7 +27,7 @@ const LEAST_NEIGHBOURS: usize = 6;
 const ASKED_REACH: usize = 3;
 
 /// Takes back candidates that hardly differ from their rivals, and those that too few neighbours agree with.
-pub(super) fn drop_doubtful(searched: &mut Searched, minimum_confidence: f64) {
+pub(super) fn drop_ambiguous(searched: &mut Searched, minimum_confidence: f64) {
     let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
     for (index, confidence) in searched.confidence.values().iter().enumerate() {
         if f64::from(*confidence) < minimum_confidence && !searched.guess.values()[index].is_nan() {

@@ -13,7 +13,7 @@ use super::best::Best;
 use super::kernels;
 use super::limits::{NOISE_OF_GROUPS, limits};
 use super::plan::Plan;
-use super::semi_global::{Aggregated, Held, Help, Span};
+use super::semi_global::{Aggregated, Aggregation, PathAggregation, Span};
 use super::sweep::{Consumer, Window, sweep};
 use super::tolerance::Tolerance;
 use super::{RowAnswers, Task, bracketed, rival_distance};
@@ -36,12 +36,12 @@ impl<'a> Search<'a> {
 
 impl Search<'_> {
     /// Answers of the rows of `span`, each found by itself or with the help of the others.
-    pub(super) fn rows(&self, span: Span, help: Option<Help<'_>>) -> Vec<RowAnswers> {
+    pub(super) fn rows(&self, span: Span, aggregation: Option<Aggregation<'_>>) -> Vec<RowAnswers> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
         let size = (self.plan.candidates.count(), columns);
         let band = span.searched.clone();
-        let held = help.map(|help| Held::new(span, size, help));
+        let paths = aggregation.map(|aggregation| PathAggregation::new(span, size, aggregation));
         let shift = self.window.rows;
         let centres = band.start.saturating_sub(shift)..(band.end + shift).min(rows);
         let first = centres.start.saturating_sub(shift);
@@ -67,7 +67,7 @@ impl Search<'_> {
             apart,
             best: Best::new(columns, apart),
             done: band.start,
-            held,
+            paths,
             answers: Vec::new(),
         };
         sweep(volume, self.plan, self.window, centres.clone(), &mut rows);
@@ -106,7 +106,7 @@ struct FreeRows<'a> {
     /// The first row that is not decided.
     done: usize,
     /// The costs of rows that wait for others to help them.
-    held: Option<Held<'a>>,
+    paths: Option<PathAggregation<'a>>,
     answers: Vec<RowAnswers>,
 }
 
@@ -152,24 +152,24 @@ impl FreeRows<'_> {
                 minima.iter_mut().zip(own).for_each(|(cost, own)| *cost = 0.5 * (*cost + own));
             }
         }
-        match &mut self.held {
+        match &mut self.paths {
             None => self.best.take(runs.iter().map(|run| (run.clone(), &self.minima[run.clone()]))),
-            Some(held) => runs.iter().for_each(|run| held.hold(k, run.start, &self.minima[run.clone()])),
+            Some(paths) => runs.iter().for_each(|run| paths.hold(k, run.start, &self.minima[run.clone()])),
         }
     }
 
     /// All candidates of row `y` have been decided.
     fn decided(&mut self, y: usize) {
         self.done = y + 1;
-        match &mut self.held {
+        match &mut self.paths {
             None => self.answer(y, None),
-            Some(held) => held.row_done(),
+            Some(paths) => paths.row_done(),
         }
     }
 
     fn into_answers(mut self) -> Vec<RowAnswers> {
-        if let Some(held) = self.held.take() {
-            let aggregated = held.aggregated();
+        if let Some(paths) = self.paths.take() {
+            let aggregated = paths.aggregated();
             let coverage = &self.search.plan.coverage;
             for y in aggregated.rows() {
                 for (k, candidate) in coverage.iter().enumerate() {

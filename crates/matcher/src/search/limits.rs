@@ -6,7 +6,7 @@ use super::kernels::CHUNK;
 use super::median;
 use super::plan::Plan;
 use super::row_costs::RowCosts;
-use crate::contrast::{contrast, squared_slopes};
+use crate::contrast::{contrast, squared_gradients};
 use epirig_core::volume::Volume;
 
 /// Times the variance of the noise that is allowed for: four standard deviations of a group's mean of some ten frames, the reference
@@ -17,36 +17,41 @@ pub(super) const NOISE_OF_FRAMES: f32 = 8.0;
 
 /// The limit of squared deviations in DN^2 for each pixel of the rows `held` of the reference frame.
 ///
-/// It is `share` of the contrast around the pixel in its row, what the raster of candidates and noise do (`noise_factor` times its variance),
+/// It is `share` of the contrast around the pixel in its row, what the step of candidates and noise do (`noise_factor` times its variance),
 /// and at least `least`. Each row is followed by the values that a last chunk reads beyond it.
 pub(super) fn limits(
     volume: &Volume,
     plan: &Plan,
-    held: Range<usize>,
+    rows: Range<usize>,
     least: f32,
     (share, noise_factor): (f32, f32),
 ) -> Vec<Vec<f32>> {
     let mut row = vec![0.0; volume.columns()];
-    let raster = half_raster(plan).powi(2);
-    let noise = noise_variance(volume, plan, (held.start + held.end) / 2);
-    held.map(|y| {
-        volume.copy_row(y, plan.reference, &mut row);
-        let limit = |(contrast, slope): (f32, f32)| match noise {
-            Some(noise) => share * contrast + raster * slope + noise_factor * noise + least,
-            // Where frames stand alone noise cannot be told from contrast, so all of it is allowed for.
-            None => contrast + least,
-        };
-        contrast(&row).zip(squared_slopes(&row)).map(limit).chain(std::iter::repeat_n(least, CHUNK)).collect()
-    })
-    .collect()
+    let step = half_step(plan).powi(2);
+    let noise = noise_variance(volume, plan, (rows.start + rows.end) / 2);
+    rows
+        .map(|y| {
+            volume.copy_row(y, plan.reference, &mut row);
+            let limit = |(contrast, gradient): (f32, f32)| match noise {
+                Some(noise) => share * contrast + step * gradient + noise_factor * noise + least,
+                // Where frames stand alone noise cannot be told from contrast, so all of it is allowed for.
+                None => contrast + least,
+            };
+            contrast(&row)
+                .zip(squared_gradients(&row))
+                .map(limit)
+                .chain(std::iter::repeat_n(least, CHUNK))
+                .collect()
+        })
+        .collect()
 }
 
 /// The farthest shift by which the nearest candidate misses a point, in px.
-fn half_raster(plan: &Plan) -> f32 {
+fn half_step(plan: &Plan) -> f32 {
     (0.5 * plan.candidates.disparity_step_px() * plan.farthest) as f32
 }
 
-/// Variance of the noise in row `y`: within the group next to the reference frame, under the slope that suits each column best;
+/// Variance of the noise in row `y`: within the group next to the reference frame, under the gradient that suits each column best;
 /// the median of the columns. `None` if that group is a single frame.
 fn noise_variance(volume: &Volume, plan: &Plan, y: usize) -> Option<f32> {
     let groups = &plan.groups;

@@ -1,4 +1,4 @@
-//! The search: every pixel's best candidate on a raster, or why there is none.
+//! The search: every pixel's best disparity candidate, or why there is none.
 //!
 //! Two ways lead there. The exhaustive one is the paper's: the cost of each candidate from the samples of all frames
 //! ([`cost`](super::cost)). The factorised one makes most of the sums once for many candidates:
@@ -10,7 +10,7 @@
 //! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over windows that may lie to
 //!    one side of it, and where none can be believed, the best of its neighbours' ([`filling`]). How far frames may deviate before they count
 //!    as hiding a point is measured first ([`tolerance`]).
-//! 5. [`semi_global`]: where texture is weak, rows may help each other before that; this serves both searches.
+//! 5. [`semi_global`]: where texture is weak, costs may be aggregated across rows before that; this serves both searches.
 
 mod best;
 mod exhaustive;
@@ -23,11 +23,11 @@ mod ordered;
 mod plan;
 mod row_costs;
 mod semi_global;
+pub(super) mod survey;
 mod sweep;
 #[cfg(test)]
 mod tests;
 mod tolerance;
-pub(super) mod survey;
 
 use std::ops::Range;
 
@@ -40,12 +40,12 @@ use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use plan::Plan;
-use semi_global::{Bands, Held, Help, Penalties, Span, typical_cost};
+use semi_global::{Aggregation, Bands, PathAggregation, Penalties, Span, typical_cost};
 use tolerance::Tolerance;
 
 /// Rows that a thread searches in one go; windows reach a little beyond them.
 const BAND_ROWS: usize = 32;
-/// The factorised search has a coarser raster by this factor: the vertex of a parabola is good to a fraction of it.
+/// The factorised search has a larger disparity step by this factor: the vertex of a parabola is good to a fraction of it.
 const COARSER: f64 = 2.0;
 
 /// What the search has found for each pixel of the reference frame; rows x columns.
@@ -82,7 +82,7 @@ pub(super) struct Task<'a> {
 /// Searches all rows. `progress` is told each row.
 ///
 /// # Errors
-/// [`MatchError::AcrossTooManyCandidates`] if rows are to help each other and may not hold so many costs.
+/// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
 pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
     match task.options.search_used() {
         Search::Exhaustive => Ok(Searched::of_rows(task, &exhaustive::rows(task, progress)?)),
@@ -99,15 +99,15 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
     let groups = groups_of_bands(task, plan.candidates.count())?;
     let occluded = ordering == OrderingUsed::Off && rule.occlusion == Occlusion::OneSide;
     let tolerance = occluded.then(|| Tolerance::measured(task, &plan, window));
-    let answers = |span: Span, help: Option<Help<'_>>| match ordering {
+    let answers = |span: Span, aggregation: Option<Aggregation<'_>>| match ordering {
         OrderingUsed::On => {
             let size = (plan.candidates.count(), plan.columns);
-            let held = help.map(|help| Held::new(span.clone(), size, help));
-            let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), held);
+            let paths = aggregation.map(|aggregation| PathAggregation::new(span.clone(), size, aggregation));
+            let mut consumer = ordered::Ordered::new(&plan, lines, options.method.resolution(), paths);
             sweep::sweep(volume, &plan, window, span.searched, &mut consumer);
             consumer.into_answers()
         }
-        OrderingUsed::Off => free::Search::new(task, &plan, window, tolerance).rows(span, help),
+        OrderingUsed::Off => free::Search::new(task, &plan, window, tolerance).rows(span, aggregation),
     };
     let penalties = options.semi_global.then(|| {
         let typical = match tolerance {
@@ -119,11 +119,11 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
         penalties(task, typical)
     });
     let rows = searched_groups(groups, progress, |span, room| {
-        answers(span, penalties.map(|penalties| Help { penalties, room }))
+        answers(span, penalties.map(|penalties| Aggregation { penalties, room }))
     });
     let mut searched = Searched::of_rows(task, &rows);
     if ordering == OrderingUsed::Off {
-        filling::drop_doubtful(&mut searched, options.minimum_confidence);
+        filling::drop_ambiguous(&mut searched, options.minimum_confidence);
     }
     if let Some(tolerance) = tolerance {
         filling::fill(task, &plan, tolerance, &mut searched);
@@ -132,7 +132,7 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
     Ok(searched)
 }
 
-/// Penalties for rows that help each other, where right candidates cost `typical`.
+/// Penalties of aggregation across rows, where right candidates cost `typical`.
 fn penalties(Task { volume, options, .. }: Task<'_>, typical: f32) -> Penalties {
     Penalties::of_typical(typical, (volume.frames() - 1) * options.window_px.pow(2))
 }
@@ -144,7 +144,7 @@ struct Groups {
     band_counts: usize,
 }
 
-/// Bands in groups that may be searched at once: all of them, unless rows help each other.
+/// Bands in groups that may be searched at once: all of them, unless costs are aggregated across rows.
 fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Groups, MatchError> {
     if task.options.semi_global {
         let bands = Bands::of(task.volume, candidates)?;

@@ -6,7 +6,7 @@ use fearless_simd::Level;
 
 use super::kernels;
 use super::plan::Plan;
-use super::semi_global::{Aggregated, Held};
+use super::semi_global::{Aggregated, PathAggregation};
 use super::sweep::Consumer;
 use super::{RowAnswers, bracketed, median, rival_distance};
 use crate::cost::CostTable;
@@ -28,14 +28,19 @@ pub(super) struct Ordered<'a> {
     /// Candidates that have a cost, for each column.
     known: Vec<f32>,
     /// The costs of rows that wait for others to help them.
-    held: Option<Held<'a>>,
+    paths: Option<PathAggregation<'a>>,
     /// The rows that are done.
     answers: Vec<RowAnswers>,
 }
 
 impl<'a> Ordered<'a> {
     /// Rows are mapped by themselves, or with the help of those of `held`.
-    pub(super) fn new(plan: &'a Plan, lines: &Lines, resolution: f32, held: Option<Held<'a>>) -> Self {
+    pub(super) fn new(
+        plan: &'a Plan,
+        lines: &Lines,
+        resolution: f32,
+        paths: Option<PathAggregation<'a>>,
+    ) -> Self {
         let (columns, disparity_step_px) = (plan.columns, plan.candidates.disparity_step_px());
         let mut known = vec![0.0; columns];
         for run in plan.coverage.iter().flat_map(|candidate| &candidate.runs) {
@@ -52,7 +57,7 @@ impl<'a> Ordered<'a> {
             least: vec![f32::INFINITY; columns],
             total: vec![0.0; columns],
             known,
-            held,
+            paths,
             answers: Vec::new(),
         }
     }
@@ -77,8 +82,8 @@ impl<'a> Ordered<'a> {
 
     /// The answers, when all rows have been swept.
     pub(super) fn into_answers(mut self) -> Vec<RowAnswers> {
-        if let Some(held) = self.held.take() {
-            let aggregated = held.aggregated();
+        if let Some(paths) = self.paths.take() {
+            let aggregated = paths.aggregated();
             let plan = self.plan;
             for y in aggregated.rows() {
                 for (k, candidate) in plan.coverage.iter().enumerate() {
@@ -136,8 +141,8 @@ impl Consumer for Ordered<'_> {
     fn take(&mut self, _y: usize, k: usize, costs: &mut [f32]) {
         for run in &self.plan.coverage[k].runs {
             let costs = &costs[run.clone()];
-            if let Some(held) = &mut self.held {
-                held.hold(k, run.start, costs);
+            if let Some(paths) = &mut self.paths {
+                paths.hold(k, run.start, costs);
                 continue;
             }
             self.table.row_mut(k)[run.clone()].copy_from_slice(costs);
@@ -146,8 +151,8 @@ impl Consumer for Ordered<'_> {
     }
 
     fn row_done(&mut self, _y: usize) {
-        match &mut self.held {
-            Some(held) => held.row_done(),
+        match &mut self.paths {
+            Some(paths) => paths.row_done(),
             None => self.map_row(None),
         }
     }

@@ -45,7 +45,7 @@ impl<'a> RowCosts<'a> {
         }
     }
 
-    /// Sums up the loaded row under the slope of `slab`.
+    /// Sums up the loaded row under the gradient of `slab`.
     pub(super) fn load_slab(&mut self, slab: &Slab) {
         let stride = self.plan.columns + 2 * PAD;
         let epi = Rows { values: &self.epi, stride };

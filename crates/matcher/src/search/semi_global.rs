@@ -1,4 +1,4 @@
-//! Rows that help each other where texture is weak: costs are aggregated along the columns.
+//! Cost aggregation across rows, for weak texture (semi-global matching, Hirschmueller 2008).
 //!
 //! Surfaces go on from row to row, so a candidate is better if the rows above and below can agree with it at little cost. This is semi-global
 //! matching (Hirschmueller 2008, equation 13) along the two vertical paths: with the pixel's own cost C,
@@ -95,8 +95,8 @@ pub(super) struct Bands {
     pub(super) band_counts: usize,
 }
 
-/// What rows need to help each other.
-pub(super) struct Help<'a> {
+/// What aggregation across rows needs.
+pub(super) struct Aggregation<'a> {
     /// What it costs to leave the neighbouring rows.
     pub(super) penalties: Penalties,
     /// Room for the counts of a band.
@@ -107,20 +107,20 @@ impl Bands {
     /// Bands of `volume` under so many candidates.
     ///
     /// # Errors
-    /// [`MatchError::AcrossTooManyCandidates`] if not even a band of the fewest rows may be held.
+    /// [`MatchError::TooManyToAggregate`] if not even a band of the fewest rows may be held.
     pub(super) fn of(volume: &Volume, candidates: usize) -> Result<Self, MatchError> {
         let sample_bytes = if volume.bit_depth() > 8 { 2 } else { 1 };
         let pixels = volume.rows() * volume.columns();
         let budget = (pixels * volume.frames() * sample_bytes / 2).max(FREE_BYTES);
         let row_bytes = candidates * volume.columns() * size_of::<u16>();
-        // Costs of the rows and of the margin below them, and what paths bring to the rows.
+        // Costs of the rows and of the margin below them, and path costs of the rows.
         let bytes = |band_rows: usize| (2 * band_rows + MARGIN_ROWS) * row_bytes;
         let mut band_rows = BAND_ROWS;
         while bytes(band_rows) > budget && band_rows > LEAST_BAND_ROWS {
             band_rows /= 2;
         }
         match budget / bytes(band_rows) {
-            0 => Err(MatchError::AcrossTooManyCandidates {
+            0 => Err(MatchError::TooManyToAggregate {
                 candidates,
                 limit: budget / (bytes(band_rows) / candidates),
             }),
@@ -160,7 +160,7 @@ impl Span {
 }
 
 /// Costs of the rows of a span on their way to being aggregated; rows come in their order.
-pub(super) struct Held<'a> {
+pub(super) struct PathAggregation<'a> {
     level: Level,
     penalties: Penalties,
     columns: usize,
@@ -170,17 +170,21 @@ pub(super) struct Held<'a> {
     came: usize,
     /// Costs of the row that comes, in counts: candidates x columns.
     coming: Vec<u16>,
-    /// Sums of the path that came down to the last row, and what it brought to it.
+    /// Sums of the path that came down to the last row, and the path costs of that row.
     path: Path,
     /// Costs of the rows from the first answered one on: rows x candidates x columns.
     costs: &'a mut [u16],
-    /// What paths bring to the answered rows: rows x candidates x columns.
-    brought: &'a mut [u16],
+    /// Path costs of the answered rows: rows x candidates x columns.
+    path_costs: &'a mut [u16],
 }
 
-impl<'a> Held<'a> {
-    pub(super) fn new(span: Span, (candidates, columns): (usize, usize), help: Help<'a>) -> Self {
-        let Help { penalties, room } = help;
+impl<'a> PathAggregation<'a> {
+    pub(super) fn new(
+        span: Span,
+        (candidates, columns): (usize, usize),
+        aggregation: Aggregation<'a>,
+    ) -> Self {
+        let Aggregation { penalties, room } = aggregation;
         let size = candidates * columns;
         let (costs, room) = room.split_at_mut(size * (span.searched.end - span.answered.start));
         Self {
@@ -192,7 +196,7 @@ impl<'a> Held<'a> {
             coming: vec![UNKNOWN; size],
             path: Path::new(candidates, columns, penalties),
             costs,
-            brought: &mut room[..size * span.answered.len()],
+            path_costs: &mut room[..size * span.answered.len()],
             span,
         }
     }
@@ -213,9 +217,9 @@ impl<'a> Held<'a> {
         let Span { answered, .. } = &self.span;
         let place = |y: usize| (y - answered.start) * size..(y - answered.start + 1) * size;
         if y < answered.end {
-            let brought = self.path.step(self.level, &self.coming);
+            let path_costs = self.path.step(self.level, &self.coming);
             if y >= answered.start {
-                self.brought[place(y)].copy_from_slice(brought);
+                self.path_costs[place(y)].copy_from_slice(path_costs);
             }
         }
         if y >= answered.start {
@@ -225,13 +229,13 @@ impl<'a> Held<'a> {
 
     /// The aggregated costs of the answered rows, when all have come.
     pub(super) fn aggregated(self) -> Aggregated<'a> {
-        let Self { level, columns, candidates, costs, brought, span, penalties, .. } = self;
+        let Self { level, columns, candidates, costs, path_costs, span, penalties, .. } = self;
         let size = candidates * columns;
         let mut path = Path::new(candidates, columns, penalties);
         for (index, costs) in costs.chunks_exact(size).enumerate().rev() {
             let from_below = path.step(level, costs);
             if index < span.answered.len() {
-                let both = &mut brought[index * size..(index + 1) * size];
+                let both = &mut path_costs[index * size..(index + 1) * size];
                 dispatch!(level, simd => add(simd, from_below, both));
             }
         }
@@ -242,7 +246,7 @@ impl<'a> Held<'a> {
             candidates,
             first: span.answered.start,
             costs,
-            brought,
+            path_costs,
         }
     }
 }
@@ -255,21 +259,21 @@ struct Path {
     sums: Vec<u16>,
     /// Least L of each column.
     low: Vec<u16>,
-    /// What the path brings to the row in hand: L - C, from 0 to the penalty of a large step.
-    brought: Vec<u16>,
+    /// Path costs of the current row: L - C, from 0 to the penalty of a large step.
+    path_costs: Vec<u16>,
 }
 
 impl Path {
     fn new(candidates: usize, columns: usize, penalties: Penalties) -> Self {
         let mut sums = vec![UNKNOWN; (candidates + 2) * columns];
         sums[columns..(candidates + 1) * columns].fill(0);
-        Self { penalties, columns, sums, low: vec![0; columns], brought: vec![0; candidates * columns] }
+        Self { penalties, columns, sums, low: vec![0; columns], path_costs: vec![0; candidates * columns] }
     }
 
-    /// Goes on to a row with these costs; what it brings there.
+    /// Continues to a row with these costs; gives its path costs.
     fn step(&mut self, level: Level, costs: &[u16]) -> &[u16] {
         dispatch!(level, simd => self.step_rows(simd, costs));
-        &self.brought
+        &self.path_costs
     }
 
     #[inline(always)]
@@ -277,22 +281,23 @@ impl Path {
         let n = self.columns;
         let Penalties { small, large, .. } = self.penalties;
         let low = &self.low[..n];
-        for (brought, sums) in self.brought.chunks_exact_mut(n).zip(self.sums.windows(3 * n).step_by(n)) {
+        for (path_costs, sums) in self.path_costs.chunks_exact_mut(n).zip(self.sums.windows(3 * n).step_by(n))
+        {
             let (before, same, after) = (&sums[..n], &sums[n..2 * n], &sums[2 * n..3 * n]);
-            let brought = &mut brought[..n];
+            let path_costs = &mut path_costs[..n];
             for x in 0..n {
                 let beside = before[x].min(after[x]).saturating_add(small);
                 let any = low[x].saturating_add(large);
-                brought[x] = same[x].min(beside).min(any) - low[x];
+                path_costs[x] = same[x].min(beside).min(any) - low[x];
             }
         }
         let low = &mut self.low[..n];
         low.fill(UNKNOWN);
-        let rows = costs.chunks_exact(n).zip(self.brought.chunks_exact(n));
-        for (sums, (costs, brought)) in self.sums[n..].chunks_exact_mut(n).zip(rows) {
-            let (sums, costs, brought) = (&mut sums[..n], &costs[..n], &brought[..n]);
+        let rows = costs.chunks_exact(n).zip(self.path_costs.chunks_exact(n));
+        for (sums, (costs, path_costs)) in self.sums[n..].chunks_exact_mut(n).zip(rows) {
+            let (sums, costs, path_costs) = (&mut sums[..n], &costs[..n], &path_costs[..n]);
             for x in 0..n {
-                sums[x] = costs[x].saturating_add(brought[x]);
+                sums[x] = costs[x].saturating_add(path_costs[x]);
                 low[x] = low[x].min(sums[x]);
             }
         }
@@ -327,13 +332,13 @@ pub(super) struct Aggregated<'a> {
     candidates: usize,
     first: usize,
     costs: &'a [u16],
-    brought: &'a [u16],
+    path_costs: &'a [u16],
 }
 
 impl Aggregated<'_> {
     /// The rows.
     pub(super) fn rows(&self) -> Range<usize> {
-        self.first..self.first + self.brought.len() / (self.candidates * self.columns)
+        self.first..self.first + self.path_costs.len() / (self.candidates * self.columns)
     }
 
     fn place(&self, y: usize, k: usize, x: usize) -> usize {
@@ -344,8 +349,8 @@ impl Aggregated<'_> {
     pub(super) fn copy(&self, y: usize, k: usize, first: usize, out: &mut [f32]) {
         let place = self.place(y, k, first);
         let places = place..place + out.len();
-        let (costs, brought) = (&self.costs[places.clone()], &self.brought[places]);
-        dispatch!(self.level, simd => to_costs(simd, costs, brought, self.count, out));
+        let (costs, path_costs) = (&self.costs[places.clone()], &self.path_costs[places]);
+        dispatch!(self.level, simd => to_costs(simd, costs, path_costs, self.count, out));
     }
 
     /// The candidate's own cost, which must be known; as much as can be held if it is larger.
@@ -355,11 +360,11 @@ impl Aggregated<'_> {
 }
 
 #[inline(always)]
-fn to_costs<S: Simd>(_simd: S, costs: &[u16], brought: &[u16], count: f32, out: &mut [f32]) {
+fn to_costs<S: Simd>(_simd: S, costs: &[u16], path_costs: &[u16], count: f32, out: &mut [f32]) {
     let length = out.len();
-    let (costs, brought) = (&costs[..length], &brought[..length]);
+    let (costs, path_costs) = (&costs[..length], &path_costs[..length]);
     for x in 0..length {
-        let aggregated = (u32::from(costs[x]) + u32::from(brought[x])) as f32 * count;
+        let aggregated = (u32::from(costs[x]) + u32::from(path_costs[x])) as f32 * count;
         out[x] = if costs[x] == UNKNOWN { f32::NAN } else { aggregated };
     }
 }

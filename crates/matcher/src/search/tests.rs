@@ -235,7 +235,7 @@ impl Bars {
         }
     }
 
-    /// Pixels that half of the frames see, those of them found within a raster step, pixels answered, and those wrong by more than 1 px.
+    /// Pixels that half of the frames see, those of them found within a disparity step, pixels answered, and those wrong by more than 1 px.
     fn count(&self, found: &Grid<f32>, tau: &Tau, reference: usize) -> [f64; 4] {
         let origin = tau.values()[reference];
         let mut counts = [0; 4];

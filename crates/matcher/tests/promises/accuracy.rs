@@ -45,7 +45,7 @@ fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
 
 #[test]
 fn every_method_and_interpolation_measures_a_plane() {
-    // Bounds: a raster of 0.25 px with a parabola leaves some hundredths; linear interpolation biases by up to 0.044 px.
+    // Bounds: a disparity step of 0.25 px with a parabola leaves some hundredths; linear interpolation biases by up to 0.044 px.
     for (method, interpolation, refine, bound) in [
         (Method::Variance, Interpolation::BSpline, true, 0.01),
         (Method::Variance, Interpolation::BSpline, false, 0.04),
@@ -121,7 +121,7 @@ fn the_stated_sigma_holds_on_a_noisy_plane() {
     let (_, report) = measure(config, &MatchOptions::default());
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
-    // Windows share votes, so that 24000 pixels are some 1000 independent ones: +-3 %, and as much for the model.
+    // Windows share observations, so that 24000 pixels are some 1000 independent ones: +-3 %, and as much for the model.
     assert!((0.62..=0.74).contains(&errors.within_1_sigma), "{errors:?}");
     assert!((0.91..=0.98).contains(&errors.within_2_sigma), "{errors:?}");
 }

@@ -218,7 +218,7 @@ fn every_way_to_match_has_a_first_look() {
         let (maps, truth) = look(&painting, options.clone());
         let report = compare_with_truth(&maps.disparity, None, &truth.disparity, (0.0, 1.0)).unwrap();
         let errors = report.in_both_end_frames;
-        // Without the fit a raster of a pixel and its parabola are what there is.
+        // Without the fit a step of a pixel and its parabola are what there is.
         let limit_px = if options.refine { 0.1 } else { 0.5 };
         assert!(
             errors.answered > errors.pixels * 9 / 10 && errors.mean_px < limit_px,

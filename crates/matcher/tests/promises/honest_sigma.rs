@@ -20,7 +20,7 @@ const WITHIN_2: Promise = Promise::as_asked(ASKED_WITHIN_2);
 /// Shares within 1 and 2 sigma at each noise.
 type Honesty = [(Promise, Promise); NOISES_DN.len()];
 const HONEST: Honesty = [(WITHIN_1, WITHIN_2); NOISES_DN.len()];
-/// Steps of 0.05 px every 6 px: with noise they are less than single votes scatter by, and windows smooth them. Asked 0.68 and 0.95. Reached: at 0.5 DN what is
+/// Steps of 0.05 px every 6 px: with noise they are less than single observations scatter by, and windows smooth them. Asked 0.68 and 0.95. Reached: at 0.5 DN what is
 /// asked, at 1 DN 0.610 and 0.857, at 3 DN 0.474 and 0.845: sigma says that relief is lost, but less than is.
 const SMALL_TILE: Honesty = [
     HONEST[0],

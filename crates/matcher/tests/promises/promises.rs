@@ -68,7 +68,7 @@ impl Figures {
     pub fn check(&mut self, what: &str, promise: Promise, reached: f64) {
         let missed = if promise.asked.allow(reached) { "" } else { " (MISSED)" };
         let line = format!(
-            "{what}: asked {}, reached {reached:.5}{missed}, held to {}",
+            "{what}: asked {}, reached {reached:.5}{missed}, paths to {}",
             promise.asked, promise.holds
         );
         println!("{line}");

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::refine::observations::NO_VOTE;
+use crate::refine::observations::UNOBSERVED;
 
 fn put(observations: &mut ObservationPlanes, rows: &[Vec<Observation>], origin: f32) {
     observations.par_rows().zip(rows).for_each(|(row, observations)| row.put(observations, origin));
@@ -14,37 +14,47 @@ fn put(observations: &mut ObservationPlanes, rows: &[Vec<Observation>], origin: 
 
 #[test]
 fn observations_are_counted_from_the_origin() {
-    let observation = Observation { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, bend: -6.0 };
+    let observation =
+        Observation { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, curvature: -6.0 };
     let mut observations = ObservationPlanes::empty(2, 3);
-    put(&mut observations, &[vec![NO_VOTE; 3], vec![NO_VOTE, observation, NO_VOTE]], 5.0);
+    put(&mut observations, &[vec![UNOBSERVED; 3], vec![UNOBSERVED, observation, UNOBSERVED]], 5.0);
     // It observations for 7.5 px, 2.5 px from the origin.
     assert_eq!(observations.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
     assert_eq!(observations.inverse.row(1)[PAD..PAD + 3], [0.0, 0.25, 0.0]);
-    assert_eq!((observations.gradient.row(1)[PAD + 1], observations.bend.row(1)[PAD + 1]), (5.0, -6.0));
+    assert_eq!((observations.gradient.row(1)[PAD + 1], observations.curvature.row(1)[PAD + 1]), (5.0, -6.0));
     assert!(observations.moment.row(0).iter().all(|&moment| moment == 0.0));
     assert_eq!(observations.rows(), 2);
 }
 
 /// Planes of one observation of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x, y)`; none where that is not positive.
-fn observations_with(rows: usize, columns: usize, mut variance: impl FnMut(usize, usize) -> f64) -> ObservationPlanes {
+fn observations_with(
+    rows: usize,
+    columns: usize,
+    mut variance: impl FnMut(usize, usize) -> f64,
+) -> ObservationPlanes {
     let mut observations = ObservationPlanes::empty(rows, columns);
     let mut observation = |x: usize, y: usize| {
         let variance = variance(x, y) as f32;
-        if variance > 0.0 { Observation { weight: 4.0, moment: 8.0, variance, ..NO_VOTE } } else { NO_VOTE }
+        if variance > 0.0 {
+            Observation { weight: 4.0, moment: 8.0, variance, ..UNOBSERVED }
+        } else {
+            UNOBSERVED
+        }
     };
-    let all: Vec<Vec<Observation>> = (0..rows).map(|y| (0..columns).map(|x| observation(x, y)).collect()).collect();
+    let all: Vec<Vec<Observation>> =
+        (0..rows).map(|y| (0..columns).map(|x| observation(x, y)).collect()).collect();
     put(&mut observations, &all, 0.0);
     observations
 }
 
 #[test]
 fn noise_is_the_mean_of_the_observed_around() {
-    let observation = |variance| Observation { weight: 1.0, variance, ..NO_VOTE };
-    let silent = Observation { variance: 1000.0, ..NO_VOTE };
+    let observation = |variance| Observation { weight: 1.0, variance, ..UNOBSERVED };
+    let silent = Observation { variance: 1000.0, ..UNOBSERVED };
     let mut observations = ObservationPlanes::empty(2, 4);
     let first = vec![observation(4.0), observation(5.0), silent, silent];
     put(&mut observations, &[first, vec![observation(3.0), silent, silent, silent]], 0.0);
-    observations.settle_noise(1, 2.0, 0.5, 98.0);
+    observations.estimate_noise(1, 2.0, 0.5, 98.0);
     // Half of the means of 4, 5 and 3, twice; then 5 alone; then nobody observations.
     for y in 0..2 {
         assert_eq!(observations.noise.row(y)[PAD..PAD + 4], [2.0, 2.0, 2.5, 0.5]);
@@ -83,7 +93,7 @@ fn noise_of_chi_squared_variances_is_unbiased() {
             let squares: f64 = std::iter::repeat_with(normal).take(freedom).map(|value| value * value).sum();
             gain * truth * squares / freedom as f64
         });
-        observations.settle_noise(REACH, gain as f32, 1.0 / 12.0, freedom as f32);
+        observations.estimate_noise(REACH, gain as f32, 1.0 / 12.0, freedom as f32);
         let inner: Vec<f64> = (REACH..SIDE - REACH)
             .flat_map(|y| observations.noise.row(y)[PAD + REACH..PAD + SIDE - REACH].to_vec())
             .map(f64::from)
@@ -105,7 +115,10 @@ fn noise_of_chi_squared_variances_is_unbiased() {
         // Counts scatter by their root.
         let counts = [least_cut, most_cut].map(|share| share * (SIDE * SIDE) as f64);
         let bounds = [counts[0] - 4.0 * counts[0].sqrt(), counts[1] + 4.0 * counts[1].sqrt() + 1.0];
-        assert!(less >= bounds[0] && less <= bounds[1], "{freedom}: {less} observations count less, {counts:?}");
+        assert!(
+            less >= bounds[0] && less <= bounds[1],
+            "{freedom}: {less} observations count less, {counts:?}"
+        );
     }
 }
 
@@ -113,12 +126,16 @@ fn noise_of_chi_squared_variances_is_unbiased() {
 fn a_few_residuals_ten_times_as_large_change_nothing_but_their_own_observations() {
     let odd = |x: usize, y: usize| x % 4 == 1 && y % 5 == 2;
     let mut observations = observations_with(20, 30, |x, y| if odd(x, y) { 20.0 } else { 2.0 });
-    observations.settle_noise(3, 1.0, 0.1, 40.0);
+    observations.estimate_noise(3, 1.0, 0.1, 40.0);
     for (y, x) in (0..20).flat_map(|y| (0..30).map(move |x| (y, x))) {
         let at = |plane: &Padded| plane.row(y)[PAD + x];
         let share = if odd(x, y) { 0.1 } else { 1.0 };
         assert!((at(&observations.noise) - 2.0).abs() < 1e-5, "{x} {y}");
-        assert!((at(&observations.weight) - 4.0 * share).abs() < 1e-5, "{x} {y}: {}", at(&observations.weight));
+        assert!(
+            (at(&observations.weight) - 4.0 * share).abs() < 1e-5,
+            "{x} {y}: {}",
+            at(&observations.weight)
+        );
         assert!((at(&observations.moment) - 8.0 * share).abs() < 1e-5, "{x} {y}");
         assert!((at(&observations.inverse) * 4.0 * share - 1.0).abs() < 1e-5, "{x} {y}");
         assert_eq!(at(&observations.residual), 2.0 * 10.0_f32.powi(i32::from(odd(x, y))));
@@ -129,10 +146,14 @@ fn a_few_residuals_ten_times_as_large_change_nothing_but_their_own_observations(
 fn no_observe_counts_more_beside_noisier_pixels() {
     let row = [1.0, 1.0, 1.0, 4.0, 9.0, 20.0, 20.0, 20.0];
     let mut observations = observations_with(1, 8, |x, _| row[x]);
-    observations.settle_noise(1, 1.0, 0.1, 98.0);
+    observations.estimate_noise(1, 1.0, 0.1, 98.0);
     // With 98 degrees of freedom the limit is 1 + 4 sqrt(2 / 98) = 1.571 times the harmonic mean, less 2 / 98. The fourth is 1.131 times its limit of 3.536
     // and belongs by (1.25 - 1.131) / 0.25 = 0.475, while 9 belongs wholly to 4, 9 and 20. The noise is (1 + 0.475 x 4 + 9) / 2.475.
-    assert!((observations.noise.row(0)[PAD + 3] - 4.808).abs() < 2e-3, "{}", observations.noise.row(0)[PAD + 3]);
+    assert!(
+        (observations.noise.row(0)[PAD + 3] - 4.808).abs() < 2e-3,
+        "{}",
+        observations.noise.row(0)[PAD + 3]
+    );
     assert_eq!(observations.weight.row(0)[PAD..PAD + 8], [4.0; 8]);
 }
 
@@ -145,7 +166,7 @@ proptest! {
         let (rows, columns, least) = (12, 17, 0.1_f32);
         let voice = |index: usize| if silent[index] < 0.2 { 0.0 } else { 10.0_f64.powf(exponents[index]) };
         let mut observations = observations_with(rows, columns, |x, y| voice(y * columns + x));
-        observations.settle_noise(reach, 1.0, least, freedom as f32);
+        observations.estimate_noise(reach, 1.0, least, freedom as f32);
         for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
             let at = |plane: &Padded| plane.row(y)[PAD + x];
             let near: Vec<f32> = (y.saturating_sub(reach)..(y + reach + 1).min(rows))
@@ -183,9 +204,9 @@ proptest! {
 #[test]
 fn guesses_are_planes_as_well_known_as_their_observations() {
     let mut observations = ObservationPlanes::empty(1, 3);
-    let observation = Observation { weight: 4.0, variance: 3.0, ..NO_VOTE };
-    put(&mut observations, &[vec![observation, NO_VOTE, NO_VOTE]], 0.0);
-    observations.settle_noise(1, 1.0, 0.5, 40.0);
+    let observation = Observation { weight: 4.0, variance: 3.0, ..UNOBSERVED };
+    put(&mut observations, &[vec![observation, UNOBSERVED, UNOBSERVED]], 0.0);
+    observations.estimate_noise(1, 1.0, 0.5, 40.0);
     let guess = Grid::from_values(1, 3, vec![7.0, 9.0, f32::NAN]).unwrap();
     let planes = SurfacePlanes::of_guesses(&observations, &guess, 5.0);
     assert_eq!(planes.disparity.row(0)[PAD..PAD + 3], [2.0, 4.0, 0.0]);

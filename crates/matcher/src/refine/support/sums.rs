@@ -5,9 +5,9 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
-use super::{Joining, LEAST_SLANT_SPREAD};
+use super::{LEAST_SLANT_SPREAD, SupportRule};
 use crate::options::LARGEST_FIT_WINDOW_PX;
-use crate::refine::planes::{Padded, SurfacePlanes, ObservationPlanes};
+use crate::refine::planes::{ObservationPlanes, Padded, SurfacePlanes};
 
 /// Lines of the longest window.
 pub(super) const LONGEST: usize = LARGEST_FIT_WINDOW_PX;
@@ -37,24 +37,24 @@ pub(super) struct Allowances {
 }
 
 impl Allowances {
-    pub(super) fn of(joining: Joining) -> Self {
-        let (reach_u, reach_v) = joining.reach;
-        let limit = joining.belongs_sigmas * joining.belongs_sigmas;
+    pub(super) fn of(rule: SupportRule) -> Self {
+        let (reach_u, reach_v) = rule.reach;
+        let limit = rule.belongs_sigmas * rule.belongs_sigmas;
         let (columns, rows) = (offsets(reach_u), offsets(reach_v));
         let place = |u: f32, v: f32| {
-            let slack = joining.slack.0 + joining.slack.1 * u.abs().max(v.abs());
+            let slack = rule.slack.0 + rule.slack.1 * u.abs().max(v.abs());
             // A pixel belongs to itself whatever is known of it.
             let slack_squared = if u == 0.0 && v == 0.0 { f32::INFINITY } else { slack * slack };
-            let slants_tell = joining.slants_known && slack_squared.is_finite();
+            let slants_tell = rule.slants_known && slack_squared.is_finite();
             Allowance {
-                growth: 1.0 + (u * u + v * v) / joining.slant_spread,
+                growth: 1.0 + (u * u + v * v) / rule.slant_spread,
                 limit,
                 slack_squared,
                 slant_spread: if slants_tell { LEAST_SLANT_SPREAD } else { 0.0 },
             }
         };
         let places = rows.flat_map(|v| columns.clone().map(move |u| place(u, v))).collect();
-        Self { reach: joining.reach, places }
+        Self { reach: rule.reach, places }
     }
 }
 

@@ -6,7 +6,7 @@ use super::*;
 /// The limits that these tests are made with.
 const BELONGS_SIGMAS: f32 = 3.3;
 const SLANT_SPREAD: f32 = 12.0;
-const JOINING: Joining = Joining {
+const RULE: SupportRule = SupportRule {
     reach: (1, 1),
     belongs_sigmas: BELONGS_SIGMAS,
     slant_spread: SLANT_SPREAD,
@@ -20,7 +20,10 @@ const COLUMNS: usize = 40;
 const NOISE: f64 = 1.5;
 
 /// Observations for `disparity` with the weight `weight` of each pixel.
-fn observations_for(disparity: impl Fn(usize, usize) -> f64, weight: impl Fn(usize, usize) -> f64) -> ObservationPlanes {
+fn observations_for(
+    disparity: impl Fn(usize, usize) -> f64,
+    weight: impl Fn(usize, usize) -> f64,
+) -> ObservationPlanes {
     let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
     observations.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     for y in 0..ROWS {
@@ -47,12 +50,12 @@ fn map_of(disparity: impl Fn(usize, usize) -> f64, (p, q): (f64, f64), variance:
     map
 }
 
-fn joined(observations: &ObservationPlanes, map: &SurfacePlanes, joining: Joining) -> SurfacePlanes {
+fn joined(observations: &ObservationPlanes, map: &SurfacePlanes, rule: SupportRule) -> SurfacePlanes {
     let mut planes = SurfacePlanes::unknown(ROWS, COLUMNS);
     planes
         .par_rows()
         .enumerate()
-        .for_each(|(y, out)| join_row(Level::new(), (observations, map), joining, y, None, out));
+        .for_each(|(y, out)| join_row(Level::new(), (observations, map), rule, y, None, out));
     planes
 }
 
@@ -81,7 +84,7 @@ fn equal_observations_on_a_plane_give_it_with_the_variance_of_their_mean() {
     let observations = observations_for(slanted, |_, _| weight);
     let map = map_of(slanted, (P, Q), 1e-4);
     for reach in [(1, 1), (3, 3), (3, 8), (10, 10)] {
-        let surface = joined(&observations, &map, Joining { reach, ..JOINING });
+        let surface = joined(&observations, &map, SupportRule { reach, ..RULE });
         let count = ((2 * reach.0 + 1) * (2 * reach.1 + 1)) as f64;
         let (x, y) = (20, 12);
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -117,7 +120,7 @@ fn the_other_face_of_a_crease_does_not_belong_by_its_slant() {
     }
     let observations = observations_for(roof, |_, _| 8e6);
     let error = |slants_known| {
-        let surface = joined(&observations, &map, Joining { slants_known, ..JOINING });
+        let surface = joined(&observations, &map, SupportRule { slants_known, ..RULE });
         (f64::from(surface.disparity.row(12)[PAD + RIGHT - 1]) - roof(RIGHT - 1, 12)).abs()
     };
     assert!(error(true) < 1e-4, "{}", error(true));
@@ -136,8 +139,8 @@ fn joining_solves_the_normal_equations() {
     let map = map_of(bowl, (P, Q), variance);
     let reach = (4, 2);
     for slants_known in [false, true] {
-        let joining = Joining { reach, slants_known, ..JOINING };
-        let surface = joined(&observations, &map, joining);
+        let rule = SupportRule { reach, slants_known, ..RULE };
+        let surface = joined(&observations, &map, rule);
         // The map's slants are observations, too, as good as those of windows 3 px wide.
         let known = if slants_known { NOISE * (2.0 / 3.0) / variance } else { 0.0 };
         for pixel in [(20, 12), (0, 0), (39, 23), (3, 22), (31, 1), (17, 5)] {
@@ -170,16 +173,16 @@ fn nested_windows_give_what_each_window_gives_by_itself() {
     let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
     let observations = observations_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
     let map = map_of(step, (0.0, 0.0), 0.5);
-    let joining = |reach| Joining { reach, slack: (0.5, 0.25), ..JOINING };
+    let rule = |reach| SupportRule { reach, slack: (0.5, 0.25), ..RULE };
     for widest in [(3, 10), (10, 3), (3, 5)] {
         let mut found = [(); 3].map(|()| SurfacePlanes::unknown(ROWS, COLUMNS));
         let [narrow, middle, wide] = &mut found;
         let rows = narrow.par_rows().zip(middle.par_rows()).zip(wide.par_rows());
         rows.enumerate().for_each(|(y, ((narrow, middle), wide))| {
-            join_nested_row(Level::new(), (&observations, &map), joining(widest), y, [narrow, middle, wide]);
+            join_nested_row(Level::new(), (&observations, &map), rule(widest), y, [narrow, middle, wide]);
         });
         for (found, reach) in found.iter().zip(nested_reaches(widest)) {
-            let single = joined(&observations, &map, joining(reach));
+            let single = joined(&observations, &map, rule(reach));
             let planes = |of: &SurfacePlanes, y: usize| {
                 let fit = [&of.misfit, &of.texture, &of.slant_variance];
                 [&of.disparity, &of.slant_x, &of.slant_y, &of.variance]
@@ -208,7 +211,7 @@ fn a_step_twice_as_high_as_allowed_for_is_not_crossed() {
     let step = |x: usize, _| if x < EDGE { 0.0 } else { 2.0 * allowed };
     let observations = observations_for(step, |_, _| weight);
     let map = map_of(step, (0.0, 0.0), variance);
-    let surface = joined(&observations, &map, Joining { reach: (reach, reach), ..JOINING });
+    let surface = joined(&observations, &map, SupportRule { reach: (reach, reach), ..RULE });
     let y = 12;
     for x in reach..COLUMNS - reach {
         let at = |plane: &Padded| f64::from(plane.row(y)[PAD + x]);
@@ -231,16 +234,17 @@ fn a_step_that_is_allowed_for_is_crossed() {
     let low = 0.5 * f64::from(BELONGS_SIGMAS) * (2.0 * variance).sqrt();
     let step = |x: usize, _| if x < EDGE { 0.0 } else { low };
     let (observations, map) = (observations_for(step, |_, _| 800.0), map_of(step, (0.0, 0.0), variance));
-    let surface = joined(&observations, &map, JOINING);
+    let surface = joined(&observations, &map, RULE);
     // Columns -1, 0, 1 observation 0, 0 and `low`: their mean is what a line gives in the middle.
     let found = f64::from(surface.disparity.row(12)[PAD + EDGE - 1]);
     assert!((found - low / 3.0).abs() < 1e-5, "{found}");
     // The same step beyond what is allowed for, but with slack.
     let high = |x: usize, _| if x < EDGE { 0.0 } else { 4.0 * low };
     let (observations, map) = (observations_for(high, |_, _| 800.0), map_of(high, (0.0, 0.0), variance));
-    let without = joined(&observations, &map, JOINING);
+    let without = joined(&observations, &map, RULE);
     assert!(without.disparity.row(12)[PAD + EDGE - 1].abs() < 1e-6);
-    let with = joined(&observations, &map, Joining { slack: (3.0 * low as f32, 3.0 * low as f32), ..JOINING });
+    let with =
+        joined(&observations, &map, SupportRule { slack: (3.0 * low as f32, 3.0 * low as f32), ..RULE });
     assert!((f64::from(with.disparity.row(12)[PAD + EDGE - 1]) - 4.0 * low / 3.0).abs() < 1e-5);
 }
 
@@ -252,8 +256,8 @@ fn of_observations_at_the_limit_half_counts() {
     let found = |step: f64| {
         let step = |x: usize, _| if x < EDGE { 0.0 } else { step };
         let (observations, map) = (observations_for(step, |_, _| weight), map_of(step, (0.0, 0.0), variance));
-        let joining = Joining { reach: (1, 0), ..JOINING };
-        let surface = joined(&observations, &map, joining);
+        let rule = SupportRule { reach: (1, 0), ..RULE };
+        let surface = joined(&observations, &map, rule);
         [&surface.disparity, &surface.variance].map(|plane| f64::from(plane.row(12)[PAD + EDGE - 1]))
     };
     // The line through observations of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`, beside the weak slant of zero.
@@ -283,11 +287,11 @@ fn settled_pixels_keep_what_they_have() {
     for y in 0..ROWS {
         (0..COLUMNS).step_by(3).for_each(|x| surface.variance.row_mut(y)[PAD + x] = 1e-5);
     }
-    let joining = Joining { reach: (2, 2), ..JOINING };
+    let rule = SupportRule { reach: (2, 2), ..RULE };
     surface
         .par_rows()
         .enumerate()
-        .for_each(|(y, out)| join_row(Level::new(), (&observations, &map), joining, y, Some(1e-4), out));
+        .for_each(|(y, out)| join_row(Level::new(), (&observations, &map), rule, y, Some(1e-4), out));
     for x in 3..COLUMNS - 3 {
         let (found, variance) =
             (f64::from(surface.disparity.row(12)[PAD + x]), surface.variance.row(12)[PAD + x]);
@@ -306,7 +310,7 @@ fn where_nothing_observations_nothing_is_known() {
     let surface = joined(
         &observations,
         &map_of(slanted, (P, Q), 1.0),
-        Joining { reach: (3, 3), slack: (0.5, 0.3), ..JOINING },
+        SupportRule { reach: (3, 3), slack: (0.5, 0.3), ..RULE },
     );
     assert!(surface.variance.row(5).iter().all(|&variance| variance == f32::INFINITY));
     assert_eq!(surface.disparity.row(5)[PAD + 7], slanted(7, 5) as f32);
@@ -314,7 +318,7 @@ fn where_nothing_observations_nothing_is_known() {
 
 /// The best windows of reach 3 for `observations`, whose windows reach across steps as guesses do.
 fn best_windows(observations: &ObservationPlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
-    let windows = joined(observations, guesses, Joining { reach: (3, 3), slack: (0.5, 0.3), ..JOINING });
+    let windows = joined(observations, guesses, SupportRule { reach: (3, 3), slack: (0.5, 0.3), ..RULE });
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
         .enumerate()
@@ -343,7 +347,8 @@ fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
 fn windows_of_another_surface_are_not_taken() {
     let observations = observations_for(slanted, |_, _| 800.0);
     // Windows know one surface, guesses speak of another 1.5 px away.
-    let windows = joined(&observations, &map_of(slanted, (P, Q), 1e-3), Joining { reach: (3, 3), ..JOINING });
+    let windows =
+        joined(&observations, &map_of(slanted, (P, Q), 1e-3), SupportRule { reach: (3, 3), ..RULE });
     let guesses = map_of(|x, y| slanted(x, y) + 1.5, (0.0, 0.0), 1e-3);
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()

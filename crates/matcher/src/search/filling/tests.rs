@@ -39,13 +39,13 @@ fn kept(searched: &Searched) -> Vec<(usize, usize)> {
 #[test]
 fn single_candidates_are_taken_back_and_surfaces_stay() {
     let mut searched = answers(12, 30, |x, y| if (x, y) == (15, 6) { 20.0 } else { 7.0 });
-    drop_doubtful(&mut searched, 0.03);
+    drop_ambiguous(&mut searched, 0.03);
     assert_eq!(kept(&searched).len(), 12 * 30 - 1);
     assert_eq!(searched.answer.at(15, 6), Answer::Ambiguous);
     // A surface that slants by half a pixel per pixel, seen through gaps two pixels wide, to the corners.
     let mut searched =
         answers(12, 30, |x, y| if x % 5 < 2 { 0.5 * x as f32 } else { 100.0 + (17 * x + 29 * y) as f32 });
-    drop_doubtful(&mut searched, 0.03);
+    drop_ambiguous(&mut searched, 0.03);
     let through: Vec<_> = (0..12).flat_map(|y| (0..30).filter(|x| x % 5 < 2).map(move |x| (x, y))).collect();
     assert_eq!(kept(&searched), through);
 }
@@ -61,7 +61,7 @@ fn what_hardly_differs_from_its_rivals_is_ambiguous() {
     searched.guess.row_mut(2)[2] = NONE;
     searched.answer.row_mut(2)[2] = Answer::LeavesImage;
     searched.confidence.row_mut(2)[2] = 0.0;
-    drop_doubtful(&mut searched, 0.03);
+    drop_ambiguous(&mut searched, 0.03);
     assert_eq!(searched.answer.at(3, 4), Answer::Ambiguous);
     assert_eq!(searched.answer.at(2, 2), Answer::LeavesImage);
     assert_eq!(kept(&searched).len(), 81 - 2);
@@ -75,7 +75,7 @@ proptest! {
     ) {
         let level = |x: usize, y: usize| [0.0_f32, 10.0, 20.0, NONE][levels[y * 9 + x]];
         let mut searched = answers(rows, columns, level);
-        drop_doubtful(&mut searched, 0.03);
+        drop_ambiguous(&mut searched, 0.03);
         for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
             let (mut like, mut there) = (-1.0, 0.0);
             for (v, u) in (0..rows).flat_map(|v| (0..columns).map(move |u| (v, u))) {

@@ -1,4 +1,4 @@
-//! Limits of rows whose contrast, slope and noise are known.
+//! Limits of rows whose contrast, gradient and noise are known.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -39,20 +39,21 @@ fn plan_of(
 }
 
 #[test]
-fn a_ramp_may_miss_by_its_slope_times_half_the_raster() {
-    let slope = 0.5;
-    // Two candidates, both summed up under the slope that lies between them; a ramp is interpolated without error.
-    let scene = volume(Tau::equidistant(61).unwrap(), |x, tau| 20.0 + slope * (x - 2.25 * tau));
+fn a_ramp_may_miss_by_its_gradient_times_half_the_step() {
+    let gradient = 0.5;
+    // Two candidates, both summed up under the gradient that lies between them; a ramp is interpolated without error.
+    let scene = volume(Tau::equidistant(61).unwrap(), |x, tau| 20.0 + gradient * (x - 2.25 * tau));
     for (reference, farthest) in [(0, 1.0), (30, 0.5), (45, 0.75), (60, 1.0)] {
         let plan = plan_of(&scene, reference, (2.0, 2.5), 0.5);
         let rows = limits(&scene, &plan, 1..3, LEAST, (0.2, NOISE_OF_FRAMES));
         assert_eq!(rows.len(), 2);
         for row in &rows {
             assert_eq!(row.len(), COLUMNS + CHUNK);
-            // Nine values that grow by the slope have the variance 60/8 of its square. At the borders both are others.
-            let expected = 0.2 * slope * slope * 7.5 + (0.25 * farthest * slope).powi(2) + f64::from(LEAST);
+            // Nine values that grow by the gradient have the variance 60/8 of its square. At the borders both are others.
+            let expected =
+                0.2 * gradient * gradient * 7.5 + (0.25 * farthest * gradient).powi(2) + f64::from(LEAST);
             for (x, limit) in row.iter().enumerate().take(COLUMNS - 4).skip(4) {
-                // Counts of 1/128 DN are 0.0023 DN off, which the contrast of 7.5 and a slope of 0.5 make 0.002 of, at most.
+                // Counts of 1/128 DN are 0.0023 DN off, which the contrast of 7.5 and a gradient of 0.5 make 0.002 of, at most.
                 assert!((f64::from(*limit) / expected - 1.0).abs() < 0.02, "{reference}, {x}: {limit}");
             }
             assert!(row[COLUMNS..].iter().all(|&limit| limit == LEAST));
@@ -85,10 +86,10 @@ fn noise_is_the_median_variance_of_the_frames_next_to_the_reference() {
 }
 
 #[test]
-fn a_slope_that_suits_the_scene_is_among_those_tried() {
+fn a_gradient_that_suits_the_scene_is_among_those_tried() {
     let sigma = 2.0;
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    // 2 px from frame to frame, so that nothing is interpolated; a wrong slope sees the texture as noise.
+    // 2 px from frame to frame, so that nothing is interpolated; a wrong gradient sees the texture as noise.
     let scene = volume(Tau::equidistant(61).unwrap(), |x, tau| {
         let noise: f64 = StandardNormal.sample(&mut random);
         128.0 + 60.0 * (0.7 * (x - 120.0 * tau)).sin() + sigma * noise
@@ -97,7 +98,7 @@ fn a_slope_that_suits_the_scene_is_among_those_tried() {
     let exact = found((120.0, 120.0));
     let among = found((60.0, 140.0));
     let beside = found((60.0, 70.0));
-    // Less texture than noise is left within a slab: of half a slope's distance, 0.2 px over the group, times a gradient of 42 DN/px at most.
+    // Less texture than noise is left within a slab: of half a gradient's distance, 0.2 px over the group, times a gradient of 42 DN/px at most.
     assert!(among > 0.5 * exact && among < exact + 42.0_f64.powi(2) * 0.2 * 0.2, "{among} {exact}");
     assert!(beside > 50.0 * exact, "{beside} {exact}");
 }

@@ -1,4 +1,4 @@
-//! What help across rows does to scenes whose truth is known in closed form.
+//! What aggregation across rows does to scenes whose truth is known in closed form.
 
 use crate::lines::{Lines, SeenRule};
 use crate::options::{DisparityRange, MatchError, MatchOptions, Occlusion, Search};
@@ -154,7 +154,7 @@ fn a_range_too_wide_to_be_held_is_refused_before_anything_is_searched() {
             options: &options,
         };
         let refused = search(task, &Silent).err().unwrap();
-        assert!(matches!(refused, MatchError::AcrossTooManyCandidates { .. }), "{refused}");
+        assert!(matches!(refused, MatchError::TooManyToAggregate { .. }), "{refused}");
         assert!(refused.to_string().contains("narrower range"), "{refused}");
     }
 }

@@ -16,12 +16,12 @@ fn aggregated(costs: &Table, answered: Range<usize>, penalties: Penalties) -> Ag
     let span = Span { searched: 0..costs.len(), answered };
     // What was left there before changes nothing. A test may leak a little.
     let room = vec![12345; 2 * costs.len() * count * columns].leak();
-    let mut held = Held::new(span, (count, columns), Help { penalties, room });
+    let mut paths = PathAggregation::new(span, (count, columns), Aggregation { penalties, room });
     for row in costs {
-        row.iter().enumerate().for_each(|(k, costs)| held.hold(k, 0, costs));
-        held.row_done();
+        row.iter().enumerate().for_each(|(k, costs)| paths.hold(k, 0, costs));
+        paths.row_done();
     }
-    held.aggregated()
+    paths.aggregated()
 }
 
 fn row(aggregated: &Aggregated<'_>, y: usize, k: usize) -> Vec<f32> {
@@ -215,16 +215,16 @@ fn bands_hold_no_more_than_they_may() {
                 assert!(2 * bands.at_once * bands.band_counts <= (frames / 2).max(32 << 20));
                 for group in &groups {
                     let rows = |span: &Span| span.searched.end - span.answered.start + span.answered.len();
-                    let held: usize = group.iter().map(|span| 2 * rows(span) * 640 * candidates).sum();
-                    assert!(held <= 2 * bands.at_once * bands.band_counts);
-                    assert!(held <= (frames / 2).max(32 << 20), "{candidates}: {held}");
+                    let paths: usize = group.iter().map(|span| 2 * rows(span) * 640 * candidates).sum();
+                    assert!(paths <= 2 * bands.at_once * bands.band_counts);
+                    assert!(paths <= (frames / 2).max(32 << 20), "{candidates}: {paths}");
                 }
                 let answered: Vec<usize> =
                     groups.iter().flatten().flat_map(|span| span.answered.clone()).collect();
                 assert_eq!(answered, (0..200).collect::<Vec<_>>());
                 largest = candidates;
             }
-            Err(MatchError::AcrossTooManyCandidates { candidates, limit }) => {
+            Err(MatchError::TooManyToAggregate { candidates, limit }) => {
                 assert_eq!(candidates, candidates);
                 assert!(limit < candidates && limit >= largest && Bands::of(&volume, limit).is_ok());
                 assert!(Bands::of(&volume, limit + 1).is_err());

@@ -20,8 +20,8 @@ const PERIOD_PX: f64 = 9.0;
 const AMPLITUDE: f64 = 60.0;
 const MEAN: f64 = 128.0;
 const CONTRAST: f64 = 9.0 / 16.0 * AMPLITUDE * AMPLITUDE;
-/// The square of half the raster of the search, 0.1 px.
-const RASTER: f64 = 0.05 * 0.05;
+/// The square of half the step of the search, 0.1 px.
+const STEP: f64 = 0.05 * 0.05;
 const QUANTISATION: f64 = 1.0 / 12.0;
 
 fn wave(x: f64) -> f64 {
@@ -38,7 +38,7 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     let lines = Lines::new(volume.tau(), 0, COLUMNS);
     let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 3.0 };
-    // All candidates share the sums under the slope of the middle one, on which samples are whole pixels apart: nothing is interpolated.
+    // All candidates share the sums under the gradient of the middle one, on which samples are whole pixels apart: nothing is interpolated.
     let plan = Plan::new(&lines, Candidates::covering(range, 0.1), rule);
     assert_eq!(plan.slabs.len(), 1);
     let options = MatchOptions::default();
@@ -64,8 +64,8 @@ fn formula(size: impl Fn(f64) -> f64, gain: f64, share: f64) -> f64 {
     // Among 61 frames one more deviates upwards; among the five of a group next to the reference it is the same, unbiased 6/5.
     let variance = |x: f64| size(x).powi(2) * (1.0 - 1.0 / (FRAMES * FRAMES) as f64);
     let noise = 1.2 * median_of(columns.iter().map(|&x| size(x).powi(2)).collect());
-    let slope = |x: f64| 0.5 * ((wave(x + 1.0) - wave(x)).powi(2) + (wave(x - 1.0) - wave(x)).powi(2));
-    let limit = |x: f64| gain * gain * (share * CONTRAST + RASTER * slope(x)) + 4.0 * noise + QUANTISATION;
+    let gradient = |x: f64| 0.5 * ((wave(x + 1.0) - wave(x)).powi(2) + (wave(x - 1.0) - wave(x)).powi(2));
+    let limit = |x: f64| gain * gain * (share * CONTRAST + STEP * gradient(x)) + 4.0 * noise + QUANTISATION;
     let three = |x: f64, of: &dyn Fn(f64) -> f64| (of(x - 1.0) + of(x) + of(x + 1.0)) / 3.0;
     let window = |x: f64| three(x, &variance) / three(x, &limit);
     let best = |x: f64| window(x - 1.0).min(window(x)).min(window(x + 1.0));
@@ -93,7 +93,7 @@ fn offsets_of_frames_are_what_is_typical() {
 
 #[test]
 fn gains_of_frames_are_what_is_typical() {
-    // Frames deviate less where it is dark, so lines that lead there cost less, until the texture that they cross tells: by d px on a slope of
+    // Frames deviate less where it is dark, so lines that lead there cost less, until the texture that they cross tells: by d px on a gradient of
     // A w, gain e^2 128 A w d of e^2 128^2, lost (A w d)^2 / 12, at best 3 e^4 128^2, which is 3 e^2 of the whole.
     for gain in [0.1, 0.14] {
         check_deviations(|x| gain * (MEAN + wave(x)), 1.0 + gain, NEARLY + 3.0 * gain * gain);
@@ -108,12 +108,12 @@ fn noise_is_what_is_typical() {
         let noise: f64 = StandardNormal.sample(&mut random);
         sigma * noise
     });
-    // The noise is the median of variances of five frames: 0.839 of the mean (chi-squared, four degrees of freedom). The mean squared slope
-    // stands for that of each pixel, of which the raster makes little; contrast contains the noise of the reference frame.
+    // The noise is the median of variances of five frames: 0.839 of the mean (chi-squared, four degrees of freedom). The mean squared gradient
+    // stands for that of each pixel, of which the step makes little; contrast contains the noise of the reference frame.
     let square = sigma * sigma;
-    let slope = AMPLITUDE.powi(2) * (1.0 - (std::f64::consts::TAU / PERIOD_PX).cos());
+    let gradient = AMPLITUDE.powi(2) * (1.0 - (std::f64::consts::TAU / PERIOD_PX).cos());
     let cost = |share: f64| {
-        square / (share * (CONTRAST + square) + RASTER * slope + 4.0 * 0.839 * square + QUANTISATION)
+        square / (share * (CONTRAST + square) + STEP * gradient + 4.0 * 0.839 * square + QUANTISATION)
     };
     // The candidate and the window are the best of a few: of nine means of nine variances of 60 degrees of freedom, each 0.06 of it astray, the
     // best lies some 1.2 standard deviations low, which counts by half; a candidate takes one degree of freedom of 60. Noise in contrast: 0.05.

@@ -1,11 +1,11 @@
 //! Pixels at the rim of a surface show two at once, and belong to the one that has more of them.
 //!
 //! Along the nearer surface's line such a pixel shows that surface's share of itself, always the same, and for the rest what it passes before
-//! (compositing; Porter and Duff 1984). A frame in which the nearer surface has moved away shows that alone, so the farther one's share is the slope of the
+//! (compositing; Porter and Duff 1984). A frame in which the nearer surface has moved away shows that alone, so the farther one's share is the gradient of the
 //! regression of the one on the other (matting before a known background; Smith and Blinn 1996).
 
-use super::spline::{FRACTIONS, Spline, SplineEpi};
 use super::observations::Observation;
+use super::spline::{FRACTIONS, Spline, SplineEpi};
 use crate::lines::Lines;
 
 /// Pixels as far from another surface as this may show both, in px: as far as the rim's blur reaches.
@@ -90,7 +90,7 @@ impl RowSamples<'_> {
         let count_of = count.max(1) as f64;
         let variance = |[sum, squares]: [f64; 2]| squares / count_of - (sum / count_of).powi(2);
         let covariance = products / count_of - shown[0] / count_of * behind[0] / count_of;
-        // Noise of the ground is no texture, and would lower the slope.
+        // Noise of the ground is no texture, and would lower the gradient.
         let texture = variance(behind) - noise;
         if count < LEAST_SAMPLES || texture <= noise {
             return None;
@@ -115,8 +115,11 @@ impl RowSamples<'_> {
 /// Variance of the noise around column `x`, in DN^2; 0 if no observation tells.
 fn noise_around(observations: &[Observation], x: usize) -> f64 {
     let near = &observations[x.saturating_sub(NOISE_REACH)..(x + NOISE_REACH + 1).min(observations.len())];
-    let smallest =
-        near.iter().filter(|observation| observation.weight > 0.0).map(|observation| observation.variance).fold(f32::INFINITY, f32::min);
+    let smallest = near
+        .iter()
+        .filter(|observation| observation.weight > 0.0)
+        .map(|observation| observation.variance)
+        .fold(f32::INFINITY, f32::min);
     if smallest.is_finite() { f64::from(smallest) } else { 0.0 }
 }
 
@@ -127,7 +130,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::refine::observations::NO_VOTE;
+    use crate::refine::observations::UNOBSERVED;
     use epirig_core::tau::Tau;
     use epirig_core::volume::Volume;
 
@@ -178,7 +181,7 @@ mod tests {
                 std::cmp::Ordering::Greater => NEAR_PX,
             })
             .collect();
-        let observations = [Observation { weight: 1.0, variance: NOISE_DN as f32, ..NO_VOTE }; COLUMNS];
+        let observations = [Observation { weight: 1.0, variance: NOISE_DN as f32, ..UNOBSERVED }; COLUMNS];
         let mut misplaced = [0; COLUMNS];
         RowSamples { spline: &spline, epi: &epi, lines, every: 1 }.find_misplaced(
             &guesses,

@@ -61,7 +61,7 @@ fn pixels_beside_an_edge_go_to_their_own_surface() {
     let options = MatchOptions::default();
     let mut guess = widened();
     guess.row_mut(7)[EDGE + 1] = f32::NAN;
-    settle_edges(task(&volume, &lines, &options), &mut guess, 2);
+    refine_edges(task(&volume, &lines, &options), &mut guess, 2);
     for (x, y) in (0..ROWS).flat_map(|y| (8..COLUMNS - 8).map(move |x| (x, y))) {
         let truth = if x <= EDGE { NEAR_PX as f32 } else { 0.0 };
         let found = guess.at(x, y);
@@ -83,7 +83,7 @@ fn steep_surfaces_and_correlations_stay_as_they_are() {
     for (method, before) in [(Method::Variance, steep), (Method::NccFirst, widened())] {
         let options = MatchOptions::for_method(method);
         let mut guess = before.clone();
-        settle_edges(task(&volume, &lines, &options), &mut guess, 2);
+        refine_edges(task(&volume, &lines, &options), &mut guess, 2);
         assert_eq!(guess, before);
     }
 }

@@ -2,19 +2,19 @@
 //!
 //! First the plane of each pixel is found among windows of several shapes, centred on it and beside it; at creases the faces' own planes settle it. These planes then tell
 //! which observations belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, wider ones may, or the plane itself may be known
-//! better (`widening`) or a neighbour's (`neighbours`). At creases the supports' planes settle once more what is left.
+//! better (`window_growth`) or a neighbour's (`neighbours`). At creases the supports' planes settle once more what is left.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
 
 use super::Fit;
-use super::creases::settle_creases;
+use super::creases::decide_creases;
+use super::foreshortening::take_off_drift;
 use super::neighbours::take_neighbours;
-use super::planes::{SparePlanes, SurfacePlanes, ObservationPlanes};
+use super::planes::{ObservationPlanes, SparePlanes, SurfacePlanes};
 use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told, told_by_both};
-use super::stretch::take_off_drift;
-use super::support::{Joining, join_nested_row, join_row, nested_reaches, take_best_window};
-use super::widening::{WIDE_REACHES, take_better, take_wide};
+use super::support::{SupportRule, join_nested_row, join_row, nested_reaches, take_best_window};
+use super::window_growth::{WIDE_REACHES, take_better, take_wide};
 use crate::options::{Effort, LARGEST_GROWN_WINDOW_PX};
 use epirig_core::grid::Grid;
 
@@ -41,7 +41,7 @@ const SLANT_SPREAD_OF_FIXED: f32 = 4.0;
 /// where windows may be narrow across the crease.
 const SHARE_OF_SUPPORTS: f32 = 0.5;
 const SHARE_OF_NARROW: f32 = 1.0;
-/// Guesses of one surface differ by their raster, and for each px of distance by a slant this steep at most.
+/// Guesses of one surface differ by their step, and for each px of distance by a slant this steep at most.
 const GUESS_SLACK: (f32, f32) = (0.5, 0.3);
 const NO_SLACK: (f32, f32) = (0.0, 0.0);
 
@@ -59,37 +59,43 @@ pub(super) fn join_observations(
     let fixed = options.is_none_or(|options| quick || options.wanted_sigma_px.is_infinite());
     let (belongs_sigmas, slant_spread) =
         if fixed { (BELONGS_TO_FIXED, SLANT_SPREAD_OF_FIXED) } else { (BELONGS_SIGMAS, SLANT_SPREAD) };
-    let joining = |reach, slack: (f32, f32)| Joining {
+    let rule = |reach, slack: (f32, f32)| SupportRule {
         reach,
         belongs_sigmas,
         slant_spread,
         slack,
         slants_known: slack == NO_SLACK,
     };
-    let join = |observations: &ObservationPlanes, map: &SurfacePlanes, joining: Joining, mut next: SurfacePlanes| {
+    let join = |observations: &ObservationPlanes,
+                map: &SurfacePlanes,
+                rule: SupportRule,
+                mut next: SurfacePlanes| {
         next.par_rows().enumerate().for_each(|(y, out)| {
-            join_row(level, (observations, map), joining, y, None, out);
+            join_row(level, (observations, map), rule, y, None, out);
         });
         next
     };
     let mut spare = SparePlanes::none(rows, columns);
     let guesses = SurfacePlanes::of_guesses(observations, guess, origin);
-    let survey = |observations: &ObservationPlanes, square, long: &[(usize, usize)], spare: &mut SparePlanes| {
+    let survey = |observations: &ObservationPlanes,
+                  square,
+                  long: &[(usize, usize)],
+                  spare: &mut SparePlanes| {
         let mut map = spare.unknown();
         let mut take_best = |windows: &SurfacePlanes, reach| {
             map.par_rows()
                 .enumerate()
                 .for_each(|(y, out)| take_best_window(level, (windows, &guesses), reach, y, out));
         };
-        let mut windows = join(observations, &guesses, joining(square, GUESS_SLACK), spare.windows());
+        let mut windows = join(observations, &guesses, rule(square, GUESS_SLACK), spare.windows());
         take_best(&windows, square);
         for &reach in long {
             let mut wider = [(); 2].map(|()| spare.windows());
             let [middle, widest] = &mut wider;
             let nested = windows.par_rows().zip(middle.par_rows()).zip(widest.par_rows());
             nested.enumerate().for_each(|(y, ((narrow, middle), wide))| {
-                let joining = joining(reach, GUESS_SLACK);
-                join_nested_row(level, (observations, &guesses), joining, y, [narrow, middle, wide]);
+                let rule = rule(reach, GUESS_SLACK);
+                join_nested_row(level, (observations, &guesses), rule, y, [narrow, middle, wide]);
             });
             for (windows, reach) in [&windows, &wider[0], &wider[1]].into_iter().zip(nested_reaches(reach)) {
                 take_best(windows, reach);
@@ -101,13 +107,13 @@ pub(super) fn join_observations(
     };
     let Some(options) = options else {
         let map = survey(observations, FIRST_REACH, &[], &mut spare);
-        return join(observations, &map, joining(FIRST_REACH, NO_SLACK), spare.supports());
+        return join(observations, &map, rule(FIRST_REACH, NO_SLACK), spare.supports());
     };
     let least = options.window_px / 2;
     let side = |reach: usize| 2 * reach + 1;
     let [smallest, small] = SMALL_REACHES;
     let join_small = |observations: &ObservationPlanes, reach: usize, planes: SurfacePlanes| {
-        let mut small = join(observations, &guesses, joining((reach, reach), GUESS_SLACK), planes);
+        let mut small = join(observations, &guesses, rule((reach, reach), GUESS_SLACK), planes);
         small.forget_fit();
         small
     };
@@ -115,7 +121,7 @@ pub(super) fn join_observations(
         let map = survey(observations, SQUARE_REACH, &[], &mut spare);
         take_off_drift(observations, &map);
         observations.forget_derivatives();
-        let mut surface = join(observations, &map, joining((least, least), NO_SLACK), spare.supports());
+        let mut surface = join(observations, &map, rule((least, least), NO_SLACK), spare.supports());
         let smoothed = smoothed_away((&surface, &[]), &map, disagreement(&map));
         spare.keep(map);
         let windows = join_small(observations, smallest, spare.supports());
@@ -129,15 +135,15 @@ pub(super) fn join_observations(
     observations.forget_derivatives();
     spare.keep(map);
     let mut map = survey(observations, SQUARE_REACH, &LONG_REACHES, &mut spare);
-    settle_creases(&mut map, SHARE_OF_NARROW);
+    decide_creases(&mut map, SHARE_OF_NARROW);
     map.forget_misfit();
     let observations = &*observations;
-    let mut surface = join(observations, &map, joining((least, least), NO_SLACK), spare.supports());
+    let mut surface = join(observations, &map, rule((least, least), NO_SLACK), spare.supports());
     let wanted = options.wanted_sigma_px.powi(2) as f32;
     let grow = |surface: &mut SurfacePlanes, reaches: &[usize]| {
         for &reach in reaches.iter().filter(|&&reach| reach > least) {
             surface.par_rows().enumerate().for_each(|(y, out)| {
-                join_row(level, (observations, &map), joining((reach, reach), NO_SLACK), y, Some(wanted), out);
+                join_row(level, (observations, &map), rule((reach, reach), NO_SLACK), y, Some(wanted), out);
             });
         }
     };
@@ -155,7 +161,7 @@ pub(super) fn join_observations(
         wide.forget_fit();
         take_wide(&mut surface, &wide, (&windows, side(small)), &disagreement);
     }
-    let creases = if fixed { Vec::new() } else { settle_creases(&mut surface, SHARE_OF_SUPPORTS) };
+    let creases = if fixed { Vec::new() } else { decide_creases(&mut surface, SHARE_OF_SUPPORTS) };
     let smoothed = smoothed_away((&surface, &creases), &map, disagreement);
     spare.release();
     drop(map);

@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::planes::{PAD, SurfacePlanes, ObservationPlanes};
+use super::planes::{ObservationPlanes, PAD, SurfacePlanes};
 
 /// The largest variance of a blur that is believed, in px^2: a point spread of sigma 2 px.
 const LARGEST_BLUR: f64 = 4.0;
@@ -22,7 +22,8 @@ pub(super) fn take_off_drift(observations: &mut ObservationPlanes, map: &Surface
         .into_par_iter()
         .map(|y| {
             let drift = drift_row(observations, map, y);
-            let (moment, weight, inverse) = (observations.moment.row(y), observations.weight.row(y), observations.inverse.row(y));
+            let (moment, weight, inverse) =
+                (observations.moment.row(y), observations.weight.row(y), observations.inverse.row(y));
             let disparity = map.disparity.row(y);
             let noise = map.variance.row(y);
             let (mut numerator, mut denominator) = (0.0, 0.0);
@@ -52,7 +53,8 @@ pub(super) fn take_off_drift(observations: &mut ObservationPlanes, map: &Surface
 
 /// What a blur of variance 1 adds to the moments of row `y`: S g (p I_xx + q I_xy).
 fn drift_row(observations: &ObservationPlanes, map: &SurfacePlanes, y: usize) -> Vec<f32> {
-    let (weight, gradient, bend) = (observations.weight.row(y), observations.gradient.row(y), observations.bend.row(y));
+    let (weight, gradient, curvature) =
+        (observations.weight.row(y), observations.gradient.row(y), observations.curvature.row(y));
     let (first, last) = (y.saturating_sub(1), (y + 1).min(observations.rows() - 1));
     let (above, below) = (observations.gradient.row(first), observations.gradient.row(last));
     let per_row = 1.0 / (last - first).max(1) as f32;
@@ -61,7 +63,8 @@ fn drift_row(observations: &ObservationPlanes, map: &SurfacePlanes, y: usize) ->
     for place in PAD..weight.len() - PAD {
         if gradient[place] != 0.0 && above[place] != 0.0 && below[place] != 0.0 {
             let crossed = per_row * (below[place] - above[place]);
-            drift[place] = weight[place] / gradient[place] * (p[place] * bend[place] + q[place] * crossed);
+            drift[place] =
+                weight[place] / gradient[place] * (p[place] * curvature[place] + q[place] * crossed);
         }
     }
     drift
@@ -106,10 +109,10 @@ mod tests {
         for y in 0..ROWS {
             for x in 0..COLUMNS {
                 let (place, column, row) = (PAD + x, x as f64, y as f64);
-                let (gradient, bend, crossed) = derivatives(column, row);
+                let (gradient, curvature, crossed) = derivatives(column, row);
                 let (p, q) = slants(column, row);
                 let weight = SPREAD * gradient * gradient;
-                let drift = SPREAD * gradient * scale * (p * bend + q * crossed);
+                let drift = SPREAD * gradient * scale * (p * curvature + q * crossed);
                 let noise: f64 = StandardNormal.sample(&mut random);
                 let moment =
                     weight * scale * disparity(column, row) + blur * drift + sigma * weight.sqrt() * noise;
@@ -117,7 +120,7 @@ mod tests {
                 observations.inverse.row_mut(y)[place] = (1.0 / weight) as f32;
                 observations.moment.row_mut(y)[place] = moment as f32;
                 observations.gradient.row_mut(y)[place] = gradient as f32;
-                observations.bend.row_mut(y)[place] = bend as f32;
+                observations.curvature.row_mut(y)[place] = curvature as f32;
                 map.disparity.row_mut(y)[place] = (scale * disparity(column, row)) as f32;
                 map.slant_x.row_mut(y)[place] = (scale * p) as f32;
                 map.slant_y.row_mut(y)[place] = (scale * q) as f32;
@@ -137,9 +140,9 @@ mod tests {
         let mut range = (f64::INFINITY, f64::NEG_INFINITY);
         for y in 1..ROWS - 1 {
             for x in 0..COLUMNS {
-                let (gradient, bend, crossed) = derivatives(x as f64, y as f64);
+                let (gradient, curvature, crossed) = derivatives(x as f64, y as f64);
                 let (p, q) = slants(x as f64, y as f64);
-                let drift = SPREAD * gradient * (p * bend + q * crossed);
+                let drift = SPREAD * gradient * (p * curvature + q * crossed);
                 // Small differences of moments of some 1000 tell nothing.
                 if drift.abs() > 10.0 {
                     let change = before.moment.row(y)[PAD + x] - observations.moment.row(y)[PAD + x];
@@ -160,8 +163,8 @@ mod tests {
         for y in 1..ROWS - 1 {
             for x in 0..COLUMNS {
                 let place = PAD + x;
-                let left =
-                    observations.moment.row(y)[place] - observations.weight.row(y)[place] * map.disparity.row(y)[place];
+                let left = observations.moment.row(y)[place]
+                    - observations.weight.row(y)[place] * map.disparity.row(y)[place];
                 assert!(left.abs() < 0.005, "({x}, {y}): {left}");
             }
         }
@@ -173,9 +176,9 @@ mod tests {
         let mut information = 0.0;
         for y in 1..ROWS - 1 {
             for x in 0..COLUMNS {
-                let (_, bend, crossed) = derivatives(x as f64, y as f64);
+                let (_, curvature, crossed) = derivatives(x as f64, y as f64);
                 let (p, q) = slants(x as f64, y as f64);
-                information += SPREAD * (p * bend + q * crossed).powi(2);
+                information += SPREAD * (p * curvature + q * crossed).powi(2);
             }
         }
         let sigma = 1.0;

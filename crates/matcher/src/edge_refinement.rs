@@ -26,13 +26,13 @@ const CLEARLY_LESS: f32 = 0.9;
 const SIDE: usize = 2;
 
 /// Gives pixels around which several surfaces lie the disparity of the one that they belong to. `reach` is how far from a surface its disparity may have been found, in px.
-pub(super) fn settle_edges(task: Task<'_>, guess: &mut Grid<f32>, reach: usize) {
+pub(super) fn refine_edges(task: Task<'_>, guess: &mut Grid<f32>, reach: usize) {
     let columns = guess.columns();
     let before = guess.clone();
     let around = Around::new(&before, 1.0, reach);
     guess.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, guess)| {
         let open = (0..columns).filter(|&x| !before.at(x, y).is_nan() && around.is_edge((x, y)));
-        around.settle_row(task, y, &open.map(|x| (x, (x, y))).collect::<Vec<_>>(), guess);
+        around.refine_row(task, y, &open.map(|x| (x, (x, y))).collect::<Vec<_>>(), guess);
     });
 }
 
@@ -58,7 +58,7 @@ impl<'a> Around<'a> {
     }
 
     /// Gives pixels `open` of row `y`, by their column and place among the disparities, that which they agree with best, if clearly better than with their guess.
-    pub(super) fn settle_row(
+    pub(super) fn refine_row(
         &self,
         task: Task<'_>,
         y: usize,
