@@ -12,7 +12,7 @@
 //! ```
 //!
 //! - [`simulator`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
-//! - [`preflight`]: what is found out before a scan: whether rig and plan will do.
+//! - [`doctor`]: what is found out before a scan: whether rig and plan will do.
 //! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
 //! - [`profile`]: a rig and a scan, described by a person.
 //! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.

@@ -30,7 +30,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("profile", &["camera", "lens", "plane", "sequence", "storage"]),
     ("virtual_rig", &["camera", "frame", "link", "stage", "simulator"]),
     ("capture", &["camera", "frame", "progress", "sequence", "shift", "stage", "storage"]),
-    ("preflight", &["camera", "capture", "frame", "plane", "progress", "shift", "stage"]),
+    ("doctor", &["camera", "capture", "frame", "plane", "progress", "shift", "stage"]),
     ("epi", &["plane", "progress", "tau", "volume"]),
     ("surface", &["plane"]),
     ("evaluate", &["epi", "plane", "progress", "tau", "volume"]),

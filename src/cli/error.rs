@@ -7,9 +7,9 @@ use thiserror::Error;
 use super::interrupt::INTERRUPTED;
 use crate::calibrate::CalibrateError;
 use crate::capture::CaptureError;
-use crate::doctor::PreflightError;
+use crate::doctor::DoctorError;
 use crate::memory::Bound;
-use crate::pipeline::MeasureError;
+use crate::pipeline::PipelineError;
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
 use crate::results::ResultsError;
@@ -53,7 +53,7 @@ pub(super) enum CliError {
     #[error(transparent)]
     RecordedRig(#[from] RecordedRigError),
     #[error(transparent)]
-    Preflight(#[from] PreflightError),
+    Doctor(#[from] DoctorError),
     #[error(
         "the rig is not ready for this scan ({0}); do what the examination advises, or let `run --anyway` go on"
     )]
@@ -88,15 +88,15 @@ pub(super) enum CliError {
     Output(#[from] std::io::Error),
 }
 
-impl From<MeasureError> for CliError {
-    fn from(error: MeasureError) -> Self {
+impl From<PipelineError> for CliError {
+    fn from(error: PipelineError) -> Self {
         match error {
-            MeasureError::Sequence(error) => Self::Sequence(error),
-            MeasureError::Calibrate(error) => Self::from(error),
-            MeasureError::Match(error) => Self::Match(error),
-            MeasureError::Results(error) => Self::Results(error),
-            MeasureError::Report(error) => Self::Report(error),
-            MeasureError::Surface(error) => Self::Surface(error),
+            PipelineError::Sequence(error) => Self::Sequence(error),
+            PipelineError::Calibrate(error) => Self::from(error),
+            PipelineError::Match(error) => Self::Match(error),
+            PipelineError::Results(error) => Self::Results(error),
+            PipelineError::Report(error) => Self::Report(error),
+            PipelineError::Surface(error) => Self::Surface(error),
         }
     }
 }
@@ -125,9 +125,9 @@ impl CliError {
         match self {
             Self::Sequence(error) => sequence_code(error),
             Self::Capture(error) => capture_code(error),
-            Self::Preflight(error) => match error {
-                PreflightError::Stage(error) => stage_code(error),
-                PreflightError::Camera(error) => camera_code(error),
+            Self::Doctor(error) => match error {
+                DoctorError::Stage(error) => stage_code(error),
+                DoctorError::Camera(error) => camera_code(error),
                 _ => USAGE,
             },
             Self::Calibrate(error) => calibrate_code(error),
@@ -173,7 +173,7 @@ fn capture_code(error: &CaptureError) -> u8 {
     match error {
         CaptureError::Interrupted { .. } => RESUMABLE,
         CaptureError::Stage(error)
-        | CaptureError::StageStaysAway { source: error, .. }
+        | CaptureError::StageReconnectTimeout { source: error, .. }
         | CaptureError::CannotHome { source: error, .. } => stage_code(error),
         CaptureError::Camera(error) => camera_code(error),
         CaptureError::Sequence(error) => sequence_code(error),

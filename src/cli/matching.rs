@@ -13,7 +13,7 @@ use crate::pipeline::{Measurement, View, measure};
 use crate::results::ResultsFolder;
 use epirig_data::sequence::{FrameKind, Sequence};
 
-/// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
+/// Find the disparity of every pixel of a sequence, and its height if lens and stage axis are known
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,

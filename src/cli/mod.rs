@@ -51,7 +51,7 @@ const EXIT_CODES: &str =
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig import photos/ --out seq                   your own photographs
-  epirig calibrate tile                             lens, direction of travel, positions, light
+  epirig calibrate tile                             lens, stage axis, positions, light
   epirig match seq --reference middle
   epirig devices                                    serial ports and cameras
   epirig home && epirig move 12.5

@@ -5,7 +5,7 @@ use super::prediction::{Prediction, Prospect};
 use super::repeatability::{RETURNS, measure_repeatability};
 use super::settling::measure_settling;
 use super::view::View;
-use super::{Check, MeasureError, PreflightError, PreflightPlan, Report, Verdict, picture, rules, stops};
+use super::{Check, DoctorError, DoctorPlan, MotionError, Report, Verdict, picture, rules, stops};
 use epirig_core::progress::Progress;
 use epirig_devices::camera::{Assessment, Camera, CameraError, Configuration};
 use epirig_devices::stage::{Stage, StageError};
@@ -23,15 +23,15 @@ const PARTS: u64 = 5;
 /// What cannot be measured makes a check that says so, and the rest goes on.
 ///
 /// # Errors
-/// [`PreflightError`] if the plan is empty, or stage or camera cannot be used at all.
+/// [`DoctorError`] if the plan is empty, or stage or camera cannot be used at all.
 pub fn examine(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
-    plan: &PreflightPlan,
+    plan: &DoctorPlan,
     progress: &dyn Progress,
-) -> Result<Report, PreflightError> {
+) -> Result<Report, DoctorError> {
     if plan.scan.positions_mm.len() < 2 {
-        return Err(PreflightError::EmptyPlan(plan.scan.positions_mm.len()));
+        return Err(DoctorError::EmptyPlan(plan.scan.positions_mm.len()));
     }
     progress.begin("examining", PARTS);
     let found = examine_parts(stage, camera, plan, progress);
@@ -44,9 +44,9 @@ pub fn examine(
 fn examine_parts(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
-    plan: &PreflightPlan,
+    plan: &DoctorPlan,
     progress: &dyn Progress,
-) -> Result<Report, PreflightError> {
+) -> Result<Report, DoctorError> {
     let configuration = camera.configure(&plan.scan.camera)?;
     let mut report = Report {
         configuration: configuration.to_string(),
@@ -79,9 +79,9 @@ fn examine_parts(
 /// Homes the stage and goes to the first position; whether it could be approached.
 fn go_to_start(
     stage: &mut dyn Stage,
-    plan: &PreflightPlan,
+    plan: &DoctorPlan,
     checks: &mut Vec<Check>,
-) -> Result<bool, PreflightError> {
+) -> Result<bool, DoctorError> {
     const NAME: &str = "approach";
     stage.home()?;
     let lowest_mm = plan.scan.positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
@@ -108,7 +108,7 @@ fn go_to_start(
 }
 
 /// Whether the camera has started; that it sees no steady picture is a finding, and nothing more can be had then.
-fn is_steady(started: Result<(), CameraError>, checks: &mut Vec<Check>) -> Result<bool, PreflightError> {
+fn is_steady(started: Result<(), CameraError>, checks: &mut Vec<Check>) -> Result<bool, DoctorError> {
     match started {
         Ok(()) => Ok(true),
         Err(error @ CameraError::Unsteady { .. }) => {
@@ -123,9 +123,9 @@ fn is_steady(started: Result<(), CameraError>, checks: &mut Vec<Check>) -> Resul
 
 fn look_at_picture(
     camera: &mut dyn Camera,
-    plan: &PreflightPlan,
+    plan: &DoctorPlan,
     checks: &mut Vec<Check>,
-) -> Result<View, PreflightError> {
+) -> Result<View, DoctorError> {
     let at_rest = camera.now().after(plan.scan.settle);
     let frame = camera.grab_after(at_rest)?.frame;
     let seen = Assessment::of(&frame);
@@ -144,11 +144,11 @@ fn look_at_picture(
 fn measure_moves(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
-    plan: &PreflightPlan,
+    plan: &DoctorPlan,
     configuration: &Configuration,
     progress: &dyn Progress,
     report: &mut Report,
-) -> Result<(), PreflightError> {
+) -> Result<(), DoctorError> {
     let (first_mm, step_mm) = (plan.scan.positions_mm[0], step_mm(plan));
     let last_mm = plan.scan.positions_mm.iter().copied().fold(first_mm, f64::max).min(stage.travel_mm());
     let moved = measure_motion(stage, camera, plan.scan.settle, [first_mm, last_mm], step_mm);
@@ -185,14 +185,14 @@ fn measure_moves(
 /// What was measured; or a check that says why it could not be, and a camera that runs again.
 fn or_check<T>(
     name: &'static str,
-    measured: Result<T, MeasureError>,
+    measured: Result<T, MotionError>,
     camera: &mut dyn Camera,
     checks: &mut Vec<Check>,
-) -> Result<Option<T>, PreflightError> {
+) -> Result<Option<T>, DoctorError> {
     let (verdict, why) = match measured {
         Ok(found) => return Ok(Some(found)),
-        Err(MeasureError::Stage(error)) => return Err(error.into()),
-        Err(MeasureError::Camera(error)) => {
+        Err(MotionError::Stage(error)) => return Err(error.into()),
+        Err(MotionError::Camera(error)) => {
             camera.start()?;
             (Verdict::Bad, error.to_string())
         }
@@ -203,7 +203,7 @@ fn or_check<T>(
 }
 
 /// Sampling, and how well heights will be known.
-fn foresee(plan: &PreflightPlan, configuration: &Configuration, view: &View, report: &mut Report) {
+fn foresee(plan: &DoctorPlan, configuration: &Configuration, view: &View, report: &mut Report) {
     const NAME: &str = "height";
     let frames = plan.scan.positions_mm.len();
     let measured = report.motion.map(|motion| motion.px_per_mm());
@@ -237,22 +237,22 @@ fn foresee(plan: &PreflightPlan, configuration: &Configuration, view: &View, rep
 }
 
 /// From the first to the last position.
-fn baseline_mm(plan: &PreflightPlan) -> f64 {
+fn baseline_mm(plan: &DoctorPlan) -> f64 {
     (plan.scan.positions_mm[plan.scan.positions_mm.len() - 1] - plan.scan.positions_mm[0]).abs()
 }
 
 /// From frame to frame, on average.
-fn step_mm(plan: &PreflightPlan) -> f64 {
+fn step_mm(plan: &DoctorPlan) -> f64 {
     baseline_mm(plan) / (plan.scan.positions_mm.len() - 1) as f64
 }
 
 /// By lens and distance.
-fn expected_px_per_mm(plan: &PreflightPlan, configuration: &Configuration) -> Option<f64> {
+fn expected_px_per_mm(plan: &DoctorPlan, configuration: &Configuration) -> Option<f64> {
     Some(plan.scan.lens?.focal_length.px(configuration.columns) / plan.distance_mm?)
 }
 
 /// As given, or by lens and motion.
-fn distance_mm(plan: &PreflightPlan, configuration: &Configuration, px_per_mm: f64) -> Option<f64> {
+fn distance_mm(plan: &DoctorPlan, configuration: &Configuration, px_per_mm: f64) -> Option<f64> {
     let by_motion = || Some(plan.scan.lens?.focal_length.px(configuration.columns) / px_per_mm);
     plan.distance_mm.or_else(by_motion)
 }

@@ -35,7 +35,7 @@ pub use view::View;
 
 /// The scan that is planned, and what is known of the rig.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PreflightPlan {
+pub struct DoctorPlan {
     /// The scan itself.
     pub scan: CapturePlan,
     /// Distance of the object, in mm, if known.
@@ -114,7 +114,7 @@ impl Report {
 /// Why nothing could be found out.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum PreflightError {
+pub enum DoctorError {
     /// The stage failed.
     #[error(transparent)]
     Stage(#[from] StageError),
@@ -129,7 +129,7 @@ pub enum PreflightError {
 /// Why something could not be measured.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum MeasureError {
+pub enum MotionError {
     /// The stage failed.
     #[error(transparent)]
     Stage(#[from] StageError),

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::MeasureError;
+use super::MotionError;
 use epirig_calibration::registration::{ShiftError, shift_between};
 use epirig_core::frame::Frame;
 use epirig_devices::camera::{Camera, TakenFrame};
@@ -56,17 +56,17 @@ impl ImageMotion {
 /// at `last_mm` at most, if that shows too much or too little. The stage stays at the end of the last move.
 ///
 /// # Errors
-/// [`MeasureError`] if stage or camera fail, or no length of move gives two frames that can be compared.
+/// [`MotionError`] if stage or camera fail, or no length of move gives two frames that can be compared.
 pub fn measure_motion(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
     settle: Duration,
     [from_mm, last_mm]: [f64; 2],
     move_mm: f64,
-) -> Result<ImageMotion, MeasureError> {
+) -> Result<ImageMotion, MotionError> {
     let first = look(camera, settle)?;
     let mut move_mm = move_mm.min(last_mm - from_mm);
-    let mut found: Result<ImageMotion, MeasureError> = Err(MeasureError::NoRoom { from_mm, last_mm });
+    let mut found: Result<ImageMotion, MotionError> = Err(MotionError::NoRoom { from_mm, last_mm });
     let mut shrunk = false;
     for _ in 0..ATTEMPTS {
         if move_mm <= 0.0 || move_mm.is_nan() {
@@ -105,7 +105,7 @@ pub fn measure_motion(
 }
 
 /// A frame of what is there once the stage has come to rest.
-pub(super) fn look(camera: &mut dyn Camera, settle: Duration) -> Result<Frame, MeasureError> {
+pub(super) fn look(camera: &mut dyn Camera, settle: Duration) -> Result<Frame, MotionError> {
     let at_rest = camera.now().after(settle);
     let TakenFrame { frame, .. } = camera.grab_after(at_rest)?;
     Ok(frame)

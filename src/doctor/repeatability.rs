@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::MeasureError;
+use super::MotionError;
 use super::motion::look;
 use epirig_calibration::registration::shift_between;
 use epirig_devices::camera::Camera;
@@ -35,7 +35,7 @@ pub struct Repeatability {
 /// a first arrival. A mm of the stage moves the picture by `px_per_mm` along x and y.
 ///
 /// # Errors
-/// [`MeasureError`] if stage or camera fail, or a picture cannot be compared with the first.
+/// [`MotionError`] if stage or camera fail, or a picture cannot be compared with the first.
 pub fn measure_repeatability(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
@@ -43,7 +43,7 @@ pub fn measure_repeatability(
     [position_mm, away_mm]: [f64; 2],
     px_per_mm: [f64; 2],
     returns: usize,
-) -> Result<Repeatability, MeasureError> {
+) -> Result<Repeatability, MotionError> {
     let above_mm = (position_mm + away_mm).min(stage.travel_mm());
     // The first arrival comes from above, as every second one.
     let below_mm = if position_mm >= away_mm { position_mm - away_mm } else { above_mm };

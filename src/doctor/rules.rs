@@ -1,7 +1,7 @@
 //! Checks by rules: what plan, stage and settings say without a picture.
 
 use super::flicker::{nearest_exposure_us, suits_mains};
-use super::{Check, PreflightPlan, Verdict};
+use super::{Check, DoctorPlan, Verdict};
 use epirig_devices::camera::Configuration;
 
 /// Mains there are, in Hz.
@@ -49,7 +49,7 @@ pub(super) fn holding(holds: Option<bool>) -> Check {
 }
 
 /// Whether the frames fit on the disk. Compressed they take less than their samples do, which are reckoned with.
-pub(super) fn disk(plan: &PreflightPlan, configuration: &Configuration) -> Check {
+pub(super) fn disk(plan: &DoctorPlan, configuration: &Configuration) -> Check {
     const NAME: &str = "disk";
     let frames = plan.scan.positions_mm.len() + plan.scan.calibration_frames();
     let needed = (plan.scan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
@@ -178,7 +178,7 @@ mod tests {
             pinned: Vec::new(),
             notes: vec!["the images come compressed".to_owned()],
         };
-        let plan = |averaged, free_bytes| PreflightPlan {
+        let plan = |averaged, free_bytes| DoctorPlan {
             scan: CapturePlan { averaged, ..CapturePlan::at(vec![0.0; 10]) },
             distance_mm: None,
             relief_mm: None,

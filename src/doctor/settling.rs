@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::MeasureError;
+use super::MotionError;
 use super::view::middle;
 use epirig_calibration::registration::{Shift, shift_between};
 use epirig_core::frame::Frame;
@@ -49,12 +49,12 @@ pub struct Settling {
 /// Moves to `position_mm` and watches the middle of the picture (512 x 512 px at most) come to rest for 1.5 s.
 ///
 /// # Errors
-/// [`MeasureError`] if stage or camera fail, or the last two frames cannot be compared.
+/// [`MotionError`] if stage or camera fail, or the last two frames cannot be compared.
 pub fn measure_settling(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
     position_mm: f64,
-) -> Result<Settling, MeasureError> {
+) -> Result<Settling, MotionError> {
     stage.move_to(position_mm)?;
     let moved = camera.now();
     let mut seen: Vec<(Moment, Frame)> = Vec::new();

@@ -36,8 +36,8 @@ fn scan() -> CapturePlan {
     }
 }
 
-fn plan() -> PreflightPlan {
-    PreflightPlan {
+fn plan() -> DoctorPlan {
+    DoctorPlan {
         scan: scan(),
         distance_mm: Some(500.0),
         relief_mm: Some(5.0),
@@ -47,7 +47,7 @@ fn plan() -> PreflightPlan {
     }
 }
 
-fn examined(simulator: &Arc<Simulator>, stage: SimStageConfig, plan: &PreflightPlan) -> Report {
+fn examined(simulator: &Arc<Simulator>, stage: SimStageConfig, plan: &DoctorPlan) -> Report {
     let mut stage = SimStage::new(stage);
     let mut camera = SimCamera::before_simulator(Arc::clone(simulator), stage.watch());
     examine(&mut stage, &mut camera, plan, &Silent).unwrap()
@@ -97,7 +97,7 @@ fn the_scatter_of_a_stage_is_found() {
     let found_um = (squares / f64::from(RUNS)).sqrt();
     assert!((found_um / sigma_um - 1.0).abs() < 0.18, "{found_um}");
     // A relief of 5 mm makes 0.376 px, whose third 0.128 px pass in few series of five returns only.
-    let small = PreflightPlan { relief_mm: Some(1.0), ..plan() };
+    let small = DoctorPlan { relief_mm: Some(1.0), ..plan() };
     let report = examined(&simulator, noisy(3), &small);
     assert_eq!(check(&report, "repeatability").verdict, Verdict::Warning, "{report:?}");
 }
@@ -115,7 +115,7 @@ fn backlash_is_found_and_gone_with_an_approach_from_one_side() {
     let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
     assert!(report.repeatability.unwrap().reversal_um.abs() < 30.0);
     // 10 mm leave room for an approach, 0.5 mm do not.
-    let low = PreflightPlan { scan: CapturePlan { positions_mm: vec![0.5, 3.0, 6.0], ..scan() }, ..plan() };
+    let low = DoctorPlan { scan: CapturePlan { positions_mm: vec![0.5, 3.0, 6.0], ..scan() }, ..plan() };
     let report = examine(&mut stage, &mut camera, &low, &Silent).unwrap();
     assert_eq!(check(&report, "approach").verdict, Verdict::Bad);
     assert!(report.motion.is_none());
@@ -124,7 +124,7 @@ fn backlash_is_found_and_gone_with_an_approach_from_one_side() {
 #[test]
 fn too_much_light_too_little_and_none_are_told() {
     let ideal = || SimStageConfig::ideal(200.0);
-    let bright = PreflightPlan {
+    let bright = DoctorPlan {
         short: true,
         scan: CapturePlan {
             camera: CameraSettings {
@@ -138,7 +138,7 @@ fn too_much_light_too_little_and_none_are_told() {
     let report = examined(&simulator(|_| ()), ideal(), &bright);
     assert_eq!(check(&report, "saturation").verdict, Verdict::Bad, "{report:?}");
     assert!(report.settling.is_none() && report.repeatability.is_none(), "the short form moves little");
-    let dimmed = |exposure_us| PreflightPlan {
+    let dimmed = |exposure_us| DoctorPlan {
         short: true,
         scan: CapturePlan {
             camera: CameraSettings { exposure_us: Some(exposure_us), ..CameraSettings::default() },
@@ -222,13 +222,13 @@ fn a_stage_that_drifts_or_stalls_is_bad_however_clearly_the_picture_shows_it() {
 
 #[test]
 fn wrong_geometry_and_repeated_phases_are_told() {
-    let short = PreflightPlan { short: true, ..plan() };
-    let wrong = PreflightPlan { distance_mm: Some(600.0), ..short.clone() };
+    let short = DoctorPlan { short: true, ..plan() };
+    let wrong = DoctorPlan { distance_mm: Some(600.0), ..short.clone() };
     let report = examined(&simulator(|_| ()), SimStageConfig::ideal(200.0), &wrong);
     assert_eq!(check(&report, "motion").verdict, Verdict::Warning, "{report:?}");
     // 1.5625 mm are 1 px.
     let positions_mm = (0..41).map(|index| 10.0 + 1.5625 * f64::from(index)).collect();
-    let repeating = PreflightPlan { scan: CapturePlan { positions_mm, ..scan() }, ..short };
+    let repeating = DoctorPlan { scan: CapturePlan { positions_mm, ..scan() }, ..short };
     let report = examined(&simulator(|_| ()), SimStageConfig::ideal(200.0), &repeating);
     let sampling = check(&report, "sampling");
     assert_eq!(sampling.verdict, Verdict::Warning, "{sampling:?}");
@@ -237,7 +237,7 @@ fn wrong_geometry_and_repeated_phases_are_told() {
 
 #[test]
 fn a_plan_beyond_the_travel_or_the_disk_is_bad_and_the_rest_is_told_all_the_same() {
-    let far = PreflightPlan {
+    let far = DoctorPlan {
         free_bytes: Some(1000),
         scan: CapturePlan { lens: None, ..scan() },
         distance_mm: None,
@@ -248,13 +248,13 @@ fn a_plan_beyond_the_travel_or_the_disk_is_bad_and_the_rest_is_told_all_the_same
     assert_eq!(check(&report, "disk").verdict, Verdict::Bad);
     assert_eq!(check(&report, "height").verdict, Verdict::Unknown);
     assert!(check(&report, "disk").finding.starts_with("the sequence takes 1.1 MB at most"), "{report:?}");
-    let single = PreflightPlan { scan: CapturePlan { positions_mm: vec![3.0], ..scan() }, ..plan() };
+    let single = DoctorPlan { scan: CapturePlan { positions_mm: vec![3.0], ..scan() }, ..plan() };
     let mut stage = SimStage::new(SimStageConfig::ideal(50.0));
     let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
     let error = examine(&mut stage, &mut camera, &single, &Silent).unwrap_err();
-    assert!(matches!(error, PreflightError::EmptyPlan(1)));
+    assert!(matches!(error, DoctorError::EmptyPlan(1)));
     camera.device().inject(SimFault::Disconnect { failing: 1 });
-    assert!(matches!(examine(&mut stage, &mut camera, &plan(), &Silent), Err(PreflightError::Camera(_))));
+    assert!(matches!(examine(&mut stage, &mut camera, &plan(), &Silent), Err(DoctorError::Camera(_))));
 }
 
 #[test]

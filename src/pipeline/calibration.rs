@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use super::MeasureError;
+use super::PipelineError;
 use crate::calibrate::{CalibrateError, Calibrated, CalibrationFolder, CalibrationPlan, calibrate};
 use crate::report::calibration_figures;
 use epirig_core::progress::Progress;
@@ -11,13 +11,13 @@ use epirig_data::sequence::Sequence;
 /// Calibrates `sequence` and writes `calibration.json`, with pictures and the numbers behind them in `calibration/`.
 ///
 /// # Errors
-/// [`MeasureError`]; nothing is written if the frames are rejected.
+/// [`PipelineError`]; nothing is written if the frames are rejected.
 pub fn calibrate_sequence(
     sequence: &Sequence,
     plan: &CalibrationPlan,
     overwrite: bool,
     progress: &dyn Progress,
-) -> Result<Calibrated, MeasureError> {
+) -> Result<Calibrated, PipelineError> {
     let mut folder = CalibrationFolder::of(sequence.folder(), overwrite)?;
     let mut found = calibrate(sequence, plan, progress)?;
     for figure in calibration_figures(&found)? {

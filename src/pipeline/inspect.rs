@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::MeasureError;
+use super::PipelineError;
 use crate::report::{Chart, Series, ValueRange, map_picture};
 use crate::results::{MatchSummary, ResultsFolder};
 use epirig_core::grid::Grid;
@@ -98,13 +98,13 @@ pub struct LevelsSummary {
 /// Answers `questions` about the heights of what was `matched` and writes the answers into `folder`, which the caller commits.
 ///
 /// # Errors
-/// [`MeasureError::Surface`] if there is no trend or no profile; that there is one level only is an answer.
+/// [`PipelineError::Surface`] if there is no trend or no profile; that there is one level only is an answer.
 pub fn inspect_surface(
     heights: &Heights,
     matched: &MatchSummary,
     questions: &SurfaceQuestions,
     folder: &ResultsFolder,
-) -> Result<SurfaceSummary, MeasureError> {
+) -> Result<SurfaceSummary, PipelineError> {
     let all = heights;
     let extent = find_extent(all, questions.region, questions.steps.margin_px)?;
     let heights = &all.only(&extent.used);
@@ -194,7 +194,7 @@ fn write(
     rest_mm: &Grid<f32>,
     profile: &Profile,
     summary: &SurfaceSummary,
-) -> Result<(), MeasureError> {
+) -> Result<(), PipelineError> {
     folder.write_map("height_mm.tiff", rest_mm)?;
     let title = format!("Height after the trend, sequence {}", summary.sequence_uid);
     folder.write("height.gsf", &gsf(rest_mm, summary.pixel_mm, &title))?;

@@ -33,7 +33,7 @@ pub use rectified::rectify_sequence;
 /// Why a sequence has no results.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum MeasureError {
+pub enum PipelineError {
     /// The sequence cannot be read.
     #[error(transparent)]
     Sequence(#[from] SequenceError),
@@ -59,7 +59,7 @@ pub enum MeasureError {
 pub struct Measurement {
     /// The matcher's maps.
     pub maps: DisparityMaps,
-    /// Heights, if lens and travel are known.
+    /// Heights, if lens and stage axis are known.
     pub heights: Option<Heights>,
     /// The numbers of `match.json`.
     pub summary: MatchSummary,
@@ -68,12 +68,12 @@ pub struct Measurement {
 /// The volume of `sequence`: corrected, rectified and with measured positions if there is a calibration, else as it was captured.
 ///
 /// # Errors
-/// [`MeasureError`] naming the frame that cannot be used.
+/// [`PipelineError`] naming the frame that cannot be used.
 pub fn load(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,
     progress: &dyn Progress,
-) -> Result<Volume, MeasureError> {
+) -> Result<Volume, PipelineError> {
     Ok(match calibration {
         Some((calibration, maps)) => load_calibrated(sequence, calibration, maps, progress)?,
         None => load_volume(sequence, progress)?,
@@ -93,7 +93,7 @@ pub struct View<'a> {
 /// corrected and rectified by it and have its measured positions; without one they are matched as they were captured.
 ///
 /// # Errors
-/// [`MeasureError`] of the first station that fails.
+/// [`PipelineError`] of the first station that fails.
 pub fn measure(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,
@@ -101,7 +101,7 @@ pub fn measure(
     View { figure_row, truth }: View<'_>,
     folder: &ResultsFolder,
     progress: &dyn Progress,
-) -> Result<Measurement, MeasureError> {
+) -> Result<Measurement, PipelineError> {
     let volume = load(sequence, calibration, progress)?;
     let calibration = calibration.map(|(calibration, _)| calibration);
     let y = figure_row.unwrap_or(volume.rows() / 2).min(volume.rows() - 1);
@@ -163,7 +163,7 @@ fn write_maps(
     folder: &ResultsFolder,
     maps: &DisparityMaps,
     heights: Option<&Heights>,
-) -> Result<(), MeasureError> {
+) -> Result<(), PipelineError> {
     for name in ["disparity.pfm", "disparity.tiff", "disparity.npy"] {
         folder.write_map(name, &maps.disparity)?;
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::MeasureError;
+use super::PipelineError;
 use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
 use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
@@ -19,13 +19,13 @@ const BIT_DEPTH: u8 = 16;
 /// known.
 ///
 /// # Errors
-/// [`MeasureError`]; nothing is left then. [`CalibrateError::NoBaseline`] if positions were measured and nothing tells how many mm they are.
+/// [`PipelineError`]; nothing is left then. [`CalibrateError::NoBaseline`] if positions were measured and nothing tells how many mm they are.
 pub fn rectify_sequence(
     sequence: &Sequence,
     (calibration, maps): &(Calibration, Maps),
     out: &Path,
     progress: &dyn Progress,
-) -> Result<Derived, MeasureError> {
+) -> Result<Derived, PipelineError> {
     refuse_existing(out)?;
     let positions_mm = positions_mm(sequence, calibration)?;
     let volume = load_calibrated(sequence, calibration, maps, progress)?;

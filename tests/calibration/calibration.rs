@@ -57,13 +57,13 @@ fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
 
 #[test]
 fn the_angles_are_found_to_5_thousandths_of_a_degree() {
-    let travel = RIG.found.calibration.travel.as_ref().unwrap();
+    let stage_axis = RIG.found.calibration.stage_axis.as_ref().unwrap();
     let optics = &RIG.simulator.config().optics;
     let (roll_deg, pan_deg) = (optics.roll_rad.to_degrees(), optics.pan_rad.to_degrees());
-    assert_stated("roll in deg", travel.roll_deg - roll_deg, travel.roll_sigma_deg);
-    assert_stated("pan in deg", travel.pan_deg - pan_deg, travel.pan_sigma_deg);
-    assert!((travel.roll_deg - roll_deg).abs() < 0.005, "{}", travel.roll_deg);
-    assert!((travel.pan_deg - pan_deg).abs() < 0.005, "{}", travel.pan_deg);
+    assert_stated("roll in deg", stage_axis.roll_deg - roll_deg, stage_axis.roll_sigma_deg);
+    assert_stated("pan in deg", stage_axis.pan_deg - pan_deg, stage_axis.pan_sigma_deg);
+    assert!((stage_axis.roll_deg - roll_deg).abs() < 0.005, "{}", stage_axis.roll_deg);
+    assert!((stage_axis.pan_deg - pan_deg).abs() < 0.005, "{}", stage_axis.pan_deg);
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn the_lens_is_found_as_it_is() {
 #[test]
 fn corners_keep_their_rows_to_2_hundredths_of_a_pixel() {
     let calibration = &RIG.found.calibration;
-    let rows_rms_px = calibration.travel.as_ref().unwrap().rows_rms_px;
+    let rows_rms_px = calibration.stage_axis.as_ref().unwrap().rows_rms_px;
     assert!(rows_rms_px < 0.02, "{rows_rms_px}");
     // True corners, which no detector has touched: each keeps to its mean row.
     let mapping = &calibration.mapping;

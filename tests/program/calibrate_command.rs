@@ -21,10 +21,10 @@ fn images_of_other_software_are_calibrated_as_the_rig_is() {
     assert!(!stderr.contains("needs:") && !stderr.contains("view"), "{stderr}");
     let found = record(&folder.path().join("seq"));
     // As real.toml makes the rig, within four standard deviations of what is stated.
-    let travel = &found["travel"];
+    let stage_axis = &found["stage_axis"];
     for (name, truth) in [("roll", 0.7), ("pan", 0.4)] {
-        let sigma = number(&travel[format!("{name}_sigma_deg")]);
-        let off = number(&travel[format!("{name}_deg")]) - truth;
+        let sigma = number(&stage_axis[format!("{name}_sigma_deg")]);
+        let off = number(&stage_axis[format!("{name}_deg")]) - truth;
         assert!(off.abs() < 4.0 * sigma && sigma < 0.05, "{name}: {off} +- {sigma}");
     }
     let estimate = &found["lens"]["estimate"];

@@ -118,7 +118,7 @@ fn kind(error: &CaptureError) -> String {
         text.split(|sign: char| !sign.is_alphanumeric()).next().unwrap_or_default().to_owned()
     };
     match error {
-        CaptureError::Hopeless { source, .. } => format!("Hopeless: {}", kind(source)),
+        CaptureError::RetriesExhausted { source, .. } => format!("RetriesExhausted: {}", kind(source)),
         CaptureError::Stage(error) => name(error),
         CaptureError::Camera(error) => name(error),
         CaptureError::Sequence(error) => name(error),

@@ -8,7 +8,7 @@ use crate::known_rig::{Place, places, target};
 use epirig_calibration::lens::{Distortion, Lens, LensEstimate};
 use epirig_calibration::photometry::Correction;
 use epirig_calibration::rectification::{Mapping, Rectifier};
-use epirig_calibration::stage_axis::{audit, find};
+use epirig_calibration::stage_axis::{find, positioning_error};
 use epirig_calibration::target::{find_boards, track};
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
@@ -81,25 +81,25 @@ fn one_rig(seed: u64) -> Normalised {
     let target = target(config);
     let found: Vec<_> = frames.iter().map(|frame| find_boards(frame, &target.board, 2)).collect();
     let tracks = track(&found, &target, Some(&positions_mm)).unwrap();
-    let travel = find(&tracks, &positions_mm, &known_lens(&config.optics, seed)).unwrap();
+    let stage_axis = find(&tracks, &positions_mm, &known_lens(&config.optics, seed)).unwrap();
 
-    let direction = travel.direction;
+    let direction = stage_axis.direction;
     let truth = simulator.true_tau();
     // The first and the last frame are the scale and have no error.
     let tau = (1..positions_mm.len() - 1)
         .map(|frame| {
-            let found = travel.tau[frame].unwrap();
+            let found = stage_axis.tau[frame].unwrap();
             (found.tau - truth.values()[frame]) / found.sigma
         })
         .collect();
-    let audit = audit(&travel.tau, &positions_mm).unwrap();
+    let positioning = positioning_error(&stage_axis.tau, &positions_mm).unwrap();
     let last = positions_mm[positions_mm.len() - 1];
     let true_baseline_mm = simulator.true_position_mm(last) - simulator.true_position_mm(positions_mm[0]);
 
     let Optics { rows, columns, .. } = config.optics;
-    let lens = &travel.lens;
+    let lens = &stage_axis.lens;
     let mapping = Mapping::fitting(lens.lens, direction.roll_rad, direction.pan_rad, rows, columns).unwrap();
-    let measured: Vec<f64> = audit.frames.iter().map(|frame| frame.measured_mm).collect();
+    let measured: Vec<f64> = positioning.frames.iter().map(|frame| frame.measured_mm).collect();
     let rectifier = Rectifier::new(mapping, Correction::default()).unwrap();
     let mut volume = rectifier.volume(8, Tau::from_positions(&measured).unwrap());
     rectifier.insert(&mut volume, 0, &frames).unwrap();
@@ -119,9 +119,9 @@ fn one_rig(seed: u64) -> Normalised {
     let cut =
         |map: &epirig_core::grid::Grid<f32>| map.cropped(left..left + columns.len(), top..top + rows.len());
     let point = (camera.principal_point_x_px - left as f64, camera.principal_point_y_px - top as f64);
-    let geometry = Geometry::exact(camera.focal_length_px, audit.baseline_mm, point).with_scale_sigma(
+    let geometry = Geometry::exact(camera.focal_length_px, positioning.baseline_mm, point).with_scale_sigma(
         lens.sigma()[0] / lens.lens.focal_length_x_px,
-        audit.baseline_sigma_mm / audit.baseline_mm,
+        positioning.baseline_sigma_mm / positioning.baseline_mm,
     );
     let heights = heights(geometry, &cut(&maps.disparity), &cut(&maps.sigma)).unwrap();
     // As `surface` takes them.
@@ -131,10 +131,10 @@ fn one_rig(seed: u64) -> Normalised {
     let wider = (freedom / (freedom - 2.0)).sqrt();
     let depth_sigma_mm = depth.scale_sigma_mm.hypot(wider * depth.sigma_mm.unwrap());
     Normalised {
-        roll: (direction.roll_rad - config.optics.roll_rad) / travel.roll_sigma_rad,
-        pan: (direction.pan_rad - config.optics.pan_rad) / travel.pan_sigma_rad,
+        roll: (direction.roll_rad - config.optics.roll_rad) / stage_axis.roll_sigma_rad,
+        pan: (direction.pan_rad - config.optics.pan_rad) / stage_axis.pan_sigma_rad,
         tau,
-        baseline: (audit.baseline_mm - true_baseline_mm) / audit.baseline_sigma_mm,
+        baseline: (positioning.baseline_mm - true_baseline_mm) / positioning.baseline_sigma_mm,
         depth: (depth.depth_mm - DEPTH_MM) / depth_sigma_mm,
     }
 }

@@ -10,7 +10,7 @@ use super::sight::Sight;
 /// The camera may be panned by less than this, in rad: more is a mistake, and the scene would be seen from the side.
 const MOST_PAN_RAD: f64 = 0.5;
 
-/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, turned against the direction of travel, blurred and
+/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, turned against the stage axis, blurred and
 /// darkened as stated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Optics {

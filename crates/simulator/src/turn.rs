@@ -1,4 +1,4 @@
-//! How the simulator's camera is turned against the direction of travel.
+//! How the simulator's camera is turned against the stage axis.
 
 /// The rotation of rays from the camera's own frame into the rectified one, in which the scene moves exactly along x:
 /// r' = Ry(pan) Rz(roll) r.

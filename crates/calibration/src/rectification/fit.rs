@@ -1,4 +1,4 @@
-//! The rectified camera that suits a lens and its direction of travel.
+//! The rectified camera that suits a lens and its stage axis.
 
 use rayon::prelude::*;
 

@@ -1,4 +1,4 @@
-//! The adjustment of everything at once: lens, direction, where the points are, and where the stage stood.
+//! Bundle adjustment of everything at once: lens, direction, where the points are, and where the stage stood.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,7 +14,7 @@ const ANGLES: usize = 2;
 /// Parameters on which one observation depends, at most.
 const OF_OBSERVATION: usize = Lens::PARAMETERS + ANGLES + OF_POINT + 1;
 
-/// Rigid target, straight travel, free position of every frame (but two, which fix the scale).
+/// Rigid target, straight axis, free position of every frame (but two, which fix the scale).
 pub(super) struct Bundle<'a> {
     pub(super) observations: &'a [Observation],
     /// Which observations count.
@@ -114,7 +114,7 @@ impl<'a> Bundle<'a> {
         self.tau_column[frame].map_or(self.tau[frame], |column| parameters[column])
     }
 
-    /// The lens with its covariance after the adjustment.
+    /// The lens with its covariance after the least squares.
     pub(super) fn lens_estimate(&self, parameters: &[f64], covariance: &DMatrix<f64>) -> LensEstimate {
         let mut estimate = LensEstimate { lens: self.lens_at(parameters), ..self.lens.clone() };
         for (row, &i) in self.prior.free.iter().enumerate() {

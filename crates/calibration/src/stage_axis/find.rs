@@ -1,10 +1,10 @@
 //! From tracks to angles and positions.
 
 use super::bundle::{Bundle, OF_POINT};
-use super::{Direction, MeasuredTau, TrackResidual, Travel, TravelError, TravelPoint, vanishing};
+use super::{AxisPoint, Direction, MeasuredTau, StageAxis, StageAxisError, TrackResidual, vanishing};
 use crate::lens::LensEstimate;
 use crate::target::{Observation, Tracks};
-use epirig_core::least_squares::{Adjusted, Loss, adjust};
+use epirig_core::least_squares::{Loss, Minimum, minimise};
 
 /// Frames that must show a corner if it is to count: two fix its place and depth, the third can contradict.
 const FRAMES_OF_A_CORNER: usize = 3;
@@ -26,11 +26,11 @@ const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
 /// keep frames apart that no corner connects. `lens` is what is known of the lens beforehand; parameters with variance 0 are held.
 ///
 /// # Errors
-/// [`TravelError`] if the tracks do not tell the direction.
+/// [`StageAxisError`] if the tracks do not tell the direction.
 ///
 /// # Panics
 /// If there are less than two positions, or an observation is of a frame beyond them.
-pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Result<Travel, TravelError> {
+pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Result<StageAxis, StageAxisError> {
     let (corners, observations) = long_tracks(tracks)?;
     let (first, last) = (positions_mm[0], positions_mm[positions_mm.len() - 1]);
     let tau: Vec<f64> = positions_mm.iter().map(|position| (position - first) / (last - first)).collect();
@@ -40,8 +40,8 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
 
     let mut used = vec![true; observations.len()];
     let bundle = Bundle::new(&observations, &used, lens, corners.len(), (&tau, tau_sigma))
-        .ok_or(TravelError::BadLens)?;
-    let robust = adjust(&bundle, bundle.start(direction, &points), Loss::Huber(HUBER))?;
+        .ok_or(StageAxisError::BadLens)?;
+    let robust = minimise(&bundle, bundle.start(direction, &points), Loss::Huber(HUBER))?;
     let lengths: Vec<f64> = observations
         .iter()
         .map(|seen| length(bundle.residual(&robust.parameters, seen)) / seen.sigma_px)
@@ -51,21 +51,21 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
 
     // What is known beforehand has its own standard deviations, so those of the observations must be absolute, too: found first, then used.
     let mut bundle = Bundle::new(&observations, &used, lens, corners.len(), (&tau, tau_sigma))
-        .ok_or(TravelError::BadLens)?;
+        .ok_or(StageAxisError::BadLens)?;
     bundle.noise = noise;
-    let once = adjust(&bundle, robust.parameters, Loss::Squares)?;
+    let once = minimise(&bundle, robust.parameters, Loss::Squares)?;
     bundle.noise = (noise * spread(&bundle, &once)).max(EXACT);
-    let found = adjust(&bundle, once.parameters, Loss::Squares)?;
+    let found = minimise(&bundle, once.parameters, Loss::Squares)?;
     Ok(describe(&bundle, &found, &corners))
 }
 
 /// Corners seen often enough, by their index in the tracks, and their observations, whose corners are counted anew.
-fn long_tracks(tracks: &Tracks) -> Result<(Vec<usize>, Vec<Observation>), TravelError> {
+fn long_tracks(tracks: &Tracks) -> Result<(Vec<usize>, Vec<Observation>), StageAxisError> {
     let mut seen = vec![0; tracks.corners.len()];
     tracks.observations.iter().for_each(|observation| seen[observation.corner] += 1);
     let corners: Vec<usize> = (0..seen.len()).filter(|&corner| seen[corner] >= FRAMES_OF_A_CORNER).collect();
     if corners.len() < CORNERS {
-        return Err(TravelError::TooFewTracks {
+        return Err(StageAxisError::TooFewTracks {
             corners: corners.len(),
             frames: FRAMES_OF_A_CORNER,
             needed: CORNERS,
@@ -87,17 +87,17 @@ fn start(
     corners: usize,
     tau: &[f64],
     lens: &LensEstimate,
-) -> Result<(Direction, Vec<[f64; OF_POINT]>), TravelError> {
+) -> Result<(Direction, Vec<[f64; OF_POINT]>), StageAxisError> {
     let mut rays: Vec<Vec<[f64; 2]>> = vec![Vec::new(); corners];
     let mut at: Vec<Vec<f64>> = vec![Vec::new(); corners];
     for seen in observations {
         let ray = lens.lens.ray(seen.x_px, seen.y_px);
-        let (a, b) = ray.ok_or(TravelError::BeyondLens { x_px: seen.x_px, y_px: seen.y_px })?;
+        let (a, b) = ray.ok_or(StageAxisError::BeyondLens { x_px: seen.x_px, y_px: seen.y_px })?;
         rays[seen.corner].push([a, b]);
         at[seen.corner].push(tau[seen.frame]);
     }
-    let v = vanishing::direction(rays.iter().map(Vec::as_slice)).ok_or(TravelError::OneLine)?;
-    let direction = Direction::of(v).ok_or(TravelError::NotAlongRows)?;
+    let v = vanishing::direction(rays.iter().map(Vec::as_slice)).ok_or(StageAxisError::OneLine)?;
+    let direction = Direction::of(v).ok_or(StageAxisError::NotAlongRows)?;
     let points = rays
         .iter()
         .zip(&at)
@@ -128,7 +128,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Standard deviation of the observations over what was assumed: squares over degrees of freedom, without those of what was known beforehand.
-fn spread(bundle: &Bundle<'_>, found: &Adjusted) -> f64 {
+fn spread(bundle: &Bundle<'_>, found: &Minimum) -> f64 {
     let seen = bundle.observations.iter().zip(bundle.used).filter(|(_, used)| **used);
     let (squares, count) = seen.fold((0.0, 0), |(squares, count), (seen, _)| {
         let off = length(bundle.residual(&found.parameters, seen)) / (bundle.noise * seen.sigma_px);
@@ -139,7 +139,7 @@ fn spread(bundle: &Bundle<'_>, found: &Adjusted) -> f64 {
     (squares / freedom.max(1.0)).sqrt()
 }
 
-fn describe(bundle: &Bundle<'_>, found: &Adjusted, corners: &[usize]) -> Travel {
+fn describe(bundle: &Bundle<'_>, found: &Minimum, corners: &[usize]) -> StageAxis {
     let at = &found.parameters;
     let sigma = |column: usize| found.covariance[(column, column)].sqrt();
     let direction = bundle.direction_at(at);
@@ -177,11 +177,11 @@ fn describe(bundle: &Bundle<'_>, found: &Adjusted, corners: &[usize]) -> Travel 
         .enumerate()
         .map(|(point, &corner)| {
             let [x, y, disparity] = bundle.point_at(at, point);
-            TravelPoint { corner, x, y, disparity }
+            AxisPoint { corner, x, y, disparity }
         })
         .collect();
     let angles = bundle.angle_column();
-    Travel {
+    StageAxis {
         direction,
         roll_sigma_rad: sigma(angles),
         pan_sigma_rad: sigma(angles + 1),

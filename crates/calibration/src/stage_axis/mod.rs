@@ -1,13 +1,13 @@
-//! Travel: which way the scene moves, and where it stood in every frame, from the tracks of a rigid target.
+//! The stage axis: which way the scene moves, and where it stood in every frame, from the tracks of a rigid target.
 //!
-//! The model is the paper's (section 5.2): the direction of travel is the same for all frames, so that two angles rectify them all. Beyond the
-//! paper, everything that the tracks depend on is adjusted at once: the lens (from what is known of it beforehand), the two angles, the place
+//! The model is the paper's (section 5.2): the stage axis is the same for all frames, so that two angles rectify them all. Beyond the
+//! paper, everything that the tracks depend on is found at once, by bundle adjustment: the lens (from what is known of it beforehand), the two angles, the place
 //! and depth of every corner, and the position of every frame. So the standard deviations hold what each leaves open in the others.
 
-mod audit;
 mod bundle;
 mod direction;
 mod find;
+mod positioning_error;
 mod scale;
 #[cfg(test)]
 mod tests;
@@ -16,18 +16,18 @@ mod vanishing;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-pub use audit::{Audit, AuditedFrame, audit};
 pub use direction::Direction;
 pub use find::find;
+pub use positioning_error::{FramePosition, PositioningError, positioning_error};
 pub use scale::{TargetScale, baseline_by_target};
 
 use crate::lens::LensEstimate;
-use epirig_core::least_squares::AdjustError;
+use epirig_core::least_squares::LeastSquaresError;
 
-/// Why the direction of travel cannot be told.
+/// Why the stage axis cannot be told.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum TravelError {
+pub enum StageAxisError {
     /// Too few corners that are seen in enough frames.
     #[error(
         "only {corners} corners of the target are seen in {frames} frames or more; at least {needed} are needed: have more of the \
@@ -64,14 +64,14 @@ pub enum TravelError {
     /// What is known of the lens contradicts itself.
     #[error("the covariance of the lens is none; calibrate the lens again")]
     BadLens,
-    /// The adjustment failed.
-    #[error("the target's tracks do not fit a straight travel: {0}; check that target and camera are fixed")]
-    Adjust(#[from] AdjustError),
+    /// The bundle adjustment failed.
+    #[error("the target's tracks do not fit a straight axis: {0}; check that target and camera are fixed")]
+    Adjust(#[from] LeastSquaresError),
 }
 
-/// One corner of the target as the travel shows it.
+/// One corner of the target as the axis shows it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TravelPoint {
+pub struct AxisPoint {
     /// Its index in the tracks.
     pub corner: usize,
     /// Rectified x of its ray at tau = 0, over the focal length.
@@ -109,7 +109,7 @@ pub struct MeasuredTau {
 
 /// What the tracks tell.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Travel {
+pub struct StageAxis {
     /// The two angles.
     pub direction: Direction,
     /// Standard deviation of the rotation about the optical axis, in rad.
@@ -121,7 +121,7 @@ pub struct Travel {
     /// tau of every frame that shows the target, on a scale on which the first and the last of them have the tau that the stage reported.
     pub tau: Vec<Option<MeasuredTau>>,
     /// The corners that were used.
-    pub points: Vec<TravelPoint>,
+    pub points: Vec<AxisPoint>,
     /// Every observation that counted.
     pub residuals: Vec<TrackResidual>,
     /// Observations that lie more than 4.5 standard deviations from their tracks and do not count: frame and corner.
@@ -130,7 +130,7 @@ pub struct Travel {
     pub noise_factor: f64,
 }
 
-impl Travel {
+impl StageAxis {
     /// Root mean square of the distances of all observations from their rows, after rectification, in px.
     pub fn rows_rms_px(&self) -> f64 {
         let squares: f64 = self.residuals.iter().map(|residual| residual.across_px.powi(2)).sum();

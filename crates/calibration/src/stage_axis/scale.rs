@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::TravelPoint;
+use super::AxisPoint;
 use crate::target::{Target, Tracks};
 
 /// Length of the baseline as the target's squares and as the stage tell.
@@ -28,7 +28,7 @@ impl TargetScale {
 /// A point with disparity d over the baseline b lies at depth b / d (all over the focal length), so triangulated boards have a size in units of
 /// the baseline, whatever the focal length along the depth; each band is compared on its own, because only its squares are known well. `None` if
 /// no band shows corners at different places.
-pub fn baseline_by_target(points: &[TravelPoint], tracks: &Tracks, target: &Target) -> Option<f64> {
+pub fn baseline_by_target(points: &[AxisPoint], tracks: &Tracks, target: &Target) -> Option<f64> {
     let (mut stated, mut seen) = (0.0, 0.0);
     for band in 0..target.bands {
         let of_band: Vec<[Vector3<f64>; 2]> = points

@@ -1,4 +1,4 @@
-//! Travel against a rig whose truth is written down with rotation matrices.
+//! The stage axis against a rig whose truth is written down with rotation matrices.
 
 use nalgebra::{Rotation3, Vector3};
 use rand::SeedableRng;
@@ -174,16 +174,16 @@ fn frames_that_no_corner_connects_are_held_together_by_the_stage() {
 fn what_cannot_be_told_is_refused() {
     let mut one_row = scan(6, 12, 1.0);
     one_row.tracks.observations.retain(|seen| seen.corner < 9);
-    assert_eq!(find(&one_row.tracks, &one_row.reported_mm, &one_row.lens), Err(TravelError::OneLine));
+    assert_eq!(find(&one_row.tracks, &one_row.reported_mm, &one_row.lens), Err(StageAxisError::OneLine));
     let mut few = scan(7, 12, 1.0);
     few.tracks.observations.retain(|seen| seen.corner < 3);
     assert!(matches!(
         find(&few.tracks, &few.reported_mm, &few.lens),
-        Err(TravelError::TooFewTracks { corners: 3, .. })
+        Err(StageAxisError::TooFewTracks { corners: 3, .. })
     ));
     let mut across = scan(8, 12, 1.0);
     for seen in &mut across.tracks.observations {
         (seen.x_px, seen.y_px) = (seen.y_px, seen.x_px);
     }
-    assert_eq!(find(&across.tracks, &across.reported_mm, &across.lens), Err(TravelError::NotAlongRows));
+    assert_eq!(find(&across.tracks, &across.reported_mm, &across.lens), Err(StageAxisError::NotAlongRows));
 }

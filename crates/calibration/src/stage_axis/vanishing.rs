@@ -1,4 +1,4 @@
-//! The point at which the tracks of all points of a translating object meet: a closed form for the direction of travel.
+//! The point at which the tracks of all points of a translating object meet: a closed form for the stage axis.
 
 use nalgebra::{Matrix3, Vector3};
 

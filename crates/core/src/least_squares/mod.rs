@@ -1,4 +1,4 @@
-//! Least squares for problems whose residuals come in small blocks: lens, travel and positions are found by it.
+//! Least squares for problems whose residuals come in small blocks: lens, stage axis and positions are found by it.
 //!
 //! Levenberg's and Marquardt's damped Gauss-Newton steps (Marquardt 1963) on the normal equations, which are dense: the problems here have
 //! some hundred parameters and some ten thousand residuals, of which each depends on a dozen parameters.
@@ -8,7 +8,7 @@ mod solve;
 use nalgebra::DMatrix;
 use thiserror::Error;
 
-pub use solve::adjust;
+pub use solve::minimise;
 
 /// Residuals that belong together, such as both coordinates of one point.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +23,7 @@ pub struct Block<'a> {
     pub may_be_wrong: bool,
 }
 
-/// Something to be adjusted.
+/// A least-squares problem.
 pub trait Problem {
     /// Number of parameters.
     fn parameters(&self) -> usize;
@@ -46,9 +46,9 @@ pub enum Loss {
     Huber(f64),
 }
 
-/// What an adjustment has found.
+/// What a solution has found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Adjusted {
+pub struct Minimum {
     /// Best parameters.
     pub parameters: Vec<f64>,
     /// Inverse of the normal equations: the covariance of the parameters, if the standard deviations of the residuals are right.
@@ -62,7 +62,7 @@ pub struct Adjusted {
     pub steps: usize,
 }
 
-impl Adjusted {
+impl Minimum {
     /// Sum of squares over degrees of freedom: 1 if the residuals are as large as stated. At least one degree is counted.
     pub fn variance_factor(&self) -> f64 {
         let degrees = self.residuals.saturating_sub(self.parameters.len()).max(1);
@@ -73,7 +73,7 @@ impl Adjusted {
 /// Why there is no answer.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
-pub enum AdjustError {
+pub enum LeastSquaresError {
     /// The residuals leave some combination of the parameters open.
     #[error("what was measured leaves parameter {parameter} of {parameters} open")]
     Undetermined {
@@ -87,7 +87,7 @@ pub enum AdjustError {
     NoNumber,
     /// The steps do not become small.
     #[error("no minimum was found in {steps} steps")]
-    Wanders {
+    DidNotConverge {
         /// Steps taken.
         steps: usize,
     },

@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::{AdjustError, Adjusted, Block, Loss, Problem};
+use super::{Block, LeastSquaresError, Loss, Minimum, Problem};
 
 /// Steps after which a search is given up. Ten are enough where the residuals are errors of measurement; where they are those of a model
 /// that does not fit, Gauss-Newton steps converge slowly, and two hundred have been seen.
@@ -71,10 +71,10 @@ fn loss_at(problem: &dyn Problem, parameters: &[f64], loss: Loss) -> f64 {
 /// The parameters for which the residuals are smallest, from `start` on.
 ///
 /// # Errors
-/// [`AdjustError`] if they are not determined, no numbers, or not found.
+/// [`LeastSquaresError`] if they are not determined, no numbers, or not found.
 ///
 /// ```
-/// use epirig_core::least_squares::{Block, Loss, Problem, adjust};
+/// use epirig_core::least_squares::{Block, Loss, Problem, minimise};
 ///
 /// /// The mean of some numbers.
 /// struct Mean([f64; 4]);
@@ -90,21 +90,21 @@ fn loss_at(problem: &dyn Problem, parameters: &[f64], loss: Loss) -> f64 {
 ///     }
 /// }
 ///
-/// let found = adjust(&Mean([1.0, 2.0, 3.0, 6.0]), vec![0.0], Loss::Squares)?;
+/// let found = minimise(&Mean([1.0, 2.0, 3.0, 6.0]), vec![0.0], Loss::Squares)?;
 /// assert!((found.parameters[0] - 3.0).abs() < 1e-9);
 /// assert!((found.covariance[(0, 0)] - 0.25).abs() < 1e-12);
-/// # Ok::<(), epirig_core::least_squares::AdjustError>(())
+/// # Ok::<(), epirig_core::least_squares::LeastSquaresError>(())
 /// ```
-pub fn adjust(problem: &dyn Problem, start: Vec<f64>, loss: Loss) -> Result<Adjusted, AdjustError> {
+pub fn minimise(problem: &dyn Problem, start: Vec<f64>, loss: Loss) -> Result<Minimum, LeastSquaresError> {
     let mut parameters = start;
     let mut damping = 1e-4;
     let mut current = normal(problem, &parameters, loss);
     for steps in 1..=STEPS {
         if !(current.loss.is_finite() && current.matrix.iter().all(|value| value.is_finite())) {
-            return Err(AdjustError::NoNumber);
+            return Err(LeastSquaresError::NoNumber);
         }
         if let Some(parameter) = undetermined(&current.matrix) {
-            return Err(AdjustError::Undetermined { parameter, parameters: parameters.len() });
+            return Err(LeastSquaresError::Undetermined { parameter, parameters: parameters.len() });
         }
         let mut damped = current.matrix.clone();
         for index in 0..parameters.len() {
@@ -129,13 +129,13 @@ pub fn adjust(problem: &dyn Problem, start: Vec<f64>, loss: Loss) -> Result<Adju
         }
         if small {
             let covariance = Cholesky::new(current.matrix)
-                .ok_or(AdjustError::Undetermined { parameter: 0, parameters: parameters.len() })?
+                .ok_or(LeastSquaresError::Undetermined { parameter: 0, parameters: parameters.len() })?
                 .inverse();
             let (sum_of_squares, residuals) = (current.sum_of_squares, current.residuals);
-            return Ok(Adjusted { parameters, covariance, sum_of_squares, residuals, steps });
+            return Ok(Minimum { parameters, covariance, sum_of_squares, residuals, steps });
         }
     }
-    Err(AdjustError::Wanders { steps: STEPS })
+    Err(LeastSquaresError::DidNotConverge { steps: STEPS })
 }
 
 /// The first parameter that those before it leave open, by the pivots of a Cholesky decomposition.
@@ -190,16 +190,16 @@ mod tests {
 
     #[test]
     fn finds_the_parameters_of_a_curve() {
-        let found = adjust(&Growth { wrong: 0.0 }, vec![1.0, 0.0], Loss::Squares).unwrap();
+        let found = minimise(&Growth { wrong: 0.0 }, vec![1.0, 0.0], Loss::Squares).unwrap();
         assert!((found.parameters[0] - 3.0).abs() < 1e-7 && (found.parameters[1] - 0.7).abs() < 1e-7);
         assert_eq!(found.residuals, 20);
     }
 
     #[test]
     fn one_wrong_point_matters_less_with_a_robust_loss() {
-        let squares = adjust(&Growth { wrong: 5.0 }, vec![1.0, 0.0], Loss::Squares).unwrap();
-        let robust = adjust(&Growth { wrong: 5.0 }, vec![1.0, 0.0], Loss::Huber(0.01)).unwrap();
-        let miss = |found: &Adjusted| (found.parameters[1] - 0.7).abs();
+        let squares = minimise(&Growth { wrong: 5.0 }, vec![1.0, 0.0], Loss::Squares).unwrap();
+        let robust = minimise(&Growth { wrong: 5.0 }, vec![1.0, 0.0], Loss::Huber(0.01)).unwrap();
+        let miss = |found: &Minimum| (found.parameters[1] - 0.7).abs();
         assert!(miss(&squares) > 0.05, "{squares:?}");
         assert!(miss(&robust) < 0.01, "{robust:?}");
     }
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn what_is_not_determined_is_refused() {
-        let found = adjust(&Sum, vec![0.0, 0.0], Loss::Squares);
-        assert_eq!(found, Err(AdjustError::Undetermined { parameter: 1, parameters: 2 }));
+        let found = minimise(&Sum, vec![0.0, 0.0], Loss::Squares);
+        assert_eq!(found, Err(LeastSquaresError::Undetermined { parameter: 1, parameters: 2 }));
     }
 }

@@ -165,7 +165,7 @@ pub enum CameraError {
     },
     /// The camera did not come back.
     #[error("{camera} did not come back within {:.0} s: {why}", patience.as_secs_f64())]
-    StaysAway {
+    ReconnectTimeout {
         /// The camera.
         camera: String,
         /// How long was waited.

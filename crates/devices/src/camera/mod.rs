@@ -158,7 +158,7 @@ pub trait Camera: Send {
     /// Waits for a camera that has gone, sets it up as before and starts it.
     ///
     /// # Errors
-    /// [`CameraError::StaysAway`] if it is not back in time, [`CameraError::AnotherCamera`] if something else is in its place.
+    /// [`CameraError::ReconnectTimeout`] if it is not back in time, [`CameraError::AnotherCamera`] if something else is in its place.
     fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError>;
 }
 

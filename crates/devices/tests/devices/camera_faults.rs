@@ -79,7 +79,7 @@ fn a_camera_that_comes_back_is_set_as_it_was_or_not_used() {
     camera.device().inject(SimFault::Disconnect { failing: 1000 });
     let moment = camera.now();
     assert!(matches!(camera.grab_after(moment), Err(CameraError::Gone { .. })));
-    assert!(matches!(camera.reconnect(Duration::from_secs(5)), Err(CameraError::StaysAway { .. })));
+    assert!(matches!(camera.reconnect(Duration::from_secs(5)), Err(CameraError::ReconnectTimeout { .. })));
 }
 
 #[test]

@@ -214,7 +214,7 @@ fn kind(error: &CameraError) -> &'static str {
         CameraError::Timeout { .. } => "Timeout",
         CameraError::NoSignal { .. } => "NoSignal",
         CameraError::AnotherCamera { .. } => "AnotherCamera",
-        CameraError::StaysAway { .. } => "StaysAway",
+        CameraError::ReconnectTimeout { .. } => "ReconnectTimeout",
         CameraError::Unsteady { .. } => "Unsteady",
         CameraError::Substituted { .. } => "Substituted",
         CameraError::Stream { .. } => "Stream",

@@ -29,21 +29,20 @@ pub(super) fn limits(
     let mut row = vec![0.0; volume.columns()];
     let step = half_step(plan).powi(2);
     let noise = noise_variance(volume, plan, (rows.start + rows.end) / 2);
-    rows
-        .map(|y| {
-            volume.copy_row(y, plan.reference, &mut row);
-            let limit = |(contrast, gradient): (f32, f32)| match noise {
-                Some(noise) => share * contrast + step * gradient + noise_factor * noise + least,
-                // Where frames stand alone noise cannot be told from contrast, so all of it is allowed for.
-                None => contrast + least,
-            };
-            contrast(&row)
-                .zip(squared_gradients(&row))
-                .map(limit)
-                .chain(std::iter::repeat_n(least, CHUNK))
-                .collect()
-        })
-        .collect()
+    rows.map(|y| {
+        volume.copy_row(y, plan.reference, &mut row);
+        let limit = |(contrast, gradient): (f32, f32)| match noise {
+            Some(noise) => share * contrast + step * gradient + noise_factor * noise + least,
+            // Where frames stand alone noise cannot be told from contrast, so all of it is allowed for.
+            None => contrast + least,
+        };
+        contrast(&row)
+            .zip(squared_gradients(&row))
+            .map(limit)
+            .chain(std::iter::repeat_n(least, CHUNK))
+            .collect()
+    })
+    .collect()
 }
 
 /// The farthest shift by which the nearest candidate misses a point, in px.

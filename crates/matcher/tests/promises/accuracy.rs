@@ -1,4 +1,4 @@
-//! The disparity is as accurate as stated, whatever the order of frames, the direction of travel and the bit depth.
+//! The disparity is as accurate as stated, whatever the order of frames, the stage axis and the bit depth.
 
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Silent;

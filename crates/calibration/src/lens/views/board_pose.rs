@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::homography::{Pair, homography};
 use super::problem::ViewsProblem;
 use super::{Lens, LensError, PlanarPoint};
-use epirig_core::least_squares::{AdjustError, Loss, adjust};
+use epirig_core::least_squares::{LeastSquaresError, Loss, minimise};
 
 /// Place of a board in the frame of the camera: a point p of the board (z = 0) lies at R p + t.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ pub fn fit_pose(lens: &Lens, points: &[PlanarPoint]) -> Result<BoardPose, LensEr
         .ok_or(LensError::OnALine { view: 0 })?
         .with_origin_moved_by(middle);
     refine_pose(lens, points.iter().copied(), start).map_err(|error| match error {
-        AdjustError::Undetermined { .. } => LensError::OnALine { view: 0 },
+        LeastSquaresError::Undetermined { .. } => LensError::OnALine { view: 0 },
         other => LensError::Search(other),
     })
 }
@@ -96,8 +96,8 @@ pub(super) fn refine_pose(
     lens: &Lens,
     points: impl Iterator<Item = PlanarPoint>,
     start: BoardPose,
-) -> Result<BoardPose, AdjustError> {
+) -> Result<BoardPose, LeastSquaresError> {
     let problem = ViewsProblem::new(*lens, 0..0, vec![points.collect()]);
-    let found = adjust(&problem, problem.parameters_of(lens, &[start]), Loss::Squares)?;
+    let found = minimise(&problem, problem.parameters_of(lens, &[start]), Loss::Squares)?;
     Ok(problem.poses(&found.parameters)[0])
 }

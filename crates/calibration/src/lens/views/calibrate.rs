@@ -8,7 +8,7 @@ use super::{
     BoardPose, Lens, LensCalibration, LensError, LensEstimate, PlanarPoint, PointName, PointResidual, Terms,
     View, ViewFit,
 };
-use epirig_core::least_squares::{Adjusted, Loss, adjust};
+use epirig_core::least_squares::{Loss, Minimum, minimise};
 
 /// Three views are the fewest from which Zhang's constraints give a general lens.
 const VIEWS: usize = 3;
@@ -108,13 +108,13 @@ pub(super) fn solve(
     terms: Terms,
     from: Solution,
     loss: Loss,
-) -> Result<(Solution, Adjusted), LensError> {
+) -> Result<(Solution, Minimum), LensError> {
     let points = views.iter().zip(used).map(|(view, used)| {
         view.iter().zip(used).filter(|(_, used)| **used).map(|(point, _)| *point).collect()
     });
     let lens = terms.keep(&from.lens);
     let problem = ViewsProblem::new(lens, terms.estimated(), points.collect());
-    let found = adjust(&problem, problem.parameters_of(&lens, &from.poses), loss)?;
+    let found = minimise(&problem, problem.parameters_of(&lens, &from.poses), loss)?;
     Ok((Solution { lens: problem.lens(&found.parameters), poses: problem.poses(&found.parameters) }, found))
 }
 
@@ -196,12 +196,12 @@ fn summary(
     terms: Terms,
     solution: Solution,
 ) -> Result<LensCalibration, LensError> {
-    let (Solution { lens, poses }, adjusted) = solve(views, used, terms, solution, Loss::Squares)?;
-    let variance_factor = adjusted.variance_factor();
+    let (Solution { lens, poses }, minimum) = solve(views, used, terms, solution, Loss::Squares)?;
+    let variance_factor = minimum.variance_factor();
     let mut covariance = [[0.0; Lens::PARAMETERS]; Lens::PARAMETERS];
     for row in terms.estimated() {
         for column in terms.estimated() {
-            covariance[row][column] = variance_factor * adjusted.covariance[(row, column)];
+            covariance[row][column] = variance_factor * minimum.covariance[(row, column)];
         }
     }
     let estimate = LensEstimate { rows, columns, lens, covariance };

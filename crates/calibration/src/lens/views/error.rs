@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use epirig_core::least_squares::AdjustError;
+use epirig_core::least_squares::LeastSquaresError;
 
 /// Why views give no lens. Views and points are counted from 0.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -77,7 +77,7 @@ pub enum LensError {
     #[error(
         "no lens was found that fits the views: {0}; check that the size of the squares and the order of the points are right"
     )]
-    Search(#[source] AdjustError),
+    Search(#[source] LeastSquaresError),
 }
 
 impl LensError {
@@ -117,11 +117,13 @@ fn named(message: String, view: Option<usize>, name: &str) -> String {
     view.map_or(message.clone(), |view| message.replacen(&format!("view {view}"), name, 1))
 }
 
-impl From<AdjustError> for LensError {
-    fn from(error: AdjustError) -> Self {
+impl From<LeastSquaresError> for LensError {
+    fn from(error: LeastSquaresError) -> Self {
         match error {
             // Every view by itself determines its pose, so it is the focal length that is open.
-            AdjustError::Undetermined { .. } => Self::PosesAlike { sigma_share: None, spread_rad: None },
+            LeastSquaresError::Undetermined { .. } => {
+                Self::PosesAlike { sigma_share: None, spread_rad: None }
+            }
             other => Self::Search(other),
         }
     }

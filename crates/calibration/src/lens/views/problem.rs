@@ -1,4 +1,4 @@
-//! A lens and the poses of boards as parameters of one adjustment.
+//! A lens and the poses of boards as parameters of one bundle adjustment.
 
 use std::ops::Range;
 

@@ -311,7 +311,11 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
             }
             let now = self.device.now();
             if now >= deadline {
-                return Err(CameraError::StaysAway { camera: self.name(), patience, why: error.to_string() });
+                return Err(CameraError::ReconnectTimeout {
+                    camera: self.name(),
+                    patience,
+                    why: error.to_string(),
+                });
             }
             self.device.pause(PAUSE.min(deadline.since(now)));
         }

@@ -12,7 +12,7 @@ const MAD: f64 = 1.482_602_218_505_602;
 /// One stop of the stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct AuditedFrame {
+pub struct FramePosition {
     /// What the stage reported, in mm.
     pub reported_mm: f64,
     /// Where the target shows it, on the stage's scale, in mm; as reported where no target is seen.
@@ -24,9 +24,9 @@ pub struct AuditedFrame {
 /// The stage's report against the target.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Audit {
+pub struct PositioningError {
     /// Every frame.
-    pub frames: Vec<AuditedFrame>,
+    pub frames: Vec<FramePosition>,
     /// Root mean square of measured less reported, in um, over the frames that show the target.
     pub rms_um: f64,
     /// The largest of them, in um.
@@ -39,7 +39,7 @@ pub struct Audit {
     pub baseline_sigma_mm: f64,
 }
 
-impl Audit {
+impl PositioningError {
     /// Measured less reported position of a frame, in um.
     ///
     /// # Panics
@@ -54,7 +54,7 @@ impl Audit {
 ///
 /// # Panics
 /// If the numbers of positions and taus differ.
-pub fn audit(tau: &[Option<MeasuredTau>], reported_mm: &[f64]) -> Option<Audit> {
+pub fn positioning_error(tau: &[Option<MeasuredTau>], reported_mm: &[f64]) -> Option<PositioningError> {
     assert_eq!(tau.len(), reported_mm.len());
     let seen: Vec<(usize, f64, f64)> = tau
         .iter()
@@ -77,10 +77,10 @@ pub fn audit(tau: &[Option<MeasuredTau>], reported_mm: &[f64]) -> Option<Audit> 
     }
     let named: Vec<usize> =
         seen.iter().map(|point| point.0).filter(|frame| good.iter().all(|point| point.0 != *frame)).collect();
-    let frames: Vec<AuditedFrame> = tau
+    let frames: Vec<FramePosition> = tau
         .iter()
         .zip(reported_mm)
-        .map(|(measured, &reported_mm)| AuditedFrame {
+        .map(|(measured, &reported_mm)| FramePosition {
             reported_mm,
             measured_mm: measured.map_or(reported_mm, |measured| line.offset + line.slope * measured.tau),
             sigma_mm: measured.map(|measured| line.slope.abs() * measured.sigma),
@@ -88,7 +88,7 @@ pub fn audit(tau: &[Option<MeasuredTau>], reported_mm: &[f64]) -> Option<Audit> 
         .collect();
     let errors_um: Vec<f64> = seen.iter().map(|point| 1000.0 * line.error(point)).collect();
     let squares: f64 = errors_um.iter().map(|error| error * error).sum();
-    Some(Audit {
+    Some(PositioningError {
         rms_um: (squares / seen.len() as f64).sqrt(),
         largest_um: errors_um.iter().fold(0.0, |largest, error| error.abs().max(largest)),
         outliers: named,
@@ -151,19 +151,22 @@ mod tests {
             })
             .collect();
         tau[7] = None;
-        let audit = audit(&tau, &reported).unwrap();
-        assert_eq!(audit.outliers, [4]);
-        assert!((audit.error_um(4) - 51.0).abs() < 1.0, "{audit:?}");
-        assert!((audit.error_um(3) + 1.0).abs() < 1.0, "{audit:?}");
-        assert_eq!(audit.frames[7].measured_mm, 17.0);
-        assert_eq!(audit.frames[7].sigma_mm, None);
-        assert!((audit.baseline_mm - 9.0).abs() < 0.003);
+        let positioning = positioning_error(&tau, &reported).unwrap();
+        assert_eq!(positioning.outliers, [4]);
+        assert!((positioning.error_um(4) - 51.0).abs() < 1.0, "{positioning:?}");
+        assert!((positioning.error_um(3) + 1.0).abs() < 1.0, "{positioning:?}");
+        assert_eq!(positioning.frames[7].measured_mm, 17.0);
+        assert_eq!(positioning.frames[7].sigma_mm, None);
+        assert!((positioning.baseline_mm - 9.0).abs() < 0.003);
         // 1 um over a spread of 9 mm in nine stops.
-        assert!(audit.baseline_sigma_mm > 0.0005 && audit.baseline_sigma_mm < 0.002, "{audit:?}");
+        assert!(
+            positioning.baseline_sigma_mm > 0.0005 && positioning.baseline_sigma_mm < 0.002,
+            "{positioning:?}"
+        );
     }
 
     #[test]
-    fn one_frame_is_no_audit() {
-        assert_eq!(audit(&[measured(0.0), None], &[1.0, 2.0]), None);
+    fn one_frame_has_no_positioning_error() {
+        assert_eq!(positioning_error(&[measured(0.0), None], &[1.0, 2.0]), None);
     }
 }

@@ -3,7 +3,7 @@
 use crate::calibrate::Calibration;
 use crate::report::chart::{Chart, Marks, Series, number};
 use crate::report::{Figure, ReportError};
-use epirig_calibration::stage_axis::{Audit, TrackResidual, Travel};
+use epirig_calibration::stage_axis::{PositioningError, StageAxis, TrackResidual};
 
 /// Parts of the columns over which residuals are averaged, and residuals that a part must have: the mean of 25 has a fifth of the noise of
 /// one.
@@ -11,18 +11,18 @@ const PARTS: usize = 24;
 const LEAST_IN_PART: usize = 25;
 
 /// Distance of every corner from its row, over the column; `None` if there are no residuals.
-pub(super) fn rows(travel: &Travel, calibration: &Calibration) -> Result<Option<Figure>, ReportError> {
+pub(super) fn rows(stage_axis: &StageAxis, calibration: &Calibration) -> Result<Option<Figure>, ReportError> {
     let (lens, camera) = (&calibration.mapping.lens, &calibration.mapping.camera);
     // Tracks count in focal lengths of the lens along x.
     let scale = camera.focal_length_px / lens.focal_length_x_px;
     let column = |residual: &TrackResidual| scale * residual.column_px + camera.principal_point_x_px;
     let points: Vec<(f64, f64)> =
-        travel.residuals.iter().map(|residual| (column(residual), residual.across_px)).collect();
+        stage_axis.residuals.iter().map(|residual| (column(residual), residual.across_px)).collect();
     if points.is_empty() {
         return Ok(None);
     }
     let mut csv = "frame,corner,column_px,along_px,across_px\n".to_owned();
-    for residual in &travel.residuals {
+    for residual in &stage_axis.residuals {
         let (column_px, along_px, across_px) = (column(residual), residual.along_px, residual.across_px);
         csv.push_str(&format!("{},{},{column_px},{along_px},{across_px}\n", residual.frame, residual.corner));
     }
@@ -34,7 +34,7 @@ pub(super) fn rows(travel: &Travel, calibration: &Calibration) -> Result<Option<
     let chart = Chart {
         title: format!(
             "Drift in rows: distance of every corner from its row after rectification; rms {:.4} px",
-            travel.rows_rms_px()
+            stage_axis.rows_rms_px()
         ),
         x_label: "rectified column (px)".to_owned(),
         y_label: "below its row (px)".to_owned(),
@@ -66,17 +66,17 @@ fn means(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// Measured less reported position of every frame; `None` if no frame shows the target.
-pub(super) fn stage_audit(audit: &Audit) -> Result<Option<Figure>, ReportError> {
-    if audit.frames.iter().all(|frame| frame.sigma_mm.is_none()) {
+pub(super) fn positioning_error(positioning: &PositioningError) -> Result<Option<Figure>, ReportError> {
+    if positioning.frames.iter().all(|frame| frame.sigma_mm.is_none()) {
         return Ok(None);
     }
     let mut csv = "frame,reported_mm,measured_mm,measured_less_reported_um,sigma_um,outlier\n".to_owned();
-    let stands_out = |frame: usize| audit.outliers.contains(&frame);
+    let stands_out = |frame: usize| positioning.outliers.contains(&frame);
     let (mut errors, mut sigmas) = (Vec::new(), Vec::new());
-    for (index, frame) in audit.frames.iter().enumerate() {
+    for (index, frame) in positioning.frames.iter().enumerate() {
         let sigma_um = frame.sigma_mm.map_or(f64::NAN, |sigma_mm| 1000.0 * sigma_mm);
         let (measured_mm, error_um) = match frame.sigma_mm {
-            Some(_) => (frame.measured_mm, audit.error_um(index)),
+            Some(_) => (frame.measured_mm, positioning.error_um(index)),
             None => (f64::NAN, f64::NAN),
         };
         let numbers = [frame.reported_mm, measured_mm, error_um, sigma_um].map(number).join(",");
@@ -97,13 +97,13 @@ pub(super) fn stage_audit(audit: &Audit) -> Result<Option<Figure>, ReportError> 
         }
     };
     let mut series = vec![part("a frame, with one standard deviation of the measurement", false)];
-    if !audit.outliers.is_empty() {
+    if !positioning.outliers.is_empty() {
         series.push(part("stands out, with the number of the frame", true));
     }
     let chart = Chart {
         title: format!(
             "Stage: measured less reported position; rms {:.2} um, largest {:.1} um",
-            audit.rms_um, audit.largest_um
+            positioning.rms_um, positioning.largest_um
         ),
         x_label: "frame".to_owned(),
         y_label: "measured less reported (um)".to_owned(),
@@ -111,5 +111,5 @@ pub(super) fn stage_audit(audit: &Audit) -> Result<Option<Figure>, ReportError> 
         zero_line: true,
         series,
     };
-    Ok(Some(Figure { name: "stage-audit", picture: chart.picture()?, csv }))
+    Ok(Some(Figure { name: "positioning-error", picture: chart.picture()?, csv }))
 }

@@ -4,28 +4,28 @@ use rayon::prelude::*;
 
 use super::find::Remarks;
 use super::lens::MOST_BLUR_PX;
-use super::{CalibrateError, TravelRecord};
+use super::{CalibrateError, StageAxisRecord};
 use epirig_calibration::lens::LensEstimate;
-use epirig_calibration::stage_axis::{Travel, baseline_by_target, find};
+use epirig_calibration::stage_axis::{StageAxis, baseline_by_target, find};
 use epirig_calibration::target::{FoundBoard, Target, Tracks, find_boards, track};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 
 /// The target's tracks and what they tell.
-pub(super) struct FoundTravel {
-    pub(super) travel: Travel,
+pub(super) struct FoundAxis {
+    pub(super) stage_axis: StageAxis,
     tracks: Tracks,
     /// Length of the baseline by the size of the squares, in mm.
     pub(super) baseline_by_target_mm: Option<f64>,
 }
 
-pub(super) fn find_travel(
+pub(super) fn find_axis(
     sequence: &Sequence,
     target: &Target,
     lens: &LensEstimate,
     remarks: &mut Remarks,
     progress: &dyn Progress,
-) -> Result<FoundTravel, CalibrateError> {
+) -> Result<FoundAxis, CalibrateError> {
     target.check()?;
     let records = sequence.frames();
     progress.begin("following the target", records.len() as u64);
@@ -49,16 +49,16 @@ pub(super) fn find_travel(
     let positions = reported_mm.unwrap_or_else(|| (0..records.len()).map(|index| index as f64).collect());
     // Frames that stand at one place, or two of them in the wrong order, make no baseline.
     epirig_core::tau::Tau::from_positions(&positions)?;
-    let travel = find(&tracks, &positions, lens)?;
-    let unseen = travel.tau.iter().filter(|tau| tau.is_none()).count();
+    let stage_axis = find(&tracks, &positions, lens)?;
+    let unseen = stage_axis.tau.iter().filter(|tau| tau.is_none()).count();
     if unseen > 0 {
         remarks.notes.push(format!(
             "{unseen} of {} frames show too little of the target; their positions are the stage's",
             records.len()
         ));
     }
-    let baseline_by_target_mm = baseline_by_target(&travel.points, &tracks, target);
-    Ok(FoundTravel { travel, tracks, baseline_by_target_mm })
+    let baseline_by_target_mm = baseline_by_target(&stage_axis.points, &tracks, target);
+    Ok(FoundAxis { stage_axis, tracks, baseline_by_target_mm })
 }
 
 /// A target that moves by less over the whole scan tells nothing: a corner's place, good to a hundredth of a pixel, would leave a percent of the
@@ -94,25 +94,25 @@ fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
     }
 }
 
-impl FoundTravel {
+impl FoundAxis {
     /// What goes into the record, for a rectified camera of this focal length.
-    pub(super) fn record(&self, focal_length_px: f64) -> TravelRecord {
-        let travel = &self.travel;
+    pub(super) fn record(&self, focal_length_px: f64) -> StageAxisRecord {
+        let stage_axis = &self.stage_axis;
         let mut disparities: Vec<f64> =
-            travel.points.iter().map(|point| focal_length_px * point.disparity).collect();
+            stage_axis.points.iter().map(|point| focal_length_px * point.disparity).collect();
         let mut sigmas: Vec<f64> = self.tracks.observations.iter().map(|seen| seen.sigma_px).collect();
-        TravelRecord {
-            direction: travel.direction,
-            roll_deg: travel.direction.roll_rad.to_degrees(),
-            roll_sigma_deg: travel.roll_sigma_rad.to_degrees(),
-            pan_deg: travel.direction.pan_rad.to_degrees(),
-            pan_sigma_deg: travel.pan_sigma_rad.to_degrees(),
-            rows_rms_px: travel.rows_rms_px(),
-            corner_sigma_px: travel.noise_factor * median(&mut sigmas),
-            corners: travel.points.len(),
-            observations: travel.residuals.len(),
-            rejected: travel.rejected.clone(),
-            frames: travel.tau.iter().flatten().count(),
+        StageAxisRecord {
+            direction: stage_axis.direction,
+            roll_deg: stage_axis.direction.roll_rad.to_degrees(),
+            roll_sigma_deg: stage_axis.roll_sigma_rad.to_degrees(),
+            pan_deg: stage_axis.direction.pan_rad.to_degrees(),
+            pan_sigma_deg: stage_axis.pan_sigma_rad.to_degrees(),
+            rows_rms_px: stage_axis.rows_rms_px(),
+            corner_sigma_px: stage_axis.noise_factor * median(&mut sigmas),
+            corners: stage_axis.points.len(),
+            observations: stage_axis.residuals.len(),
+            rejected: stage_axis.rejected.clone(),
+            frames: stage_axis.tau.iter().flatten().count(),
             disparity_px: median(&mut disparities),
         }
     }
