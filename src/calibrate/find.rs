@@ -141,8 +141,8 @@ impl Remarks {
     fn of_photometry(&mut self, photometry: &Photometry) {
         for (what, reason) in [
             ("dark level", not_applied(&photometry.dark)),
-            ("darkening", not_applied(&photometry.flat_field)),
-            ("pixels that cannot be used", not_applied(&photometry.hot_pixels)),
+            ("vignetting", not_applied(&photometry.flat_field)),
+            ("defective pixels", not_applied(&photometry.defective_pixels)),
         ] {
             if let Some(reason) = reason {
                 self.needs.push(format!("{what} not corrected: {reason}"));

@@ -56,9 +56,9 @@ pub(super) struct CalibrateVerb {
     /// Do not subtract the dark level
     #[arg(long)]
     no_dark: bool,
-    /// Do not replace pixels that cannot be used
+    /// Do not replace defective pixels
     #[arg(long)]
-    no_hot_pixels: bool,
+    no_defective_pixels: bool,
     /// Do not make the frames equally bright
     #[arg(long)]
     no_frame_gain: bool,
@@ -131,7 +131,7 @@ impl CalibrateVerb {
             plan.lens = Some(read_lens(path, record.rows, record.columns)?);
         }
         plan.photometry.dark = !self.no_dark;
-        plan.photometry.hot_pixels = !self.no_hot_pixels;
+        plan.photometry.defective_pixels = !self.no_defective_pixels;
         plan.photometry.frame_gain = !self.no_frame_gain;
         plan.photometry.flat_field = self.flat_field.0;
         if let Some(path) = &self.linearity {
@@ -253,7 +253,7 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         outcome(&calibration.photometry.flat_field, |field| {
             format!(
                 "corners {:.1} % darker{}, {} frames",
-                field.corner_darkening_percent,
+                field.vignetting_percent,
                 unexplained(field.residual_rms_percent),
                 field.frames
             )
@@ -261,7 +261,7 @@ pub(super) fn describe(calibration: &Calibration) -> String {
     );
     line(
         "unusable pixels",
-        outcome(&calibration.photometry.hot_pixels, |pixels| {
+        outcome(&calibration.photometry.defective_pixels, |pixels| {
             format!("{}, replaced by their neighbours", pixels.len())
         }),
     );

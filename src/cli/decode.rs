@@ -42,7 +42,7 @@ enum SideName {
 /// Print what went over a stage's line as text
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  epirig move 12.5 --transcript move.txt
+  epirig stage move 12.5 --transcript move.txt
   epirig decode move.txt
   epirig decode --dialect native --side device capture.bin     bytes that another program recorded
   epirig decode --dialect grbl -                               from stdin

@@ -47,7 +47,7 @@ pub(super) fn install() -> Result<(), std::io::Error> {
     obey_other_epirigs()
 }
 
-/// `epirig stop` in another terminal means the stage, not the scan.
+/// `epirig stage stop` in another terminal means the stage, not the scan.
 #[cfg(unix)]
 fn obey_other_epirigs() -> Result<(), std::io::Error> {
     use signal_hook::consts::SIGUSR1;

@@ -29,8 +29,8 @@ enum Kind {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig simulate native --port /tmp/stage &
-  epirig home --port /tmp/stage
-  epirig move 12.5 --port /tmp/stage
+  epirig stage home --port /tmp/stage
+  epirig stage move 12.5 --port /tmp/stage
   epirig simulate grbl --port /tmp/stage --fault reset@3+0.2s     restarts in its third move
   epirig simulate native --port /tmp/stage --noise 0.01           a line that lies
 

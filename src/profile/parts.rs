@@ -298,7 +298,7 @@ pub struct SimFaults {
     /// Radial distortion of the lens, of r^2.
     pub k1: f64,
     /// Share of the light that the lens loses in the farthest corner, 0 to 0.9.
-    pub darkening: f64,
+    pub vignetting: f64,
     /// Standard deviation of the lamp from frame to frame, as a share of its light, 0 to 0.1.
     pub flicker: f64,
     /// Standard deviation of the carriage's true place from the one that the stage reports, in um, 0 or more.

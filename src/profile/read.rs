@@ -254,7 +254,7 @@ impl Reader {
                 roll_rad: self.number_or_default(&sim::ROLL, RAD),
                 pan_rad: self.number_or_default(&sim::PAN, RAD),
                 k1: self.plain_number(&sim::K1),
-                darkening: self.share(&sim::DARKENING),
+                vignetting: self.share(&sim::VIGNETTING),
                 flicker: self.share(&sim::FLICKER),
                 step_error_um: self.number_or_default(&sim::STEP_ERROR, UM),
                 bow_mm: self.number_or_default(&sim::BOW, MM),

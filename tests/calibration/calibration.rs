@@ -137,7 +137,7 @@ fn every_frame_is_placed_to_1_5_um() {
 const CELL_PX: usize = 26;
 
 #[test]
-fn less_than_3_thousandths_of_the_darkening_are_left() {
+fn less_than_3_thousandths_of_the_vignetting_are_left() {
     let calibration = &RIG.found.calibration;
     let correction = calibration.photometry.correction(&RIG.found.maps).unwrap();
     let gain = correction.multiply.as_ref().unwrap();
@@ -148,7 +148,7 @@ fn less_than_3_thousandths_of_the_darkening_are_left() {
             let (bottom, right) = ((top + CELL_PX).min(optics.rows), (left + CELL_PX).min(optics.columns));
             let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
             let values: Vec<f64> = pixels
-                .filter(|pixel| !correction.hot.contains(pixel))
+                .filter(|pixel| !correction.defective.contains(pixel))
                 .map(|(x, y)| f64::from(gain.at(x, y)) * optics.transmission(x as f64, y as f64))
                 .collect();
             cells.push(values.iter().sum::<f64>() / values.len() as f64);
@@ -158,7 +158,7 @@ fn less_than_3_thousandths_of_the_darkening_are_left() {
     let (least, most) =
         cells.iter().fold((f64::MAX, f64::MIN), |(least, most), cell| (cell.min(least), cell.max(most)));
     println!(
-        "darkening left: {:+.3} % to {:+.3} %",
+        "vignetting left: {:+.3} % to {:+.3} %",
         100.0 * (least / mean - 1.0),
         100.0 * (most / mean - 1.0)
     );
@@ -167,7 +167,7 @@ fn less_than_3_thousandths_of_the_darkening_are_left() {
 
 #[test]
 fn hot_pixels_are_replaced_and_good_ones_are_not() {
-    // A hot pixel reads 97 % of full scale without light.
+    // A defective pixel reads 97 % of full scale without light.
     let dark: Frame = RIG.simulator.digitise(&RIG.simulator.uniform_irradiance(0.0), 9999);
     let columns = dark.columns();
     let mut levels = vec![0.0; dark.rows() * columns];
@@ -178,7 +178,7 @@ fn hot_pixels_are_replaced_and_good_ones_are_not() {
         .filter(|(_, level)| **level > 200.0)
         .map(|(index, _)| (index % columns, index / columns))
         .collect();
-    let mut found = RIG.found.calibration.photometry.correction(&RIG.found.maps).unwrap().hot;
+    let mut found = RIG.found.calibration.photometry.correction(&RIG.found.maps).unwrap().defective;
     expected.sort_unstable();
     found.sort_unstable();
     found.dedup();

@@ -53,7 +53,7 @@ fn a_part_alone_is_calibrated_and_the_rest_is_asked_for() {
         "board",
         &[&["--board", images(FrameKind::Board).to_str().unwrap()][..], &BOARD].concat(),
     );
-    assert!(said(folder.path(), &["calibrate", "board"]).contains("darkening not corrected"));
+    assert!(said(folder.path(), &["calibrate", "board"]).contains("vignetting not corrected"));
     let target = ["target.square=15 mm", "target.columns=9", "target.rows=2", "target.bands=2"];
     let target: Vec<&str> = target.iter().flat_map(|text| ["--set", text]).collect();
     import(folder.path(), "target", &[&target[..], &["--set", "target.band_distance=105 mm"]].concat());

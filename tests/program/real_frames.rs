@@ -1,4 +1,4 @@
-//! Photographs of plants in front of a wall: occlusions, points that leave the image, darkening, small step errors.
+//! Photographs of plants in front of a wall: occlusions, points that leave the image, vignetting, small step errors.
 //!
 //! The photographs may not be shipped; where they are not, the test says so and does nothing.
 

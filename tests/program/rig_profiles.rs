@@ -73,8 +73,13 @@ fn the_simulated_stage_can_be_tried_beside_the_profile_of_a_real_one() {
     let folder = tempfile::tempdir().unwrap();
     let text = "[stage]\ndriver = \"grbl\"\nport = \"/dev/no-such-port\"\naxis = \"y\"\n";
     fs::write(folder.path().join("rig.toml"), text).unwrap();
-    succeeds(folder.path(), &["home", "--driver", "sim"]);
-    fails(folder.path(), &["home", "--driver", "sim", "--port", "port"], 2, &["--port", "stage.port"]);
+    succeeds(folder.path(), &["stage", "home", "--driver", "sim"]);
+    fails(
+        folder.path(),
+        &["stage", "home", "--driver", "sim", "--port", "port"],
+        2,
+        &["--port", "stage.port"],
+    );
 }
 
 #[test]

@@ -56,38 +56,46 @@ impl Simulated {
 #[test]
 fn home_move_where_and_stop_work_one_after_another() {
     let stage = simulated("native", &[]);
-    fails(stage.path(), &["move", "3", "--port", "port"], 4, &["not been homed", "epirig home"]);
-    assert_eq!(succeeds(stage.path(), &["where", "--port", "port"]), "position unknown: not homed\n");
-    assert_eq!(stage.json(&["home"])["position_mm"], 0.0);
-    assert_eq!(stage.json(&["move", "3"])["position_mm"], 3.0);
-    assert_eq!(stage.json(&["move", "--by", "-1.5"])["position_mm"], 1.5);
-    assert_eq!(stage.json(&["move", "1", "--approach-mm", "0.5"])["position_mm"], 1.0);
     fails(
         stage.path(),
-        &["move", "0.2", "--approach-mm", "0.5", "--port", "port"],
+        &["stage", "move", "3", "--port", "port"],
+        4,
+        &["not been homed", "epirig stage home"],
+    );
+    assert_eq!(
+        succeeds(stage.path(), &["stage", "position", "--port", "port"]),
+        "position unknown: not homed\n"
+    );
+    assert_eq!(stage.json(&["stage", "home"])["position_mm"], 0.0);
+    assert_eq!(stage.json(&["stage", "move", "3"])["position_mm"], 3.0);
+    assert_eq!(stage.json(&["stage", "move", "--by", "-1.5"])["position_mm"], 1.5);
+    assert_eq!(stage.json(&["stage", "move", "1", "--approach-mm", "0.5"])["position_mm"], 1.0);
+    fails(
+        stage.path(),
+        &["stage", "move", "0.2", "--approach-mm", "0.5", "--port", "port"],
         2,
         &["approached from one side"],
     );
-    fails(stage.path(), &["move", "201", "--port", "port"], 2, &["201 mm", "travel of 0 to 200 mm"]);
-    fails(stage.path(), &["move", "NaN", "--port", "port"], 2, &["NaN mm lies outside"]);
-    assert_eq!(stage.json(&["stop"])["moving"], false);
-    let found = stage.json(&["where"]);
+    fails(stage.path(), &["stage", "move", "201", "--port", "port"], 2, &["201 mm", "travel of 0 to 200 mm"]);
+    fails(stage.path(), &["stage", "move", "NaN", "--port", "port"], 2, &["NaN mm lies outside"]);
+    assert_eq!(stage.json(&["stage", "stop"])["moving"], false);
+    let found = stage.json(&["stage", "position"]);
     assert_eq!((&found["position_mm"], &found["travel_mm"]), (&Value::from(1.0), &Value::from(200.0)));
 }
 
 #[test]
 fn the_wrong_driver_is_noticed_on_either_side() {
     let grbl = simulated("grbl", &[]);
-    succeeds(grbl.path(), &["home", "--driver", "grbl", "--port", "port"]);
-    fails(grbl.path(), &["home", "--port", "port"], 4, &["not as a native stage", "--driver grbl"]);
+    succeeds(grbl.path(), &["stage", "home", "--driver", "grbl", "--port", "port"]);
+    fails(grbl.path(), &["stage", "home", "--port", "port"], 4, &["not as a native stage", "--driver grbl"]);
     // The mistake has cost nothing.
-    assert_eq!(grbl.json(&["where", "--driver", "grbl"])["position_mm"], 0.0);
-    assert_eq!(grbl.json(&["home", "--driver", "grbl"])["position_mm"], 0.0);
-    assert_eq!(grbl.json(&["move", "1.5", "--driver", "grbl"])["position_mm"], 1.5);
+    assert_eq!(grbl.json(&["stage", "position", "--driver", "grbl"])["position_mm"], 0.0);
+    assert_eq!(grbl.json(&["stage", "home", "--driver", "grbl"])["position_mm"], 0.0);
+    assert_eq!(grbl.json(&["stage", "move", "1.5", "--driver", "grbl"])["position_mm"], 1.5);
     let native = simulated("native", &[]);
     fails(
         native.path(),
-        &["where", "--driver", "grbl", "--port", "port"],
+        &["stage", "position", "--driver", "grbl", "--port", "port"],
         4,
         &["does not answer", "--driver"],
     );
@@ -98,22 +106,22 @@ fn a_zaber_stage_needs_its_microstep() {
     let stage = simulated("zaber", &[]);
     fails(
         stage.path(),
-        &["home", "--driver", "zaber", "--port", "port"],
+        &["stage", "home", "--driver", "zaber", "--port", "port"],
         2,
         &["stage.microstep", "data sheet"],
     );
     let position =
-        stage.json(&["move", "1.5", "--home", "--driver", "zaber", "--microstep-um", "0.49609375"]);
+        stage.json(&["stage", "move", "1.5", "--home", "--driver", "zaber", "--microstep-um", "0.49609375"]);
     assert!((position["position_mm"].as_f64().unwrap() - 1.5).abs() < 0.0003, "{position}");
 }
 
 #[test]
 fn transcripts_are_written_once_and_decoded() {
     let stage = simulated("native", &[]);
-    succeeds(stage.path(), &["move", "1.5", "--home", "--port", "port", "--transcript", "move.txt"]);
+    succeeds(stage.path(), &["stage", "move", "1.5", "--home", "--port", "port", "--transcript", "move.txt"]);
     fails(
         stage.path(),
-        &["where", "--port", "port", "--transcript", "move.txt"],
+        &["stage", "position", "--port", "port", "--transcript", "move.txt"],
         2,
         &["move.txt exists already"],
     );
@@ -138,19 +146,19 @@ fn transcripts_are_written_once_and_decoded() {
 fn an_interrupted_move_stops_the_stage_and_says_where() {
     for ways in [["-INT"], ["-TERM"]] {
         let stage = simulated("native", &[]);
-        succeeds(stage.path(), &["home", "--port", "port"]);
+        succeeds(stage.path(), &["stage", "home", "--port", "port"]);
         let mut moving = program();
-        let moving = moving.current_dir(stage.path()).args(["move", "150", "--port", "port"]);
+        let moving = moving.current_dir(stage.path()).args(["stage", "move", "150", "--port", "port"]);
         let moving = moving.stderr(Stdio::piped()).spawn().unwrap();
         std::thread::sleep(Duration::from_millis(700));
-        fails(stage.path(), &["where", "--port", "port"], 3, &["in use by process"]);
+        fails(stage.path(), &["stage", "position", "--port", "port"], 3, &["in use by process"]);
         let pid = moving.id().to_string();
         assert!(Command::new("kill").args(ways).arg(&pid).status().unwrap().success());
         let output = moving.wait_with_output().unwrap();
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(130), "{stderr}");
         assert!(stderr.contains("the position is known"), "{stderr}");
-        let found = stage.json(&["where"]);
+        let found = stage.json(&["stage", "position"]);
         assert_eq!(found["moving"], false);
         assert!(found["position_mm"].as_f64().unwrap() < 140.0, "{found}");
     }
@@ -159,15 +167,15 @@ fn an_interrupted_move_stops_the_stage_and_says_where() {
 #[test]
 fn stop_reaches_the_program_that_has_the_port() {
     let stage = simulated("native", &[]);
-    succeeds(stage.path(), &["home", "--port", "port"]);
+    succeeds(stage.path(), &["stage", "home", "--port", "port"]);
     let moving = program()
         .current_dir(stage.path())
-        .args(["move", "150", "--port", "port"])
+        .args(["stage", "move", "150", "--port", "port"])
         .stderr(Stdio::null())
         .spawn();
     let mut moving = moving.unwrap();
     std::thread::sleep(Duration::from_millis(700));
-    let output = epirig(stage.path(), &["stop", "--port", "port"]);
+    let output = epirig(stage.path(), &["stage", "stop", "--port", "port"]);
     assert!(output.status.success());
     assert!(String::from_utf8_lossy(&output.stderr).contains("has been told to stop the stage"));
     assert_eq!(moving.wait().unwrap().code(), Some(130));
@@ -176,17 +184,17 @@ fn stop_reaches_the_program_that_has_the_port() {
 #[test]
 fn faults_by_script_end_in_one_clear_line() {
     let stage = simulated("native", &["--fault", "reset@1+0.1s"]);
-    succeeds(stage.path(), &["home", "--port", "port"]);
+    succeeds(stage.path(), &["stage", "home", "--port", "port"]);
     fails(
         stage.path(),
-        &["move", "50", "--port", "port"],
+        &["stage", "move", "50", "--port", "port"],
         4,
         &["has restarted", "in the move to 50.000 mm", "home it"],
     );
     let stage = simulated("grbl", &["--fault", "switch-never-closes"]);
     fails(
         stage.path(),
-        &["home", "--driver", "grbl", "--port", "port"],
+        &["stage", "home", "--driver", "grbl", "--port", "port"],
         4,
         &["ALARM:9", "check switch and cable"],
     );
@@ -204,27 +212,30 @@ fn faults_by_script_end_in_one_clear_line() {
 #[test]
 fn without_hardware_a_stage_can_be_tried() {
     let folder = tempfile::tempdir().unwrap();
-    assert_eq!(succeeds(folder.path(), &["move", "12.5", "--home", "--driver", "sim"]), "12.5000 mm\n");
+    assert_eq!(
+        succeeds(folder.path(), &["stage", "move", "12.5", "--home", "--driver", "sim"]),
+        "12.5000 mm\n"
+    );
     fails(
         folder.path(),
-        &["home", "--port", "/dev/no-such-port"],
+        &["stage", "home", "--port", "/dev/no-such-port"],
         3,
         &["no port /dev/no-such-port", "epirig devices"],
     );
     fails(
         folder.path(),
-        &["home", "--port", "usb:no-such-serial"],
+        &["stage", "home", "--port", "usb:no-such-serial"],
         3,
         &["usb:no-such-serial is not connected"],
     );
-    fails(folder.path(), &["home", "--port", "usb:"], 2, &["serial number or VID:PID"]);
-    fails(folder.path(), &["move"], 2, &["required"]);
+    fails(folder.path(), &["stage", "home", "--port", "usb:"], 2, &["serial number or VID:PID"]);
+    fails(folder.path(), &["stage", "move"], 2, &["required"]);
     // Ports or none: never a crash.
     let devices = epirig(folder.path(), &["devices", "--json"]);
     assert!(matches!(devices.status.code(), Some(0 | 3)), "{devices:?}");
 }
 
-/// A scan ends after the frame in hand at the first Ctrl-C; who types `epirig stop` means the stage.
+/// A scan ends after the frame in hand at the first Ctrl-C; who types `epirig stage stop` means the stage.
 #[test]
 fn stop_stops_the_stage_of_a_scan_in_mid_move_and_the_scan_can_be_resumed() {
     let stage = simulated("native", &[]);
@@ -246,10 +257,10 @@ fn stop_stops_the_stage_of_a_scan_in_mid_move_and_the_scan_can_be_resumed() {
     wait_for("there is no first frame", || frames() == 1);
     // The way to the second place takes it 16 s.
     std::thread::sleep(Duration::from_millis(300));
-    succeeds(stage.path(), &["stop", "--port", "port"]);
+    succeeds(stage.path(), &["stage", "stop", "--port", "port"]);
     assert_eq!(scanning.wait().unwrap().code(), Some(7));
     assert_eq!(frames(), 1);
-    let found = stage.json(&["where"]);
+    let found = stage.json(&["stage", "position"]);
     assert_eq!(found["moving"], false);
     assert!(found["position_mm"].as_f64().unwrap() < 79.0, "{found}");
     let sequence = epirig_data::sequence::Sequence::open(&stage.path().join("seq")).unwrap();

@@ -45,7 +45,7 @@ const NUISANCES: [Nuisance; 10] = [
     Nuisance { words: "roll 0.7 deg", put: |config| config.optics.roll_rad = 0.7_f64.to_radians() },
     Nuisance { words: "pan 0.4 deg", put: |config| config.optics.pan_rad = 0.4_f64.to_radians() },
     Nuisance { words: "distortion k1 -0.02", put: |config| config.optics.distortion.k1 = -0.02 },
-    Nuisance { words: "darkening 18 %", put: |config| config.optics.corner_darkening = 0.18 },
+    Nuisance { words: "vignetting 18 %", put: |config| config.optics.vignetting = 0.18 },
     Nuisance { words: "flicker 0.3 %", put: |config| config.flicker = 0.003 },
     Nuisance {
         words: "step error 5 um",

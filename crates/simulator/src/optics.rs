@@ -27,7 +27,7 @@ pub struct Optics {
     /// Standard deviation of the Gaussian point spread, in px; 0 for none. The pixel's own area comes on top.
     pub point_spread_sigma_px: f64,
     /// Light lost in the corner farthest from the principal point, 0 to less than 1; the loss follows cos^4.
-    pub corner_darkening: f64,
+    pub vignetting: f64,
     /// How far the camera is rolled about its optical axis: r' = Ry(pan) Rz(roll) r takes a ray r of the camera into the
     /// rectified frame, in which the scene moves exactly along x.
     #[serde(default)]
@@ -51,7 +51,7 @@ impl Optics {
             principal_point_x_px: middle,
             principal_point_y_px: middle,
             point_spread_sigma_px: 0.5,
-            corner_darkening: 0.0,
+            vignetting: 0.0,
             roll_rad: 0.0,
             pan_rad: 0.0,
             distortion: Distortion::default(),
@@ -63,8 +63,8 @@ impl Optics {
         if !(0.0..=10.0).contains(&self.point_spread_sigma_px) {
             return bad("point spread in px", self.point_spread_sigma_px, "from 0 to 10");
         }
-        if !(0.0..1.0).contains(&self.corner_darkening) {
-            return bad("corner darkening", self.corner_darkening, "from 0 to less than 1");
+        if !(0.0..1.0).contains(&self.vignetting) {
+            return bad("vignetting", self.vignetting, "from 0 to less than 1");
         }
         if self.roll_rad.is_nan() || self.roll_rad.abs() > std::f64::consts::PI {
             return bad("roll in rad", self.roll_rad, "from -pi to pi");
@@ -154,7 +154,7 @@ impl Optics {
     }
 
     /// Share of the light that pixel (x, y) receives: 1 / (1 + k r^2)^2, which is cos^4 of the ray's angle to the axis for
-    /// the k that loses `corner_darkening` in the farthest corner.
+    /// the k that loses `vignetting` in the farthest corner.
     pub fn transmission(&self, x: f64, y: f64) -> f64 {
         self.transmissions()(x, y)
     }
@@ -167,7 +167,7 @@ impl Optics {
         let corner = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)]
             .iter()
             .fold(f64::MIN_POSITIVE, |farthest, &(x, y)| farthest.max(square(x, y)));
-        let k = ((1.0 - self.corner_darkening).powf(-0.5) - 1.0) / corner;
+        let k = ((1.0 - self.vignetting).powf(-0.5) - 1.0) / corner;
         move |x, y| (1.0 + k * square(x, y)).powi(-2)
     }
 }
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn the_corner_loses_what_is_stated_and_the_axis_nothing() {
-        let optics = Optics { corner_darkening: 0.15, ..Optics::square(101, 300.0) };
+        let optics = Optics { vignetting: 0.15, ..Optics::square(101, 300.0) };
         assert!((optics.transmission(50.0, 50.0) - 1.0).abs() < 1e-12);
         assert!((optics.transmission(0.0, 100.0) - 0.85).abs() < 1e-12);
         // cos^4 falls with r^2 near the axis: a quarter of the radius loses about a sixteenth of the loss.

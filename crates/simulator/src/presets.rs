@@ -38,7 +38,7 @@ impl SimulatorConfig {
     }
 
     /// The tile with the faults of a real rig: camera 0.7 degrees rolled and 0.4 degrees panned, lens with a barrel distortion and 18 %
-    /// darkening, tile bowed by 0.3 mm, positions astray by 5 um, lamp that flickers by 0.3 %, sensor of 8 bit with noise at 45 dB
+    /// vignetting, tile bowed by 0.3 mm, positions astray by 5 um, lamp that flickers by 0.3 %, sensor of 8 bit with noise at 45 dB
     /// below full scale, a black level, 0.5 % difference between pixels and five hot ones. The tile has chess-boards along its
     /// edges, and there is a board for the hand that fills about half of the image's width. Each fault is gone when its field is
     /// zero, as in [`tile`](Self::tile).
@@ -47,7 +47,7 @@ impl SimulatorConfig {
         config.optics.roll_rad = 0.7_f64.to_radians();
         config.optics.pan_rad = 0.4_f64.to_radians();
         config.optics.distortion.k1 = -0.02;
-        config.optics.corner_darkening = 0.18;
+        config.optics.vignetting = 0.18;
         if let Scene::Tile { bow_mm, bands, .. } = &mut config.scene {
             *bow_mm = 0.3;
             *bands = Some(Bands { square_mm: 7.5, columns: 19, rows: 3 });

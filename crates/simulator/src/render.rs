@@ -26,7 +26,7 @@ pub(super) fn irradiance<F: Fn(f64, f64) -> (f64, f64) + Sync>(
     image.values_mut().par_chunks_mut(STRIP_ROWS * columns).enumerate().for_each(|(strip, out)| {
         render_strip(columns, rays, &shade, strip * STRIP_ROWS, &kernel, out);
     });
-    if optics.corner_darkening > 0.0 {
+    if optics.vignetting > 0.0 {
         let transmission = optics.transmissions();
         image.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, row)| {
             row.iter_mut()

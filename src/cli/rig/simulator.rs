@@ -59,7 +59,7 @@ fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
     let SimulatorConfig { scene, optics, sensor, step_error, .. } = config;
     (optics.roll_rad, optics.pan_rad) = (faults.roll_rad, faults.pan_rad);
     optics.distortion.k1 = faults.k1;
-    optics.corner_darkening = faults.darkening;
+    optics.vignetting = faults.vignetting;
     sensor.black_level_dn = faults.black_level_dn;
     sensor.pixel_gain_sigma = faults.pixel_gains;
     sensor.hot_pixels = faults.hot_pixels;

@@ -43,8 +43,8 @@ keys!(
         "Radial distortion of the simulated lens, of r^2; negative for a barrel"
     )
     .or("0"),
-    DARKENING = key(
-        "darkening",
+    VIGNETTING = key(
+        "vignetting",
         measure(PERCENT, Allowed::UpTo(90.0)),
         "18 %",
         "Share of the light that the lens loses in the farthest corner"

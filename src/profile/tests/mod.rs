@@ -65,7 +65,7 @@ fn the_real_rig_is_the_simulated_one_with_targets_and_faults() {
         roll_rad: 0.7 * std::f64::consts::PI / 180.0,
         pan_rad: 0.4 * std::f64::consts::PI / 180.0,
         k1: -0.02,
-        darkening: 0.18,
+        vignetting: 0.18,
         flicker: 0.003,
         step_error_um: 5.0,
         bow_mm: 0.3,

@@ -4,7 +4,7 @@ use super::outliers::replace;
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
-/// A pixel's light is (value - subtract) * multiply; pixels in `hot` have the mean of their good neighbours, corrected, instead.
+/// A pixel's light is (value - subtract) * multiply; pixels in `defective` have the mean of their good neighbours, corrected, instead.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Correction {
     /// Dark level, in DN. `None` for zero everywhere.
@@ -12,7 +12,7 @@ pub struct Correction {
     /// 1 over the gain, positive, whose mean is near 1. `None` for one everywhere.
     pub multiply: Option<Grid<f32>>,
     /// Columns and rows of the pixels that cannot be used, sorted.
-    pub hot: Vec<(usize, usize)>,
+    pub defective: Vec<(usize, usize)>,
 }
 
 impl Correction {
@@ -27,7 +27,7 @@ impl Correction {
     /// let correction = Correction {
     ///     subtract: Some(Grid::filled(1, 3, 2.0)),
     ///     multiply: Grid::from_values(1, 3, vec![1.0, 1.0, 0.5]),
-    ///     hot: vec![(1, 0)],
+    ///     defective: vec![(1, 0)],
     /// };
     /// assert_eq!(correction.applied(&frame).unwrap().values(), [10.0, 10.0, 10.0]);
     /// # Ok::<(), epirig_core::frame::FrameError>(())
@@ -35,7 +35,7 @@ impl Correction {
     pub fn applied(&self, frame: &Frame) -> Option<Grid<f32>> {
         let fits = |plane: &Grid<f32>| (plane.rows(), plane.columns()) == (frame.rows(), frame.columns());
         let all_fit = [&self.subtract, &self.multiply].into_iter().flatten().all(fits)
-            && self.hot.iter().all(|&(x, y)| x < frame.columns() && y < frame.rows());
+            && self.defective.iter().all(|&(x, y)| x < frame.columns() && y < frame.rows());
         if !all_fit {
             return None;
         }
@@ -46,7 +46,7 @@ impl Correction {
         if let Some(factor) = &self.multiply {
             light.values_mut().iter_mut().zip(factor.values()).for_each(|(light, factor)| *light *= factor);
         }
-        replace(&mut light, &self.hot);
+        replace(&mut light, &self.defective);
         Some(light)
     }
 }

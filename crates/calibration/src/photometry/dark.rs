@@ -12,7 +12,7 @@ use epirig_core::grid::Grid;
 /// noise and this share, 1.28 standard deviations from the end, the mean errs by 5 % of the noise at most, and by less where noise is of the size of a
 /// DN, because what is rounded to 0 is not cut off; beyond, soon by all of it.
 const MOST_ZEROS: f64 = 0.1;
-/// A hot pixel departs from its neighbours by more than this, in DN: less is lost in the rounding ...
+/// A defective pixel departs from its neighbours by more than this, in DN: less is lost in the rounding ...
 const LEAST_DEPARTURE_DN: f64 = 1.0;
 /// ... and by more than this over the root of the number of frames: six times half a DN, which noise may have where rounding hides it from
 /// the robust standard deviation.
@@ -51,9 +51,9 @@ pub struct DarkFrame {
     pub frames: usize,
 }
 
-/// Level, noise, fixed pattern and hot pixels from dark frames; they are summed up one after the other.
+/// Level, noise, fixed pattern and defective pixels from dark frames; they are summed up one after the other.
 ///
-/// A pixel is hot if its mean departs from the median of its neighbours by more than six robust standard deviations (of all pixels'
+/// A pixel is defective if its mean departs from the median of its neighbours by more than six robust standard deviations (of all pixels'
 /// departures) and by more than 1 DN (3 DN of a single frame).
 ///
 /// # Errors

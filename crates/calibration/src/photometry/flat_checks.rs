@@ -6,7 +6,7 @@ use super::grid::{Cell, CellGrid};
 use super::polynomial::{HIGHEST_ORDER, Polynomial};
 use epirig_core::frame::Frame;
 
-/// Samples at full scale that are allowed, in %: hot pixels of a poor sensor. More means that light was cut off.
+/// Samples at full scale that are allowed, in %: defective pixels of a poor sensor. More means that light was cut off.
 const MOST_SATURATED_PERCENT: f64 = 0.1;
 /// The darkest cell has at least this share of full scale: a dark level that is wrong by 0.04 DN of 8 bit moves the gain there by 0.3 %.
 const LEAST_LEVEL: f64 = 0.05;
@@ -16,7 +16,7 @@ const MOST_LAMP_PERCENT: f64 = 10.0;
 /// A cell of a frame may differ from the mean of all by this, apart from the brightness as a whole, in %: of eight frames or more one
 /// alone then moves the gain by less than 0.13 %.
 const MOST_CHANGE_PERCENT: f64 = 1.0;
-/// A cell may depart from the smooth field by this, in %. Order 8 follows cos^4 with 40 % of darkening to 0.03 %; dust on the sensor, 30 px
+/// A cell may depart from the smooth field by this, in %. Order 8 follows cos^4 with 40 % of vignetting to 0.03 %; dust on the sensor, 30 px
 /// wide and 10 % dark, changes the mean of a cell of 100 x 100 px by 0.7 %.
 const MOST_STRUCTURE_PERCENT: f64 = 1.0;
 /// So large a share of the cells may depart: dust and scratches, no edge of a shadow, which crosses ten cells of a hundred and more.
@@ -24,7 +24,7 @@ const MOST_CELLS: f64 = 0.05;
 /// Or by so many standard deviations of the noise, whichever is more: of 100 cells in 100 frames none.
 const SIGMAS: f64 = 6.0;
 
-/// No samples at full scale but for hot pixels.
+/// No samples at full scale but for defective pixels.
 pub(super) fn check_saturation(frames: &[Frame]) -> Result<(), PhotometryError> {
     let samples: usize = frames.iter().map(|frame| frame.samples().len()).sum();
     let full: usize = frames.iter().map(|frame| frame.samples().count_at_least(frame.full_scale())).sum();

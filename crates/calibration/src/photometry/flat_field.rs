@@ -54,7 +54,7 @@ pub struct FlatField {
     pub residual_rms_percent: f64,
     /// How much darker the darkest corner is than the brightest place, in %, as a polynomial has it: the model, or for a map the polynomial
     /// of the highest order that its cells determine.
-    pub corner_darkening_percent: f64,
+    pub vignetting_percent: f64,
     /// The cross-validation, simplest model first; empty unless the method is [`FlatMethod::Automatic`].
     pub trials: Vec<Trial>,
     /// Standard deviation of the correction by the noise of the flat frames, in %, root mean square over the image; for a single
@@ -121,7 +121,7 @@ pub fn flat_field(
     let residuals = residuals_percent(&flat.grid, &gain);
     let field = FlatField {
         method,
-        corner_darkening_percent: smooth.as_ref().map_or(0.0, corner_darkening_percent),
+        vignetting_percent: smooth.as_ref().map_or(0.0, vignetting_percent),
         residual_rms_percent: root_mean_square(&residuals),
         residual_percent: flat.grid.table(&residuals),
         sigma_percent: sigma_percent(&flat, &model, &residuals),
@@ -153,9 +153,9 @@ fn take_up(frames: &[Frame], dark: Option<&DarkFrame>) -> Result<Flat, Photometr
             kind: if by > 0.0 { OutlierKind::Sensitive } else { OutlierKind::Dead },
         })
         .collect();
-    let hot = dark.iter().flat_map(|dark| &dark.outliers);
+    let defective = dark.iter().flat_map(|dark| &dark.outliers);
     let mut bad: Vec<(usize, usize)> =
-        outliers.iter().chain(hot).map(|outlier| (outlier.x, outlier.y)).collect();
+        outliers.iter().chain(defective).map(|outlier| (outlier.x, outlier.y)).collect();
     bad.sort_unstable();
     bad.dedup();
     replace(&mut mean, &bad);
@@ -237,7 +237,7 @@ fn sigma_percent(flat: &Flat, model: &FlatModel, residuals_percent: &[f64]) -> O
 }
 
 /// Of the darkest corner against the brightest of all pixels.
-fn corner_darkening_percent(model: &Polynomial) -> f64 {
+fn vignetting_percent(model: &Polynomial) -> f64 {
     let (right, bottom) = ((model.columns() - 1) as f64, (model.rows() - 1) as f64);
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
     let darkest = corners.map(|(x, y)| model.at(x, y)).into_iter().fold(f64::INFINITY, f64::min);

@@ -10,7 +10,7 @@
 //! place, edge pixels of contrast C that are alike over l px, and n windows of W x H, e C sqrt(2 l / H) / (W sqrt n) of the mean; for 0.1 px, 30 %,
 //! 2 px, and 100 windows of 16 x 16, 0.01 %. The standard deviations that are given are from the scatter of the windows, so both are in them.
 //!
-//! What cannot be told from flicker: a darkening that is left in the frames and grows along the way of the surface. It is to be corrected
+//! What cannot be told from flicker: a vignetting that is left in the frames and grows along the way of the surface. It is to be corrected
 //! before.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -112,7 +112,7 @@ pub enum GainError {
     Frame(#[from] FrameError),
 }
 
-/// The gain of every frame from a volume that is rectified and corrected for dark level and darkening, and whose surface mainly has a
+/// The gain of every frame from a volume that is rectified and corrected for dark level and vignetting, and whose surface mainly has a
 /// disparity of `disparity_px`, which need be right to about a px (signed, over the whole baseline).
 ///
 /// # Errors

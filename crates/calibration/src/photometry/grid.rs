@@ -7,7 +7,7 @@ use epirig_core::grid::Grid;
 
 /// Cells across and down, as in the paper. Smaller images have a cell for each pixel.
 const CELLS: usize = 10;
-/// Pixels that depart by more than so many robust standard deviations from their cell's median do not count. Within a cell darkening is
+/// Pixels that depart by more than so many robust standard deviations from their cell's median do not count. Within a cell vignetting is
 /// a ramp; the median absolute deviation of a ramp is a quarter of its height, so that it keeps 1.9 times its height to either side, and
 /// is never cut. Of Gaussian noise one in two million is lost, on either side alike.
 const CUT: f64 = 5.0;
@@ -23,7 +23,7 @@ pub struct Cell {
     pub columns: Range<usize>,
     /// Rows that it covers.
     pub rows: Range<usize>,
-    /// Mean of its pixels, without hot and dead ones.
+    /// Mean of its pixels, without defective ones.
     pub mean: f64,
     /// Pixels that count.
     pub pixels: usize,

@@ -50,7 +50,7 @@ pub struct Linearity {
 
 impl Linearity {
     /// The usual limit, in % of full scale. A response that bends like a parabola and departs from its best line by e leaves up to 0.9 e of
-    /// a darkening of 30 %, if the flat frames are half as bright as the object: 6 e (0.5 - 0.35). A flat field is good to 0.3 %.
+    /// a vignetting of 30 %, if the flat frames are half as bright as the object: 6 e (0.5 - 0.35). A flat field is good to 0.3 %.
     pub const USUAL_LIMIT_PERCENT: f64 = 0.33;
 
     /// Whether the response is a straight line within the limit.
@@ -98,7 +98,7 @@ pub enum LinearityError {
     },
 }
 
-/// The straight line through the levels of each cell, and the largest departure from it. Cells have lines of their own, because darkening gives each its
+/// The straight line through the levels of each cell, and the largest departure from it. Cells have lines of their own, because vignetting gives each its
 /// own slope.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Two-dimensional polynomials over an image: smooth fields such as the darkening of a lens.
+//! Two-dimensional polynomials over an image: smooth fields such as the vignetting of a lens.
 
 use std::ops::Range;
 

@@ -17,7 +17,7 @@ pub struct PhotometryOptions {
     /// Divide by the flat field, found by this method.
     pub flat_field: Option<FlatMethod>,
     /// Replace pixels that cannot be used.
-    pub hot_pixels: bool,
+    pub defective_pixels: bool,
     /// Divide each frame by its own gain, which [`frame_gains`](super::frame_gains) finds once the frames are rectified.
     pub frame_gain: bool,
 }
@@ -25,7 +25,7 @@ pub struct PhotometryOptions {
 impl Default for PhotometryOptions {
     /// Everything, with an automatic flat field.
     fn default() -> Self {
-        Self { dark: true, flat_field: Some(FlatMethod::Automatic), hot_pixels: true, frame_gain: true }
+        Self { dark: true, flat_field: Some(FlatMethod::Automatic), defective_pixels: true, frame_gain: true }
     }
 }
 
@@ -82,7 +82,7 @@ pub struct Photometry {
     /// Flat field.
     pub flat_field: Outcome<FlatField>,
     /// Pixels that are replaced, by column and row; what dark and what flat frames show.
-    pub hot_pixels: Outcome<Vec<Outlier>>,
+    pub defective_pixels: Outcome<Vec<Outlier>>,
 }
 
 /// Maps that belong to a record; each is there only if the record says so.
@@ -113,17 +113,18 @@ impl Photometry {
                 return Err(PhotometryError::Shapes { what, index, found, expected });
             }
         }
-        let dark_is_wanted = (options.dark || options.hot_pixels) && !dark.is_empty();
+        let dark_is_wanted = (options.dark || options.defective_pixels) && !dark.is_empty();
         let found_dark = if dark_is_wanted { Some(dark_frame(dark)?) } else { None };
         let subtracted = found_dark.as_ref().filter(|_| options.dark);
-        let flat_is_wanted = (options.flat_field.is_some() || options.hot_pixels) && !flat.is_empty();
+        let flat_is_wanted = (options.flat_field.is_some() || options.defective_pixels) && !flat.is_empty();
         let method = options.flat_field.unwrap_or(FlatMethod::Polynomial(0));
         let found_flat = if flat_is_wanted { Some(flat_field(flat, subtracted, method)?) } else { None };
         let mut outliers: Vec<Outlier> =
             found_dark.iter().flat_map(|dark| dark.outliers.iter().copied()).collect();
         outliers.extend(found_flat.iter().flat_map(|(field, _)| field.outliers.iter().copied()));
         outliers.sort_by_key(|outlier| (outlier.x, outlier.y));
-        let hot_pixels = match (options.hot_pixels, found_dark.is_some() || found_flat.is_some()) {
+        let defective_pixels = match (options.defective_pixels, found_dark.is_some() || found_flat.is_some())
+        {
             (false, _) => Outcome::SwitchedOff,
             (true, false) => Outcome::NotApplied(
                 "there are neither dark nor flat frames, which show bad pixels".to_owned(),
@@ -166,7 +167,7 @@ impl Photometry {
                 Outcome::Applied(field)
             }
         };
-        Ok((Self { rows, columns, options, dark, flat_field, hot_pixels }, maps))
+        Ok((Self { rows, columns, options, dark, flat_field, defective_pixels }, maps))
     }
 
     /// Which maps the record needs: of the dark frame, of the flat field.
@@ -205,10 +206,10 @@ impl Photometry {
             return Err(PhotometryError::NotPositive);
         }
         let outside = |outlier: &&Outlier| outlier.x < columns && outlier.y < rows;
-        let outliers = self.hot_pixels.applied().into_iter().flatten().filter(outside);
-        let mut hot: Vec<(usize, usize)> = outliers.map(|outlier| (outlier.x, outlier.y)).collect();
-        hot.sort_unstable();
-        hot.dedup();
-        Ok(Correction { subtract, multiply: gain.map(|gain| gain.map(|gain| 1.0 / gain)), hot })
+        let outliers = self.defective_pixels.applied().into_iter().flatten().filter(outside);
+        let mut defective: Vec<(usize, usize)> = outliers.map(|outlier| (outlier.x, outlier.y)).collect();
+        defective.sort_unstable();
+        defective.dedup();
+        Ok(Correction { subtract, multiply: gain.map(|gain| gain.map(|gain| 1.0 / gain)), defective })
     }
 }

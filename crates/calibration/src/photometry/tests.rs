@@ -26,8 +26,8 @@ fn series(frames: u64, seed: u64, noise_dn: f64, light: impl Fn(usize, usize) ->
     (0..frames).map(|frame| noisy(noise_dn, 1000 * seed + frame, &light)).collect()
 }
 
-fn darkened(corner_darkening: f64) -> Optics {
-    Optics { corner_darkening, ..SimulatorConfig::textured_plane(COLUMNS, ROWS, 3).optics }
+fn darkened(vignetting: f64) -> Optics {
+    Optics { vignetting, ..SimulatorConfig::textured_plane(COLUMNS, ROWS, 3).optics }
 }
 
 fn flats(optics: &Optics, frames: u64, seed: u64) -> Vec<Frame> {
@@ -54,10 +54,10 @@ fn worst_percent(gain: &Grid<f32>, optics: &Optics) -> f64 {
 }
 
 #[test]
-fn less_than_three_thousandths_of_the_darkening_are_left() {
-    for (index, darkening) in [0.0, 0.15, 0.25, 0.4].into_iter().enumerate() {
+fn less_than_three_thousandths_of_the_vignetting_are_left() {
+    for (index, vignetting) in [0.0, 0.15, 0.25, 0.4].into_iter().enumerate() {
         for frames in [4, 16] {
-            let optics = darkened(darkening);
+            let optics = darkened(vignetting);
             let found =
                 flat_field(&flats(&optics, frames, index as u64), None, FlatMethod::Automatic).unwrap();
             let gain = gain(&found);
@@ -68,7 +68,7 @@ fn less_than_three_thousandths_of_the_darkening_are_left() {
             let (worst, noise) = (worst_percent(&gain, &optics), found.0.sigma_percent.unwrap());
             assert!(
                 worst < 0.3 + 4.0 * noise,
-                "{darkening}, {frames} frames: {worst} %, {:?}",
+                "{vignetting}, {frames} frames: {worst} %, {:?}",
                 found.0.trials
             );
             assert!(
@@ -76,16 +76,16 @@ fn less_than_three_thousandths_of_the_darkening_are_left() {
                 "a map has noise only: {:?}",
                 found.0.trials
             );
-            let corner = found.0.corner_darkening_percent;
-            assert!((corner - 100.0 * darkening).abs() < 0.4, "{darkening}: {corner} %");
+            let corner = found.0.vignetting_percent;
+            assert!((corner - 100.0 * vignetting).abs() < 0.4, "{vignetting}: {corner} %");
         }
     }
 }
 
 #[test]
-fn the_paper_s_polynomial_will_do_for_little_darkening_and_not_for_much() {
-    let worst = |darkening: f64| {
-        let optics = darkened(darkening);
+fn the_paper_s_polynomial_will_do_for_little_vignetting_and_not_for_much() {
+    let worst = |vignetting: f64| {
+        let optics = darkened(vignetting);
         let found = flat_field(&flats(&optics, 8, 3), None, FlatMethod::Polynomial(3)).unwrap();
         assert!(found.0.trials.is_empty() && found.0.residual_percent.len() == 10);
         (worst_percent(&gain(&found), &optics), found.0.residual_rms_percent)
@@ -194,15 +194,15 @@ fn flicker_and_dust_are_no_reason_to_refuse() {
         .map(|index| noisy(1.4, index, |x, y| (190.0 + 3.0 * (index % 3) as f64) * light(x, y)))
         .collect();
     let (field, _) = flat_field(&frames, None, FlatMethod::Polynomial(6)).unwrap();
-    // The lamp's 1.5 % do not count as noise of the pixels: 1.4 / 193 x sqrt(28 / 100 / 192 / 8), darkening makes it more.
+    // The lamp's 1.5 % do not count as noise of the pixels: 1.4 / 193 x sqrt(28 / 100 / 192 / 8), vignetting makes it more.
     let expected = 100.0 * 1.43 / 193.0 * (28.0 / 100.0 / 192.0 / 8.0_f64).sqrt();
     assert!((field.sigma_percent.unwrap() / expected - 1.0).abs() < 0.15, "{field:?}");
 }
 
 #[test]
-fn dark_frames_tell_level_noise_pattern_and_hot_pixels() {
-    let hot = |x: usize, y: usize| if (x, y) == (30, 20) { 40.0 } else { 0.0 };
-    let found = dark_frame(&series(16, 1, 1.4, |x, y| 12.3 + hot(x, y))).unwrap();
+fn dark_frames_tell_level_noise_pattern_and_defective_pixels() {
+    let defective = |x: usize, y: usize| if (x, y) == (30, 20) { 40.0 } else { 0.0 };
+    let found = dark_frame(&series(16, 1, 1.4, |x, y| 12.3 + defective(x, y))).unwrap();
     // 307 200 samples of 1.43 DN: the mean to 0.0026 DN, the noise to 0.13 %; four of those.
     assert!((found.level_dn - 12.3).abs() < 0.011, "{}", found.level_dn);
     let noise_dn = (1.4_f64.powi(2) + 1.0 / 12.0).sqrt();
@@ -247,7 +247,7 @@ fn pixels_that_only_flat_frames_show_are_found_and_replaced() {
     let (record, maps) =
         Photometry::find(&[], &frames, (ROWS, COLUMNS), PhotometryOptions::default()).unwrap();
     let correction = record.correction(&maps).unwrap();
-    assert_eq!(correction.hot, [dead, weak], "{:?}", record.hot_pixels);
+    assert_eq!(correction.defective, [dead, weak], "{:?}", record.defective_pixels);
     let corrected = correction.applied(&frames[0]).unwrap();
     // The mean of eight pixels with 1.4 DN.
     assert!((corrected.at(20, 30) - 200.0).abs() < 4.0 * 0.5, "{}", corrected.at(20, 30));
@@ -287,7 +287,8 @@ fn the_record_makes_the_same_correction_again() {
 #[test]
 fn each_part_can_be_switched_off() {
     let (dark, flat) = (series(4, 1, 1.4, |_, _| 12.0), series(4, 2, 1.4, |_, _| 150.0));
-    let options = PhotometryOptions { dark: false, flat_field: None, hot_pixels: false, frame_gain: false };
+    let options =
+        PhotometryOptions { dark: false, flat_field: None, defective_pixels: false, frame_gain: false };
     let (record, maps) = Photometry::find(&dark, &flat, (ROWS, COLUMNS), options).unwrap();
     assert_eq!((&record.dark, &record.flat_field), (&Outcome::SwitchedOff, &Outcome::SwitchedOff));
     assert_eq!(record.correction(&maps).unwrap(), Correction::default());

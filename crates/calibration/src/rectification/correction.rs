@@ -15,7 +15,7 @@ pub(super) struct Replaced {
 /// Farthest that a good neighbour may be, in px: farther off the picture is another one.
 const FARTHEST_PX: usize = 3;
 
-/// Checks sizes and values against the raw frames, and finds the neighbours of the hot pixels, in the order of their rows.
+/// Checks sizes and values against the raw frames, and finds the neighbours of the defective pixels, in the order of their rows.
 pub(super) fn prepared(
     correction: &Correction,
     rows: usize,
@@ -40,21 +40,21 @@ pub(super) fn prepared(
             });
         }
     }
-    let mut hot: Vec<_> = correction.hot.iter().map(|&(x, y)| (y, x)).collect();
-    hot.sort_unstable();
-    hot.dedup();
-    let good = |x: usize, y: usize| hot.binary_search(&(y, x)).is_err();
+    let mut defective: Vec<_> = correction.defective.iter().map(|&(x, y)| (y, x)).collect();
+    defective.sort_unstable();
+    defective.dedup();
+    let good = |x: usize, y: usize| defective.binary_search(&(y, x)).is_err();
     let replaced = |&(y, x): &(usize, usize)| {
         if x >= columns || y >= rows {
-            return Err(RectifyError::Hot { x, y });
+            return Err(RectifyError::Defective { x, y });
         }
         (1..=FARTHEST_PX)
             .map(|reach| around(x, y, reach, rows, columns).filter(|&(x, y)| good(x, y)).collect())
             .find(|neighbours: &Vec<_>| !neighbours.is_empty())
             .map(|neighbours| Replaced { x, y, neighbours })
-            .ok_or(RectifyError::Hot { x, y })
+            .ok_or(RectifyError::Defective { x, y })
     };
-    hot.iter().map(replaced).collect()
+    defective.iter().map(replaced).collect()
 }
 
 /// What a sample of pixel (`x`, `y`) becomes.
@@ -84,8 +84,8 @@ mod tests {
     use epirig_core::grid::Grid;
 
     #[test]
-    fn hot_pixels_take_their_good_neighbours() {
-        let correction = Correction { hot: vec![(1, 0), (0, 0), (1, 0)], ..Correction::default() };
+    fn defective_pixels_take_their_good_neighbours() {
+        let correction = Correction { defective: vec![(1, 0), (0, 0), (1, 0)], ..Correction::default() };
         let replaced = prepared(&correction, 3, 4).unwrap();
         assert_eq!(replaced.len(), 2);
         assert_eq!(replaced[0].neighbours, [(0, 1), (1, 1)]);
@@ -101,9 +101,9 @@ mod tests {
         gain.multiply.as_mut().unwrap().row_mut(2)[1] = f32::NAN;
         assert_eq!(prepared(&gain, 3, 4), Err(RectifyError::CorrectionValue { plane: "gain", x: 1, y: 2 }));
         let all = (0..12).map(|index| (index % 4, index / 4)).collect();
-        let all = Correction { hot: all, ..Correction::default() };
-        assert_eq!(prepared(&all, 3, 4), Err(RectifyError::Hot { x: 0, y: 0 }));
-        let outside = Correction { hot: vec![(4, 0)], ..Correction::default() };
-        assert_eq!(prepared(&outside, 3, 4), Err(RectifyError::Hot { x: 4, y: 0 }));
+        let all = Correction { defective: all, ..Correction::default() };
+        assert_eq!(prepared(&all, 3, 4), Err(RectifyError::Defective { x: 0, y: 0 }));
+        let outside = Correction { defective: vec![(4, 0)], ..Correction::default() };
+        assert_eq!(prepared(&outside, 3, 4), Err(RectifyError::Defective { x: 4, y: 0 }));
     }
 }

@@ -55,7 +55,7 @@ pub enum RectifyError {
     },
     /// A correction that is no number, or infinite.
     #[error(
-        "the {plane} frame has no finite value at ({x}, {y}); list that pixel as hot and give it any value"
+        "the {plane} frame has no finite value at ({x}, {y}); list that pixel as defective and give it any value"
     )]
     CorrectionValue {
         /// Which: what is subtracted ("dark") or multiplied ("gain").
@@ -65,11 +65,11 @@ pub enum RectifyError {
         /// Row.
         y: usize,
     },
-    /// A hot pixel has no good neighbour to be replaced by, or lies outside the raw image.
+    /// A defective pixel has no good neighbour to be replaced by, or lies outside the raw image.
     #[error(
-        "the hot pixel ({x}, {y}) cannot be replaced: it lies outside the frame, or no good pixel is near"
+        "the defective pixel ({x}, {y}) cannot be replaced: it lies outside the frame, or no good pixel is near"
     )]
-    Hot {
+    Defective {
         /// Column.
         x: usize,
         /// Row.

@@ -145,7 +145,7 @@ fn frames_are_corrected_before_they_are_resampled() {
         let values = (0..ROWS * COLUMNS).map(|i| value((i % COLUMNS) as f64, (i / COLUMNS) as f64) as f32);
         Grid::from_values(ROWS, COLUMNS, values.collect())
     };
-    let correction = Correction { subtract: of(&dark), multiply: of(&gain), hot: Vec::new() };
+    let correction = Correction { subtract: of(&dark), multiply: of(&gain), defective: Vec::new() };
     let raw = frame(16, |x, y| scene(x, y) / gain(x, y) + dark(x, y));
     let clean = frame(16, scene);
     let found = rectified(rig(), correction.clone(), std::slice::from_ref(&raw));
@@ -163,12 +163,12 @@ fn frames_are_corrected_before_they_are_resampled() {
 }
 
 #[test]
-fn hot_pixels_leave_no_trace() {
-    let hot = vec![(50, 60), (51, 60), (199, 0), (120, 64)];
-    let places: Vec<(f64, f64)> = hot.iter().map(|&(x, y)| (f64::from(x), f64::from(y))).collect();
+fn defective_pixels_leave_no_trace() {
+    let defective = vec![(50, 60), (51, 60), (199, 0), (120, 64)];
+    let places: Vec<(f64, f64)> = defective.iter().map(|&(x, y)| (f64::from(x), f64::from(y))).collect();
     let raw = frame(12, |x, y| if places.contains(&(x, y)) { 4095.0 } else { 1000.0 });
-    let hot = hot.into_iter().map(|(x, y)| (x as usize, y as usize)).collect();
-    let found = rectified(rig(), Correction { hot, ..Correction::default() }, &[raw]);
+    let defective = defective.into_iter().map(|(x, y)| (x as usize, y as usize)).collect();
+    let found = rectified(rig(), Correction { defective, ..Correction::default() }, &[raw]);
     // A count is 1/8 DN.
     assert!(plane(&found, 0).values().iter().all(|value| (value - 1000.0).abs() <= 0.125));
 }

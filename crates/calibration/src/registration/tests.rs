@@ -148,7 +148,7 @@ fn frames_that_show_different_things_are_refused() {
     // The same vignette does not make them alike.
     let dark = |seed: u64| {
         plane(160, 120, |config| {
-            config.optics.corner_darkening = 0.6;
+            config.optics.vignetting = 0.6;
             config.texture = Texture { seed, ..config.texture };
         })
     };

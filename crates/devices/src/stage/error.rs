@@ -9,7 +9,7 @@ use crate::link::LinkError;
 #[non_exhaustive]
 pub enum StageError {
     /// The stage does not know where it is.
-    #[error("the stage has not been homed, so its position is unknown; home it first (`epirig home`)")]
+    #[error("the stage has not been homed, so its position is unknown; home it first (`epirig stage home`)")]
     NotHomed,
     /// The position lies outside the travel.
     #[error(

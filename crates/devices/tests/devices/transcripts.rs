@@ -10,7 +10,7 @@ use epirig_devices::stage::simulator::{GrblDevice, NativeDevice, ZaberDevice};
 use epirig_devices::stage::zaber::ZaberOptions;
 use epirig_devices::stage::{GrblStage, MotionLimits, NativeStage, Stage, StageError, ZaberStage};
 
-/// Recorded from the Uno firmware, running in a simulated processor, with `epirig move 1.5 --home --transcript FILE`.
+/// Recorded from the Uno firmware, running in a simulated processor, with `epirig stage move 1.5 --home --transcript FILE`.
 const UNO_SESSION: &str = include_str!("data/native-uno-session.txt");
 
 #[derive(Clone, Default)]

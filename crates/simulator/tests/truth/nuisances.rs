@@ -51,7 +51,7 @@ fn saddle(picture: &Grid<f32>, (mut x, mut y): (f64, f64)) -> (f64, f64) {
 /// The tile of a real rig with light alike everywhere, and a blur that pixels resolve, so that saddles are where corners are.
 fn evenly_lit() -> SimulatorConfig {
     let mut config = SimulatorConfig::real_tile(512, 11);
-    config.optics.corner_darkening = 0.0;
+    config.optics.vignetting = 0.0;
     config.optics.point_spread_sigma_px = 1.0;
     config.optics.distortion = Distortion { k1: -0.02, k2: 0.3, p1: 0.001, p2: -0.002, k3: 0.1 };
     config

@@ -1,6 +1,6 @@
-//! `epirig home`, `move`, `stop` and `where`.
+//! `epirig stage home`, `move`, `position` and `stop`.
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use super::rig::{Options, RigArgument, StageArguments, Stages, home};
@@ -9,15 +9,46 @@ use crate::profile::Profile;
 use epirig_devices::link::{LinkError, ask_holder_to_stop};
 use epirig_devices::stage::{Stage, StageSource};
 
+/// Move the stage: home it, send it to a position, ask for its position, stop it
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig stage home
+  epirig stage move 12.5
+  epirig stage position --json
+  epirig stage stop")]
+pub(super) struct StageVerb {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    Home(Home),
+    Move(Move),
+    Position(Position),
+    Stop(Stop),
+}
+
+impl StageVerb {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        match self.what {
+            What::Home(verb) => verb.run(talk),
+            What::Move(verb) => verb.run(talk),
+            What::Position(verb) => verb.run(talk),
+            What::Stop(verb) => verb.run(talk),
+        }
+    }
+}
+
 /// Find the stage's home position
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  epirig home                                     the only USB serial port, epirig's own firmware
-  epirig home --driver grbl --port /dev/ttyUSB0
-  epirig home --driver sim                        no hardware needed
+  epirig stage home                                     the only USB serial port, epirig's own firmware
+  epirig stage home --driver grbl --port /dev/ttyUSB0
+  epirig stage home --driver sim                        no hardware needed
 
 Ctrl-C stops the stage; a second Ctrl-C stops it at once.")]
-pub(super) struct Home {
+struct Home {
     #[command(flatten)]
     stage: WhichStage,
 }
@@ -25,13 +56,13 @@ pub(super) struct Home {
 /// Move the stage to a position, in mm from home
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  epirig move 12.5
-  epirig move --by -1.5
-  epirig move 12.5 --approach-mm 0.5              ends upwards, against backlash
-  epirig move 12.5 --home --driver sim            no hardware needed
+  epirig stage move 12.5
+  epirig stage move --by -1.5
+  epirig stage move 12.5 --approach-mm 0.5              ends upwards, against backlash
+  epirig stage move 12.5 --home --driver sim            no hardware needed
 
 The stage must have been homed. The move counts when the stage reports to be there. Ctrl-C stops the stage.")]
-pub(super) struct Move {
+struct Move {
     /// Where to, in mm from home
     #[arg(value_name = "MM", allow_negative_numbers = true, required_unless_present = "by")]
     to: Option<f64>,
@@ -47,18 +78,18 @@ pub(super) struct Move {
 
 /// Stop the stage
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  epirig stop --port /dev/ttyACM0
+#[command(after_help = "Example:\n  epirig stage stop --port /dev/ttyACM0
 
 If another epirig has the port, it is told to stop the stage.")]
-pub(super) struct Stop {
+struct Stop {
     #[command(flatten)]
     stage: WhichStage,
 }
 
-/// Say where the stage is
+/// Say the position of the stage
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  epirig where --json")]
-pub(super) struct Where {
+#[command(after_help = "Example:\n  epirig stage position --json")]
+struct Position {
     #[command(flatten)]
     stage: WhichStage,
 }
@@ -86,7 +117,7 @@ impl WhichStage {
 }
 
 #[derive(Serialize)]
-struct Position {
+struct Report {
     stage: String,
     /// `None` if it is not known.
     position_mm: Option<f64>,
@@ -98,7 +129,7 @@ struct Position {
 
 fn tell(stage: &mut dyn Stage, talk: &Talk) -> Result<(), CliError> {
     let state = stage.state()?;
-    let position = Position {
+    let report = Report {
         stage: stage.identity().to_string(),
         position_mm: state.position_mm,
         travel_mm: stage.travel_mm(),
@@ -106,17 +137,17 @@ fn tell(stage: &mut dyn Stage, talk: &Talk) -> Result<(), CliError> {
         at_limit: state.at_limit,
         home_shift_mm: stage.home_shift_mm(),
     };
-    talk.result(&position, || {
+    talk.result(&report, || {
         let place =
-            position.position_mm.map_or("position unknown: not homed".to_owned(), |mm| format!("{mm:.4} mm"));
-        let moving = if position.moving { ", moving" } else { "" };
-        let limit = if position.at_limit { ", at a limit switch" } else { "" };
+            report.position_mm.map_or("position unknown: not homed".to_owned(), |mm| format!("{mm:.4} mm"));
+        let moving = if report.moving { ", moving" } else { "" };
+        let limit = if report.at_limit { ", at a limit switch" } else { "" };
         format!("{place}{moving}{limit}\n")
     })
 }
 
 impl Home {
-    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
         let mut stage = self.stage.connect(talk)?;
         home(&mut *stage, talk)?;
         tell(&mut *stage, talk)
@@ -124,7 +155,7 @@ impl Home {
 }
 
 impl Move {
-    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
         let mut stage = self.stage.connect(talk)?;
         if self.home {
             home(&mut *stage, talk)?;
@@ -139,7 +170,7 @@ impl Move {
 }
 
 impl Stop {
-    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
         match self.stage.connect(talk) {
             Ok(mut stage) => {
                 stage.stop()?;
@@ -158,8 +189,8 @@ impl Stop {
     }
 }
 
-impl Where {
-    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+impl Position {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
         tell(&mut *self.stage.connect(talk)?, talk)
     }
 }
