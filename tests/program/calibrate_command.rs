@@ -211,7 +211,7 @@ fn a_calibration_that_does_not_fit_the_frames_is_not_used() {
     let other = good.replacen("\"sequence_uid\": \"", "\"sequence_uid\": \"x", 1);
     for (text, words) in [
         (&good[..good.len() / 2], &["calibration.json", "--overwrite"][..]),
-        (&good.replace("\"format\": 2", "\"format\": 3"), &["version 3", "reads version 2"]),
+        (&good.replace("\"format\": 3", "\"format\": 4"), &["version 4", "reads version 3"]),
         (&other, &["stale", "another sequence", "--as-captured"]),
         (&short, &["8 positions for 9 frames"]),
         (&huge, &["1000000000 x"]),

@@ -98,7 +98,8 @@ impl PixelLocking {
 /// If there is no frame `reference`.
 ///
 /// ```
-/// use epirig::{epi::locking_factor, tau::Tau};
+/// use epirig_core::tau::Tau;
+/// use epirig_matcher::locking_factor;
 /// let tau = Tau::equidistant(100)?;
 /// // 99.4 px: every frame moves by a little more than a pixel.
 /// assert!(locking_factor(&tau, 50, 99.4, 1).abs() > 2.0);
