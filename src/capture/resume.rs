@@ -61,6 +61,15 @@ pub fn resume(
         rig.progress.note("the scan is complete already: nothing is to be done");
         return Ok(sequence.stop().and_then(|stop| stop.closure.clone()));
     }
+    for &index in &missing {
+        let file = FrameKind::Scan.file(index);
+        // A program that is killed between writing a frame and naming it leaves one such file.
+        if folder.join(&file).symlink_metadata().is_ok()
+            && !sequence.frames().iter().any(|frame| frame.index == index)
+        {
+            rig.progress.note(&format!("note: no line of the journal names {file}; it is taken again"));
+        }
+    }
     let goes_on = || -> Result<_, CaptureError> {
         let mut scan = Scan::begin(rig, plan, Some(set))?;
         // What differs is for the person to judge, and for the picture.

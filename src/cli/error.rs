@@ -120,6 +120,14 @@ impl From<StageError> for CliError {
 }
 
 impl CliError {
+    /// One line, whatever words of a file or a device stand in it; of a profile a line for each mistake.
+    pub(super) fn in_words(&self) -> String {
+        match self {
+            Self::Profile(error) => error.to_string(),
+            other => other.to_string().replace('\n', "\u{fffd}"),
+        }
+    }
+
     /// The exit code of the error's kind, as listed in `--help`.
     pub(super) fn exit_code(&self) -> u8 {
         match self {

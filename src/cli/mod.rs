@@ -140,7 +140,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             talk.clear();
-            tell(&format!("error: {error}"));
+            tell(&format!("error: {}", error.in_words()));
             ExitCode::from(error.exit_code())
         }
     }

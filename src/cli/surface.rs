@@ -120,6 +120,16 @@ impl Surface {
                 results.display()
             ))
         })?;
+        // Of the same maps with the same geometry it is the same, but for rounding in the record.
+        let told_mm = matched.distance_mm.unwrap_or(f64::NAN);
+        let is_told = (told_mm - heights.distance_mm).abs() <= 1e-9 * heights.distance_mm.abs();
+        if !is_told || matched.reference >= sequence.record().frames {
+            return Err(CliError::Integrity(format!(
+                "{}: match.json tells another distance ({told_mm} mm) or reference frame than maps and calibration ({} mm); match the sequence again",
+                results.display(),
+                heights.distance_mm
+            )));
+        }
         let region = self.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
         let (rows, columns) = (disparity.rows(), disparity.columns());
         if region.is_some_and(|region| !region.fits(rows, columns)) {

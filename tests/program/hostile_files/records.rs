@@ -26,7 +26,7 @@ fn positions_that_contradict_each_other_are_refused() {
 #[test]
 fn whatever_is_told_twice_has_to_agree() {
     type Change = fn(&mut Vec<serde_json::Value>);
-    let changes: [(Change, &[&str]); 9] = [
+    let changes: [(Change, &[&str]); 16] = [
         (|lines| lines[2]["bytes"] = 7.into(), &["0002.png", "7 bytes"]),
         (|lines| lines[2]["mean_dn"] = 12.5.into(), &["0002.png", "12.5"]),
         (|lines| lines[2]["saturated"] = 1.into(), &["at full scale"]),
@@ -44,6 +44,24 @@ fn whatever_is_told_twice_has_to_agree() {
         (|lines| lines[2]["certificate"]["saturated_share"] = 0.005.into(), &["frame 2", "full scale"]),
         (|lines| lines[2]["exposure"]["exposure_start_ns"] = 0.into(), &["frame 2", "at rest"]),
         (|lines| lines[2]["index"] = 3.into(), &["frame 3", "twice"]),
+        (
+            |lines| {
+                // Within its own tolerance.
+                lines[3]["certificate"]["position_tolerance_mm"] = 100.0.into();
+                lines[3]["certificate"]["readings_mm"] = serde_json::json!([15.3, 15.3]);
+                lines[3]["reported_mm"] = 15.3.into();
+            },
+            &["frame 3", "other limits"],
+        ),
+        (|lines| lines[3]["certificate"]["saturated_limit"] = 1.0.into(), &["frame 3", "other limits"]),
+        (|lines| lines[3]["certificate"]["controls_as_set"] = 77.into(), &["frame 3", "other limits"]),
+        (|lines| lines[3]["certificate"]["settle_ms"] = (-1e308).into(), &["frame 3", "limits", "cannot be"]),
+        (|lines| lines[3]["certificate"]["attempt"] = 9.into(), &["frame 3", "attempt 9"]),
+        (
+            |lines| drop(lines[3].as_object_mut().unwrap().remove("reported_mm")),
+            &["frame 3", "reported is missing"],
+        ),
+        (|lines| lines[3]["exposure"]["received_ns"] = 0.into(), &["frame 3", "received before"]),
         (
             |lines| {
                 lines.push(
@@ -173,6 +191,46 @@ fn a_wrong_record_costs_no_good_frame() {
     fs::write(folder.path().join("seq/frames/0002.png"), "damaged").unwrap();
     succeeds(folder.path(), &["resume", "seq"]);
     succeeds(folder.path(), &["verify", "seq"]);
+}
+
+#[test]
+fn a_wrong_journal_costs_no_good_frame() {
+    let changes: [fn(&mut Vec<serde_json::Value>); 2] = [
+        |lines| {
+            let hash = lines[3]["blake3"].as_str().unwrap().replacen(['1', '2', '3', '4'], "0", 1);
+            lines[3]["blake3"] = hash.into();
+        },
+        |lines| lines[3]["mean_dn"] = (lines[3]["mean_dn"].as_f64().unwrap() + 1.0).into(),
+    ];
+    for change in changes {
+        let folder = folder();
+        captured(folder.path());
+        fs::remove_file(folder.path().join("seq/stop.json")).unwrap();
+        change_lines(folder.path(), change);
+        let frame = folder.path().join("seq/frames/0003.png");
+        let before = fs::metadata(&frame).unwrap().modified().unwrap();
+        fails(folder.path(), &["resume", "seq"], 5, &["journal.jsonl", "frames/0003.png", "restore"]);
+        assert_eq!(fs::metadata(&frame).unwrap().modified().unwrap(), before);
+    }
+}
+
+#[test]
+fn a_scan_whose_end_contradicts_its_numbers_is_not_complete() {
+    for (key, value, words) in [
+        ("/closure/home_shift_mm", serde_json::json!(50.0), "home was found 50 mm"),
+        ("/closure/comparison/x_px", serde_json::json!(1e308), "had moved by"),
+        ("/closure/comparison/frame", serde_json::json!(1_u64 << 63), "had moved by"),
+        ("/closure/comparison/sigma_px", serde_json::json!(-1.0), "had moved by"),
+        ("/times/moving_s", serde_json::json!(-1.0), "below 0 s"),
+    ] {
+        let folder = folder();
+        captured(folder.path());
+        let stop = folder.path().join("seq/stop.json");
+        let mut record: serde_json::Value = serde_json::from_slice(&fs::read(&stop).unwrap()).unwrap();
+        *record.pointer_mut(key).unwrap() = value;
+        fs::write(&stop, serde_json::to_vec_pretty(&record).unwrap()).unwrap();
+        is_refused(folder.path(), &["stop.json", words]);
+    }
 }
 
 #[test]

@@ -96,3 +96,20 @@ fn a_sound_image_of_a_kind_that_is_not_read_is_not_called_damaged() {
         "{said}"
     );
 }
+
+#[test]
+fn words_of_a_file_make_no_lines_of_their_own() {
+    let folder = folder();
+    imported(folder.path());
+    super::edit(
+        folder.path(),
+        "stop.json",
+        "\"complete\"",
+        "\"not-closed\", \"reason\": \"x\\nerror: fake\\u001b[31m\"",
+    );
+    let output = epirig(folder.path(), &["match", "seq"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(5), "{said}");
+    assert_eq!(said.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{said}");
+    assert!(said.contains("fake") && !said.contains('\u{1b}'), "{said}");
+}

@@ -1,6 +1,6 @@
 //! What the records of a sequence tell twice has to agree.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
@@ -68,6 +68,8 @@ impl Sequence {
                 }
             }
         }
+        self.check_certificates(&mut found);
+        self.check_closure(&mut found);
         for event in self.events() {
             if let Event::Retake(retake) = event
                 && retake.index >= self.record().frames
@@ -130,6 +132,80 @@ impl Sequence {
         }
     }
 
+    /// What all certificates of a scan share, until it is resumed with other limits: and that each attempt before a frame is told.
+    fn check_certificates(&self, found: &mut Vec<Finding>) {
+        let mut shared = None;
+        let mut retakes: BTreeMap<usize, usize> = BTreeMap::new();
+        for event in self.events() {
+            match event {
+                Event::Resumed(_) => shared = None,
+                Event::Retake(retake) => *retakes.entry(retake.index).or_default() += 1,
+                Event::Frame(frame) => {
+                    let Some(certificate) = &frame.certificate else { continue };
+                    let name = format!("frame {}", frame.index);
+                    let limits = Limits::of(certificate);
+                    let problem = if !limits.can_be() {
+                        Some("the limits in its certificate cannot be".to_owned())
+                    } else if *shared.get_or_insert(limits) != limits {
+                        Some("its certificate has other limits than those of the frames around it".to_owned())
+                    } else {
+                        None
+                    };
+                    found.extend(problem.map(|problem| Finding::new(&name, format!("{problem}; {RESTORE}"))));
+                    let told = retakes.get(&frame.index).copied().unwrap_or_default();
+                    if certificate.attempt == 0 || certificate.attempt - 1 > told {
+                        let problem = format!(
+                            "it is attempt {}, but {told} earlier ones are told of; {RESTORE}",
+                            certificate.attempt
+                        );
+                        found.push(Finding::new(&name, problem));
+                    }
+                }
+                Event::Dark(_) | Event::Flat(_) | Event::Board(_) => {}
+            }
+        }
+    }
+
+    /// What the rig was found to be at the end of a scan that is called complete.
+    fn check_closure(&self, found: &mut Vec<Finding>) {
+        let Some(stop) = self.stop() else { return };
+        if let Some(times) = &stop.times
+            && [times.total_s, times.moving_s, times.settling_s, times.exposing_s]
+                .iter()
+                .any(|time| *time < 0.0)
+        {
+            found.push(Finding::new(STOP, format!("a time below 0 s cannot be; {RESTORE}")));
+        }
+        let Some(closure) = stop.closure.as_ref().filter(|_| stop.exit_status == ExitStatus::Complete) else {
+            return;
+        };
+        let certificates = self.frames().iter().filter_map(|frame| frame.certificate.as_ref());
+        let allowed_mm =
+            certificates.map(|certificate| certificate.position_tolerance_mm).fold(0.0, f64::max);
+        if let Some(shift_mm) = closure.home_shift_mm
+            && shift_mm.abs() > allowed_mm
+        {
+            let problem = format!(
+                "the scan is called complete, but home was found {shift_mm} mm from where it had been, {allowed_mm} mm are allowed; {RESTORE}"
+            );
+            found.push(Finding::new(STOP, problem));
+        }
+        let Some(seen) = &closure.comparison else { return };
+        let resumed = self.events().iter().any(|event| matches!(event, Event::Resumed(_)));
+        let limits = self.record().origin.rig().and_then(|rig| rig.pointer("/limits/shift_px"));
+        // A scan may be resumed with other limits than it was begun with.
+        let allowed_px =
+            limits.and_then(|limit| limit.as_f64()).filter(|_| !resumed).unwrap_or(f64::INFINITY);
+        let can_be = seen.frame < self.record().frames && seen.sigma_px >= 0.0 && seen.light > 0.0;
+        if !can_be || seen.x_px.hypot(seen.y_px) > allowed_px {
+            let problem = format!(
+                "the scan is called complete, but the picture had moved by {}, {} px at its end, by the record; {RESTORE}",
+                seen.x_px, seen.y_px
+            );
+            found.push(Finding::new(STOP, problem));
+        }
+    }
+
     /// What is wrong with the line of a frame.
     fn frame_problems(&self, kind: FrameKind, frame: &FrameRecord) -> Vec<String> {
         let record = self.record();
@@ -146,10 +222,13 @@ impl Sequence {
                 frame.mean_dn, frame.saturated
             ));
         }
-        if let Some(exposure) = &frame.exposure
-            && exposure.exposure_start_ns < exposure.requested_ns
-        {
-            problems.push("its exposure began before the stage was at rest".to_owned());
+        if let Some(exposure) = &frame.exposure {
+            if exposure.exposure_start_ns < exposure.requested_ns {
+                problems.push("its exposure began before the stage was at rest".to_owned());
+            }
+            if exposure.received_ns < exposure.exposure_start_ns {
+                problems.push("it was received before its exposure began".to_owned());
+            }
         }
         if kind == FrameKind::Scan {
             if frame.index >= record.frames {
@@ -174,17 +253,41 @@ impl Sequence {
     }
 }
 
+/// What a certificate tells that is the same for all frames of a scan, until it is resumed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Limits {
+    position_mm: f64,
+    settle_ms: f64,
+    saturated: f64,
+    controls: usize,
+}
+
+impl Limits {
+    fn of(certificate: &CertificateRecord) -> Self {
+        Self {
+            position_mm: certificate.position_tolerance_mm,
+            settle_ms: certificate.settle_ms,
+            saturated: certificate.saturated_limit,
+            controls: certificate.controls_as_set,
+        }
+    }
+
+    fn can_be(self) -> bool {
+        self.position_mm >= 0.0 && self.settle_ms >= 0.0 && (0.0..=1.0).contains(&self.saturated)
+    }
+}
+
 /// The place of the stage is told five times: asked for, read before and after the exposure, reported, and how far off it may be.
 fn certificate_problems(frame: &FrameRecord, certificate: &CertificateRecord) -> Vec<String> {
     let mut problems = Vec::new();
     let (tolerance_mm, readings) = (certificate.position_tolerance_mm, certificate.readings_mm);
-    if let Some(reported_mm) = frame.reported_mm
-        && reported_mm != readings[1]
-    {
-        problems.push(format!(
+    match frame.reported_mm {
+        None => problems.push("the position that the stage reported is missing".to_owned()),
+        Some(reported_mm) if reported_mm != readings[1] => problems.push(format!(
             "the stage reported {reported_mm} mm, but was read at {} mm after the exposure",
             readings[1]
-        ));
+        )),
+        Some(_) => {}
     }
     if let Some(commanded_mm) = frame.commanded_mm {
         let mut places = readings.into_iter().chain(frame.reported_mm);

@@ -48,7 +48,7 @@ impl Sequence {
     /// [`SequenceError`] naming the record that is missing, of another version, not to be understood, or holds what cannot be.
     pub fn open(folder: &Path) -> Result<Self, SequenceError> {
         let path = folder.join(START);
-        if !path.exists() {
+        if path.symlink_metadata().is_err() {
             return Err(SequenceError::NotASequence { path: folder.to_owned() });
         }
         let record: SequenceRecord = read_record(&path, FORMAT_VERSION)?;
@@ -168,21 +168,30 @@ impl Sequence {
     /// # Errors
     /// [`SequenceError`] if the file is missing, changed, outside the sequence's folder or no file at all; and
     /// [`SequenceError::RecordAtFault`] if it is as it was written, but the records say otherwise.
-    pub fn read(&self, frame: &FrameRecord) -> Result<Frame, SequenceError> {
-        let path = self.path(frame);
-        let bytes = read_inside(&self.folder, &frame.file, self.largest_file()).map_err(|error| {
+    pub fn read(&self, named: &FrameRecord) -> Result<Frame, SequenceError> {
+        let path = self.path(named);
+        let bytes = read_inside(&self.folder, &named.file, self.largest_file()).map_err(|error| {
             if error.is_missing() { SequenceError::MissingFrame { path: path.clone() } } else { error.into() }
         })?;
-        if blake3::hash(&bytes).to_hex().as_str() != frame.blake3 {
-            return Err(SequenceError::HashMismatch { path });
+        if blake3::hash(&bytes).to_hex().as_str() != named.blake3 {
+            return Err(match self.is_as_described(named, &bytes) {
+                true => SequenceError::RecordAtFault {
+                    path: self.folder.join(JOURNAL),
+                    reason: format!(
+                        "its hash of {} is not the file's, but all else that it says of it is",
+                        named.file
+                    ),
+                },
+                false => SequenceError::HashMismatch { path },
+            });
         }
         // From here on the file is what was written, so a contradiction is the records'.
-        let (record, file) = (&self.record, &frame.file);
+        let (record, file) = (&self.record, &named.file);
         let wrong = |record: &str, reason: String| {
             Err(SequenceError::RecordAtFault { path: self.folder.join(record), reason })
         };
-        if bytes.len() as u64 != frame.bytes {
-            let found = format!("it says that {file} has {} bytes, but it has {}", frame.bytes, bytes.len());
+        if bytes.len() as u64 != named.bytes {
+            let found = format!("it says that {file} has {} bytes, but it has {}", named.bytes, bytes.len());
             return wrong(JOURNAL, found);
         }
         let stored_bits = if record.bit_depth <= 8 { 8 } else { 16 };
@@ -199,9 +208,30 @@ impl Sequence {
         match decode_grey(&bytes).map_err(|fault| fault.to_string()).and_then(|image| {
             with_bit_depth(image.frame, record.bit_depth).map_err(|fault| fault.to_string())
         }) {
-            Ok(frame) => Ok(frame),
+            Ok(frame) => match brightness(&frame) {
+                (mean_dn, saturated) if (mean_dn, saturated) == (named.mean_dn, named.saturated) => Ok(frame),
+                (mean_dn, saturated) => wrong(
+                    JOURNAL,
+                    format!(
+                        "it says that {file} has a mean of {} DN and {} samples at full scale, but it has {mean_dn} DN and {saturated}",
+                        named.mean_dn, named.saturated
+                    ),
+                ),
+            },
             Err(fault) => wrong(START, format!("it says {} bit, but {file}: {fault}", record.bit_depth)),
         }
+    }
+
+    /// Whether a file with another hash than the journal's has the size and the brightness that the journal tells: then the hash is wrong.
+    fn is_as_described(&self, record: &FrameRecord, bytes: &[u8]) -> bool {
+        let (rows, columns) = (self.record.rows, self.record.columns);
+        let is_so_large = header(bytes).is_ok_and(|header| (header.rows, header.columns) == (rows, columns));
+        if !is_so_large || bytes.len() as u64 != record.bytes {
+            return false;
+        }
+        let image = decode_grey(bytes).ok();
+        let frame = image.and_then(|image| with_bit_depth(image.frame, self.record.bit_depth).ok());
+        frame.is_some_and(|frame| brightness(&frame) == (record.mean_dn, record.saturated))
     }
 
     /// Bytes that the file of a frame has at most: what does not compress becomes little larger, and some programs add text.
@@ -210,6 +240,11 @@ impl Sequence {
         let samples = (self.record.rows * self.record.columns) as u64;
         2 * samples * u64::from(self.record.bit_depth.div_ceil(8)) + TEXT
     }
+}
+
+/// Mean in DN, and samples at full scale: the same sums over the same samples, written and read back to the last bit.
+fn brightness(frame: &Frame) -> (f64, usize) {
+    (frame.samples().mean(), frame.samples().count_at_least(frame.full_scale()))
 }
 
 /// What a start record says that cannot be; `None` if all of it can.

@@ -262,7 +262,8 @@ impl FrameKind {
         }
     }
 
-    pub(super) fn file(self, index: usize) -> String {
+    /// The file of frame `index` in a sequence.
+    pub fn file(self, index: usize) -> String {
         format!("{}/{index:04}.png", self.folder())
     }
 }

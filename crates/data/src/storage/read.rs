@@ -102,12 +102,18 @@ pub fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     read_open(open(path).map_err(ReadError::io(path))?, path, limit)
 }
 
-/// Reads at most `limit` bytes of what a person has named, which may also be a pipe.
+/// Bytes that are read of a device: more than a person types.
+const LARGEST_OF_A_DEVICE: u64 = 1 << 20;
+
+/// Reads at most `limit` bytes of what a person has named, which may also be a pipe or a terminal.
 ///
 /// # Errors
 /// [`ReadError`].
 pub fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     let file = File::open(path).map_err(ReadError::io(path))?;
+    let metadata = file.metadata().map_err(ReadError::io(path))?;
+    // A terminal has an end; of a device that has none, little is read.
+    let limit = if kind(metadata.file_type()) == "a device" { limit.min(LARGEST_OF_A_DEVICE) } else { limit };
     read_to_limit(file, path, limit)
 }
 
