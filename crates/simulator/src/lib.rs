@@ -1,12 +1,4 @@
-//! The simulator: the simulated rig, which knows the truth.
-//!
-//! A [`Scene`] with a [`Texture`] fixed to its surface is seen through [`Optics`] by a [`Sensor`], while a stage moves
-//! the scene or the camera along x. [`Simulator::expose`] is what the simulated camera calls for each frame; [`Simulator::truth`]
-//! gives disparity, depth and visibility in closed form.
-//!
-//! It has the faults of real rigs, each a field that is zero unless asked for: a camera that is turned against the travel, a lens that
-//! distorts and darkens, a bowed tile, a stage that stands beside its position, a lamp that flickers, and pixels that are not alike.
-//! Chess-boards on the tile or in a hand tell what they do; the simulator knows where their corners are.
+#![doc = include_str!("../README.md")]
 
 mod bands;
 mod chess;
