@@ -1,5 +1,6 @@
 //! Direction of travel from the target on the object.
 
+use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
 use super::find::Remarks;
@@ -108,17 +109,12 @@ impl FoundAxis {
             pan_deg: stage_axis.direction.pan_rad.to_degrees(),
             pan_sigma_deg: stage_axis.pan_sigma_rad.to_degrees(),
             rows_rms_px: stage_axis.rows_rms_px(),
-            corner_sigma_px: stage_axis.noise_factor * median(&mut sigmas),
+            corner_sigma_px: stage_axis.noise_factor * upper_median(&mut sigmas).unwrap_or(f64::NAN),
             corners: stage_axis.points.len(),
             observations: stage_axis.residuals.len(),
             rejected: stage_axis.rejected.clone(),
             frames: stage_axis.tau.iter().flatten().count(),
-            disparity_px: median(&mut disparities),
+            disparity_px: upper_median(&mut disparities).unwrap_or(f64::NAN),
         }
     }
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -6,6 +6,7 @@ mod inspect;
 mod need;
 mod rectified;
 
+use epirig_core::statistics::upper_median;
 use std::time::Instant;
 
 use thiserror::Error;
@@ -251,6 +252,5 @@ fn settings(options: &MatchOptions) -> MatchSettings {
 
 fn median(map: &Grid<f32>) -> Option<f64> {
     let mut known: Vec<f32> = map.values().iter().copied().filter(|value| !value.is_nan()).collect();
-    let middle = known.len() / 2;
-    (!known.is_empty()).then(|| f64::from(*known.select_nth_unstable_by(middle, f32::total_cmp).1))
+    upper_median(&mut known).map(f64::from)
 }

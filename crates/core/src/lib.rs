@@ -5,5 +5,6 @@ pub mod frame;
 pub mod grid;
 pub mod least_squares;
 pub mod progress;
+pub mod statistics;
 pub mod tau;
 pub mod volume;

@@ -5,6 +5,7 @@ use super::average::as_plane;
 use super::grid::{Cell, CellGrid};
 use super::polynomial::{HIGHEST_ORDER, Polynomial};
 use epirig_core::frame::Frame;
+use epirig_core::statistics::median;
 
 /// Samples at full scale that are allowed, in %: defective pixels of a poor sensor. More means that light was cut off.
 const MOST_SATURATED_PERCENT: f64 = 0.1;
@@ -56,8 +57,9 @@ pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> 
     }
     let shares: Vec<Vec<f64>> =
         frames.iter().map(|frame| shares_of(&CellGrid::of_all_pixels(&as_plane(frame)), grid)).collect();
-    let levels: Vec<f64> = shares.iter().map(|shares| median(shares)).collect();
-    let typical = median(&levels);
+    let levels: Vec<f64> =
+        shares.iter().map(|shares| median(&mut shares.to_vec()).unwrap_or(f64::NAN)).collect();
+    let typical = median(&mut levels.clone()).unwrap_or(f64::NAN);
     let worst = (0..frames.len())
         .max_by(|&a, &b| (levels[a] - typical).abs().total_cmp(&(levels[b] - typical).abs()));
     if let Some(index) = worst {
@@ -129,11 +131,4 @@ fn shares_of(grid: &CellGrid, mean: &CellGrid) -> Vec<f64> {
 /// Standard deviation of a cell's mean, in % of it.
 fn cell_noise_percent(cell: &Cell, noise_dn: f64) -> f64 {
     100.0 * noise_dn / (cell.mean * (cell.pixels as f64).sqrt())
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let half = sorted.len() / 2;
-    if sorted.len() % 2 == 1 { sorted[half] } else { 0.5 * (sorted[half - 1] + sorted[half]) }
 }

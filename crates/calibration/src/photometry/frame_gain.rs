@@ -13,6 +13,7 @@
 //! What cannot be told from flicker: a vignetting that is left in the frames and grows along the way of the surface. It is to be corrected
 //! before.
 
+use epirig_core::statistics::upper_median;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -237,10 +238,10 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
         .map(|residuals| {
             let seen =
                 residuals.iter().filter(|residual| residual.is_finite()).map(|residual| residual.abs());
-            MAD_TO_SIGMA * median(seen.collect())
+            MAD_TO_SIGMA * upper_median(&mut seen.collect::<Vec<_>>()).unwrap_or(0.0)
         })
         .collect();
-    let typical = median(scatter.clone()).max(LEAST_SIGMA);
+    let typical = upper_median(&mut scatter.clone()).unwrap_or(0.0).max(LEAST_SIGMA);
     let of_window = |(residuals, scatter): (&Vec<f64>, &f64)| {
         let sigma = scatter.max(typical);
         let weight = |residual: &f64| {
@@ -250,11 +251,6 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
         residuals.iter().map(weight).collect()
     };
     residuals.iter().zip(&scatter).map(of_window).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let half = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(half, f64::total_cmp).1 }
 }
 
 /// The disparity that most of the picture has, over the whole baseline and signed, in px: from the shifts between neighbouring frames, up to 16
@@ -273,9 +269,9 @@ pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
         Ok(shift.x_px / (tau[frame + 1] - tau[frame]))
     });
     let disparities: Vec<f64> = disparities.collect::<Result<_, GainError>>()?;
-    let disparity_px = median(disparities.clone());
-    let scatter_px =
-        MAD_TO_SIGMA * median(disparities.iter().map(|other| (other - disparity_px).abs()).collect());
+    let disparity_px = upper_median(&mut disparities.clone()).unwrap_or(0.0);
+    let mut deviations: Vec<f64> = disparities.iter().map(|other| (other - disparity_px).abs()).collect();
+    let scatter_px = MAD_TO_SIGMA * upper_median(&mut deviations).unwrap_or(0.0);
     if scatter_px > MOST_SCATTER_PX.max(MOST_SCATTER * disparity_px.abs()) {
         return Err(GainError::NoneDominates { disparity_px, scatter_px });
     }

@@ -1,5 +1,6 @@
 //! Single pixels that are unlike their neighbours, and what is put in their place.
 
+use epirig_core::statistics::upper_median;
 use serde::{Deserialize, Serialize};
 
 use epirig_core::grid::Grid;
@@ -46,25 +47,19 @@ pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(u
         for x in 0..columns {
             neighbours.clear();
             neighbours.extend(around(x, y, 1, rows, columns).map(|(x, y)| image.at(x, y)));
-            let Some(median) = median(&mut neighbours) else { continue };
+            let Some(median) = upper_median(&mut neighbours) else { continue };
             let departure = image.at(x, y) - median;
             let unit = if relative { median.max(f32::MIN_POSITIVE) } else { 1.0 };
             departures.row_mut(y)[x] = departure / unit;
         }
     }
     let mut sizes: Vec<f32> = departures.values().iter().map(|departure| departure.abs()).collect();
-    let typical = median(&mut sizes).map_or(0.0, f64::from);
+    let typical = upper_median(&mut sizes).map_or(0.0, f64::from);
     let limit = (SIGMAS * MAD_TO_SIGMA * typical).max(least);
     let all = departures.values().iter().enumerate();
     all.filter(|&(_, &departure)| f64::from(departure.abs()) > limit)
         .map(|(index, &departure)| (index % columns, index / columns, departure.into()))
         .collect()
-}
-
-/// The upper of the two middle values, if the number is even; `None` of none.
-fn median(values: &mut [f32]) -> Option<f32> {
-    let half = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(half, f32::total_cmp).1)
 }
 
 /// Pixels at a distance of exactly `ring` rows or columns that are in the image.

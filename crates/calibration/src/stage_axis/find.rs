@@ -5,6 +5,7 @@ use super::{AxisPoint, Direction, MeasuredTau, StageAxis, StageAxisError, TrackR
 use crate::lens::LensEstimate;
 use crate::target::{Observation, Tracks};
 use epirig_core::least_squares::{Loss, Minimum, minimise};
+use epirig_core::statistics::upper_median;
 
 /// Frames that must show a corner if it is to count: two fix its place and depth, the third can contradict.
 const FRAMES_OF_A_CORNER: usize = 3;
@@ -46,7 +47,7 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
         .iter()
         .map(|seen| length(bundle.residual(&robust.parameters, seen)) / seen.sigma_px)
         .collect();
-    let noise = (median(lengths.clone()) / MEDIAN_LENGTH).max(EXACT);
+    let noise = (upper_median(&mut lengths.clone()).unwrap_or(0.0) / MEDIAN_LENGTH).max(EXACT);
     used.iter_mut().zip(&lengths).for_each(|(used, length)| *used = *length <= REJECTED * noise);
 
     // What is known beforehand has its own standard deviations, so those of the observations must be absolute, too: found first, then used.
@@ -120,11 +121,6 @@ fn start(
 
 fn length([x, y]: [f64; 2]) -> f64 {
     x.hypot(y)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Standard deviation of the observations over what was assumed: squares over degrees of freedom, without those of what was known beforehand.

@@ -1,5 +1,6 @@
 //! The stage, checked by the target.
 
+use epirig_core::statistics::upper_median;
 use serde::{Deserialize, Serialize};
 
 use super::MeasuredTau;
@@ -66,7 +67,8 @@ pub fn positioning_error(tau: &[Option<MeasuredTau>], reported_mm: &[f64]) -> Op
     let mut line = Line::through(&good)?;
     // Each round may free the line of frames that pulled it.
     for _ in 0..5 {
-        let deviation = MAD * median(good.iter().map(|point| line.error(point).abs()).collect());
+        let mut errors: Vec<f64> = good.iter().map(|point| line.error(point).abs()).collect();
+        let deviation = MAD * upper_median(&mut errors).unwrap_or(0.0);
         // What the target itself leaves open is no fault of the stage.
         let limit = |frame: usize| {
             let sigma = tau[frame].map_or(0.0, |measured| measured.sigma) * line.slope.abs();
@@ -125,11 +127,6 @@ impl Line {
     fn error(&self, (_, tau, reported): &(usize, f64, f64)) -> f64 {
         self.offset + self.slope * tau - reported
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

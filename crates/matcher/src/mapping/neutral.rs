@@ -1,5 +1,6 @@
 //! The cost of what has none.
 
+use epirig_core::statistics::upper_median;
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::cost::CostTable;
@@ -21,7 +22,7 @@ pub fn neutral_cost(costs: &CostTable) -> Option<f32> {
     let mut typical: Vec<f32> =
         sums.iter().zip(&known).filter(|&(_, &known)| known > 0.0).map(|(sum, known)| sum / known).collect();
     least.retain(|least| least.is_finite());
-    Some(0.5 * (median(&mut least)? + median(&mut typical)?))
+    Some(0.5 * (upper_median(&mut least)? + upper_median(&mut typical)?))
 }
 
 /// Adds one candidate to each column's least cost, sum of costs and number of costs.
@@ -36,11 +37,6 @@ fn add_row<S: Simd>(_simd: S, costs: &[f32], least: &mut [f32], sums: &mut [f32]
         sums[x] += if cost.is_nan() { 0.0 } else { cost };
         known[x] += if cost.is_nan() { 0.0 } else { 1.0 };
     }
-}
-
-fn median(values: &mut [f32]) -> Option<f32> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! A frame that is brighter than the others moves the intensities of all its points together, so windows do not average that out. The
 //! points tell it: in a frame of gain g every point is g times as bright as its mean over all frames, whatever it shows.
 
+use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
 use crate::linear_epi::LinearEpi;
@@ -78,14 +79,10 @@ impl Gain {
     /// hardly move it.
     fn of(points: &[Point], t: usize) -> Self {
         let mut ratios: Vec<f32> = points.iter().map(|point| point.ratios[t]).collect();
-        let median = |values: &mut [f32]| {
-            let middle = values.len() / 2;
-            *values.select_nth_unstable_by(middle, f32::total_cmp).1
-        };
-        let middle = median(&mut ratios);
+        let middle = upper_median(&mut ratios).unwrap_or(f32::NAN);
         let mut deviations: Vec<f32> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
         // Normal deviations have a median of 0.6745 sigma.
-        let scatter = median(&mut deviations) / 0.6745;
+        let scatter = upper_median(&mut deviations).unwrap_or(f32::NAN) / 0.6745;
         let far = FAR_SIGMAS * scatter;
         let weights = points.iter().map(|point| point.weight).sum::<f32>().max(f32::EPSILON);
         let beyond = |point: &Point| point.weight * (point.ratios[t] - middle).clamp(-far, far);

@@ -1,9 +1,9 @@
 //! How much a frame may disagree before it counts as hiding the point.
 
+use epirig_core::statistics::upper_median;
 use std::ops::Range;
 
 use super::kernels::CHUNK;
-use super::median;
 use super::plan::Plan;
 use super::row_costs::RowCosts;
 use crate::contrast::{contrast, squared_gradients};
@@ -70,7 +70,7 @@ fn noise_variance(volume: &Volume, plan: &Plan, y: usize) -> Option<f32> {
         least[seen].iter_mut().zip(spreads).for_each(|(least, &spread)| *least = least.min(spread));
     }
     let mut known: Vec<f32> = least.into_iter().filter(|spread| spread.is_finite()).collect();
-    median(&mut known).map(|spread| spread * frames / (frames - 1.0))
+    upper_median(&mut known).map(|spread| spread * frames / (frames - 1.0))
 }
 
 #[cfg(test)]

@@ -256,8 +256,3 @@ fn sampled_rows(rows: usize) -> Vec<usize> {
     let count = SAMPLED_ROWS.min(rows);
     (0..count).map(|index| (2 * index + 1) * rows / (2 * count)).collect()
 }
-
-fn median(values: &mut [f32]) -> Option<f32> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
-}

@@ -1,5 +1,6 @@
 //! Rows whose points keep their order: the optimal strictly increasing mapping over the costs of the sums.
 
+use epirig_core::statistics::upper_median;
 use std::ops::Range;
 
 use fearless_simd::Level;
@@ -8,7 +9,7 @@ use super::kernels;
 use super::plan::Plan;
 use super::semi_global::{Aggregated, PathAggregation};
 use super::sweep::Consumer;
-use super::{RowAnswers, bracketed, median, rival_distance};
+use super::{RowAnswers, bracketed, rival_distance};
 use crate::cost::CostTable;
 use crate::lines::Lines;
 use crate::mapping::{OrderingLimits, optimal_mapping};
@@ -67,7 +68,7 @@ impl<'a> Ordered<'a> {
         let columns = || (0..self.known.len()).filter(|&x| self.known[x] > 0.0);
         let mut least: Vec<f32> = columns().map(|x| self.least[x]).collect();
         let mut typical: Vec<f32> = columns().map(|x| self.total[x] / self.known[x]).collect();
-        Some(0.5 * (median(&mut least)? + median(&mut typical)?))
+        Some(0.5 * (upper_median(&mut least)? + upper_median(&mut typical)?))
     }
 
     /// Least cost of the candidates at least `apart` candidates from the chosen ones.

@@ -14,12 +14,13 @@
 //! The penalties are what chance makes of costs ([`Penalties`]), so little changes where texture is strong. Costs are held as whole counts of 16 bit,
 //! so sums have no rounding. A band of rows is aggregated with a margin of rows above and below it, beyond which paths begin afresh.
 
+use epirig_core::statistics::upper_median;
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::{BAND_ROWS, median, sampled_rows};
+use super::{BAND_ROWS, sampled_rows};
 use crate::options::MatchError;
 use epirig_core::volume::Volume;
 
@@ -80,7 +81,7 @@ pub(super) fn typical_cost(
 ) -> f32 {
     let costs = sampled_rows(rows).into_par_iter().flat_map_iter(costs_of_row);
     let mut known: Vec<f32> = costs.filter(|cost| !cost.is_nan()).collect();
-    median(&mut known).unwrap_or(0.0).max(least)
+    upper_median(&mut known).unwrap_or(0.0).max(least)
 }
 
 /// How an image is cut into bands, and how many of them may be searched at once so that memory stays bounded.

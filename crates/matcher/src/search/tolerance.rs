@@ -1,13 +1,14 @@
 //! How far frames deviate from each other along the lines of right candidates: what real light does, measured in the scene itself.
 
+use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
 use super::Task;
 use super::free;
 use super::plan::Plan;
+use super::sampled_rows;
 use super::semi_global::Span;
 use super::sweep::Window;
-use super::{median, sampled_rows};
 
 /// Frames are taken to disagree beyond this many times the mean squared deviation of right candidates: two standard deviations.
 const DISAGREES: f32 = 4.0;
@@ -44,7 +45,7 @@ impl Tolerance {
                 .flat_map_iter(|y| search.rows(Span::alone(y..y + 1), None))
                 .flat_map_iter(|row| row.disagreement.into_iter().filter(|cost| !cost.is_nan()))
                 .collect();
-            median(&mut costs).unwrap_or(0.0)
+            upper_median(&mut costs).unwrap_or(0.0)
         };
         let share = (DISAGREES * typical(1.0)).clamp(LEAST_SHARE, 1.0);
         Self { share, typical: typical(share) }

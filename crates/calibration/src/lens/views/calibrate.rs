@@ -1,7 +1,7 @@
 //! From views to the lens.
 
 use super::findings::{coverage, largest_angle, warnings};
-use super::homography::{MEDIAN_NORM, median};
+use super::homography::MEDIAN_NORM;
 use super::problem::ViewsProblem;
 use super::start::start;
 use super::{
@@ -9,6 +9,7 @@ use super::{
     View, ViewFit,
 };
 use epirig_core::least_squares::{Loss, Minimum, minimise};
+use epirig_core::statistics::upper_median;
 
 /// Three views are the fewest from which Zhang's constraints give a general lens.
 const VIEWS: usize = 3;
@@ -141,7 +142,8 @@ fn spread(views: &[View], solution: &Solution, terms: Terms) -> f64 {
     let free = residuals - (terms.estimated().len() + 6 * views.len()) as f64;
     let rounding =
         ROUNDING_PX / views.iter().flatten().map(|point| point.sigma_px).fold(f64::INFINITY, f64::min);
-    (median(&mut norms) / MEDIAN_NORM * (residuals / free.max(1.0)).sqrt()).max(rounding)
+    (upper_median(&mut norms).unwrap_or(f64::NAN) / MEDIAN_NORM * (residuals / free.max(1.0)).sqrt())
+        .max(rounding)
 }
 
 /// Seen less predicted, in px. NaN for what would lie behind the camera.

@@ -1,9 +1,9 @@
 //! What is to be said of a calibration besides the lens.
 
+use epirig_core::statistics::upper_median;
 use nalgebra::Vector3;
 
 use super::calibrate::ROUNDING_PX;
-use super::homography::median;
 use super::{BoardPose, Coverage, LensWarning, PointResidual, ViewFit};
 
 /// Cells of the grid along a side.
@@ -57,7 +57,8 @@ pub(super) fn warnings(
     if sigma_share > FOCAL_LENGTH_SHARE {
         warnings.push(LensWarning::FocalLengthOpen { sigma_share, spread_rad });
     }
-    let typical_px = median(&mut views.iter().map(|view| view.rms_px).collect::<Vec<f64>>());
+    let typical_px =
+        upper_median(&mut views.iter().map(|view| view.rms_px).collect::<Vec<f64>>()).unwrap_or(f64::NAN);
     for (view, &ViewFit { rms_px, points, rejected }) in views.iter().enumerate() {
         let worse = rms_px > (STANDS_OUT * typical_px).max(ROUNDING_PX);
         if worse || rejected as f64 > REJECTED * points as f64 {

@@ -1,5 +1,6 @@
 //! The projective mapping between a board and its image.
 
+use epirig_core::statistics::upper_median;
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, Vector3};
 
 /// A point of a plane and its image.
@@ -34,7 +35,7 @@ pub(super) fn homography(pairs: &[Pair]) -> Option<Matrix3<f64>> {
         if norms.iter().any(|norm| !norm.is_finite()) {
             return None;
         }
-        let sigma = median(&mut norms.clone()) / MEDIAN_NORM;
+        let sigma = upper_median(&mut norms.clone()).unwrap_or(f64::NAN) / MEDIAN_NORM;
         // Normalised coordinates are about 1: less is rounding.
         let scale = 2.0 * sigma.max(1e-12);
         weights
@@ -44,15 +45,6 @@ pub(super) fn homography(pairs: &[Pair]) -> Option<Matrix3<f64>> {
         found = direct(&pairs, &weights)?;
     }
     Some(to.try_inverse()? * found * from)
-}
-
-/// The middle of some numbers; NaN if there are none.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// A point mapped by a homography.

@@ -1,10 +1,11 @@
 //! Where the search for the lens begins.
 
+use epirig_core::statistics::upper_median;
 use nalgebra::Matrix3;
 
 use super::board_pose::middle;
 use super::calibrate::squared_distance;
-use super::homography::{Pair, homography, median};
+use super::homography::{Pair, homography};
 use super::{BoardPose, Lens, LensError, View};
 
 /// Lens and poses by Zhang's (2000) constraints, with square pixels and the principal point in the middle of the frame: all five
@@ -58,7 +59,7 @@ fn typical_distance(views: &[View], lens: &Lens, poses: &[BoardPose]) -> f64 {
     };
     // NaN is sorted behind all numbers.
     let mut distances: Vec<f64> = views.iter().zip(poses).flat_map(of).map(f64::abs).collect();
-    median(&mut distances)
+    upper_median(&mut distances).unwrap_or(f64::NAN)
 }
 
 /// Both axes of a board are perpendicular and equally long, which every view says of the focal length f: with h and g the first columns

@@ -1,5 +1,6 @@
 //! The map from the image to labels that all views share but for an offset each.
 
+use epirig_core::statistics::median;
 use nalgebra::{SMatrix, SVector};
 
 use super::views::View;
@@ -23,12 +24,6 @@ pub(super) struct PlaneMap {
     half_size_px: f64,
     columns: Terms,
     rows: Terms,
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let count = values.len();
-    if count == 0 { 0.0 } else { 0.5 * (values[(count - 1) / 2] + values[count / 2]) }
 }
 
 impl PlaneMap {
@@ -100,7 +95,10 @@ impl PlaneMap {
 
     /// The offset of a view: columns and rows. Medians, which a few false corners do not move.
     pub(super) fn offset(&self, view: &View) -> [f64; 2] {
-        [0, 1].map(|axis| median(view.corners.iter().map(|corner| self.difference(corner)[axis]).collect()))
+        [0, 1].map(|axis| {
+            let differences = view.corners.iter().map(|corner| self.difference(corner)[axis]);
+            median(&mut differences.collect::<Vec<_>>()).unwrap_or(0.0)
+        })
     }
 
     /// How far a corner is from where its view's offset has it, in squares.

@@ -3,9 +3,10 @@
 use crate::lines::{Lines, SeenRule};
 use crate::options::{DisparityRange, MatchError, MatchOptions, Occlusion, Search};
 use crate::search::tests::{searched, texture, volume};
-use crate::search::{OrderingUsed, Searched, Task, median, search};
+use crate::search::{OrderingUsed, Searched, Task, search};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
+use epirig_core::statistics::upper_median;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -89,7 +90,7 @@ fn costs_told_are_the_pixels_own_and_strong_texture_needs_no_help() {
         });
         let mut costs: Vec<f32> =
             together.cost.values().iter().copied().filter(|cost| !cost.is_nan()).collect();
-        let typical = median(&mut costs).unwrap();
+        let typical = upper_median(&mut costs).unwrap();
         // A candidate and the vertex beside it, less than half a step away.
         let disparity_step_px = if search == Search::Factorised { 0.5 } else { 0.25 };
         let candidate = |found: &Searched, index: usize| {
