@@ -8,11 +8,11 @@
 //!
 //! ```text
 //! stage + camera -> capture -> sequence -> volume -> epi -> surface -> results, report
-//!    (or twin)                (on disk)            (matcher)
+//!    (or simulator)                (on disk)            (matcher)
 //! ```
 //!
-//! - [`twin`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
-//! - [`preflight`]: what is found out before a scan: whether rig and plan will do.
+//! - [`simulator`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
+//! - [`doctor`]: what is found out before a scan: whether rig and plan will do.
 //! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
 //! - [`profile`]: a rig and a scan, described by a person.
 //! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
@@ -24,46 +24,23 @@
 //! - [`formats`], [`results`], [`report`]: files and pictures for other programs and for people.
 //!
 //! ```
-//! use epirig::epi::{MatchOptions, match_volume};
-//! use epirig::progress::Silent;
-//! use epirig::twin::{Twin, TwinConfig};
+//! use epirig_matcher::{MatchOptions, match_volume};
+//! use epirig_core::progress::Silent;
+//! use epirig_simulator::{Simulator, SimulatorConfig};
 //!
-//! let twin = Twin::new(TwinConfig::textured_plane(64, 48, 9))?;
-//! let volume = twin.render_volume(&Silent)?;
+//! let simulator = Simulator::new(SimulatorConfig::textured_plane(64, 48, 9))?;
+//! let volume = simulator.render_volume(&Silent)?;
 //! let maps = match_volume(&volume, &MatchOptions::default(), &Silent)?;
 //! assert_eq!((maps.disparity.rows(), maps.disparity.columns()), (48, 64));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod adjust;
 pub mod calibrate;
-pub mod camera;
 pub mod capture;
 pub mod cli;
-pub mod epi;
-pub mod evaluate;
-pub mod formats;
-pub mod frame;
-pub mod lens;
-pub mod link;
-pub mod measure;
+pub mod doctor;
 pub mod memory;
-pub mod photometry;
-pub mod plane;
-pub mod preflight;
+pub mod pipeline;
 pub mod profile;
-pub mod progress;
-pub mod rectify;
 pub mod report;
 pub mod results;
-pub mod sequence;
-pub mod shift;
-pub mod stage;
-pub mod storage;
-pub mod surface;
-pub mod target;
-pub mod tau;
-pub mod travel;
-pub mod twin;
-pub mod virtual_rig;
-pub mod volume;

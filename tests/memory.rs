@@ -10,13 +10,13 @@ use std::process::Command;
 use std::sync::Arc;
 
 use epirig::capture::{CapturePlan, PauseSwitch};
-use epirig::epi::{MatchOptions, Method, Ordering};
-use epirig::measure::{View, measure};
-use epirig::progress::Silent;
+use epirig::pipeline::{View, measure};
 use epirig::results::ResultsFolder;
-use epirig::sequence::Sequence;
-use epirig::storage::RealDisk;
-use epirig::twin::{Twin, TwinConfig};
+use epirig_core::progress::Silent;
+use epirig_data::sequence::Sequence;
+use epirig_data::storage::RealDisk;
+use epirig_matcher::{MatchOptions, Method, OrderingConstraint};
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 const TEST: &str = "matching_a_hundred_frames_takes_at_most_three_times_their_bytes";
 /// A process that finds these matches the scan in this way and tells its peak; another one's memory would count.
@@ -32,8 +32,8 @@ fn ways() -> [(&'static str, MatchOptions); 6] {
         ("a first look", default().quick()),
         ("normalised frames", MatchOptions::for_method(Method::Normalised)),
         ("normalised frames, a first look", MatchOptions::for_method(Method::Normalised).quick()),
-        ("across rows", MatchOptions { across_rows: true, ..default() }),
-        ("points that hide others", MatchOptions { ordering: Ordering::Free, ..default() }),
+        ("semi-global", MatchOptions { semi_global: true, ..default() }),
+        ("occluding objects", MatchOptions { ordering_constraint: OrderingConstraint::Off, ..default() }),
     ]
 }
 
@@ -66,9 +66,9 @@ fn matching_a_hundred_frames_takes_at_most_three_times_their_bytes() {
     }
     let folder = tempfile::tempdir().unwrap();
     let scan = folder.path().join("tile");
-    let twin = Arc::new(Twin::new(TwinConfig::tile(1024, 100)).unwrap());
-    let plan = CapturePlan::at(twin.config().scan.positions_mm());
-    scans::scan(&twin, &plan, &scan, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
+    let simulator = Arc::new(Simulator::new(SimulatorConfig::tile(1024, 100)).unwrap());
+    let plan = CapturePlan::at(simulator.config().scan.positions_mm());
+    scans::scan(&simulator, &plan, &scan, Box::new(RealDisk), &PauseSwitch::default()).unwrap();
     for (way, _) in ways() {
         let mut measured = Command::new(std::env::current_exe().unwrap());
         measured.args(["--exact", TEST, "--nocapture"]).env(SCAN, &scan).env(WAY, way);

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use epirig::calibrate::read_calibration_file;
-use epirig::photometry::Maps;
-use epirig::rectify::Rectifier;
+use epirig_calibration::photometry::Maps;
+use epirig_calibration::rectification::Rectifier;
 use libfuzzer_sys::fuzz_target;
 
 static FILE: LazyLock<PathBuf> = LazyLock::new(|| {

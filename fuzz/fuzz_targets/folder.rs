@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use epirig::frame::{Frame, Samples};
+use epirig_core::frame::{Frame, Samples};
 use epirig::profile::{Override, Profile};
-use epirig::progress::Silent;
-use epirig::sequence::{
+use epirig_core::progress::Silent;
+use epirig_data::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, Origin, Sequence, SequenceRecord, SequenceWriter, StopFacts,
     load_volume, verify,
 };
@@ -37,7 +37,7 @@ fn write(path: &Path) {
             camera: "sim".to_owned(),
             configuration: None,
             rig: rig.ok().and_then(|rig| serde_json::to_value(rig).ok()),
-            twin: None,
+            simulator: None,
         },
         rows: 6,
         columns: 8,

@@ -2,7 +2,7 @@
 //! decoder counts on arithmetic that wraps, which a fuzzer's build does not let it do.
 #![no_main]
 
-use epirig::sequence::{decode_grey, header};
+use epirig_data::sequence::{decode_grey, header};
 use libfuzzer_sys::fuzz_target;
 
 /// Larger images are sound, but slow to fuzz.

@@ -1,7 +1,7 @@
 //! Any text as a lens of OpenCV or ROS; what is read comes back as it is written.
 #![no_main]
 
-use epirig::lens::opencv_yaml;
+use epirig_calibration::lens::opencv_yaml;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

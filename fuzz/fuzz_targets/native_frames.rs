@@ -1,9 +1,9 @@
 //! Any bytes at either end of the native protocol: no panic, and what is understood is encoded as it came.
 #![no_main]
 
-use epirig::link::Side;
-use epirig::stage::Dialect;
-use epirig::stage::decode::Decoder;
+use epirig_devices::link::Side;
+use epirig_devices::stage::Dialect;
+use epirig_devices::stage::decode::Decoder;
 use firmware_protocol::axis::{Axis, Limits};
 use firmware_protocol::device::{Build, Device};
 use firmware_protocol::frame::{Direction, Event, Receiver, decode, encode};

@@ -1,7 +1,7 @@
 //! Any bytes as a map in a PFM file.
 #![no_main]
 
-use epirig::formats::MapFormat;
+use epirig_data::formats::MapFormat;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -1,12 +1,12 @@
 //! Any bytes from a stage that speaks in lines, and any transcript: no panic, no line longer than its bound.
 #![no_main]
 
-use epirig::link::{Side, SimulatedDevice, Transcript};
-use epirig::stage::Dialect;
-use epirig::stage::decode::Decoder;
-use epirig::stage::grbl::Response;
-use epirig::stage::simulator::{GrblDevice, ZaberDevice};
-use epirig::stage::zaber::ZaberReply;
+use epirig_devices::link::{Side, SimulatedDevice, Transcript};
+use epirig_devices::stage::Dialect;
+use epirig_devices::stage::decode::Decoder;
+use epirig_devices::stage::grbl::Response;
+use epirig_devices::stage::simulator::{GrblDevice, ZaberDevice};
+use epirig_devices::stage::zaber::ZaberReply;
 use libfuzzer_sys::fuzz_target;
 
 /// Lines are cut at 256 bytes; escapes and replacement characters make them longer, at most tenfold.

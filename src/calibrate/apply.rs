@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::find::set_gains;
 use super::{CALIBRATION, CalibrateError, Calibration};
-use crate::photometry::{Correction, Maps};
-use crate::progress::Progress;
-use crate::rectify::{Mapping, Rectifier};
-use crate::sequence::Sequence;
-use crate::tau::Tau;
-use crate::volume::Volume;
+use epirig_calibration::photometry::{Correction, Maps};
+use epirig_calibration::rectification::{Mapping, Rectifier};
+use epirig_core::progress::Progress;
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+use epirig_data::sequence::Sequence;
 
 /// Reads all frames of `sequence` into a volume, corrected and rectified in one resampling, with measured tau.
 ///

@@ -4,15 +4,15 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::formats::FormatError;
-use crate::lens::views::LensError;
-use crate::photometry::PhotometryError;
-use crate::rectify::RectifyError;
-use crate::sequence::SequenceError;
-use crate::storage::ReadError;
-use crate::target::TargetError;
-use crate::tau::TauError;
-use crate::travel::TravelError;
+use epirig_calibration::lens::views::LensError;
+use epirig_calibration::photometry::PhotometryError;
+use epirig_calibration::rectification::RectifyError;
+use epirig_calibration::stage_axis::StageAxisError;
+use epirig_calibration::target::TargetError;
+use epirig_core::tau::TauError;
+use epirig_data::formats::FormatError;
+use epirig_data::sequence::SequenceError;
+use epirig_data::storage::ReadError;
 
 /// Why there is no calibration, or why it cannot be used.
 #[derive(Debug, Error)]
@@ -147,9 +147,9 @@ pub enum CalibrateError {
         "the positions were measured, but nothing tells how many mm they are; import the frames with --step-mm or --positions, and calibrate again"
     )]
     NoBaseline,
-    /// Tracks that do not tell the travel.
-    #[error("the target on the object does not tell the travel: {0}")]
-    Travel(#[from] TravelError),
+    /// Tracks that do not tell the stage axis.
+    #[error("the target on the object does not tell the stage axis: {0}")]
+    StageAxis(#[from] StageAxisError),
     /// Squares that contradict the stage.
     #[error(
         "the squares of the target say that the stage travelled {target_mm:.2} mm, the stage says {stage_mm:.2} mm ({percent:+.1} %; {limit_percent} % are allowed); measure the printed \
@@ -167,7 +167,7 @@ pub enum CalibrateError {
     },
     /// Frames that do not follow each other.
     #[error(
-        "the measured positions of the frames make no baseline: {0}; look at the stage's audit, or take the stage's own with --positions stage"
+        "the measured positions of the frames make no baseline: {0}; look at the stage's positioning error, or take the stage's own with --positions stage"
     )]
     Positions(#[from] TauError),
     /// Positions from texture that cannot be found.

@@ -5,21 +5,21 @@ use rayon::prelude::*;
 use super::apply::load;
 use super::lens::find_lens;
 use super::positions::{from_stage, from_target};
+use super::stage_axis::{FoundAxis, find_axis};
 use super::texture::from_texture;
-use super::travel::{FoundTravel, find_travel};
 use super::{
     CalibrateError, Calibration, CalibrationPlan, FORMAT_VERSION, InputHashes, LensSource, MapHashes,
     PositionSource, PositionsRecord,
 };
-use crate::frame::{Frame, full_scale};
-use crate::photometry::{
+use epirig_calibration::photometry::{
     FrameGains, Linearity, Maps, Outcome, Photometry, dominant_disparity, frame_gains, linearity,
 };
-use crate::progress::Progress;
-use crate::rectify::Mapping;
-use crate::sequence::{FrameKind, FrameRecord, Sequence};
-use crate::tau::Tau;
-use crate::volume::Volume;
+use epirig_calibration::rectification::Mapping;
+use epirig_core::frame::{Frame, full_scale};
+use epirig_core::progress::Progress;
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+use epirig_data::sequence::{FrameKind, FrameRecord, Sequence};
 
 /// A calibration and what pictures of it are drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Calibrated {
     /// Maps that belong to it.
     pub maps: Maps,
     /// The target's tracks, if there is a target.
-    pub travel: Option<crate::travel::Travel>,
+    pub stage_axis: Option<epirig_calibration::stage_axis::StageAxis>,
 }
 
 /// Calibrates a sequence: whatever it has frames for, or a description of.
@@ -66,23 +66,23 @@ pub fn calibrate(
 
     let mut lens = find_lens(sequence, plan, &mut remarks, progress)?;
     let found = match &plan.target {
-        Some(target) => Some(find_travel(sequence, target, &lens.estimate, &mut remarks, progress)?),
+        Some(target) => Some(find_axis(sequence, target, &lens.estimate, &mut remarks, progress)?),
         None => {
             remarks.needs.push(
-                "chess-boards above and below the object (`epirig target print`, [target] in the profile) would tell the direction of travel and \
+                "chess-boards above and below the object (`epirig target print`, [target] in the profile) would tell the stage axis and \
                  the position of every frame; frames are taken as if they moved exactly along the rows"
                     .to_owned(),
             );
             None
         }
     };
-    let direction = found.as_ref().map(|found| found.travel.direction).unwrap_or_default();
+    let direction = found.as_ref().map(|found| found.stage_axis.direction).unwrap_or_default();
     if let Some(found) = &found {
-        lens.estimate = found.travel.lens.clone();
+        lens.estimate = found.stage_axis.lens.clone();
     }
     let (rows, columns) = size;
     let mapping = Mapping::fitting(lens.estimate.lens, direction.roll_rad, direction.pan_rad, rows, columns)?;
-    let travel = found.as_ref().map(|found| found.record(mapping.camera.focal_length_px));
+    let stage_axis = found.as_ref().map(|found| found.record(mapping.camera.focal_length_px));
 
     let mut positions = positions(sequence, plan, found.as_ref(), &mut remarks)?;
     let gains_are_wanted = plan.photometry.frame_gain && photometry.flat_field.applied().is_some();
@@ -97,7 +97,7 @@ pub fn calibrate(
         let tau = Tau::from_positions(&positions.tau)?;
         let mut volume = load(sequence, &mapping, correction, tau, progress)?;
         if gains_are_wanted {
-            gains = find_gains(&mut volume, travel.as_ref().map(|travel| travel.disparity_px));
+            gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
         }
         if texture {
             positions = from_texture(&volume, sequence.positions_mm().as_deref(), progress)?;
@@ -121,13 +121,13 @@ pub fn calibrate(
         linearity,
         frame_gains: gains,
         lens,
-        travel,
+        stage_axis,
         positions,
         mapping,
         notes: remarks.notes,
         needs: remarks.needs,
     };
-    Ok(Calibrated { calibration, maps, travel: found.map(|found| found.travel) })
+    Ok(Calibrated { calibration, maps, stage_axis: found.map(|found| found.stage_axis) })
 }
 
 /// What a person should know, and what would make it better.
@@ -141,8 +141,8 @@ impl Remarks {
     fn of_photometry(&mut self, photometry: &Photometry) {
         for (what, reason) in [
             ("dark level", not_applied(&photometry.dark)),
-            ("darkening", not_applied(&photometry.flat_field)),
-            ("pixels that cannot be used", not_applied(&photometry.hot_pixels)),
+            ("vignetting", not_applied(&photometry.flat_field)),
+            ("defective pixels", not_applied(&photometry.defective_pixels)),
         ] {
             if let Some(reason) = reason {
                 self.needs.push(format!("{what} not corrected: {reason}"));
@@ -220,7 +220,7 @@ pub(super) fn read_all(
 fn positions(
     sequence: &Sequence,
     plan: &CalibrationPlan,
-    found: Option<&FoundTravel>,
+    found: Option<&FoundAxis>,
     remarks: &mut Remarks,
 ) -> Result<PositionsRecord, CalibrateError> {
     match (plan.positions, found) {

@@ -5,11 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{CalibrateError, Calibration, FORMAT_VERSION, InputHashes, MapHashes};
-use crate::formats::MapFormat;
-use crate::photometry::Maps;
-use crate::plane::{MOST_PIXELS, Plane};
-use crate::sequence::{Sequence, lock};
-use crate::storage::{
+use epirig_calibration::photometry::Maps;
+use epirig_core::grid::{Grid, MOST_PIXELS};
+use epirig_data::formats::MapFormat;
+use epirig_data::sequence::{Sequence, lock};
+use epirig_data::storage::{
     Disk, ReadError, RealDisk, RecordError, Scratch, Step, is_in_the_making, is_own_folder, is_there,
     read_inside, read_record, write_whole,
 };
@@ -86,7 +86,7 @@ impl CalibrationFolder {
     /// [`CalibrateError`] naming the file that cannot be written.
     pub fn commit(mut self, calibration: &mut Calibration, maps: &Maps) -> Result<(), CalibrateError> {
         let (path, folder) = (self.sequence.join(CALIBRATION), self.pictures());
-        let encode = |name: &'static str, map: &Option<Plane<f32>>| {
+        let encode = |name: &'static str, map: &Option<Grid<f32>>| {
             let bytes = map.as_ref().map(|map| MapFormat::Tiff.encode(map)).transpose();
             let place = folder.join(usual(name));
             bytes.map_err(|source| CalibrateError::Map { path: place, source })
@@ -227,7 +227,7 @@ pub fn read_calibration_file(path: &Path) -> Result<Calibration, CalibrateError>
 }
 
 /// The map with this hash: under its usual name, or under the one that it has until a calibration is finished.
-fn read_map(sequence: &Path, name: &str, wanted: &str) -> Result<Plane<f32>, CalibrateError> {
+fn read_map(sequence: &Path, name: &str, wanted: &str) -> Result<Grid<f32>, CalibrateError> {
     let path = sequence.join(FOLDER).join(usual(name));
     let mut found = Err(CalibrateError::BadRecord { path: path.clone(), reason: "it is missing".to_owned() });
     for file in [usual(name), of_hash(name, wanted)] {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::sequence::{FrameKind, FrameRecord, Sequence};
+use epirig_data::sequence::{FrameKind, FrameRecord, Sequence};
 
 /// Hashes of all frames that a calibration was made of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,12 +1,12 @@
 //! The lens: from board frames, a file, a data sheet, or nowhere.
 
 use super::find::{Remarks, read_all};
-use super::plan::{from_data_sheet, unknown};
 use super::{CalibrateError, CalibrationPlan, LensKnowledge, LensRecord, LensSource};
-use crate::lens::views::{LensCalibration, LensError, PlanarPoint, View, choose_terms};
-use crate::progress::Progress;
-use crate::sequence::{FrameKind, Sequence};
-use crate::target::{ChessBoard, FoundBoard, find_boards};
+use epirig_calibration::lens::LensEstimate;
+use epirig_calibration::lens::views::{LensCalibration, LensError, PlanarPoint, View, choose_terms};
+use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
+use epirig_core::progress::Progress;
+use epirig_data::sequence::{FrameKind, Sequence};
 
 /// Edges that are blurred over more, as a standard deviation: a corner's place then depends on how the blur is shaped, which differs over the field.
 pub(super) const MOST_BLUR_PX: f64 = 3.0;
@@ -51,9 +51,12 @@ pub(super) fn find_lens(
             remarks.needs.push(
                 "the lens is as its data sheet says; board frames ([plan] board, [board]) would tell focal length and distortion".to_owned(),
             );
-            Ok(known(LensSource::DataSheet, from_data_sheet(*lens, *focal_length_sigma, rows, columns)))
+            Ok(known(
+                LensSource::DataSheet,
+                LensEstimate::from_data_sheet(*lens, *focal_length_sigma, rows, columns),
+            ))
         }
-        (None, 0) => Ok(known(LensSource::Unknown, unknown(rows, columns))),
+        (None, 0) => Ok(known(LensSource::Unknown, LensEstimate::unknown(rows, columns))),
         (_, frames) => {
             let board = plan.board.ok_or(CalibrateError::BoardNotDescribed { frames })?;
             let (found, board_files) = from_boards(sequence, &board, remarks, progress)?;

@@ -1,8 +1,8 @@
 //! Calibration: what the rig is really like, from the frames of a sequence and its calibration frames.
 //!
-//! Each station looks at what is there and says what it has found or what it lacks: [`photometry`](crate::photometry) from dark and flat frames,
-//! [`lens`](crate::lens) from board frames or from what is known of it, [`travel`](crate::travel) and the position of every frame from the target on
-//! the object (or positions from its texture), and the [`Mapping`](crate::rectify::Mapping) that makes rows of it all. [`Calibration`] is the record, and everything
+//! Each station looks at what is there and says what it has found or what it lacks: [`photometry`](epirig_calibration::photometry) from dark and flat frames,
+//! [`lens`](epirig_calibration::lens) from board frames or from what is known of it, [`stage_axis`](epirig_calibration::stage_axis) and the position of every frame from the target on
+//! the object (or positions from its texture), and the [`Mapping`](epirig_calibration::rectification::Mapping) that makes rows of it all. [`Calibration`] is the record, and everything
 //! that is needed to apply it ([`load_calibrated`]).
 
 mod apply;
@@ -14,8 +14,8 @@ mod lens;
 mod plan;
 mod positions;
 mod record;
+mod stage_axis;
 mod texture;
-mod travel;
 
 pub use apply::load_calibrated;
 pub use error::CalibrateError;
@@ -24,5 +24,5 @@ pub use folder::{CALIBRATION, CalibrationFolder, read_calibration, read_calibrat
 pub use inputs::{InputHashes, Stale};
 pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
 pub use record::{
-    Calibration, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord, TravelRecord,
+    Calibration, FORMAT_VERSION, LensRecord, LensSource, MapHashes, PositionsRecord, StageAxisRecord,
 };

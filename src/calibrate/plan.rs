@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::lens::{Distortion, Lens, LensEstimate};
-use crate::photometry::{ExposureLevel, PhotometryOptions};
-use crate::target::{ChessBoard, Target};
+use epirig_calibration::lens::{Lens, LensEstimate};
+use epirig_calibration::photometry::{ExposureLevel, PhotometryOptions};
+use epirig_calibration::target::{ChessBoard, Target};
 
 /// What is known of a rig before its frames are looked at.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,66 +55,4 @@ pub enum LensKnowledge {
         /// Standard deviation of the focal length as a share of it.
         focal_length_sigma: f64,
     },
-}
-
-/// Distortion that a lens without data may have, as a share of the radius at the corner of the image: what cheap lenses have.
-const UNKNOWN_DISTORTION: f64 = 0.03;
-/// Standard deviation of a principal point that nobody has measured, as a share of the image's width: sensors sit so well behind lenses.
-const PRINCIPAL_POINT: f64 = 0.01;
-/// Pixels are square to this share.
-const SQUARE: f64 = 1e-4;
-/// Focal length of a lens that nobody knows, in image widths, and its standard deviation as a share.
-const UNKNOWN_FOCAL_LENGTH: (f64, f64) = (1.5, 0.5);
-
-/// A lens from a data sheet, with how well such numbers are known.
-pub(super) fn from_data_sheet(
-    lens: Lens,
-    focal_length_sigma: f64,
-    rows: usize,
-    columns: usize,
-) -> LensEstimate {
-    let f = lens.focal_length_x_px;
-    let corner = (0.5 * columns as f64 / f).powi(2) + (0.5 * rows as f64 / f).powi(2);
-    let centre = PRINCIPAL_POINT * columns as f64;
-    let k1 = if lens.distortion == Distortion::default() {
-        UNKNOWN_DISTORTION / corner
-    } else {
-        // Given numbers are good to a tenth.
-        0.1 * lens.distortion.k1.abs()
-    };
-    let mut sigma = [0.0; Lens::PARAMETERS];
-    sigma[2..5].copy_from_slice(&[centre, centre, k1]);
-    let mut estimate = LensEstimate::independent(rows, columns, lens, sigma);
-    let (x, y) = (lens.focal_length_x_px, lens.focal_length_y_px);
-    // Both focal lengths are off by the same share.
-    for (i, j, value) in [(0, 0, x * x), (0, 1, x * y), (1, 0, x * y), (1, 1, y * y)] {
-        let own = if i == j { SQUARE * SQUARE } else { 0.0 };
-        estimate.covariance[i][j] = value * (focal_length_sigma * focal_length_sigma + own);
-    }
-    estimate
-}
-
-/// A lens of which nobody knows anything. The direction of travel makes rows with it all the same; angles and heights it does not tell.
-pub(super) fn unknown(rows: usize, columns: usize) -> LensEstimate {
-    let (widths, sigma) = UNKNOWN_FOCAL_LENGTH;
-    let middle = |size: usize| 0.5 * (size as f64 - 1.0);
-    let lens = Lens::pinhole(widths * columns as f64, middle(columns), middle(rows));
-    from_data_sheet(lens, sigma, rows, columns)
-}
-
-impl LensEstimate {
-    /// A lens of which a file tells the parameters and not how well they are known: as a calibration that went well has them, with focal lengths
-    /// to 0.2 %, principal point to 0.2 % of the width, k1 to a twentieth and 0.1 % of the radius at the corner.
-    pub fn of_a_calibration(lens: Lens, rows: usize, columns: usize) -> Self {
-        let (fx, fy) = (lens.focal_length_x_px, lens.focal_length_y_px);
-        let corner = (0.5 * columns as f64 / fx).powi(2) + (0.5 * rows as f64 / fy).powi(2);
-        let k1 = 0.05 * lens.distortion.k1.abs() + 0.001 / corner;
-        let centre = 0.002 * columns as f64;
-        Self::independent(
-            rows,
-            columns,
-            lens,
-            [0.002 * fx, 0.002 * fy, centre, centre, k1, 0.0, 0.0, 0.0, 0.0],
-        )
-    }
 }

@@ -1,11 +1,11 @@
 //! Where every frame stands: by the target, or by the stage.
 
 use super::find::Remarks;
-use super::travel::FoundTravel;
+use super::stage_axis::FoundAxis;
 use super::{CalibrateError, PositionSource, PositionsRecord};
-use crate::sequence::Sequence;
-use crate::tau::Tau;
-use crate::travel::{TargetScale, audit};
+use epirig_calibration::stage_axis::{TargetScale, positioning_error};
+use epirig_core::tau::Tau;
+use epirig_data::sequence::Sequence;
 
 /// The size of printed squares may differ so much from the stage's scale, in %: printers that scale "to fit" are off by 3 % and more, good ones by
 /// 0.2 %.
@@ -22,7 +22,7 @@ pub(super) fn from_stage(sequence: &Sequence) -> Result<PositionsRecord, Calibra
         tau: tau.values().to_vec(),
         baseline_mm,
         baseline_sigma_mm: None,
-        audit: None,
+        positioning_error: None,
         target_scale: None,
     })
 }
@@ -30,24 +30,26 @@ pub(super) fn from_stage(sequence: &Sequence) -> Result<PositionsRecord, Calibra
 /// As the target shows, on the stage's scale; on that of the target's squares if the stage's is not known.
 pub(super) fn from_target(
     sequence: &Sequence,
-    found: &FoundTravel,
+    found: &FoundAxis,
     remarks: &mut Remarks,
 ) -> Result<PositionsRecord, CalibrateError> {
     let reported = sequence.positions_mm();
     let counted: Vec<f64> = (0..sequence.frames().len()).map(|index| index as f64).collect();
     let scale = reported.as_ref().unwrap_or(&counted);
-    let Some(audit) = audit(&found.travel.tau, scale) else { return from_stage(sequence) };
-    let measured: Vec<f64> = audit.frames.iter().map(|frame| frame.measured_mm).collect();
+    let Some(positioning) = positioning_error(&found.stage_axis.tau, scale) else {
+        return from_stage(sequence);
+    };
+    let measured: Vec<f64> = positioning.frames.iter().map(|frame| frame.measured_mm).collect();
     let tau = Tau::from_positions(&measured)?;
-    let span = audit.baseline_mm;
-    let tau_sigma = audit.frames.iter().map(|frame| frame.sigma_mm.map(|sigma| sigma / span)).collect();
+    let span = positioning.baseline_mm;
+    let tau_sigma = positioning.frames.iter().map(|frame| frame.sigma_mm.map(|sigma| sigma / span)).collect();
     let mut record = PositionsRecord {
         source: PositionSource::Target,
         tau: tau.values().to_vec(),
         tau_sigma,
         baseline_mm: found.baseline_by_target_mm,
         baseline_sigma_mm: None,
-        audit: None,
+        positioning_error: None,
         target_scale: None,
     };
     if reported.is_none() {
@@ -66,18 +68,18 @@ pub(super) fn from_target(
         }
         record.target_scale = Some(scale);
     }
-    if !audit.outliers.is_empty() {
-        let names: Vec<String> = audit
+    if !positioning.outliers.is_empty() {
+        let names: Vec<String> = positioning
             .outliers
             .iter()
-            .map(|&frame| format!("{frame} ({:+.1} um)", audit.error_um(frame)))
+            .map(|&frame| format!("{frame} ({:+.1} um)", positioning.error_um(frame)))
             .collect();
         remarks
             .notes
             .push(format!("the stage stood elsewhere than it reported in frames {}", names.join(", ")));
     }
     record.baseline_mm = Some(span);
-    record.baseline_sigma_mm = Some(audit.baseline_sigma_mm);
-    record.audit = Some(audit);
+    record.baseline_sigma_mm = Some(positioning.baseline_sigma_mm);
+    record.positioning_error = Some(positioning);
     Ok(record)
 }

@@ -6,16 +6,16 @@ use std::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 
 use super::{InputHashes, PositionSource};
-use crate::lens::LensEstimate;
-use crate::lens::views::LensCalibration;
-use crate::photometry::{FrameGains, Linearity, Outcome, Photometry};
-use crate::rectify::Mapping;
-use crate::sequence::Intrinsics;
-use crate::tau::Tau;
-use crate::travel::{Audit, Direction, TargetScale};
+use epirig_calibration::lens::LensEstimate;
+use epirig_calibration::lens::views::LensCalibration;
+use epirig_calibration::photometry::{FrameGains, Linearity, Outcome, Photometry};
+use epirig_calibration::rectification::Mapping;
+use epirig_calibration::stage_axis::{Direction, PositioningError, TargetScale};
+use epirig_core::tau::Tau;
+use epirig_data::sequence::Intrinsics;
 
 /// Version of `calibration.json`.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Everything that a calibration has found: how raw frames become the volume, and how well that is known.
 ///
@@ -46,7 +46,7 @@ pub struct Calibration {
     /// The lens.
     pub lens: LensRecord,
     /// Direction of travel, if the target tells it.
-    pub travel: Option<TravelRecord>,
+    pub stage_axis: Option<StageAxisRecord>,
     /// Where every frame stands.
     pub positions: PositionsRecord,
     /// From raw to rectified pixels and back.
@@ -185,10 +185,10 @@ pub struct LensRecord {
     pub board_files: Vec<String>,
 }
 
-/// The direction of travel and how well the tracks fit.
+/// The stage axis and how well the tracks fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TravelRecord {
+pub struct StageAxisRecord {
     /// The two angles, in rad.
     pub direction: Direction,
     /// Rotation about the optical axis, in deg.
@@ -230,7 +230,7 @@ pub struct PositionsRecord {
     /// Its standard deviation, in mm, as far as it is known.
     pub baseline_sigma_mm: Option<f64>,
     /// The stage's report against what was measured.
-    pub audit: Option<Audit>,
+    pub positioning_error: Option<PositioningError>,
     /// The stage's scale against the size of the target's squares.
     pub target_scale: Option<TargetScale>,
 }

@@ -1,11 +1,11 @@
 //! Positions from the object's texture, jointly with its disparity.
 
 use super::{CalibrateError, PositionSource, PositionsRecord};
-use crate::epi::{DisparityRange, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
-use crate::progress::{Progress, Silent};
-use crate::tau::Tau;
-use crate::travel::{MeasuredTau, audit};
-use crate::volume::Volume;
+use epirig_calibration::stage_axis::{MeasuredTau, positioning_error};
+use epirig_core::progress::{Progress, Silent};
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+use epirig_matcher::{DisparityRange, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
 
 /// Rows that follow each other, so that windows are whole.
 const BLOCK_ROWS: usize = 8;
@@ -52,17 +52,17 @@ pub(super) fn from_texture(
     progress.end();
     let counted: Vec<f64> = frames.iter().map(|&index| index as f64).collect();
     let measured: Vec<Option<MeasuredTau>> = measured.into_iter().map(Some).collect();
-    let audit = audit(&measured, reported_mm.unwrap_or(&counted))
+    let positioning = positioning_error(&measured, reported_mm.unwrap_or(&counted))
         .ok_or_else(|| texture("there are fewer than two frames".to_owned()))?;
-    let positions: Vec<f64> = audit.frames.iter().map(|frame| frame.measured_mm).collect();
-    let span = audit.baseline_mm;
+    let positions: Vec<f64> = positioning.frames.iter().map(|frame| frame.measured_mm).collect();
+    let span = positioning.baseline_mm;
     Ok(PositionsRecord {
         source: PositionSource::Texture,
         tau: Tau::from_positions(&positions)?.values().to_vec(),
-        tau_sigma: audit.frames.iter().map(|frame| frame.sigma_mm.map(|sigma| sigma / span)).collect(),
+        tau_sigma: positioning.frames.iter().map(|frame| frame.sigma_mm.map(|sigma| sigma / span)).collect(),
         baseline_mm: reported_mm.map(|_| span),
-        baseline_sigma_mm: reported_mm.map(|_| audit.baseline_sigma_mm),
-        audit: reported_mm.map(|_| audit),
+        baseline_sigma_mm: reported_mm.map(|_| positioning.baseline_sigma_mm),
+        positioning_error: reported_mm.map(|_| positioning),
         target_scale: None,
     })
 }

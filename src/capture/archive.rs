@@ -3,8 +3,10 @@
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-use crate::frame::Frame;
-use crate::sequence::{Event, ExitStatus, FrameFacts, FrameKind, SequenceError, SequenceWriter, StopFacts};
+use epirig_core::frame::Frame;
+use epirig_data::sequence::{
+    Event, ExitStatus, FrameFacts, FrameKind, SequenceError, SequenceWriter, StopFacts,
+};
 
 /// Frames that may wait: one is written while the next is taken. A slow disk then slows the scan, and fills no memory.
 const WAITING: usize = 2;
@@ -115,9 +117,9 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::frame::Samples;
-    use crate::sequence::{FORMAT_VERSION, Origin, SequenceRecord};
-    use crate::storage::{Disk, RealDisk};
+    use epirig_core::frame::Samples;
+    use epirig_data::sequence::{FORMAT_VERSION, Origin, SequenceRecord};
+    use epirig_data::storage::{Disk, RealDisk};
 
     /// A disk that writes no frame until it is told to.
     struct Stuck(Arc<AtomicBool>);

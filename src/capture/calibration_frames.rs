@@ -6,9 +6,9 @@ use super::archive::Archive;
 use super::rig::Arrangement;
 use super::scan::{Scan, Trust, lost_trust};
 use super::{CaptureError, CapturePlan, records};
-use crate::camera;
-use crate::frame::Frame;
-use crate::sequence::{FrameFacts, FrameKind};
+use epirig_core::frame::Frame;
+use epirig_data::sequence::{FrameFacts, FrameKind};
+use epirig_devices::camera;
 
 /// Calibration frames that a sequence has: kind and index.
 #[derive(Debug, Clone, Default)]

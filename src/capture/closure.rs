@@ -2,9 +2,9 @@
 
 use super::CaptureError;
 use super::scan::{GoodFrame, Scan};
-use crate::sequence::{ClosureRecord, ComparisonRecord};
-use crate::shift::{ShiftError, shift_between};
-use crate::stage::StageError;
+use epirig_calibration::registration::{ShiftError, shift_between};
+use epirig_data::sequence::{ClosureRecord, ComparisonRecord};
+use epirig_devices::stage::StageError;
 
 impl Scan<'_, '_> {
     /// Takes a good frame again and compares it with what it was. `None` if it shows too little to tell.

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::camera::CameraError;
-use crate::sequence::SequenceError;
-use crate::stage::StageError;
+use epirig_data::sequence::SequenceError;
+use epirig_devices::camera::CameraError;
+use epirig_devices::stage::StageError;
 
 /// Why a scan stopped, or did not begin.
 #[derive(Debug, Error)]
@@ -71,7 +71,7 @@ pub enum CaptureError {
     },
     /// A frame could not be had, however often it was tried.
     #[error("frame {index} could not be had in {attempts} attempts; the last: {source}")]
-    Hopeless {
+    RetriesExhausted {
         /// Index of the frame.
         index: usize,
         /// Times that it was tried.
@@ -81,7 +81,7 @@ pub enum CaptureError {
     },
     /// The stage did not come back.
     #[error("the stage did not come back within {wait_s:.0} s: {source}")]
-    StageStaysAway {
+    StageReconnectTimeout {
         /// How long was waited.
         wait_s: f64,
         /// Why the last attempt failed.

@@ -20,12 +20,12 @@ mod step;
 
 use std::path::Path;
 
-use crate::camera::{CameraError, Configuration};
-use crate::sequence::{
+use epirig_data::sequence::{
     ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceRecord, SequenceWriter, new_uid, now,
     refuse_existing,
 };
-use crate::storage::Disk;
+use epirig_data::storage::Disk;
+use epirig_devices::camera::{CameraError, Configuration};
 
 pub use error::CaptureError;
 pub use estimate::Estimate;
@@ -92,7 +92,7 @@ fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {
             camera: scan.camera().identity().to_string(),
             configuration: Some(camera_record(&configuration, plan.averaged)),
             rig: plan.rig.clone(),
-            twin: plan.twin.clone(),
+            simulator: plan.simulator.clone(),
         },
         rows,
         columns,

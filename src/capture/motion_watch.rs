@@ -1,8 +1,8 @@
 //! Whether the picture moves when the stage says that it does.
 
-use crate::camera::Difference;
-use crate::frame::{Frame, full_scale};
-use crate::shift::shift_between;
+use epirig_calibration::registration::shift_between;
+use epirig_core::frame::{Frame, full_scale};
+use epirig_devices::camera::Difference;
 
 /// A picture has moved if it differs by so many times its noise: typical differences of two pairs of frames scatter by a few per
 /// cent only, being of thousands of samples.
@@ -43,22 +43,22 @@ pub(super) fn stands_still(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::twin::{Twin, TwinConfig};
+    use epirig_simulator::{Simulator, SimulatorConfig};
 
     #[test]
     fn a_stall_is_told_from_a_move_and_from_an_object_without_texture() {
         for noise_dn in [0.0, 1.5] {
-            let mut config = TwinConfig::textured_plane(96, 64, 3);
+            let mut config = SimulatorConfig::textured_plane(96, 64, 3);
             config.sensor.read_noise_dn = noise_dn;
-            let twin = Twin::new(config).unwrap();
-            let shot = |position_mm, exposure| twin.expose(position_mm, exposure);
+            let simulator = Simulator::new(config).unwrap();
+            let shot = |position_mm, exposure| simulator.expose(position_mm, exposure);
             let typical = Difference::between(&shot(10.0, 0), &shot(10.0, 1)).unwrap().typical_dn;
             let still = |one: &Frame, other: &Frame| stands_still(one, other, typical, 8, 1);
             assert!(still(&shot(10.0, 2), &shot(10.0, 3)), "noise {noise_dn}");
             assert!(!still(&shot(10.0, 4), &shot(11.5, 5)));
             // 0.2 mm are 0.08 px.
             assert!(!still(&shot(10.0, 6), &shot(10.2, 7)), "noise {noise_dn}");
-            let grey = |exposure| twin.digitise(&twin.uniform_irradiance(0.5), exposure);
+            let grey = |exposure| simulator.digitise(&simulator.uniform_irradiance(0.5), exposure);
             assert!(!still(&grey(2), &grey(3)), "nothing could be seen to move here");
         }
     }

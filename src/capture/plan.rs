@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use super::CaptureError;
-use crate::camera::{CameraSettings, Configuration};
-use crate::sequence::{FrameKind, NominalLens};
+use epirig_data::sequence::{FrameKind, NominalLens};
+use epirig_devices::camera::{CameraSettings, Configuration};
 
 /// What a scan puts up with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +58,7 @@ pub struct CapturePlan {
     /// How to connect to the rig again, for whoever resumes.
     pub rig: Option<serde_json::Value>,
     /// How the simulated rig was made, if it is one.
-    pub twin: Option<serde_json::Value>,
+    pub simulator: Option<serde_json::Value>,
 }
 
 impl CapturePlan {
@@ -75,7 +75,7 @@ impl CapturePlan {
             limits: CaptureLimits::default(),
             lens: None,
             rig: None,
-            twin: None,
+            simulator: None,
         }
     }
 

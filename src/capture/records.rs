@@ -1,7 +1,7 @@
 //! What a sequence records of a camera and its frames.
 
-use crate::camera::{Configuration, FrameFacts, TimingRule};
-use crate::sequence::{CameraRecord, ExposureRecord};
+use epirig_data::sequence::{CameraRecord, ExposureRecord};
+use epirig_devices::camera::{Configuration, FrameFacts, TimingRule};
 
 /// What a camera was set to.
 pub(super) fn camera_record(configuration: &Configuration, averaged: usize) -> CameraRecord {

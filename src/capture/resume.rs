@@ -7,12 +7,12 @@ use super::records::camera_record;
 use super::rig::Rig;
 use super::scan::{GoodFrame, Scan};
 use super::{CaptureError, CapturePlan, interrupted};
-use crate::progress::Progress;
-use crate::sequence::{
+use epirig_core::progress::Progress;
+use epirig_data::sequence::{
     ClosureRecord, Event, ExitStatus, Finding, FrameKind, FrameRecord, Origin, Sequence, SequenceWriter,
     refuse_busy, verify,
 };
-use crate::storage::Disk;
+use epirig_data::storage::Disk;
 
 /// Takes the frames that the sequence in `folder` lacks, as [`capture`](super::capture) would have done.
 ///

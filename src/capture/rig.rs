@@ -1,9 +1,9 @@
 //! What a scan works with.
 
 use super::PauseSwitch;
-use crate::camera::Camera;
-use crate::progress::Progress;
-use crate::stage::StageSource;
+use epirig_core::progress::Progress;
+use epirig_devices::camera::Camera;
+use epirig_devices::stage::StageSource;
 
 /// What is to be in front of the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

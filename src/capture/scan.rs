@@ -6,13 +6,13 @@ use super::archive::Archive;
 use super::closure::is_unheard;
 use super::rig::Rig;
 use super::{CaptureError, CapturePlan};
-use crate::camera::{Camera, CameraError, Configuration, Moment};
-use crate::frame::Frame;
-use crate::sequence::{
+use epirig_core::frame::Frame;
+use epirig_data::sequence::{
     CameraRecord, ClosureRecord, Event, ExitStatus, FrameKind, ResumedRecord, RetakeRecord, SequenceWriter,
     StopFacts, TimesRecord, now,
 };
-use crate::stage::{Stage, StageError, StopSwitch};
+use epirig_devices::camera::{Camera, CameraError, Configuration, Moment};
+use epirig_devices::stage::{Stage, StageError, StopSwitch};
 
 /// A frame of the scan that is known to be good.
 #[derive(Debug, Clone)]
@@ -174,7 +174,11 @@ impl<'a, 'r> Scan<'a, 'r> {
             let reason = error.to_string();
             archive.note(Event::Retake(RetakeRecord { index, attempt, reason, at: now() }))?;
             if attempt > self.plan.limits.retakes {
-                return Err(CaptureError::Hopeless { index, attempts: attempt, source: Box::new(error) });
+                return Err(CaptureError::RetriesExhausted {
+                    index,
+                    attempts: attempt,
+                    source: Box::new(error),
+                });
             }
             attempt += 1;
         }
@@ -237,10 +241,12 @@ impl<'a, 'r> Scan<'a, 'r> {
         loop {
             let left = until.since(self.rig.camera.now());
             match self.rig.camera.reconnect(SLICE.min(left)) {
-                Err(CameraError::StaysAway { .. }) if self.is_to_end() => return Err(CaptureError::Paused),
-                Err(CameraError::StaysAway { .. }) if left > SLICE => {}
-                Err(CameraError::StaysAway { camera, why, .. }) => {
-                    return Err(CameraError::StaysAway { camera, patience: wait, why }.into());
+                Err(CameraError::ReconnectTimeout { .. }) if self.is_to_end() => {
+                    return Err(CaptureError::Paused);
+                }
+                Err(CameraError::ReconnectTimeout { .. }) if left > SLICE => {}
+                Err(CameraError::ReconnectTimeout { camera, why, .. }) => {
+                    return Err(CameraError::ReconnectTimeout { camera, patience: wait, why }.into());
                 }
                 done => return Ok(done?),
             }
@@ -285,7 +291,7 @@ impl<'a, 'r> Scan<'a, 'r> {
                 return Err(CaptureError::Paused);
             }
             if std::time::Instant::now() >= until {
-                return Err(CaptureError::StageStaysAway { wait_s: wait.as_secs_f64(), source });
+                return Err(CaptureError::StageReconnectTimeout { wait_s: wait.as_secs_f64(), source });
             }
             // Its port must be free before it can be opened again.
             self.stage = None;

@@ -3,10 +3,10 @@
 use super::motion_watch::stands_still;
 use super::scan::Scan;
 use super::{CaptureError, records};
-use crate::camera::{self, CameraError, TakenFrame, average};
-use crate::frame::Frame;
-use crate::sequence::{CertificateRecord, FrameFacts};
-use crate::stage::StageError;
+use epirig_core::frame::Frame;
+use epirig_data::sequence::{CertificateRecord, FrameFacts};
+use epirig_devices::camera::{self, CameraError, TakenFrame, average};
+use epirig_devices::stage::StageError;
 
 /// Means of the frames of neighbouring stops differ by less than this factor: they show nearly the same part of the object, or there
 /// would be nothing to match.

@@ -13,17 +13,17 @@ use crate::calibrate::{
     CALIBRATION, Calibration, CalibrationPlan, LensKnowledge, LensSource, PositionSource,
     read_calibration_file,
 };
-use crate::lens::{LensEstimate, opencv_yaml, ros_camera_info};
-use crate::measure::{calibrate_sequence, calibration_need};
-use crate::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
+use crate::pipeline::{calibrate_sequence, calibration_need};
 use crate::profile::Profile;
-use crate::sequence::{FrameKind, Intrinsics, Sequence};
-use crate::storage::read_text;
+use epirig_calibration::lens::{LensEstimate, opencv_yaml, ros_camera_info};
+use epirig_calibration::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
+use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
+use epirig_data::storage::read_text;
 
-/// Find out what a rig is really like: light, lens, direction of travel, position of every frame
+/// Find out what a rig is really like: light, lens, stage axis, position of every frame
 ///
 /// Takes what the sequence has: dark and flat frames for the light, frames of a chess-board in a hand for the lens, chess-boards on the object for
-/// the direction of travel and the positions. Says what it lacks, refuses what will not do (exit code 6), and writes calibration.json, which
+/// the stage axis and the positions. Says what it lacks, refuses what will not do (exit code 6), and writes calibration.json, which
 /// `epirig match` applies. Target, board and lens are those of the sequence's own profile, or of another one with --rig.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
@@ -56,9 +56,9 @@ pub(super) struct CalibrateVerb {
     /// Do not subtract the dark level
     #[arg(long)]
     no_dark: bool,
-    /// Do not replace pixels that cannot be used
+    /// Do not replace defective pixels
     #[arg(long)]
-    no_hot_pixels: bool,
+    no_defective_pixels: bool,
     /// Do not make the frames equally bright
     #[arg(long)]
     no_frame_gain: bool,
@@ -131,7 +131,7 @@ impl CalibrateVerb {
             plan.lens = Some(read_lens(path, record.rows, record.columns)?);
         }
         plan.photometry.dark = !self.no_dark;
-        plan.photometry.hot_pixels = !self.no_hot_pixels;
+        plan.photometry.defective_pixels = !self.no_defective_pixels;
         plan.photometry.frame_gain = !self.no_frame_gain;
         plan.photometry.flat_field = self.flat_field.0;
         if let Some(path) = &self.linearity {
@@ -253,7 +253,7 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         outcome(&calibration.photometry.flat_field, |field| {
             format!(
                 "corners {:.1} % darker{}, {} frames",
-                field.corner_darkening_percent,
+                field.vignetting_percent,
                 unexplained(field.residual_rms_percent),
                 field.frames
             )
@@ -261,7 +261,7 @@ pub(super) fn describe(calibration: &Calibration) -> String {
     );
     line(
         "unusable pixels",
-        outcome(&calibration.photometry.hot_pixels, |pixels| {
+        outcome(&calibration.photometry.defective_pixels, |pixels| {
             format!("{}, replaced by their neighbours", pixels.len())
         }),
     );
@@ -283,26 +283,26 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         }),
     );
     line("lens", lens(calibration));
-    if let Some(travel) = &calibration.travel {
-        line("roll", with_sigma(travel.roll_deg, travel.roll_sigma_deg, "deg"));
-        line("pan", with_sigma(travel.pan_deg, travel.pan_sigma_deg, "deg"));
+    if let Some(stage_axis) = &calibration.stage_axis {
+        line("roll", with_sigma(stage_axis.roll_deg, stage_axis.roll_sigma_deg, "deg"));
+        line("pan", with_sigma(stage_axis.pan_deg, stage_axis.pan_sigma_deg, "deg"));
         line(
             "rows",
             format!(
                 "straight to {:.4} px RMS ({} corners in {} frames, each known to {:.4} px)",
-                travel.rows_rms_px, travel.corners, travel.frames, travel.corner_sigma_px
+                stage_axis.rows_rms_px, stage_axis.corners, stage_axis.frames, stage_axis.corner_sigma_px
             ),
         );
     }
     let positions = &calibration.positions;
     line(
         "positions",
-        match (&positions.audit, positions.source) {
-            (Some(audit), source) => format!(
+        match (&positions.positioning_error, positions.source) {
+            (Some(positioning), source) => format!(
                 "from the {}: the stage is off by {:.1} um RMS, {:.1} um at most",
                 if source == PositionSource::Target { "target" } else { "texture" },
-                audit.rms_um,
-                audit.largest_um
+                positioning.rms_um,
+                positioning.largest_um
             ),
             (None, PositionSource::Stage) if positions.baseline_mm.is_none() => {
                 "not known; taken as evenly spaced".to_owned()

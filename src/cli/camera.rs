@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::rig::{CameraArgument, RigArgument};
 use super::{CliError, Talk};
-use crate::camera::{Control, find_control};
+use epirig_devices::camera::{Control, find_control};
 
 /// Read and set the controls of a camera: exposure, gain and what else it has
 #[derive(Debug, Args)]

@@ -10,8 +10,8 @@ use super::rig::{CameraArguments, Options, PlanArguments, RigArgument, StageArgu
 use super::scan::{Course, Devices, scan};
 use super::{CliError, Talk};
 use crate::profile::Profile;
-use crate::sequence::refuse_existing;
-use crate::stage::StageSource;
+use epirig_data::sequence::refuse_existing;
+use epirig_devices::stage::StageSource;
 
 /// Move the stage in steps and take a frame at each stop
 #[derive(Debug, Args)]

@@ -7,10 +7,10 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::{CliError, Talk};
-use crate::link::{Entry, Side, Transcript, TranscriptError};
-use crate::stage::Dialect;
-use crate::stage::decode::Decoder;
-use crate::storage::{ReadError, read_named};
+use epirig_data::storage::{ReadError, read_named};
+use epirig_devices::link::{Entry, Side, Transcript, TranscriptError};
+use epirig_devices::stage::Dialect;
+use epirig_devices::stage::decode::Decoder;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum DialectName {
@@ -42,7 +42,7 @@ enum SideName {
 /// Print what went over a stage's line as text
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  epirig move 12.5 --transcript move.txt
+  epirig stage move 12.5 --transcript move.txt
   epirig decode move.txt
   epirig decode --dialect native --side device capture.bin     bytes that another program recorded
   epirig decode --dialect grbl -                               from stdin

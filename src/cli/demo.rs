@@ -8,18 +8,18 @@ use serde::Serialize;
 
 use super::evaluate::table;
 use super::matching::describe;
-use super::rig::{simulated_twin, twin_config};
+use super::rig::{simulated_simulator, simulator_config};
 use super::run::{Measured, examine_shortly, measure_object};
 use super::scan::Devices;
 use super::{CliError, Talk};
-use crate::epi::MatchOptions;
-use crate::evaluate::{TruthReport, compare_with_truth, median_step};
-use crate::measure::Measurement;
-use crate::plane::Plane;
+use crate::pipeline::Measurement;
 use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder};
-use crate::twin::{Scene, Truth};
+use epirig_core::grid::Grid;
+use epirig_matcher::MatchOptions;
+use epirig_matcher::evaluate::{TruthReport, compare_with_truth, median_step};
+use epirig_simulator::{Scene, Truth};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum SceneName {
@@ -72,20 +72,20 @@ impl Demo {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let out = self.out.clone().unwrap_or_else(free_folder);
         let profile = self.profile()?;
-        let twin = simulated_twin(twin_config(&profile)?)?;
+        let simulator = simulated_simulator(simulator_config(&profile)?)?;
         talk.say(&format!(
             "A simulated {}, {1} x {1} px, {2} frames. Everything goes to {3}.",
             match self.scene {
                 SceneName::Tile => "tile",
                 SceneName::CubeEdge => "edge of a cube",
             },
-            twin.config().optics.columns,
-            twin.config().scan.frames,
+            simulator.config().optics.columns,
+            simulator.config().scan.frames,
             out.display()
         ));
         let folder = out.join("sequence");
         // The truth is for the comparison below; the measurement does what it does with any rig.
-        let truth = twin.truth(0)?;
+        let truth = simulator.truth(0)?;
         let mut devices = Devices::of(&profile, None, talk)?;
         // Whoever asks for a small or noisy picture wants to see what comes of it.
         examine_shortly(&mut devices, &profile, &folder, talk)?;
@@ -99,7 +99,7 @@ impl Demo {
         )?;
         let Measured { measurement, results, .. } = measured;
         write_truth(&folder.join("truth"), &truth)?;
-        write_comparison(&results, &measurement, &truth, twin.config().scene.distance_mm())?;
+        write_comparison(&results, &measurement, &truth, simulator.config().scene.distance_mm())?;
         results.commit()?;
 
         let summary = &measurement.summary;
@@ -110,7 +110,7 @@ impl Demo {
             &truth.disparity,
             ends,
         )?;
-        let true_depth_mm = match twin.config().scene {
+        let true_depth_mm = match simulator.config().scene {
             Scene::Tile { hollow_depth_mm, .. } => Some(hollow_depth_mm),
             _ => None,
         };
@@ -196,7 +196,7 @@ fn write_comparison(
 ) -> Result<(), CliError> {
     let range = ValueRange::of(&truth.disparity, 0.05);
     let (columns, rows) = object_area(&truth.disparity);
-    let part = |map: &Plane<f32>| map.cropped(columns.clone(), rows.clone());
+    let part = |map: &Grid<f32>| map.cropped(columns.clone(), rows.clone());
     let pictures = side_by_side(&[
         map_picture(&part(&measurement.maps.disparity), "Disparity, measured", "px", range)?,
         map_picture(&part(&truth.disparity), "Disparity, truth", "px", range)?,
@@ -226,7 +226,7 @@ fn write_comparison(
 }
 
 /// Columns and rows where there is a truth, with a margin.
-fn object_area(truth: &Plane<f32>) -> (Range<usize>, Range<usize>) {
+fn object_area(truth: &Grid<f32>) -> (Range<usize>, Range<usize>) {
     const MARGIN: usize = 12;
     let known = |x: usize, y: usize| !truth.at(x, y).is_nan();
     let around = |size: usize, occupied: &dyn Fn(usize) -> bool| {

@@ -5,12 +5,12 @@ use serde::Serialize;
 
 use super::camera::ControlOutput;
 use super::{CliError, Talk};
-use crate::camera::pixels::PixelFormat;
-use crate::camera::{
+use epirig_devices::camera::pixels::PixelFormat;
+use epirig_devices::camera::{
     Camera, CameraError, CameraIdentity, Control, Interval, OfferedFormat, Sizes, V4l2Camera, V4l2Device,
     cameras,
 };
-use crate::link::{LinkError, PortFacts, holder, ports};
+use epirig_devices::link::{LinkError, PortFacts, holder, ports};
 
 /// List the serial ports that a stage may be connected to, and the cameras with what they can do
 #[derive(Debug, Args)]

@@ -7,9 +7,9 @@ use clap::Args;
 use super::capture::RigArguments;
 use super::scan::Devices;
 use super::{CliError, Talk};
-use crate::preflight::{Check, PreflightPlan, Report, Verdict, examine};
+use crate::doctor::{Check, DoctorPlan, Report, Verdict, examine};
 use crate::profile::Profile;
-use crate::stage::StageSource;
+use epirig_devices::stage::StageSource;
 
 /// Examine the rig before a scan: what is wrong, and how well heights will be known
 #[derive(Debug, Args)]
@@ -49,7 +49,7 @@ pub(super) fn examine_rig(
     short: bool,
     talk: &Talk,
 ) -> Result<Report, CliError> {
-    let plan = PreflightPlan {
+    let plan = DoctorPlan {
         scan: devices.plan.clone(),
         distance_mm: profile.optics.distance_mm,
         relief_mm: profile.target.relief_mm,

@@ -6,23 +6,23 @@ use thiserror::Error;
 
 use super::interrupt::INTERRUPTED;
 use crate::calibrate::CalibrateError;
-use crate::camera::CameraError;
 use crate::capture::CaptureError;
-use crate::epi::MatchError;
-use crate::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
-use crate::link::LinkError;
-use crate::measure::MeasureError;
+use crate::doctor::DoctorError;
 use crate::memory::Bound;
-use crate::preflight::PreflightError;
+use crate::pipeline::PipelineError;
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
 use crate::results::ResultsError;
-use crate::sequence::SequenceError;
-use crate::stage::StageError;
-use crate::storage::ReadError;
-use crate::surface::SurfaceError;
-use crate::target::TargetError;
-use crate::twin::TwinError;
+use epirig_calibration::target::TargetError;
+use epirig_data::sequence::SequenceError;
+use epirig_data::storage::ReadError;
+use epirig_devices::camera::CameraError;
+use epirig_devices::link::LinkError;
+use epirig_devices::stage::StageError;
+use epirig_matcher::MatchError;
+use epirig_matcher::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
+use epirig_matcher::surface::SurfaceError;
+use epirig_simulator::SimulatorError;
 
 const TROUBLE: u8 = 1;
 const USAGE: u8 = 2;
@@ -47,13 +47,13 @@ pub(super) enum CliError {
     #[error(transparent)]
     Surface(#[from] SurfaceError),
     #[error(transparent)]
-    Twin(#[from] TwinError),
+    Simulator(#[from] SimulatorError),
     #[error(transparent)]
     Profile(#[from] ProfileError),
     #[error(transparent)]
     RecordedRig(#[from] RecordedRigError),
     #[error(transparent)]
-    Preflight(#[from] PreflightError),
+    Doctor(#[from] DoctorError),
     #[error(
         "the rig is not ready for this scan ({0}); do what the examination advises, or let `run --anyway` go on"
     )]
@@ -88,15 +88,15 @@ pub(super) enum CliError {
     Output(#[from] std::io::Error),
 }
 
-impl From<MeasureError> for CliError {
-    fn from(error: MeasureError) -> Self {
+impl From<PipelineError> for CliError {
+    fn from(error: PipelineError) -> Self {
         match error {
-            MeasureError::Sequence(error) => Self::Sequence(error),
-            MeasureError::Calibrate(error) => Self::from(error),
-            MeasureError::Match(error) => Self::Match(error),
-            MeasureError::Results(error) => Self::Results(error),
-            MeasureError::Report(error) => Self::Report(error),
-            MeasureError::Surface(error) => Self::Surface(error),
+            PipelineError::Sequence(error) => Self::Sequence(error),
+            PipelineError::Calibrate(error) => Self::from(error),
+            PipelineError::Match(error) => Self::Match(error),
+            PipelineError::Results(error) => Self::Results(error),
+            PipelineError::Report(error) => Self::Report(error),
+            PipelineError::Surface(error) => Self::Surface(error),
         }
     }
 }
@@ -133,9 +133,9 @@ impl CliError {
         match self {
             Self::Sequence(error) => sequence_code(error),
             Self::Capture(error) => capture_code(error),
-            Self::Preflight(error) => match error {
-                PreflightError::Stage(error) => stage_code(error),
-                PreflightError::Camera(error) => camera_code(error),
+            Self::Doctor(error) => match error {
+                DoctorError::Stage(error) => stage_code(error),
+                DoctorError::Camera(error) => camera_code(error),
                 _ => USAGE,
             },
             Self::Calibrate(error) => calibrate_code(error),
@@ -157,7 +157,7 @@ impl CliError {
                 _ => TROUBLE,
             },
             Self::Profile(_)
-            | Self::Twin(_)
+            | Self::Simulator(_)
             | Self::Target(_)
             | Self::LeaveOut(_)
             | Self::SplitHalf(_)
@@ -181,7 +181,7 @@ fn capture_code(error: &CaptureError) -> u8 {
     match error {
         CaptureError::Interrupted { .. } => RESUMABLE,
         CaptureError::Stage(error)
-        | CaptureError::StageStaysAway { source: error, .. }
+        | CaptureError::StageReconnectTimeout { source: error, .. }
         | CaptureError::CannotHome { source: error, .. } => stage_code(error),
         CaptureError::Camera(error) => camera_code(error),
         CaptureError::Sequence(error) => sequence_code(error),

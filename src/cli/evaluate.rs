@@ -10,14 +10,14 @@ use super::need::{check, close_others, frames_of};
 use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
-use crate::evaluate::{
+use crate::pipeline::{Frames, load, match_need};
+use crate::results::{read_map, read_named_map, read_summary};
+use epirig_core::volume::Volume;
+use epirig_data::sequence::Sequence;
+use epirig_matcher::evaluate::{
     BothWaysReport, Differences, ErrorStatistics, SplitHalfReport, TruthReport, both_ways,
     compare_with_truth, leave_out, split_half,
 };
-use crate::measure::{Frames, load, match_need};
-use crate::results::{read_map, read_named_map, read_summary};
-use crate::sequence::Sequence;
-use crate::volume::Volume;
 
 /// Say how good a disparity map is: against truth, frames left out, or another match
 ///
@@ -31,7 +31,7 @@ use crate::volume::Volume;
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
-  epirig evaluate seq --leave-out 5 --reference middle --ordering free
+  epirig evaluate seq --leave-out 5 --reference middle --ordering-constraint off
   epirig evaluate seq --split-half --reference middle
   epirig evaluate seq --both-ways"
 )]

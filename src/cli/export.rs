@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::files::write_new;
 use super::scan_end::tell_results;
 use super::{CliError, Talk};
-use crate::formats::MapFormat;
 use crate::results::{ResultsError, read_map, read_summary};
+use epirig_data::formats::MapFormat;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum MapName {

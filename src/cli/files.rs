@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use super::CliError;
-use crate::storage::{Disk, RealDisk, Scratch, Step, parent};
+use epirig_data::storage::{Disk, RealDisk, Scratch, Step, parent};
 
 /// A file under its name only when it is whole, in place of one that has it.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {

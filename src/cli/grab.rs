@@ -8,12 +8,12 @@ use serde::Serialize;
 use super::files::write_new;
 use super::rig::{CameraArguments, Options, RigArgument, camera_settings, open_camera, tell_configuration};
 use super::{CliError, Talk};
-use crate::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
-use crate::formats::MapFormat;
-use crate::frame::Frame;
-use crate::progress::Progress;
-use crate::sequence::encode_png;
-use crate::stage::StagePosition;
+use epirig_core::frame::Frame;
+use epirig_core::progress::Progress;
+use epirig_data::formats::MapFormat;
+use epirig_data::sequence::encode_png;
+use epirig_devices::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
+use epirig_devices::stage::StagePosition;
 
 /// Take a frame, and say how light and sharp it is
 #[derive(Debug, Args)]

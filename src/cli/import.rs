@@ -7,8 +7,8 @@ use clap::Args;
 use super::rig::{Options, named_profile, nominal_lens};
 use super::{CliError, Talk};
 use crate::profile::{Override, Profile};
-use crate::sequence::FrameKind;
-use crate::sequence::import::{ImportOptions, Imported, import};
+use epirig_data::sequence::FrameKind;
+use epirig_data::sequence::import::{ImportOptions, Imported, import};
 
 /// Make a sequence of images that other software took
 ///

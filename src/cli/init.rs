@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use super::files::write_new;
 use super::{CliError, Talk};
-use crate::camera::pixels::PixelFormat;
-use crate::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
-use crate::link::{LinkError, PortFacts, ports};
 use crate::profile::{Findings, FoundCamera, commented};
+use epirig_devices::camera::pixels::PixelFormat;
+use epirig_devices::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
+use epirig_devices::link::{LinkError, PortFacts, ports};
 
 /// Write a rig profile from what is connected
 #[derive(Debug, Args)]

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use super::progress::tell;
 use crate::capture::PauseSwitch;
-use crate::stage::{StopSwitch, Urgency};
-use crate::storage::abandon;
+use epirig_data::storage::abandon;
+use epirig_devices::stage::{StopSwitch, Urgency};
 
 /// A scan that an interruption ends after the frame in hand, before it stops anything.
 static TO_PAUSE: Mutex<Option<PauseSwitch>> = Mutex::new(None);
@@ -47,7 +47,7 @@ pub(super) fn install() -> Result<(), std::io::Error> {
     obey_other_epirigs()
 }
 
-/// `epirig stop` in another terminal means the stage, not the scan.
+/// `epirig stage stop` in another terminal means the stage, not the scan.
 #[cfg(unix)]
 fn obey_other_epirigs() -> Result<(), std::io::Error> {
     use signal_hook::consts::SIGUSR1;

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::CliError;
-use crate::photometry::ExposureLevel;
-use crate::sequence::{LARGEST_IMAGE, SequenceRecord, decode_grey, header};
-use crate::storage::{read_file, read_text};
+use epirig_calibration::photometry::ExposureLevel;
+use epirig_data::sequence::{LARGEST_IMAGE, SequenceRecord, decode_grey, header};
+use epirig_data::storage::{read_file, read_text};
 
 /// More lines than anybody writes.
 const LARGEST_TABLE: u64 = 1 << 20;

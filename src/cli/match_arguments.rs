@@ -1,56 +1,13 @@
 //! The matcher's options on the command line, shared by the verbs that match.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-use crate::epi::interpolation::Interpolation;
-use crate::epi::{DisparityRange, HiddenPoints, MatchOptions, Method, Ordering, ReferenceFrame, Search};
+use epirig_matcher::interpolation::Interpolation;
+use epirig_matcher::{
+    DisparityRange, MatchOptions, Method, Occlusion, OrderingConstraint, ReferenceFrame, Search,
+};
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum SearchName {
-    Factorised,
-    Exhaustive,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum MethodName {
-    /// Variance of the intensities along the line; needs equal illumination
-    Variance,
-    /// Variance of locally normalised frames: for light that varies from frame to frame and over the image
-    Normalised,
-    /// Correlation of windows with the reference frame's window
-    NccFirst,
-    /// Correlation of windows with their mean
-    NccMean,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum InterpolationName {
-    Linear,
-    /// Cubic convolution (Keys)
-    Cubic,
-    /// Cubic B-spline, the most accurate
-    BSpline,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum OrderingName {
-    /// Points keep their order: the paper's strictly increasing mapping
-    Strict,
-    /// Each pixel by itself: for things in front of other things
-    Free,
-    /// Strict unless depth edges forbid it
-    Auto,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum HiddenName {
-    /// Nothing hides anything
-    None,
-    /// A point may be hidden before or after the reference frame
-    OneSide,
-    /// One side with free ordering, none with strict
-    Auto,
-}
+use super::choice::choice;
 
 /// How to match.
 #[derive(Debug, Clone, Args)]
@@ -61,49 +18,49 @@ pub(super) struct MatchArguments {
     #[arg(long, conflicts_with = "wanted_sigma")]
     quick: bool,
     /// How the samples along a line are compared
-    #[arg(long, value_enum, default_value = "variance")]
-    method: MethodName,
+    #[arg(long, value_parser = choice::<Method>(), default_value_t = usual().method)]
+    method: Method,
     /// Disparities to search, in px over the whole baseline, such as 420..434 or -60..0 [default: found from the data]
     #[arg(long, value_name = "MIN..MAX", value_parser = parse_range, allow_hyphen_values = true)]
     range: Option<DisparityRange>,
     /// The frame whose pixels are answered: first, middle, last or an index from 0
     #[arg(long, default_value = "first", value_parser = parse_reference)]
     reference: ReferenceFrame,
-    /// Step between the disparities tried, in px
-    #[arg(long, value_name = "PX", default_value_t = 0.25)]
-    raster: f64,
+    /// Step between disparity candidates, in px
+    #[arg(long, value_name = "PX", default_value_t = usual().disparity_step_px)]
+    disparity_step: f64,
     /// Side of the cost's window, odd, in px [default: 3 for variance and normalised, 7 for correlation]
     #[arg(long, value_name = "PX")]
     window: Option<usize>,
     /// Whether candidates are searched by sums over groups of frames, or by every sample as in the paper (always so for correlation)
-    #[arg(long, value_enum, default_value = "factorised")]
-    search: SearchName,
-    /// Let neighbouring rows help each other where texture is weak; for surfaces that go on from row to row (the search takes about twice as long)
+    #[arg(long, value_parser = choice::<Search>(), default_value_t = usual().search)]
+    search: Search,
+    /// Aggregate costs across rows, too (semi-global matching): for weak texture on surfaces that continue from row to row (the search takes about twice as long)
     #[arg(long)]
-    across_rows: bool,
+    semi_global: bool,
     /// How the exhaustive search samples frames between pixels
-    #[arg(long, value_enum, default_value = "b-spline")]
-    interpolation: InterpolationName,
+    #[arg(long, value_parser = choice::<Interpolation>(), default_value_t = usual().interpolation)]
+    interpolation: Interpolation,
     /// Whether points keep their order from the first to the last frame
-    #[arg(long, value_enum, default_value = "auto")]
-    ordering: OrderingName,
-    /// Whether points may be hidden in part of the sequence
-    #[arg(long, value_enum, default_value = "auto")]
-    hidden: HiddenName,
+    #[arg(long, value_parser = choice::<OrderingConstraint>(), default_value_t = usual().ordering_constraint)]
+    ordering_constraint: OrderingConstraint,
+    /// Whether points may be occluded in part of the sequence
+    #[arg(long, value_parser = choice::<Occlusion>(), default_value_t = usual().occlusion)]
+    occlusion: Occlusion,
     /// Share of the frames that must see a point, from above 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.5)]
+    #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_visible)]
     min_visible: f64,
     /// Leave a pixel without answer if its sigma is larger, in px
-    #[arg(long, value_name = "PX", default_value_t = 3.0)]
+    #[arg(long, value_name = "PX", default_value_t = usual().maximum_sigma_px)]
     max_sigma: f64,
-    /// Leave a pixel without answer if its confidence is lower (free ordering only), from 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.03)]
+    /// Leave a pixel without answer if its confidence is lower (without the ordering constraint), from 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_confidence)]
     min_confidence: f64,
     /// Side of the smallest window of the sub-pixel fit, odd, from 1 to 21 px [default: 3, with --quick 5]
     #[arg(long, value_name = "PX")]
     fit_window: Option<usize>,
     /// Let the window of the fit grow, up to 11 px and up to 21 px on surfaces that show no relief, where it leaves a larger sigma than this, in px; `inf` keeps all windows the smallest
-    #[arg(long, value_name = "PX", default_value_t = 0.005)]
+    #[arg(long, value_name = "PX", default_value_t = usual().wanted_sigma_px)]
     wanted_sigma: f64,
     /// Take the parabola through three costs instead of the fit over all frames (always so for correlation)
     #[arg(long)]
@@ -112,42 +69,21 @@ pub(super) struct MatchArguments {
 
 impl MatchArguments {
     pub(super) fn options(&self) -> MatchOptions {
-        let method = match self.method {
-            MethodName::Variance => Method::Variance,
-            MethodName::Normalised => Method::Normalised,
-            MethodName::NccFirst => Method::NccFirst,
-            MethodName::NccMean => Method::NccMean,
-        };
-        let defaults = MatchOptions::for_method(method);
+        let defaults = MatchOptions::for_method(self.method);
         let defaults = if self.quick { defaults.quick() } else { defaults };
         MatchOptions {
-            method,
-            search: match self.search {
-                SearchName::Factorised => Search::Factorised,
-                SearchName::Exhaustive => Search::Exhaustive,
-            },
+            method: self.method,
+            search: self.search,
             effort: defaults.effort,
-            interpolation: match self.interpolation {
-                InterpolationName::Linear => Interpolation::Linear,
-                InterpolationName::Cubic => Interpolation::Cubic,
-                InterpolationName::BSpline => Interpolation::BSpline,
-            },
+            interpolation: self.interpolation,
             range: self.range,
-            raster_px: self.raster,
+            disparity_step_px: self.disparity_step,
             window_px: self.window.unwrap_or(defaults.window_px),
-            across_rows: self.across_rows,
+            semi_global: self.semi_global,
             reference: self.reference,
             minimum_visible: self.min_visible,
-            hidden_points: match self.hidden {
-                HiddenName::None => HiddenPoints::None,
-                HiddenName::OneSide => HiddenPoints::OneSide,
-                HiddenName::Auto => HiddenPoints::Automatic,
-            },
-            ordering: match self.ordering {
-                OrderingName::Strict => Ordering::Strict,
-                OrderingName::Free => Ordering::Free,
-                OrderingName::Auto => Ordering::Automatic,
-            },
+            occlusion: self.occlusion,
+            ordering_constraint: self.ordering_constraint,
             refine: defaults.refine && !self.no_fit,
             refine_window_px: self.fit_window.unwrap_or(defaults.refine_window_px),
             wanted_sigma_px: self.wanted_sigma,
@@ -155,6 +91,11 @@ impl MatchArguments {
             minimum_confidence: self.min_confidence,
         }
     }
+}
+
+/// What help states as the defaults; a few depend on the method, and their help says so.
+fn usual() -> MatchOptions {
+    MatchOptions::default()
 }
 
 fn parse_range(text: &str) -> Result<DisparityRange, String> {

@@ -9,23 +9,23 @@ use super::need::{check_match, frames_of};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
-use crate::measure::{Measurement, View, measure};
+use crate::pipeline::{Measurement, View, measure};
 use crate::results::ResultsFolder;
-use crate::sequence::{FrameKind, Sequence};
+use epirig_data::sequence::{FrameKind, Sequence};
 
-/// Find the disparity of every pixel of a sequence, and its height if lens and travel are known
+/// Find the disparity of every pixel of a sequence, and its height if lens and stage axis are known
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig match seq
-  epirig match seq --reference middle --ordering free      things in front of other things
+  epirig match seq --reference middle --ordering-constraint off      objects that occlude others
   epirig match seq --method normalised                     illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
   epirig match seq --quick --out look                      a first look: matching takes a third of its time
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
-(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden, 160 ambiguous), pictures, figures/ and match.json."
+(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded, 160 ambiguous), pictures, figures/ and match.json."
 )]
 pub(super) struct Match {
     /// Folder of the sequence
@@ -156,20 +156,20 @@ pub(super) fn describe(measurement: &Measurement) -> String {
     let mut text = format!(
         "frames             {frames}, positions from the {}\n\
          range searched     {:.2} .. {:.2} px{}\n\
-         ordering           {}\n\
-         answered           {:.1} % (leaves image {:.1} %, beyond range {:.1} %, no texture {:.1} %, ambiguous {:.1} %, hidden {:.1} %)\n\
+         ordering constraint {}\n\
+         answered           {:.1} % (leaves image {:.1} %, beyond range {:.1} %, no texture {:.1} %, ambiguous {:.1} %, occluded {:.1} %)\n\
          median disparity   {} px, median sigma {} px\n",
         summary.positions,
         summary.minimum_px,
         summary.maximum_px,
         if summary.range_found { " (found from the data)" } else { "" },
-        summary.ordering,
+        summary.ordering_constraint,
         100.0 * summary.answered,
         100.0 * summary.leaves_image,
         100.0 * summary.beyond_range,
         100.0 * summary.no_texture,
         100.0 * summary.ambiguous,
-        100.0 * summary.hidden,
+        100.0 * summary.occluded,
         number(summary.median_disparity_px),
         number(summary.median_sigma_px),
     );

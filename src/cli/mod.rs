@@ -3,6 +3,8 @@
 mod calibrate;
 mod camera;
 mod capture;
+mod choice;
+mod completions;
 mod decode;
 mod demo;
 mod devices;
@@ -20,7 +22,6 @@ mod linearity;
 mod match_arguments;
 mod matching;
 mod memory;
-mod motion;
 mod need;
 mod plan;
 mod progress;
@@ -31,13 +32,14 @@ mod run;
 mod scan;
 mod scan_end;
 mod simulate;
+mod stage;
 mod surface;
 mod target;
 mod verify;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
 use error::CliError;
 pub use memory::keep_memory;
@@ -50,10 +52,10 @@ const EXIT_CODES: &str =
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig import photos/ --out seq                   your own photographs
-  epirig calibrate tile                             lens, direction of travel, positions, light
+  epirig calibrate tile                             lens, stage axis, positions, light
   epirig match seq --reference middle
   epirig devices                                    serial ports and cameras
-  epirig home && epirig move 12.5
+  epirig stage home && epirig stage move 12.5
   epirig init && epirig run --out tile              a rig profile, and a measurement with it
   epirig capture --out seq --step-mm 1.5 --frames 101";
 
@@ -71,42 +73,49 @@ struct Cli {
     quiet: bool,
 }
 
-#[derive(Debug, Subcommand)]
-enum Verb {
-    Demo(demo::Demo),
-    Devices(devices::Devices),
-    Camera(camera::CameraVerb),
-    Grab(grab::Grab),
-    Init(init::Init),
-    Doctor(doctor::Doctor),
-    Plan(plan::Plan),
-    Capture(capture::Capture),
-    Resume(resume::Resume),
-    Run(run::Run),
-    Home(motion::Home),
-    Move(motion::Move),
-    Stop(motion::Stop),
-    Where(motion::Where),
-    Import(import::Import),
-    Calibrate(calibrate::CalibrateVerb),
-    Rectify(rectify::Rectify),
-    Verify(verify::Verify),
-    Match(matching::Match),
-    Surface(surface::Surface),
-    Evaluate(evaluate::Evaluate),
-    Export(export::Export),
-    Decode(decode::Decode),
-    Simulate(simulate::Simulate),
-    Target(target::TargetVerb),
-    Licences(licences::Licences),
-    /// Print a completion script for a shell
-    #[command(
-        after_help = "Example:\n  epirig completions bash > ~/.local/share/bash-completion/completions/epirig"
-    )]
-    Completions {
-        /// The shell
-        shell: clap_complete::Shell,
-    },
+/// The table of verbs: each has a file of its own, and is listed here in the order of the help.
+macro_rules! verbs {
+    ($($verb:ident = $arguments:ty,)+) => {
+        #[derive(Debug, Subcommand)]
+        enum Verb {
+            $($verb($arguments),)+
+        }
+
+        impl Verb {
+            fn run(self, talk: &Talk) -> Result<(), CliError> {
+                match self {
+                    $(Self::$verb(verb) => verb.run(talk),)+
+                }
+            }
+        }
+    };
+}
+
+verbs! {
+    Demo = demo::Demo,
+    Import = import::Import,
+    Init = init::Init,
+    Devices = devices::Devices,
+    Camera = camera::CameraVerb,
+    Stage = stage::StageVerb,
+    Grab = grab::Grab,
+    Target = target::TargetVerb,
+    Doctor = doctor::Doctor,
+    Plan = plan::Plan,
+    Capture = capture::Capture,
+    Resume = resume::Resume,
+    Run = run::Run,
+    Verify = verify::Verify,
+    Calibrate = calibrate::CalibrateVerb,
+    Rectify = rectify::Rectify,
+    Match = matching::Match,
+    Surface = surface::Surface,
+    Evaluate = evaluate::Evaluate,
+    Export = export::Export,
+    Decode = decode::Decode,
+    Simulate = simulate::Simulate,
+    Licences = licences::Licences,
+    Completions = completions::Completions,
 }
 
 /// Starts the threads that compute; where the system allows no more of them, this one computes alone.
@@ -127,40 +136,7 @@ pub fn main() -> ExitCode {
         talk.say(&format!("note: Ctrl-C will leave hidden .epirig- folders behind: {error}"));
     }
     start_threads();
-    let done = match cli.verb {
-        Verb::Demo(verb) => verb.run(&talk),
-        Verb::Devices(verb) => verb.run(&talk),
-        Verb::Camera(verb) => verb.run(&talk),
-        Verb::Grab(verb) => verb.run(&talk),
-        Verb::Init(verb) => verb.run(&talk),
-        Verb::Doctor(verb) => verb.run(&talk),
-        Verb::Plan(verb) => verb.run(&talk),
-        Verb::Capture(verb) => verb.run(&talk),
-        Verb::Resume(verb) => verb.run(&talk),
-        Verb::Run(verb) => verb.run(&talk),
-        Verb::Home(verb) => verb.run(&talk),
-        Verb::Move(verb) => verb.run(&talk),
-        Verb::Stop(verb) => verb.run(&talk),
-        Verb::Where(verb) => verb.run(&talk),
-        Verb::Import(verb) => verb.run(&talk),
-        Verb::Calibrate(verb) => verb.run(&talk),
-        Verb::Rectify(verb) => verb.run(&talk),
-        Verb::Verify(verb) => verb.run(&talk),
-        Verb::Match(verb) => verb.run(&talk),
-        Verb::Surface(verb) => verb.run(&talk),
-        Verb::Evaluate(verb) => verb.run(&talk),
-        Verb::Export(verb) => verb.run(&talk),
-        Verb::Decode(verb) => verb.run(&talk),
-        Verb::Simulate(verb) => verb.run(&talk),
-        Verb::Target(verb) => verb.run(&talk),
-        Verb::Licences(verb) => verb.run(&talk),
-        Verb::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "epirig", &mut script);
-            talk.print(&String::from_utf8_lossy(&script))
-        }
-    };
-    match done {
+    match cli.verb.run(&talk) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             talk.clear();

@@ -2,10 +2,10 @@
 
 use super::{CliError, Talk};
 use crate::calibrate::Calibration;
-use crate::epi::MatchOptions;
-use crate::measure::{Frames, frames_that_fit, match_need};
 use crate::memory::{Available, available};
-use crate::sequence::Sequence;
+use crate::pipeline::{Frames, frames_that_fit, match_need};
+use epirig_data::sequence::Sequence;
+use epirig_matcher::MatchOptions;
 
 /// The frames of a sequence as they are held for matching: rectified, if it is calibrated.
 pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&Calibration>) -> Frames {

@@ -8,10 +8,10 @@ use serde::Serialize;
 use super::capture::RigArguments;
 use super::rig::{capture_plan, sim_config};
 use super::{CliError, Talk};
-use crate::camera::SimDevice;
 use crate::capture::{CapturePlan, Estimate};
 use crate::profile::{Driver, Profile};
-use crate::stage::{SimStage, Stage};
+use epirig_devices::camera::SimDevice;
+use epirig_devices::stage::{SimStage, Stage};
 
 /// Say what a scan would do: positions, time, bytes
 #[derive(Debug, Args)]

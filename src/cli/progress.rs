@@ -8,7 +8,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::CliError;
-use crate::progress::Progress;
+use epirig_core::progress::Progress;
 
 /// A line to stderr. Who has closed it, or let it fill up, does not want to hear; the work goes on.
 pub(super) fn tell(line: &str) {

@@ -8,8 +8,8 @@ use super::need::{check, close_others, frames_of};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
-use crate::measure::{rectification_need, rectify_sequence};
-use crate::sequence::Sequence;
+use crate::pipeline::{rectification_need, rectify_sequence};
+use epirig_data::sequence::Sequence;
 
 /// Write the frames of a calibrated sequence, corrected and rectified, as a sequence of their own
 ///

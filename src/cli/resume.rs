@@ -7,7 +7,7 @@ use clap::Args;
 use super::scan::{Course, Devices, scan};
 use super::{CliError, Talk};
 use crate::profile::{Driver, Override, Profile};
-use crate::sequence::{Origin, Sequence};
+use epirig_data::sequence::{Origin, Sequence};
 
 /// Go on with a scan that was interrupted
 #[derive(Debug, Args)]

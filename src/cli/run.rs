@@ -14,13 +14,13 @@ use super::need::check_match;
 use super::rig::{calibration_plan, can_be_calibrated};
 use super::scan::{Captured, Course, Devices, scan};
 use super::{CliError, Talk};
-use crate::epi::MatchOptions;
-use crate::measure::{Frames, Measurement, View, calibrate_sequence, measure};
-use crate::plane::Plane;
-use crate::preflight::{Report, Verdict};
+use crate::doctor::{Report, Verdict};
+use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
 use crate::results::{MatchSummary, ResultsFolder};
-use crate::sequence::{Sequence, refuse_existing};
+use epirig_core::grid::Grid;
+use epirig_data::sequence::{Sequence, refuse_existing};
+use epirig_matcher::MatchOptions;
 
 /// Measure: examine the rig, capture, match, and write the results
 #[derive(Debug, Args)]
@@ -116,7 +116,7 @@ pub(super) fn measure_object(
     profile: &Profile,
     options: &MatchOptions,
     folder: &Path,
-    truth: Option<&Plane<f32>>,
+    truth: Option<&Grid<f32>>,
     talk: &Talk,
 ) -> Result<Measured, CliError> {
     let captured = scan(devices, folder, Course::New, talk)?;

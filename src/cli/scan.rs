@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use super::rig::{Hands, Opened, Stages, capture_plan, open_camera};
 use super::{CliError, Talk, interrupt};
-use crate::camera::{Camera, ViewSwitch};
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
 use crate::profile::{Driver, Profile};
-use crate::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
-use crate::storage::RealDisk;
+use epirig_data::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
+use epirig_data::storage::RealDisk;
+use epirig_devices::camera::{Camera, ViewSwitch};
 
 /// The devices of a profile, and what is planned with them.
 pub(super) struct Devices<'a> {

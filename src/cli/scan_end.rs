@@ -5,7 +5,7 @@ use clap::Args;
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use crate::results::MatchSummary;
-use crate::sequence::{ExitStatus, Sequence, SequenceError};
+use epirig_data::sequence::{ExitStatus, Sequence, SequenceError};
 
 /// Whether wrong positions are put up with.
 #[derive(Debug, Clone, Copy, Args)]

@@ -6,14 +6,14 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use super::rig::simulated_twin;
+use super::rig::simulated_simulator;
 use super::{CliError, Talk, interrupt};
-use crate::camera::Size;
-use crate::link::{LineNoise, SimulatedDevice, serve};
-use crate::stage::StopSwitch;
-use crate::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
-use crate::twin::{Twin, TwinConfig};
-use crate::virtual_rig::World;
+use epirig_devices::camera::Size;
+use epirig_devices::link::{LineNoise, SimulatedDevice, serve};
+use epirig_devices::stage::StopSwitch;
+use epirig_devices::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
+use epirig_devices::virtual_rig::World;
+use epirig_simulator::{Simulator, SimulatorConfig};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Kind {
@@ -29,8 +29,8 @@ enum Kind {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig simulate native --port /tmp/stage &
-  epirig home --port /tmp/stage
-  epirig move 12.5 --port /tmp/stage
+  epirig stage home --port /tmp/stage
+  epirig stage move 12.5 --port /tmp/stage
   epirig simulate grbl --port /tmp/stage --fault reset@3+0.2s     restarts in its third move
   epirig simulate native --port /tmp/stage --noise 0.01           a line that lies
 
@@ -71,9 +71,9 @@ pub(super) struct Simulate {
 }
 
 impl Simulate {
-    /// What is shown: nobody asks this twin for a whole scan.
-    fn twin(size: Size) -> Result<Arc<Twin>, CliError> {
-        simulated_twin(TwinConfig::textured_plane(size.columns, size.rows, 2))
+    /// What is shown: nobody asks this simulator for a whole scan.
+    fn simulator(size: Size) -> Result<Arc<Simulator>, CliError> {
+        simulated_simulator(SimulatorConfig::textured_plane(size.columns, size.rows, 2))
     }
 
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
@@ -90,7 +90,7 @@ impl Simulate {
                 let boot = jiff::Timestamp::now().as_second() as u32;
                 let mut stage = NativeDevice::new(self.fault).at_boot(boot);
                 if let Some(output) = output {
-                    world = Some(World::show(Self::twin(self.size)?, &mut stage, output)?);
+                    world = Some(World::show(Self::simulator(self.size)?, &mut stage, output)?);
                 }
                 Box::new(stage)
             }

@@ -9,11 +9,11 @@ use super::need::{check, close_others};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{Calibration, read_calibration};
-use crate::epi::LARGEST_GROWN_WINDOW_PX;
-use crate::measure::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface, surface_need};
+use crate::pipeline::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface, surface_need};
 use crate::results::{ResultsFolder, read_map, read_summary};
-use crate::sequence::Sequence;
-use crate::surface::{Rectangle, StepsOptions, TrendKind, heights};
+use epirig_data::sequence::Sequence;
+use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
+use epirig_matcher::surface::{Rectangle, StepsOptions, TrendKind, heights};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum TrendName {

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::files::write_new;
 use super::{CliError, Talk};
-use crate::target::print::{Page, Sheet};
-use crate::target::{ChessBoard, Target};
+use epirig_calibration::target::print::{Page, Sheet};
+use epirig_calibration::target::{ChessBoard, Target};
 
 /// Print chess-board targets to calibrate with
 #[derive(Debug, Args)]

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::rig::twin_config;
+use super::rig::simulator_config;
 use super::{CliError, Talk};
 use crate::profile::Profile;
-use crate::sequence::{Finding, Origin, Sequence, verify};
+use epirig_data::sequence::{Finding, Origin, Sequence, verify};
 
 /// Check that a sequence is what its records say, and that these agree: hashes, gaps, sizes, positions
 #[derive(Debug, Args)]
@@ -18,12 +18,12 @@ pub(super) struct Verify {
 }
 
 /// The simulated rig is told twice, too: by the profile, and as it was made of that.
-fn other_twin(sequence: &Sequence, rig: &Profile) -> Option<Finding> {
+fn other_simulator(sequence: &Sequence, rig: &Profile) -> Option<Finding> {
     let record = sequence.record();
-    let Origin::Captured { twin: Some(recorded), .. } = &record.origin else { return None };
+    let Origin::Captured { simulator: Some(recorded), .. } = &record.origin else { return None };
     // Another version of the program may have made it otherwise.
     let ours = record.program == concat!("epirig ", env!("CARGO_PKG_VERSION"));
-    let made = twin_config(rig).ok().and_then(|twin| serde_json::to_value(twin).ok());
+    let made = simulator_config(rig).ok().and_then(|simulator| serde_json::to_value(simulator).ok());
     (ours && made.as_ref() != Some(recorded)).then(|| Finding {
         file: "sequence.json".to_owned(),
         problem: "the simulated rig is not that of the profile recorded with it; restore it from a copy"
@@ -38,7 +38,7 @@ impl Verify {
         match Profile::of_sequence(&sequence) {
             Ok(Some(rig)) => {
                 report.findings.extend(rig.contradictions(&sequence));
-                report.findings.extend(other_twin(&sequence, &rig));
+                report.findings.extend(other_simulator(&sequence, &rig));
             }
             Ok(None) => {}
             Err(error) => {

@@ -10,7 +10,7 @@ const WIDTH: usize = 100;
 /// What is connected.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// Serial ports, as [`PortChoice`](crate::link::PortChoice) reads them, the likeliest first.
+    /// Serial ports, as [`PortChoice`](epirig_devices::link::PortChoice) reads them, the likeliest first.
     pub ports: Vec<String>,
     /// Cameras, the likeliest first.
     pub cameras: Vec<FoundCamera>,
@@ -19,7 +19,7 @@ pub struct Findings {
 /// A camera that is connected.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FoundCamera {
-    /// As [`CameraChoice`](crate::camera::CameraChoice) reads it.
+    /// As [`CameraChoice`](epirig_devices::camera::CameraChoice) reads it.
     pub choice: String,
     /// What it calls itself.
     pub model: String,

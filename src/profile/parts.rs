@@ -5,9 +5,9 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::record;
-use crate::camera::pixels::BayerUse;
-use crate::camera::{CameraChoice, Size};
-use crate::lens::{Distortion, Lens};
+use epirig_calibration::lens::{Distortion, Lens};
+use epirig_devices::camera::pixels::BayerUse;
+use epirig_devices::camera::{CameraChoice, Size};
 
 /// The language that a stage speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,7 +80,7 @@ pub(super) const BAYER_USES: [(&str, BayerUse); 2] =
 pub struct StageProfile {
     /// The language that it speaks.
     pub driver: Driver,
-    /// Its port, as [`PortChoice`](crate::link::PortChoice) reads it; `None`: the only USB serial port.
+    /// Its port, as [`PortChoice`](epirig_devices::link::PortChoice) reads it; `None`: the only USB serial port.
     pub port: Option<String>,
     /// Its axis (GRBL); `None`: x.
     pub axis: Option<AxisName>,
@@ -108,9 +108,9 @@ pub struct StageProfile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraProfile {
-    /// Which one, as [`CameraChoice`](crate::camera::CameraChoice) reads it; `None`: the only camera.
+    /// Which one, as [`CameraChoice`](epirig_devices::camera::CameraChoice) reads it; `None`: the only camera.
     pub device: Option<String>,
-    /// Pixel format, as [`FourCc`](crate::camera::pixels::FourCc) reads it; `None`: the deepest uncompressed grey.
+    /// Pixel format, as [`FourCc`](epirig_devices::camera::pixels::FourCc) reads it; `None`: the deepest uncompressed grey.
     pub format: Option<String>,
     /// Columns and rows; `None`: the largest size.
     #[serde(with = "record::size")]
@@ -132,7 +132,7 @@ pub struct CameraProfile {
 }
 
 impl CameraProfile {
-    /// Whether it is the simulated camera, which looks at the twin.
+    /// Whether it is the simulated camera, which looks at the simulator.
     pub fn is_simulated(&self) -> bool {
         self.device.as_ref().is_some_and(|text| text.parse() == Ok(CameraChoice::Simulated))
     }
@@ -298,7 +298,7 @@ pub struct SimFaults {
     /// Radial distortion of the lens, of r^2.
     pub k1: f64,
     /// Share of the light that the lens loses in the farthest corner, 0 to 0.9.
-    pub darkening: f64,
+    pub vignetting: f64,
     /// Standard deviation of the lamp from frame to frame, as a share of its light, 0 to 0.1.
     pub flicker: f64,
     /// Standard deviation of the carriage's true place from the one that the stage reports, in um, 0 or more.

@@ -12,8 +12,8 @@ use super::quantity::{DN, HZ, MM, MM_S, MM_S2, Measure, NS, PERCENT, PX, Quantit
 use super::schema::{Key, board, camera, limits, optics, plan, sim, stage, target};
 use super::settings::{Given, Settings, control_path};
 use super::value::{self, Value, interpret};
-use crate::camera::Size;
-use crate::lens::Distortion;
+use epirig_calibration::lens::Distortion;
+use epirig_devices::camera::Size;
 
 /// The profile that the settings make, and all that is wrong with them; what is wrong has its default in it, or nothing.
 pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
@@ -43,8 +43,8 @@ fn is_of_other_driver(key: &Key, driver: Driver) -> bool {
     !key.drivers.is_empty() && !key.drivers.contains(&driver.name())
 }
 
-/// Whether the key describes the twin, and neither stage nor camera is simulated.
-fn is_of_no_twin(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
+/// Whether the key describes the simulator, and neither stage nor camera is simulated.
+fn is_of_no_simulator(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
     key.section == "sim" && stage.driver != Driver::Sim && !camera.is_simulated()
 }
 
@@ -254,7 +254,7 @@ impl Reader {
                 roll_rad: self.number_or_default(&sim::ROLL, RAD),
                 pan_rad: self.number_or_default(&sim::PAN, RAD),
                 k1: self.plain_number(&sim::K1),
-                darkening: self.share(&sim::DARKENING),
+                vignetting: self.share(&sim::VIGNETTING),
                 flicker: self.share(&sim::FLICKER),
                 step_error_um: self.number_or_default(&sim::STEP_ERROR, UM),
                 bow_mm: self.number_or_default(&sim::BOW, MM),
@@ -272,8 +272,9 @@ impl Reader {
         // All values are read again, and what is wrong with those that count is told then.
         self.mistakes.truncate(known);
         self.settings.leave_out_below(&[&stage::DRIVER], |key| is_of_other_driver(key, stage.driver));
-        self.settings
-            .leave_out_below(&[&stage::DRIVER, &camera::DEVICE], |key| is_of_no_twin(key, &stage, &camera));
+        self.settings.leave_out_below(&[&stage::DRIVER, &camera::DEVICE], |key| {
+            is_of_no_simulator(key, &stage, &camera)
+        });
         self.settings.leave_out_below(&[&sim::SCENE], |key| is_of_other_scene(key, &sim));
     }
 
@@ -284,7 +285,7 @@ impl Reader {
             let key = setting.key;
             let with = if is_of_other_driver(key, driver) {
                 format!("with driver = \"{}\"", driver.name())
-            } else if is_of_no_twin(key, &profile.stage, &profile.camera) {
+            } else if is_of_no_simulator(key, &profile.stage, &profile.camera) {
                 "without driver = \"sim\" of the stage or device = \"sim\" of the camera".to_owned()
             } else if is_of_other_scene(key, &profile.sim) {
                 "without scene = \"tile\"".to_owned()

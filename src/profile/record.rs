@@ -30,11 +30,11 @@ pub(super) mod seconds {
     }
 }
 
-/// [`Size`](crate::camera::Size) as `1024x768`.
+/// [`Size`](epirig_devices::camera::Size) as `1024x768`.
 pub(super) mod size {
     use serde::{Deserializer, Serializer};
 
-    use crate::camera::Size;
+    use epirig_devices::camera::Size;
 
     pub(in crate::profile) fn serialize<S: Serializer>(
         size: &Option<Size>,
@@ -50,12 +50,12 @@ pub(super) mod size {
     }
 }
 
-/// [`BayerUse`](crate::camera::pixels::BayerUse) by its name.
+/// [`BayerUse`](epirig_devices::camera::pixels::BayerUse) by its name.
 pub(super) mod bayer {
     use serde::{Deserializer, Serializer};
 
     use super::super::parts::BAYER_USES;
-    use crate::camera::pixels::BayerUse;
+    use epirig_devices::camera::pixels::BayerUse;
 
     pub(in crate::profile) fn serialize<S: Serializer>(
         bayer: &Option<BayerUse>,
@@ -100,8 +100,8 @@ mod tests {
 
     use super::super::parts::BAYER_USES;
     use super::super::*;
-    use crate::camera::Size;
-    use crate::lens::Distortion;
+    use epirig_calibration::lens::Distortion;
+    use epirig_devices::camera::Size;
 
     /// Any number that JSON can hold.
     fn number() -> impl Strategy<Value = f64> {
@@ -222,7 +222,7 @@ mod tests {
                 roll_rad,
                 pan_rad,
                 k1,
-                darkening,
+                vignetting,
                 flicker,
                 step_error_um,
                 bow_mm,
@@ -233,7 +233,7 @@ mod tests {
                 roll_rad,
                 pan_rad,
                 k1,
-                darkening,
+                vignetting,
                 flicker,
                 step_error_um,
                 bow_mm,

@@ -8,9 +8,9 @@ use thiserror::Error;
 use super::schema::{LARGEST, SMALLEST};
 use super::settings::Settings;
 use super::{Profile, read};
-use crate::plane::area;
-use crate::sequence::{Finding, Origin, Sequence};
-use crate::storage::{RecordFault, parse_value};
+use epirig_core::grid::area;
+use epirig_data::sequence::{Finding, Origin, Sequence};
+use epirig_data::storage::{RecordFault, parse_value};
 
 /// Why the rig of a sequence cannot be understood.
 #[derive(Debug, Error)]

@@ -9,7 +9,7 @@ use super::error::{Mistake, Place, Problem, did_you_mean};
 use super::overrides::Override;
 use super::quantity::Unit;
 use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
-use crate::camera::Control;
+use epirig_devices::camera::Control;
 
 /// Mistakes that are listed.
 const MOST_MISTAKES: usize = 50;

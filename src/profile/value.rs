@@ -4,8 +4,8 @@ use super::error::Problem;
 use super::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
 use super::schema::{Allowed, Key, Kind, LARGEST, LONGEST_H, SMALLEST};
 use super::settings::Given;
-use crate::camera::pixels::FourCc;
-use crate::camera::{CameraChoice, Size};
+use epirig_devices::camera::pixels::FourCc;
+use epirig_devices::camera::{CameraChoice, Size};
 
 const NS_PER_H: f64 = 3600.0e9;
 

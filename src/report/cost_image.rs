@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use super::chart::tick_format;
 use super::map_picture::ValueRange;
 use super::{FONT, ReportError, register_font};
-use crate::plane::Plane;
+use epirig_core::grid::Grid;
 
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 620;
@@ -14,8 +14,8 @@ const HEIGHT: u32 = 620;
 /// Brightness over columns and disparities, with a mapping drawn into it.
 pub(super) struct CostImage<'a> {
     pub(super) title: String,
-    /// Hypotheses x columns, the smallest disparity first; NaN where there is no cost.
-    pub(super) brightness: Plane<f32>,
+    /// Candidates x columns, the smallest disparity first; NaN where there is no cost.
+    pub(super) brightness: Grid<f32>,
     /// Disparity at the lower edge of the picture, in px.
     pub(super) lowest_px: f64,
     /// Disparity at the upper edge, in px.

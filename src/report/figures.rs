@@ -5,11 +5,11 @@ use image::RgbImage;
 use super::ReportError;
 use super::chart::{Chart, Series};
 use super::cost_image::CostImage;
-use crate::epi::cost::CostTable;
-use crate::epi::lines::{Hypotheses, Lines};
-use crate::epi::{Answer, DisparityMaps, line_profile};
-use crate::plane::Plane;
-use crate::volume::Volume;
+use epirig_core::grid::Grid;
+use epirig_core::volume::Volume;
+use epirig_matcher::cost::CostTable;
+use epirig_matcher::lines::{Candidates, Lines};
+use epirig_matcher::{Answer, DisparityMaps, line_profile};
 
 /// A figure as a picture and as the numbers behind it.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,12 +29,12 @@ pub struct FigureRow<'a> {
     pub y: usize,
     /// All frames of this row alone: 1 x columns x frames.
     pub epi: &'a Volume,
-    /// Its hypotheses.
-    pub hypotheses: Hypotheses,
+    /// Its candidates.
+    pub candidates: Candidates,
     /// Their costs.
     pub costs: &'a CostTable,
     /// The truth for the reference frame, if it is known; rows x columns, px.
-    pub truth: Option<&'a Plane<f32>>,
+    pub truth: Option<&'a Grid<f32>>,
 }
 
 /// Number of lines in the figure of aligned profiles.
@@ -63,20 +63,20 @@ pub fn paper_figures(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Vec<Fig
 /// Columns x disparities, bright where the cost is low (logarithmic), the found mapping in red.
 fn cost_image(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
     let costs = row.costs;
-    let (count, columns) = (costs.hypotheses(), costs.columns());
-    let mut brightness = Plane::filled(count, columns, f32::NAN);
+    let (count, columns) = (costs.candidates(), costs.columns());
+    let mut brightness = Grid::filled(count, columns, f32::NAN);
     for k in 0..count {
         for (value, cost) in brightness.row_mut(k).iter_mut().zip(costs.row(k)) {
             *value = -(cost + 1e-3).log10();
         }
     }
-    let disparity_px = |k: usize| row.hypotheses.disparity_px(k as f64);
+    let disparity_px = |k: usize| row.candidates.disparity_px(k as f64);
     let mapping = maps.disparity.row(row.y);
     let image = CostImage {
         title: format!("Cost of the candidates of row {}: bright is low; the result in red", row.y),
         brightness,
-        lowest_px: disparity_px(0) - 0.5 * row.hypotheses.raster_px(),
-        highest_px: disparity_px(count - 1) + 0.5 * row.hypotheses.raster_px(),
+        lowest_px: disparity_px(0) - 0.5 * row.candidates.disparity_step_px(),
+        highest_px: disparity_px(count - 1) + 0.5 * row.candidates.disparity_step_px(),
         mapping,
     };
     let number = |value: f32| if value.is_nan() { "nan".to_owned() } else { value.to_string() };
@@ -156,7 +156,7 @@ fn aligned_profiles(
 }
 
 fn disparity_along_row(maps: &DisparityMaps, row: FigureRow<'_>) -> Result<Figure, ReportError> {
-    let along = |map: &Plane<f32>, name: &str| {
+    let along = |map: &Grid<f32>, name: &str| {
         let points = map.row(row.y).iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value)));
         Series::line(name, points.collect())
     };

@@ -4,7 +4,7 @@ use image::{Rgb, RgbImage};
 use plotters::prelude::*;
 
 use super::{FONT, ReportError, register_font};
-use crate::plane::Plane;
+use epirig_core::grid::Grid;
 
 /// Colour of pixels without an answer.
 const UNKNOWN: Rgb<u8> = Rgb([70, 70, 70]);
@@ -25,7 +25,7 @@ pub struct ValueRange {
 
 impl ValueRange {
     /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if none is known.
-    pub fn of(map: &Plane<f32>, least_span: f32) -> Self {
+    pub fn of(map: &Grid<f32>, least_span: f32) -> Self {
         let known = sorted_known(map);
         if known.is_empty() {
             return NOTHING_KNOWN;
@@ -38,7 +38,7 @@ impl ValueRange {
 
     /// Around the middle half of the known values, three times as wide, at least `least_span`: one near object then does not
     /// take all colours. 0 to 1 if none is known.
-    pub fn of_most(map: &Plane<f32>, least_span: f32) -> Self {
+    pub fn of_most(map: &Grid<f32>, least_span: f32) -> Self {
         let known = sorted_known(map);
         if known.is_empty() {
             return NOTHING_KNOWN;
@@ -52,7 +52,7 @@ impl ValueRange {
 /// The range of a map without any value.
 const NOTHING_KNOWN: ValueRange = ValueRange { low: 0.0, high: 1.0 };
 
-fn sorted_known(map: &Plane<f32>) -> Vec<f32> {
+fn sorted_known(map: &Grid<f32>) -> Vec<f32> {
     let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
     known.sort_unstable_by(f32::total_cmp);
     known
@@ -63,7 +63,7 @@ fn sorted_known(map: &Plane<f32>) -> Vec<f32> {
 /// # Errors
 /// [`ReportError`] if the text cannot be drawn.
 pub fn map_picture(
-    map: &Plane<f32>,
+    map: &Grid<f32>,
     title: &str,
     unit: &str,
     range: ValueRange,
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn unknown_pixels_are_grey_and_values_span_the_colours() {
-        let mut map = Plane::filled(40, 400, 1.0);
+        let mut map = Grid::filled(40, 400, 1.0);
         map.values_mut()[0] = f32::NAN;
         map.values_mut()[1] = 3.0;
         let picture = map_picture(&map, "test", "px", ValueRange { low: 1.0, high: 3.0 }).unwrap();

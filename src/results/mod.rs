@@ -11,11 +11,14 @@ use thiserror::Error;
 pub use read::{read_map, read_named_map, read_summary};
 pub use write::{ResultsFolder, mask_value};
 
-use crate::epi::{LockingAmplitudes, LockingHarmonic, PixelLocking};
-use crate::storage::ReadError;
+use epirig_data::storage::ReadError;
+use epirig_matcher::interpolation::Interpolation;
+use epirig_matcher::{
+    LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search,
+};
 
 /// Version of `match.json`.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Why results cannot be written or read.
 #[derive(Debug, Error)]
@@ -72,7 +75,7 @@ pub enum ResultsError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: crate::formats::FormatError,
+        source: epirig_data::formats::FormatError,
     },
     /// A file whose name tells no format.
     #[error("{} has no known ending; maps end in .pfm, .tiff or .npy", path.display())]
@@ -114,27 +117,24 @@ fn advice(action: &str, error: &std::io::Error) -> &'static str {
 /// How the matcher was told to work, so that a run can be repeated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatchSettings {
-    /// Cost: `variance`, `normalised`, `ncc-first` or `ncc-mean`.
-    pub method: String,
+    /// The cost of a candidate.
+    pub method: Method,
     /// Side of the cost's window, in px.
     pub window_px: usize,
-    /// `factorised` or `exhaustive`; empty in files of older programs, which knew only the latter.
-    #[serde(default)]
-    pub search: String,
-    /// Whether it was a first look, at half the resolution; `false` in files of older programs.
-    #[serde(default)]
+    /// How candidates were searched.
+    pub search: Search,
+    /// Whether it was a first look, at half the resolution.
     pub quick: bool,
-    /// Whether neighbouring rows helped each other.
-    #[serde(default)]
-    pub across_rows: bool,
-    /// `linear`, `cubic` or `b-spline`.
-    pub interpolation: String,
-    /// Raster of the search, in px.
-    pub raster_px: f64,
+    /// Whether costs were aggregated across rows (semi-global matching).
+    pub semi_global: bool,
+    /// How the exhaustive search samples frames between pixels.
+    pub interpolation: Interpolation,
+    /// Step between disparity candidates, in px.
+    pub disparity_step_px: f64,
     /// Share of the frames that must see a point.
     pub minimum_visible: f64,
-    /// `none`, `one-side` or `auto`.
-    pub hidden_points: String,
+    /// Whether points may be occluded in part of the sequence.
+    pub occlusion: Occlusion,
     /// Whether the fit over all frames was done.
     pub fit: bool,
     /// Side of the smallest window of the fit, in px.
@@ -144,11 +144,11 @@ pub struct MatchSettings {
     pub wanted_sigma_px: Option<f64>,
     /// Largest sigma of an answer, in px.
     pub maximum_sigma_px: f64,
-    /// Least confidence of an answer with free ordering.
+    /// Least confidence of an answer without the ordering constraint.
     pub minimum_confidence: f64,
 }
 
-/// Pixel locking over many frames, as [`crate::epi::PixelLocking`] has it.
+/// Pixel locking over many frames, as [`epirig_matcher::PixelLocking`] has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LockingSummary {
     /// Amplitudes of the first and the second harmonic by interpolation, in px.
@@ -220,11 +220,11 @@ pub struct MatchSummary {
     pub maximum_px: f64,
     /// Whether the range was found from the data.
     pub range_found: bool,
-    /// The ordering that was applied: `strict` or `free`.
-    pub ordering: String,
-    /// Neighbouring pixels of the final map that change places between the first and the last frame. With free ordering
-    /// that is what depth edges do; with strict ordering the mapping on the raster has none, and those here come from
-    /// the fit.
+    /// Whether the ordering constraint was applied.
+    pub ordering_constraint: OrderingUsed,
+    /// Neighbouring pixels of the final map that change places between the first and the last frame. Without the
+    /// ordering constraint that is what depth edges do; with it the mapping of candidates has none, and those here
+    /// come from the fit.
     pub order_violations: usize,
     /// Share of the pixels with an answer.
     pub answered: f64,
@@ -236,9 +236,8 @@ pub struct MatchSummary {
     pub no_texture: f64,
     /// Share of the pixels with several equally good candidates.
     pub ambiguous: f64,
-    /// Share of the pixels that too many frames show otherwise.
-    #[serde(default)]
-    pub hidden: f64,
+    /// Share of the pixels that are occluded in too many frames.
+    pub occluded: f64,
     /// Median disparity of the answered pixels, in px; `None` if there are none.
     pub median_disparity_px: Option<f64>,
     /// Median sigma of the answered pixels, in px.

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError};
-use crate::epi::LARGEST_WINDOW_PX;
-use crate::formats::MapFormat;
-use crate::plane::{MOST_PIXELS, Plane};
-use crate::storage::{ReadError, RealDisk, RecordError, read_file, read_named, read_record, recover};
+use epirig_core::grid::{Grid, MOST_PIXELS};
+use epirig_data::formats::MapFormat;
+use epirig_data::storage::{ReadError, RealDisk, RecordError, read_file, read_named, read_record, recover};
+use epirig_matcher::LARGEST_WINDOW_PX;
 
 /// The largest map, as numbers of 64 bit that are not compressed.
 const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
@@ -15,7 +15,7 @@ const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
 ///
 /// # Errors
 /// [`ResultsError`] if the file cannot be read, or is no map.
-pub fn read_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
+pub fn read_map(path: &Path) -> Result<Grid<f32>, ResultsError> {
     decoded(path, read_file)
 }
 
@@ -23,14 +23,14 @@ pub fn read_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
 ///
 /// # Errors
 /// As [`read_map`].
-pub fn read_named_map(path: &Path) -> Result<Plane<f32>, ResultsError> {
+pub fn read_named_map(path: &Path) -> Result<Grid<f32>, ResultsError> {
     decoded(path, read_named)
 }
 
 fn decoded(
     path: &Path,
     read: fn(&Path, u64) -> Result<Vec<u8>, ReadError>,
-) -> Result<Plane<f32>, ResultsError> {
+) -> Result<Grid<f32>, ResultsError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     let format = MapFormat::from_extension(&extension)
         .ok_or_else(|| ResultsError::UnknownFormat { path: path.to_owned() })?;

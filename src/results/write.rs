@@ -8,13 +8,13 @@ use image::{GrayImage, RgbImage};
 use serde::Serialize;
 
 use super::{MatchSummary, ResultsError};
-use crate::epi::Answer;
-use crate::formats::MapFormat;
-use crate::plane::Plane;
-use crate::storage::{
+use epirig_core::grid::Grid;
+use epirig_data::formats::MapFormat;
+use epirig_data::storage::{
     Disk, RealDisk, Scratch, is_in_the_making, is_of_the_system, is_scratch, is_writing, put_in_place,
     recover,
 };
+use epirig_matcher::Answer;
 
 /// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden,
 /// 160 ambiguous.
@@ -24,7 +24,7 @@ pub fn mask_value(answer: Answer) -> u8 {
         Answer::LeavesImage => 0,
         Answer::BeyondRange => 40,
         Answer::NoTexture => 80,
-        Answer::Hidden => 120,
+        Answer::Occluded => 120,
         Answer::Ambiguous => 160,
     }
 }
@@ -167,7 +167,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// [`ResultsError`] if the name tells none or the file cannot be written.
-    pub fn write_map(&self, name: &str, map: &Plane<f32>) -> Result<(), ResultsError> {
+    pub fn write_map(&self, name: &str, map: &Grid<f32>) -> Result<(), ResultsError> {
         let path = self.target.join(name);
         let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
         let format = MapFormat::from_extension(&extension)
@@ -188,7 +188,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// [`ResultsError`] if it cannot be encoded or written.
-    pub fn write_mask(&self, name: &str, answers: &Plane<Answer>) -> Result<(), ResultsError> {
+    pub fn write_mask(&self, name: &str, answers: &Grid<Answer>) -> Result<(), ResultsError> {
         self.write_grey(name, &answers.map(mask_value))
     }
 
@@ -196,7 +196,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// [`ResultsError`] if it cannot be encoded or written.
-    pub fn write_grey(&self, name: &str, values: &Plane<u8>) -> Result<(), ResultsError> {
+    pub fn write_grey(&self, name: &str, values: &Grid<u8>) -> Result<(), ResultsError> {
         let size = (values.columns() as u32, values.rows() as u32);
         let mask = GrayImage::from_raw(size.0, size.1, values.values().to_vec()).unwrap_or_default();
         self.write_image(name, |bytes| mask.write_to(bytes, image::ImageFormat::Png))

@@ -1,4 +1,4 @@
-//! Sequences of the twin with their calibration frames, and heights against the twin's truth.
+//! Sequences of the simulator with their calibration frames, and heights against the simulator's truth.
 
 #![allow(dead_code, reason = "each test program uses a part of this")]
 #![allow(unreachable_pub, reason = "a module of test programs has no outside")]
@@ -6,15 +6,15 @@
 use std::path::Path;
 
 use epirig::calibrate::{CalibrationPlan, PositionSource};
-use epirig::frame::Frame;
-use epirig::photometry::PhotometryOptions;
-use epirig::plane::Plane;
-use epirig::sequence::{
+use epirig_calibration::photometry::PhotometryOptions;
+use epirig_calibration::target::{ChessBoard, Target};
+use epirig_core::frame::Frame;
+use epirig_core::grid::Grid;
+use epirig_data::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, FrameKind, Intrinsics, Origin, Sequence, SequenceRecord,
     SequenceWriter, StopFacts,
 };
-use epirig::target::{ChessBoard, Target};
-use epirig::twin::{Scene, Twin, TwinConfig};
+use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 use nalgebra::{DMatrix, DVector};
 
 /// Calibration frames of a sequence.
@@ -28,22 +28,22 @@ pub struct Extras {
 /// Reflectance of what flat frames are taken of: bright, not saturated.
 const FLAT: f32 = 1.0;
 
-/// A sequence in `folder` of what `twin` shows: the frames of its scan under `light` (one plane for each), and calibration frames.
-pub fn write_sequence(twin: &Twin, light: &[Plane<f32>], extras: Extras, folder: &Path) -> Sequence {
-    let config = twin.config();
+/// A sequence in `folder` of what `simulator` shows: the frames of its scan under `light` (one plane for each), and calibration frames.
+pub fn write_sequence(simulator: &Simulator, light: &[Grid<f32>], extras: Extras, folder: &Path) -> Sequence {
+    let config = simulator.config();
     let positions_mm = config.scan.positions_mm();
     let (rows, columns) = (config.optics.rows, config.optics.columns);
     let record = SequenceRecord {
         format: FORMAT_VERSION,
-        uid: "twin".to_owned(),
+        uid: "simulator".to_owned(),
         program: "test".to_owned(),
         created: "2001-01-01T00:00:00Z".to_owned(),
         origin: Origin::Captured {
-            stage: "twin".to_owned(),
-            camera: "twin".to_owned(),
+            stage: "simulator".to_owned(),
+            camera: "simulator".to_owned(),
             configuration: None,
             rig: None,
-            twin: None,
+            simulator: None,
         },
         rows,
         columns,
@@ -55,32 +55,38 @@ pub fn write_sequence(twin: &Twin, light: &[Plane<f32>], extras: Extras, folder:
     let mut writer = SequenceWriter::create(folder, &record).unwrap();
     // Every exposure has noise of its own.
     let mut exposure = 0;
-    let mut digitise = |light: &Plane<f32>| -> Frame {
+    let mut digitise = |light: &Grid<f32>| -> Frame {
         exposure += 1;
-        twin.digitise(light, exposure)
+        simulator.digitise(light, exposure)
     };
     for (&position_mm, light) in positions_mm.iter().zip(light) {
         let at = Some(position_mm);
         let facts = FrameFacts { commanded_mm: at, reported_mm: at, ..FrameFacts::default() };
         writer.add(&digitise(light), facts).unwrap();
     }
-    let mut put = |kind, index, light: &Plane<f32>| {
+    let mut put = |kind, index, light: &Grid<f32>| {
         writer.put(kind, index, &digitise(light), FrameFacts::default()).unwrap();
     };
-    (0..extras.dark).for_each(|index| put(FrameKind::Dark, index, &twin.uniform_irradiance(0.0)));
-    (0..extras.flat).for_each(|index| put(FrameKind::Flat, index, &twin.uniform_irradiance(FLAT)));
-    (0..extras.board).for_each(|index| put(FrameKind::Board, index, &twin.board_irradiance(index)));
+    (0..extras.dark).for_each(|index| put(FrameKind::Dark, index, &simulator.uniform_irradiance(0.0)));
+    (0..extras.flat).for_each(|index| put(FrameKind::Flat, index, &simulator.uniform_irradiance(FLAT)));
+    (0..extras.board).for_each(|index| put(FrameKind::Board, index, &simulator.board_irradiance(index)));
     writer.finish(ExitStatus::Complete, StopFacts::default()).unwrap();
     Sequence::open(folder).unwrap()
 }
 
 /// The light of all frames of the scan.
-pub fn scan_light(twin: &Twin) -> Vec<Plane<f32>> {
-    twin.config().scan.positions_mm().iter().map(|&position_mm| twin.irradiance(position_mm)).collect()
+pub fn scan_light(simulator: &Simulator) -> Vec<Grid<f32>> {
+    simulator
+        .config()
+        .scan
+        .positions_mm()
+        .iter()
+        .map(|&position_mm| simulator.irradiance(position_mm))
+        .collect()
 }
 
-/// The chess-boards on the twin's tile, as a person measures them.
-pub fn target(config: &TwinConfig) -> Target {
+/// The chess-boards on the simulator's tile, as a person measures them.
+pub fn target(config: &SimulatorConfig) -> Target {
     let Scene::Tile { side_mm, bands: Some(bands), .. } = config.scene else {
         panic!("a tile with chess-boards is needed");
     };
@@ -89,7 +95,7 @@ pub fn target(config: &TwinConfig) -> Target {
 }
 
 /// What a person tells the calibration: the boards' squares, and nothing of the lens.
-pub fn plan(config: &TwinConfig) -> CalibrationPlan {
+pub fn plan(config: &SimulatorConfig) -> CalibrationPlan {
     let board = config.board.map(|board| ChessBoard {
         columns: board.columns - 1,
         rows: board.rows - 1,
@@ -127,18 +133,18 @@ pub enum Level {
 /// What each pixel of a camera truly sees in frame `reference`, between the bands of the tile; `ray` is that of a pixel in the rectified
 /// frame.
 pub fn places(
-    twin: &Twin,
+    simulator: &Simulator,
     reference: usize,
     (rows, columns): (usize, usize),
     ray: impl Fn(f64, f64) -> (f64, f64),
-) -> Plane<Option<Place>> {
-    let config = twin.config();
+) -> Grid<Option<Place>> {
+    let config = simulator.config();
     let Scene::Tile { distance_mm, side_mm, hollow_depth_mm, bow_mm, bands, .. } = config.scene else {
         panic!("a tile is needed");
     };
-    let offset_mm = twin.scene_offset_mm(config.scan.positions_mm()[reference]);
+    let offset_mm = simulator.scene_offset_mm(config.scan.positions_mm()[reference]);
     let free_mm = bands.map_or(0.5 * side_mm, |bands| 0.5 * side_mm - bands.rows as f64 * bands.square_mm);
-    let mut found = Plane::filled(rows, columns, None);
+    let mut found = Grid::filled(rows, columns, None);
     for y in 0..rows {
         for x in 0..columns {
             let Some(hit) = config.scene.hit(ray(x as f64, y as f64), offset_mm) else { continue };
@@ -160,7 +166,7 @@ pub fn places(
 }
 
 /// Pixels whose whole neighbourhood of `margin_px` to each side lies on one level: the matcher's windows see nothing else.
-pub fn clear_of_walls(places: &Plane<Option<Place>>, margin_px: usize) -> Vec<(usize, usize, Place)> {
+pub fn clear_of_walls(places: &Grid<Option<Place>>, margin_px: usize) -> Vec<(usize, usize, Place)> {
     let mut clear = Vec::new();
     for y in margin_px..places.rows().saturating_sub(margin_px) {
         for x in margin_px..places.columns().saturating_sub(margin_px) {
@@ -189,7 +195,7 @@ pub struct HeightErrors {
 }
 
 /// Fits a quadric and a step between the levels to measured less true heights, by least squares; `None` if either level has no answer.
-pub fn height_errors(height_mm: &Plane<f32>, clear: &[(usize, usize, Place)]) -> Option<HeightErrors> {
+pub fn height_errors(height_mm: &Grid<f32>, clear: &[(usize, usize, Place)]) -> Option<HeightErrors> {
     let answered: Vec<(f64, &Place)> = clear
         .iter()
         .map(|(x, y, place)| (f64::from(height_mm.at(*x, *y)) - place.height_mm, place))

@@ -6,25 +6,25 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use epirig::camera::{SimCamera, SimView, ViewSwitch};
 use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, capture, resume};
-use epirig::progress::Silent;
-use epirig::sequence::{ClosureRecord, Sequence, verify};
-use epirig::stage::{SimStage, SimStageConfig, Stage, StagePosition};
-use epirig::storage::Disk;
-use epirig::twin::{HandBoard, Twin, TwinConfig};
+use epirig_core::progress::Silent;
+use epirig_data::sequence::{ClosureRecord, Sequence, verify};
+use epirig_data::storage::Disk;
+use epirig_devices::camera::{SimCamera, SimView, ViewSwitch};
+use epirig_devices::stage::{SimStage, SimStageConfig, Stage, StagePosition};
+use epirig_simulator::{HandBoard, Simulator, SimulatorConfig};
 
 pub const FRAMES: usize = 6;
 
-/// A noise-free twin: frames of one place are the same to the byte.
-pub fn twin() -> Arc<Twin> {
-    let mut config = TwinConfig::textured_plane(64, 48, FRAMES);
+/// A noise-free simulator: frames of one place are the same to the byte.
+pub fn simulator() -> Arc<Simulator> {
+    let mut config = SimulatorConfig::textured_plane(64, 48, FRAMES);
     config.board = Some(HandBoard { square_mm: 30.0, columns: 4, rows: 3 });
-    Arc::new(Twin::new(config).unwrap())
+    Arc::new(Simulator::new(config).unwrap())
 }
 
-pub fn plan(twin: &Twin) -> CapturePlan {
-    CapturePlan { dark: 1, flat: 1, board: 2, ..CapturePlan::at(twin.config().scan.positions_mm()) }
+pub fn plan(simulator: &Simulator) -> CapturePlan {
+    CapturePlan { dark: 1, flat: 1, board: 2, ..CapturePlan::at(simulator.config().scan.positions_mm()) }
 }
 
 /// Puts in front of the simulated camera whatever is asked for.
@@ -48,19 +48,19 @@ impl Assistant for Willing {
 
 /// A new scan, or one that goes on, with a rig that has just been switched on.
 pub fn scan(
-    twin: &Arc<Twin>,
+    simulator: &Arc<Simulator>,
     plan: &CapturePlan,
     folder: &Path,
     disk: Box<dyn Disk>,
     pause: &PauseSwitch,
 ) -> Result<Option<ClosureRecord>, CaptureError> {
-    scan_on(SimStageConfig::ideal(200.0), twin, plan, folder, disk, pause)
+    scan_on(SimStageConfig::ideal(200.0), simulator, plan, folder, disk, pause)
 }
 
 /// The same on a stage of this make.
 pub fn scan_on(
     stage: SimStageConfig,
-    twin: &Arc<Twin>,
+    simulator: &Arc<Simulator>,
     plan: &CapturePlan,
     folder: &Path,
     disk: Box<dyn Disk>,
@@ -70,7 +70,7 @@ pub fn scan_on(
     let seen = watch.clone();
     let mut stages =
         move || Ok(Box::new(SimStage::seen_through(stage.clone(), seen.clone())) as Box<dyn Stage>);
-    let mut camera = SimCamera::before_twin(Arc::clone(twin), watch);
+    let mut camera = SimCamera::before_simulator(Arc::clone(simulator), watch);
     let view = camera.device().view();
     let mut rig = Rig {
         stages: &mut stages,
@@ -87,15 +87,15 @@ pub fn scan_on(
 }
 
 /// The frames are all there, as their records say, and as an undisturbed scan would have them.
-pub fn assert_whole(twin: &Twin, folder: &Path) {
+pub fn assert_whole(simulator: &Simulator, folder: &Path) {
     let sequence = Sequence::open(folder).unwrap();
     let report = verify(&sequence, &Silent).unwrap();
     assert_eq!(report.findings, []);
-    assert_eq!(report.good_frames, twin.config().scan.frames);
-    for (record, position_mm) in sequence.frames().iter().zip(twin.config().scan.positions_mm()) {
+    assert_eq!(report.good_frames, simulator.config().scan.frames);
+    for (record, position_mm) in sequence.frames().iter().zip(simulator.config().scan.positions_mm()) {
         assert_eq!(record.reported_mm, Some(position_mm));
-        assert!(sequence.read(record).unwrap() == twin.expose(position_mm, 0), "frame {}", record.index);
+        assert!(sequence.read(record).unwrap() == simulator.expose(position_mm, 0), "frame {}", record.index);
     }
     let hidden = std::fs::read_dir(folder.join("frames")).unwrap();
-    assert_eq!(hidden.count(), twin.config().scan.frames, "nothing half-made is left");
+    assert_eq!(hidden.count(), simulator.config().scan.frames, "nothing half-made is left");
 }

@@ -3,9 +3,9 @@
 use std::process::Command;
 use std::time::Instant;
 
-use epirig::camera::pixels::{BayerUse, FourCc, PixelFormat};
-use epirig::camera::{Camera, CameraSettings, Size, TimingRule, V4l2Camera, V4l2Device, average};
-use epirig::frame::Frame;
+use epirig_core::frame::Frame;
+use epirig_devices::camera::pixels::{BayerUse, FourCc, PixelFormat};
+use epirig_devices::camera::{Camera, CameraSettings, Size, TimingRule, V4l2Camera, V4l2Device, average};
 
 use super::guest::{here, passed, program, succeeds};
 use super::vivid_bench::{CAMERA, Playing, SIZE, v4l2_ctl};

@@ -7,17 +7,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output};
 use std::time::{Duration, Instant};
 
-use epirig::sequence::{Event, RetakeRecord, Sequence, TimesRecord};
+use epirig_data::sequence::{Event, RetakeRecord, Sequence, TimesRecord};
 
 use super::vivid_bench::Playing;
 
 /// Where the first frame of [`PROFILE`] is taken, the distance to the next, and how many there are: each a whole number of the stage's steps
-/// of 4 um, so that the twin stands exactly where the plan says.
+/// of 4 um, so that the simulator stands exactly where the plan says.
 pub const START_MM: f64 = 10.0;
 pub const STEP_MM: f64 = 0.64;
 pub const FRAMES: usize = 16;
 
-/// What a person writes of this rig. Lens and distance are those of the twin that the simulator shows; velocity and acceleration
+/// What a person writes of this rig. Lens and distance are those of the simulator that the simulator shows; velocity and acceleration
 /// are above the stage's own, as an emulated processor is slow enough.
 pub const PROFILE: &str = r#"
 [stage]
@@ -172,7 +172,7 @@ impl Drop for Scanning {
     }
 }
 
-/// The program finds the sequence in order, and its frames are those of the plan, each the twin's to the byte, with its certificate.
+/// The program finds the sequence in order, and its frames are those of the plan, each the simulator's to the byte, with its certificate.
 pub fn assert_exact(sequence: &str, playing: &mut Playing) -> Sequence {
     succeeds(&["verify", sequence]);
     let read = Sequence::open(Path::new(sequence)).unwrap();

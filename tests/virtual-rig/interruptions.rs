@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use epirig::sequence::{Event, ExitStatus, FrameRecord, ResumedRecord, Sequence, encode_png};
+use epirig_data::sequence::{Event, ExitStatus, FrameRecord, ResumedRecord, Sequence, encode_png};
 
 use super::guest::{
     FRAMES, START_MM, Workplace, assert_exact, here, passed, program, retakes, succeeds, system,
@@ -44,7 +44,7 @@ fn assert_compared(sequence: &Sequence, good: usize) {
     let comparison = resumed.last().unwrap().comparison.as_ref().unwrap();
     println!("frame {good} was seen again {:.6} px, {:.6} px off", comparison.x_px, comparison.y_px);
     assert_eq!(comparison.frame, good);
-    // As its plan allows. The twin is free of noise and the stage where it was, so it is far less.
+    // As its plan allows. The simulator is free of noise and the stage where it was, so it is far less.
     assert!(comparison.x_px.hypot(comparison.y_px) < 0.1, "{comparison:?}");
 }
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use epirig::camera::Size;
 use epirig::profile::Profile;
 use epirig::results::{read_map, read_summary};
-use epirig::sequence::Sequence;
+use epirig_data::sequence::Sequence;
+use epirig_devices::camera::Size;
 
 use super::guest::{FRAMES, STEP_MM, Workplace, assert_exact, here, passed, succeeds};
 use super::vivid_bench::{CAMERA, PORT, Playing, SIZE};
@@ -88,8 +88,8 @@ fn a_measurement_is_exact_in_its_frames_and_right_in_its_disparity() {
 }
 
 #[test]
-fn a_scan_of_twenty_positions_is_the_twins_to_the_byte() {
-    const NAME: &str = "measuring::a_scan_of_twenty_positions_is_the_twins_to_the_byte";
+fn a_scan_of_twenty_positions_is_the_simulators_to_the_byte() {
+    const NAME: &str = "measuring::a_scan_of_twenty_positions_is_the_simulators_to_the_byte";
     if !here(NAME) {
         return;
     }

@@ -2,10 +2,10 @@
 
 use std::io::{BufRead, IsTerminal};
 
-use crate::camera::{SimView, ViewSwitch};
 use crate::capture::{Arrangement, Assistant};
 use crate::cli::Talk;
 use crate::cli::progress::tell;
+use epirig_devices::camera::{SimView, ViewSwitch};
 
 /// The person at the terminal, or the simulation.
 pub(in crate::cli) struct Hands<'a> {

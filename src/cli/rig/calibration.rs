@@ -2,10 +2,10 @@
 
 use super::Options;
 use crate::calibrate::{CalibrationPlan, LensKnowledge, PositionSource};
-use crate::lens::Distortion;
-use crate::photometry::PhotometryOptions;
 use crate::profile::{BoardProfile, FocalLength, PrintProfile, Profile};
-use crate::target::{ChessBoard, Target};
+use epirig_calibration::lens::Distortion;
+use epirig_calibration::photometry::PhotometryOptions;
+use epirig_calibration::target::{ChessBoard, Target};
 
 /// Target, board and lens as `profile` describes them, for frames of `columns` x `rows`.
 pub(in crate::cli) fn calibration_plan(profile: &Profile, columns: usize, rows: usize) -> CalibrationPlan {

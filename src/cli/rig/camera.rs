@@ -5,15 +5,15 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 
 use super::profile::Options;
-use super::{RigArgument, simulated_twin, twin_config};
-use crate::camera::pixels::FourCc;
-use crate::camera::{
+use super::{RigArgument, simulated_simulator, simulator_config};
+use crate::cli::{CliError, Talk};
+use crate::profile::Profile;
+use epirig_devices::camera::pixels::FourCc;
+use epirig_devices::camera::{
     Camera, CameraChoice, CameraError, CameraSettings, Configuration, ReplayCamera, SimCamera, Size,
     V4l2Camera, V4l2Device, ViewSwitch, cameras, choose,
 };
-use crate::cli::{CliError, Talk};
-use crate::profile::Profile;
-use crate::stage::StagePosition;
+use epirig_devices::stage::StagePosition;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum BayerName {
@@ -110,7 +110,8 @@ pub(in crate::cli) fn open_camera(profile: &Profile, stage: &StagePosition) -> R
     let choice = choice.map_err(|reason| CliError::Usage(format!("camera.device: {reason}")))?;
     let camera: Box<dyn Camera> = match choice {
         CameraChoice::Simulated => {
-            let mut camera = SimCamera::before_twin(simulated_twin(twin_config(profile)?)?, stage.clone());
+            let mut camera =
+                SimCamera::before_simulator(simulated_simulator(simulator_config(profile)?)?, stage.clone());
             if profile.sim.real_time {
                 camera.device().in_real_time();
             }

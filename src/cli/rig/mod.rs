@@ -5,8 +5,8 @@ mod calibration;
 mod camera;
 mod plan;
 mod profile;
+mod simulator;
 mod stage;
-mod twin;
 
 pub(super) use assistant::Hands;
 pub(super) use calibration::{calibration_plan, can_be_calibrated, recorded_options};
@@ -15,5 +15,5 @@ pub(super) use camera::{
 };
 pub(super) use plan::{PlanArguments, capture_plan, nominal_lens};
 pub(super) use profile::{Options, RigArgument, named_profile};
+pub(super) use simulator::{simulated_simulator, simulator_config};
 pub(super) use stage::{StageArguments, Stages, home, sim_config};
-pub(super) use twin::{simulated_twin, twin_config};

@@ -3,11 +3,11 @@
 use clap::Args;
 
 use super::profile::Options;
-use super::{camera_settings, twin_config};
+use super::{camera_settings, simulator_config};
 use crate::capture::{CaptureLimits, CapturePlan};
 use crate::cli::CliError;
 use crate::profile::{self, Profile};
-use crate::sequence::{FocalLength, NominalLens};
+use epirig_data::sequence::{FocalLength, NominalLens};
 
 /// The plan of a scan.
 #[derive(Debug, Args)]
@@ -60,8 +60,8 @@ pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, Cli
                 .to_owned(),
         ));
     }
-    let twin = if profile.camera.is_simulated() {
-        Some(serde_json::to_value(twin_config(profile)?).map_err(std::io::Error::other)?)
+    let simulator = if profile.camera.is_simulated() {
+        Some(serde_json::to_value(simulator_config(profile)?).map_err(std::io::Error::other)?)
     } else {
         None
     };
@@ -82,7 +82,7 @@ pub(in crate::cli) fn capture_plan(profile: &Profile) -> Result<CapturePlan, Cli
         },
         lens: nominal_lens(&profile.optics),
         rig: Some(serde_json::to_value(profile).map_err(std::io::Error::other)?),
-        twin,
+        simulator,
         ..CapturePlan::at(positions_mm)
     })
 }

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::cli::CliError;
 use crate::profile::{Override, Profile, ProfileError, REAL, SIM, overrides_from_environment};
-use crate::storage::read_text;
+use epirig_data::storage::read_text;
 
 /// The profile that is taken if none is named, where a person works ...
 const LOCAL: &str = "rig.toml";

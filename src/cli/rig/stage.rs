@@ -8,12 +8,12 @@ use firmware_protocol::message::Settings;
 
 use super::profile::Options;
 use crate::cli::{CliError, Talk, interrupt};
-use crate::link::{Link, LinkError, PortChoice, Recorder, choose, open, ports};
 use crate::profile::{AxisName, Driver, Profile};
-use crate::stage::grbl::{Axis, GrblOptions};
-use crate::stage::native::NativeOptions;
-use crate::stage::zaber::ZaberOptions;
-use crate::stage::{
+use epirig_devices::link::{Link, LinkError, PortChoice, Recorder, choose, open, ports};
+use epirig_devices::stage::grbl::{Axis, GrblOptions};
+use epirig_devices::stage::native::NativeOptions;
+use epirig_devices::stage::zaber::ZaberOptions;
+use epirig_devices::stage::{
     Dialect, GrblStage, MotionLimits, NativeStage, OneSided, SimStage, SimStageConfig, Stage, StageError,
     StagePosition, StageSource, ZaberStage, grbl, native, zaber,
 };

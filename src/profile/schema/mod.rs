@@ -39,7 +39,7 @@ pub(super) enum Allowed {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     Text,
-    /// A camera as [`CameraChoice`](crate::camera::CameraChoice) reads it.
+    /// A camera as [`CameraChoice`](epirig_devices::camera::CameraChoice) reads it.
     Camera,
     /// Code of a pixel format.
     Format,

@@ -1,4 +1,4 @@
-//! The keys of section `sim`: the twin, and its faults.
+//! The keys of section `sim`: the simulator, and its faults.
 
 use super::super::parts::SceneName;
 use super::super::quantity::{DEG, DN, MM, PERCENT, UM};
@@ -28,7 +28,7 @@ keys!(
         "How far the camera is rolled about its axis against the travel"
     )
     .or("0 deg"),
-    // The twin refuses 0.5 rad.
+    // The simulator refuses 0.5 rad.
     PAN = key(
         "pan",
         measure(DEG, Allowed::Within(28.0)),
@@ -43,8 +43,8 @@ keys!(
         "Radial distortion of the simulated lens, of r^2; negative for a barrel"
     )
     .or("0"),
-    DARKENING = key(
-        "darkening",
+    VIGNETTING = key(
+        "vignetting",
         measure(PERCENT, Allowed::UpTo(90.0)),
         "18 %",
         "Share of the light that the lens loses in the farthest corner"

@@ -8,9 +8,9 @@ use proptest::prelude::*;
 
 use super::schema::{Key, SECTIONS};
 use super::*;
-use crate::camera::Size;
-use crate::camera::pixels::BayerUse;
-use crate::lens::Distortion;
+use epirig_calibration::lens::Distortion;
+use epirig_devices::camera::Size;
+use epirig_devices::camera::pixels::BayerUse;
 
 fn set(settings: &[&str]) -> Vec<Override> {
     settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect()
@@ -65,7 +65,7 @@ fn the_real_rig_is_the_simulated_one_with_targets_and_faults() {
         roll_rad: 0.7 * std::f64::consts::PI / 180.0,
         pan_rad: 0.4 * std::f64::consts::PI / 180.0,
         k1: -0.02,
-        darkening: 0.18,
+        vignetting: 0.18,
         flicker: 0.003,
         step_error_um: 5.0,
         bow_mm: 0.3,
@@ -394,7 +394,7 @@ fn the_simulated_rig_can_be_given_a_real_stage_and_a_real_camera() {
     let camera = ("camera.device=/dev/video0", "EPIRIG_CAMERA");
     let profile = read(&[camera, stage]).unwrap();
     assert!(!profile.camera.is_simulated());
-    assert_eq!(profile.sim.scene, SceneName::Plane, "the default: there is no twin");
+    assert_eq!(profile.sim.scene, SceneName::Plane, "the default: there is no simulator");
     let error = read(&[camera, stage, ("sim.seed=3", "--set")]).unwrap_err().to_string();
     assert!(error.starts_with("--set: sim.seed means nothing without"), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");

@@ -1,10 +1,10 @@
 //! The flat field and the brightness of the frames.
 
 use super::cells::{Cells, rgb};
-use crate::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
-use crate::plane::Plane;
 use crate::report::chart::{Chart, Marks, Series};
 use crate::report::{Figure, ReportError, ValueRange, map_picture};
+use epirig_calibration::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
+use epirig_core::grid::Grid;
 
 /// Colours of the gain span at least this, in %, so that an even field looks even.
 const LEAST_GAIN_SPAN: f32 = 1.0;
@@ -13,7 +13,7 @@ const FULL_COLOUR_PERCENT: f64 = 0.1;
 
 /// The gain over the frame; `None` if its map was not kept.
 pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure>, ReportError> {
-    let percent = |gain: &Plane<f32>| gain.map(|gain| 100.0 * gain);
+    let percent = |gain: &Grid<f32>| gain.map(|gain| 100.0 * gain);
     let (percent, range) = match (&field.model, &maps.flat_field) {
         (FlatModel::Polynomial(polynomial), _) => {
             let percent = percent(&polynomial.plane());
@@ -39,7 +39,7 @@ pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure
 }
 
 /// From the least to the greatest value of a smooth map, so that its darkest corner is told apart, too.
-fn whole_range(map: &Plane<f32>) -> ValueRange {
+fn whole_range(map: &Grid<f32>) -> ValueRange {
     let ends = (f32::INFINITY, f32::NEG_INFINITY);
     let (low, high) =
         map.values().iter().fold(ends, |(low, high), value| (low.min(*value), high.max(*value)));

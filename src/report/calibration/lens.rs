@@ -3,12 +3,12 @@
 use plotters::style::RGBColor;
 
 use super::cells::{Cells, rgb};
-use crate::lens::views::{LensCalibration, PointResidual};
 use crate::report::frame_picture::{FramePicture, Stroke, frame_scale};
 use crate::report::heading::{COLOURS, Entry, Sample};
 use crate::report::{Figure, ReportError};
+use epirig_calibration::lens::views::{LensCalibration, PointResidual};
 
-/// Cells across and down, as [`Coverage`](crate::lens::views::Coverage) counts them.
+/// Cells across and down, as [`Coverage`](epirig_calibration::lens::views::Coverage) counts them.
 const CELLS: usize = 10;
 /// Greatest length of the stroke of a residual as large as the root mean square, in px of the picture; rounding the magnification leaves
 /// two fifths of it or more. Of a few hundred such strokes each is seen, and few cross.

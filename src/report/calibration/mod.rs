@@ -3,9 +3,9 @@
 mod brightness;
 mod cells;
 mod lens;
+mod stage_axis;
 #[cfg(test)]
 mod tests;
-mod travel;
 
 use super::{Figure, ReportError};
 use crate::calibrate::Calibrated;
@@ -18,7 +18,7 @@ use crate::calibrate::Calibrated;
 /// - `lens-residuals`: corners of the board where they were seen less where they are predicted, magnified.
 /// - `lens-coverage`: how many corners lie in each of 10 x 10 cells.
 /// - `rows`: distance of every corner of the target from its row after rectification, in px.
-/// - `stage-audit`: measured less reported position of every frame, in um.
+/// - `positioning-error`: measured less reported position of every frame, in um.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.
@@ -37,11 +37,11 @@ pub fn calibration_figures(found: &Calibrated) -> Result<Vec<Figure>, ReportErro
         figures.extend(lens::residuals(lens)?);
         figures.extend(lens::coverage(lens)?);
     }
-    if let Some(travel) = &found.travel {
-        figures.extend(travel::rows(travel, calibration)?);
+    if let Some(stage_axis) = &found.stage_axis {
+        figures.extend(stage_axis::rows(stage_axis, calibration)?);
     }
-    if let Some(audit) = &calibration.positions.audit {
-        figures.extend(travel::stage_audit(audit)?);
+    if let Some(positioning) = &calibration.positions.positioning_error {
+        figures.extend(stage_axis::positioning_error(positioning)?);
     }
     Ok(figures)
 }

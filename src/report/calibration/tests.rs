@@ -9,14 +9,14 @@ use crate::calibrate::{
     Calibrated, Calibration, FORMAT_VERSION, InputHashes, LensRecord, LensSource, PositionSource,
     PositionsRecord,
 };
-use crate::lens::views::{Coverage, LensCalibration, PointName, PointResidual, Terms, ViewFit};
-use crate::lens::{Lens, LensEstimate};
-use crate::photometry::{
+use crate::report::Figure;
+use epirig_calibration::lens::views::{Coverage, LensCalibration, PointName, PointResidual, Terms, ViewFit};
+use epirig_calibration::lens::{Lens, LensEstimate};
+use epirig_calibration::photometry::{
     FlatField, FlatMethod, FlatModel, FrameGains, Maps, Outcome, Photometry, PhotometryOptions, Polynomial,
 };
-use crate::rectify::Mapping;
-use crate::report::Figure;
-use crate::travel::{Audit, AuditedFrame, Direction, TrackResidual, Travel};
+use epirig_calibration::rectification::Mapping;
+use epirig_calibration::stage_axis::{Direction, FramePosition, PositioningError, StageAxis, TrackResidual};
 
 const ROWS: usize = 480;
 const COLUMNS: usize = 640;
@@ -37,7 +37,7 @@ fn flat_field(random: &mut ChaCha8Rng) -> FlatField {
         frames: 8,
         residual_percent,
         residual_rms_percent: 0.05,
-        corner_darkening_percent: 24.0,
+        vignetting_percent: 24.0,
         trials: Vec::new(),
         sigma_percent: Some(0.01),
         outliers: Vec::new(),
@@ -77,14 +77,14 @@ fn lens(random: &mut ChaCha8Rng) -> LensCalibration {
 }
 
 /// Rows that are bent by 0.01 px in the middle.
-fn travel(random: &mut ChaCha8Rng) -> Travel {
+fn stage_axis(random: &mut ChaCha8Rng) -> StageAxis {
     let residuals = (0..FRAMES * 80).map(|index| {
         let column_px = random.random_range(-300.0..300.0);
         let bend = 0.01 * (1.0 - (column_px / 200.0_f64).powi(2));
         let across_px = bend + 0.02 * noise(random);
         TrackResidual { frame: index / 80, corner: index % 80, column_px, along_px: 0.0, across_px }
     });
-    Travel {
+    StageAxis {
         direction: Direction::default(),
         roll_sigma_rad: 0.0,
         pan_sigma_rad: 0.0,
@@ -98,18 +98,18 @@ fn travel(random: &mut ChaCha8Rng) -> Travel {
 }
 
 /// A stage that is off by a few um, by 40 um in frame 57, and that nobody saw in frame 20.
-fn audit(random: &mut ChaCha8Rng) -> Audit {
+fn positioning_error(random: &mut ChaCha8Rng) -> PositioningError {
     let frames = (0..FRAMES).map(|frame| {
         let reported_mm = 1.5 * frame as f64;
         let error_um = if frame == 57 { 40.0 } else { 3.0 * noise(random) };
         let seen = frame != 20;
-        AuditedFrame {
+        FramePosition {
             reported_mm,
             measured_mm: if seen { reported_mm + 0.001 * error_um } else { reported_mm },
             sigma_mm: seen.then_some(0.001),
         }
     });
-    Audit {
+    PositioningError {
         frames: frames.collect(),
         rms_um: 6.0,
         largest_um: 40.0,
@@ -140,7 +140,7 @@ fn bare() -> Calibrated {
             options: PhotometryOptions::default(),
             dark: Outcome::SwitchedOff,
             flat_field: Outcome::NotApplied(nothing()),
-            hot_pixels: Outcome::SwitchedOff,
+            defective_pixels: Outcome::SwitchedOff,
         },
         linearity: None,
         maps: Default::default(),
@@ -152,21 +152,21 @@ fn bare() -> Calibrated {
             board_frames: None,
             board_files: Vec::new(),
         },
-        travel: None,
+        stage_axis: None,
         positions: PositionsRecord {
             source: PositionSource::Stage,
             tau: Vec::new(),
             tau_sigma: Vec::new(),
             baseline_mm: None,
             baseline_sigma_mm: None,
-            audit: None,
+            positioning_error: None,
             target_scale: None,
         },
         mapping,
         notes: Vec::new(),
         needs: Vec::new(),
     };
-    Calibrated { calibration, maps: Maps::default(), travel: None }
+    Calibrated { calibration, maps: Maps::default(), stage_axis: None }
 }
 
 fn complete() -> Calibrated {
@@ -183,8 +183,8 @@ fn complete() -> Calibrated {
         disparity_px: -120.0,
     });
     found.calibration.lens.board_frames = Some(lens(random));
-    found.calibration.positions.audit = Some(audit(random));
-    found.travel = Some(travel(random));
+    found.calibration.positions.positioning_error = Some(positioning_error(random));
+    found.stage_axis = Some(stage_axis(random));
     found
 }
 
@@ -211,7 +211,7 @@ fn every_part_has_its_figure_and_what_was_not_found_has_none() {
     let names: Vec<&str> = figures.iter().map(|figure| figure.name).collect();
     let all =
         ["flat-field", "flat-field-residuals", "frame-gains", "lens-residuals", "lens-coverage", "rows"];
-    assert_eq!(names, [&all[..], &["stage-audit"]].concat());
+    assert_eq!(names, [&all[..], &["positioning-error"]].concat());
     assert_eq!(calibration_figures(&bare()).unwrap(), Vec::new());
     let mut without_map = bare();
     let random = &mut ChaCha8Rng::seed_from_u64(1);
@@ -276,8 +276,8 @@ fn rows_tell_every_corner_and_the_mean_follows_the_bend() {
     let figures = calibration_figures(&complete()).unwrap();
     let rows = figure(&figures, "rows");
     assert_eq!(rows.csv.lines().count(), 1 + FRAMES * 80);
-    let travel = complete().travel.unwrap();
-    let (first, residual) = (fields(rows, 1), travel.residuals[0]);
+    let stage_axis = complete().stage_axis.unwrap();
+    let (first, residual) = (fields(rows, 1), stage_axis.residuals[0]);
     // The principal point is at 319.5.
     assert!((first[2].parse::<f64>().unwrap() - (residual.column_px + 319.5)).abs() < 1e-9);
     assert_eq!(first[4].parse::<f64>().unwrap(), residual.across_px);
@@ -287,16 +287,16 @@ fn rows_tell_every_corner_and_the_mean_follows_the_bend() {
 }
 
 #[test]
-fn the_audit_of_the_stage_names_the_frame_that_stands_out() {
+fn the_positioning_error_names_the_frame_that_stands_out() {
     let figures = calibration_figures(&complete()).unwrap();
-    let audit = figure(&figures, "stage-audit");
-    let outlier = fields(audit, 58);
+    let positioning = figure(&figures, "positioning-error");
+    let outlier = fields(positioning, 58);
     assert_eq!((outlier[0], outlier[5]), ("57", "true"));
     assert!((outlier[3].parse::<f64>().unwrap() - 40.0).abs() < 1e-6);
-    assert_eq!(fields(audit, 21), ["20", "30", "nan", "nan", "nan", "false"]);
+    assert_eq!(fields(positioning, 21), ["20", "30", "nan", "nan", "nan", "false"]);
     // The dot, its bar and its name, near the right end below the legend.
     let place = |x: u32, y: u32| x > 800 && y > 60;
     let pixels =
-        audit.picture.enumerate_pixels().filter(|(x, y, pixel)| place(*x, *y) && pixel.0 == VERMILION);
+        positioning.picture.enumerate_pixels().filter(|(x, y, pixel)| place(*x, *y) && pixel.0 == VERMILION);
     assert!(pixels.count() > 40);
 }

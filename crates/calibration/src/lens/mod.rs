@@ -1,0 +1,15 @@
+//! The lens: where a ray meets the sensor; how it is found, and what other programs say of it.
+
+mod distortion;
+mod estimate;
+mod model;
+pub mod opencv_yaml;
+mod prior;
+pub mod ros_camera_info;
+pub mod views;
+mod yaml;
+
+pub use distortion::Distortion;
+pub use estimate::LensEstimate;
+pub use model::{Lens, Projection};
+pub use yaml::{LensFile, LensFileError};

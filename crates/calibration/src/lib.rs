@@ -1,0 +1,8 @@
+#![doc = include_str!("../README.md")]
+
+pub mod lens;
+pub mod photometry;
+pub mod rectification;
+pub mod registration;
+pub mod stage_axis;
+pub mod target;

@@ -1,0 +1,33 @@
+//! From what the sensor gave to what the light was: dark level, defective pixels, flat field, flicker of the lamp, linearity.
+//!
+//! A frame is corrected as (value - dark) / gain, where the gain is that of lens and pixel as flat frames show it, with mean 1. All
+//! of it is data: [`Photometry`] is the record of what was found, [`Correction`] what a frame is corrected by.
+
+mod average;
+mod correction;
+mod cross_validation;
+mod dark;
+mod error;
+mod flat_checks;
+mod flat_field;
+mod frame_gain;
+mod grid;
+mod linearity;
+mod outliers;
+mod polynomial;
+mod record;
+#[cfg(test)]
+mod tests;
+mod windows;
+
+pub use correction::Correction;
+pub use cross_validation::{Trial, TrialModel};
+pub use dark::{DarkFrame, DarkModel, dark_frame};
+pub use error::PhotometryError;
+pub use flat_field::{FlatField, FlatMethod, FlatModel, flat_field};
+pub use frame_gain::{FrameGains, GainError, dominant_disparity, frame_gains};
+pub use grid::{Cell, CellGrid};
+pub use linearity::{ExposureLevel, Linearity, LinearityError, linearity};
+pub use outliers::{Outlier, OutlierKind};
+pub use polynomial::{HIGHEST_ORDER, Patch, Polynomial};
+pub use record::{DarkRecord, Maps, Outcome, Photometry, PhotometryOptions};

@@ -1,0 +1,142 @@
+//! Single pixels that are unlike their neighbours, and what is put in their place.
+
+use epirig_core::statistics::upper_median;
+use serde::{Deserialize, Serialize};
+
+use epirig_core::grid::Grid;
+
+/// Beyond so many robust standard deviations a pixel is an outlier: among ten million pixels with Gaussian noise there is one in fifty
+/// images.
+const SIGMAS: f64 = 6.0;
+/// The median absolute deviation of Gaussian noise, as a share of its standard deviation, inverted.
+const MAD_TO_SIGMA: f64 = 1.4826;
+
+/// How a pixel differs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OutlierKind {
+    /// Too bright in the dark.
+    Hot,
+    /// Too dark in the dark: it does not even have the black level.
+    Cold,
+    /// Its gain is too high, as flat frames show.
+    Sensitive,
+    /// Its gain is too low, as flat frames show; down to none.
+    Dead,
+}
+
+/// A pixel that cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Outlier {
+    /// Column.
+    pub x: usize,
+    /// Row.
+    pub y: usize,
+    /// What is wrong with it.
+    pub kind: OutlierKind,
+}
+
+/// Pixels whose value departs from the median of its up to eight neighbours by more than six robust standard deviations of that
+/// departure, and by more than `least`: column, row, and the departure. With `relative`, departures are shares of the median.
+pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(usize, usize, f64)> {
+    let (rows, columns) = (image.rows(), image.columns());
+    let mut departures = Grid::filled(rows, columns, 0.0_f32);
+    let mut neighbours = Vec::with_capacity(8);
+    for y in 0..rows {
+        for x in 0..columns {
+            neighbours.clear();
+            neighbours.extend(around(x, y, 1, rows, columns).map(|(x, y)| image.at(x, y)));
+            let Some(median) = upper_median(&mut neighbours) else { continue };
+            let departure = image.at(x, y) - median;
+            let unit = if relative { median.max(f32::MIN_POSITIVE) } else { 1.0 };
+            departures.row_mut(y)[x] = departure / unit;
+        }
+    }
+    let mut sizes: Vec<f32> = departures.values().iter().map(|departure| departure.abs()).collect();
+    let typical = upper_median(&mut sizes).map_or(0.0, f64::from);
+    let limit = (SIGMAS * MAD_TO_SIGMA * typical).max(least);
+    let all = departures.values().iter().enumerate();
+    all.filter(|&(_, &departure)| f64::from(departure.abs()) > limit)
+        .map(|(index, &departure)| (index % columns, index / columns, departure.into()))
+        .collect()
+}
+
+/// Pixels at a distance of exactly `ring` rows or columns that are in the image.
+fn around(
+    x: usize,
+    y: usize,
+    ring: usize,
+    rows: usize,
+    columns: usize,
+) -> impl Iterator<Item = (usize, usize)> {
+    let reach = ring as isize;
+    let offsets = (-reach..=reach).flat_map(move |down| (-reach..=reach).map(move |right| (right, down)));
+    let on_ring = offsets.filter(move |(right, down)| right.abs().max(down.abs()) == reach);
+    on_ring.filter_map(move |(right, down)| {
+        let (x, y) = (x.checked_add_signed(right)?, y.checked_add_signed(down)?);
+        (x < columns && y < rows).then_some((x, y))
+    })
+}
+
+/// Puts the mean of the nearest good neighbours in the place of every pixel in `bad` (column, row; sorted): of the eight around it, or
+/// of the next ring, if all of those are bad. An image without a good pixel is left as it is.
+pub(super) fn replace(image: &mut Grid<f32>, bad: &[(usize, usize)]) {
+    let (rows, columns) = (image.rows(), image.columns());
+    let is_bad = |place: &(usize, usize)| bad.binary_search(place).is_ok();
+    let replacement = |&(x, y): &(usize, usize)| {
+        (1..rows.max(columns)).find_map(|ring| {
+            let good = around(x, y, ring, rows, columns).filter(|place| !is_bad(place));
+            let (sum, count) = good.fold((0.0_f64, 0_usize), |(sum, count), (x, y)| {
+                (sum + f64::from(image.at(x, y)), count + 1)
+            });
+            (count > 0).then(|| (sum / count as f64) as f32)
+        })
+    };
+    let replaced: Vec<_> = bad.iter().map(replacement).collect();
+    for (&(x, y), value) in bad.iter().zip(replaced) {
+        if let Some(value) = value {
+            image.row_mut(y)[x] = value;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn single_pixels_depart_and_ramps_and_edges_do_not() {
+        let mut image = Grid::filled(20, 30, 0.0);
+        for y in 0..20 {
+            for x in 0..30 {
+                image.row_mut(y)[x] = 100.0 + 3.0 * x as f32 + if y < 10 { 0.0 } else { 50.0 };
+            }
+        }
+        assert_eq!(departing(&image, 4.0, false), []);
+        image.row_mut(4)[7] += 30.0;
+        image.row_mut(0)[0] -= 30.0;
+        let found: Vec<_> =
+            departing(&image, 10.0, false).iter().map(|&(x, y, by)| (x, y, by > 0.0)).collect();
+        assert_eq!(found, [(0, 0, false), (7, 4, true)]);
+        assert_eq!(departing(&image, 0.2, true).len(), 2);
+    }
+
+    #[test]
+    fn bad_pixels_get_the_mean_of_good_neighbours() {
+        let mut image = Grid::from_values(3, 3, vec![1.0, 2.0, 3.0, 4.0, 99.0, 6.0, 7.0, 8.0, 99.0]).unwrap();
+        replace(&mut image, &[(1, 1), (2, 2)]);
+        assert!((image.at(1, 1) - 31.0 / 7.0).abs() < 1e-6);
+        assert_eq!(image.at(2, 2), 7.0, "the mean of 6 and 8");
+        // A cluster: its middle takes the next ring.
+        let mut image = Grid::filled(5, 5, 2.0);
+        let mut cluster: Vec<(usize, usize)> = (1..4).flat_map(|x| (1..4).map(move |y| (x, y))).collect();
+        cluster.sort_unstable();
+        cluster.iter().for_each(|&(x, y)| image.row_mut(y)[x] = 99.0);
+        replace(&mut image, &cluster);
+        assert!(image.values().iter().all(|&value| value == 2.0));
+        let mut all_bad = Grid::filled(1, 1, 5.0);
+        replace(&mut all_bad, &[(0, 0)]);
+        assert_eq!(all_bad.values(), [5.0]);
+    }
+}

@@ -1,0 +1,109 @@
+//! What is put right in the raw samples before they are resampled.
+
+use super::RectifyError;
+use crate::photometry::Correction;
+
+/// A pixel that is replaced by the mean of its neighbours.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Replaced {
+    pub(super) x: usize,
+    pub(super) y: usize,
+    /// Columns and rows of the pixels that the mean is taken of.
+    pub(super) neighbours: Vec<(usize, usize)>,
+}
+
+/// Farthest that a good neighbour may be, in px: farther off the picture is another one.
+const FARTHEST_PX: usize = 3;
+
+/// Checks sizes and values against the raw frames, and finds the neighbours of the defective pixels, in the order of their rows.
+pub(super) fn prepared(
+    correction: &Correction,
+    rows: usize,
+    columns: usize,
+) -> Result<Vec<Replaced>, RectifyError> {
+    for (plane, name) in [(&correction.subtract, "dark"), (&correction.multiply, "gain")] {
+        let Some(plane) = plane else { continue };
+        if (plane.rows(), plane.columns()) != (rows, columns) {
+            return Err(RectifyError::CorrectionSize {
+                plane: name,
+                rows: plane.rows(),
+                columns: plane.columns(),
+                expected_rows: rows,
+                expected_columns: columns,
+            });
+        }
+        if let Some(index) = plane.values().iter().position(|value| !value.is_finite()) {
+            return Err(RectifyError::CorrectionValue {
+                plane: name,
+                x: index % columns,
+                y: index / columns,
+            });
+        }
+    }
+    let mut defective: Vec<_> = correction.defective.iter().map(|&(x, y)| (y, x)).collect();
+    defective.sort_unstable();
+    defective.dedup();
+    let good = |x: usize, y: usize| defective.binary_search(&(y, x)).is_err();
+    let replaced = |&(y, x): &(usize, usize)| {
+        if x >= columns || y >= rows {
+            return Err(RectifyError::Defective { x, y });
+        }
+        (1..=FARTHEST_PX)
+            .map(|reach| around(x, y, reach, rows, columns).filter(|&(x, y)| good(x, y)).collect())
+            .find(|neighbours: &Vec<_>| !neighbours.is_empty())
+            .map(|neighbours| Replaced { x, y, neighbours })
+            .ok_or(RectifyError::Defective { x, y })
+    };
+    defective.iter().map(replaced).collect()
+}
+
+/// What a sample of pixel (`x`, `y`) becomes.
+pub(super) fn apply(correction: &Correction, x: usize, y: usize, sample: f32) -> f32 {
+    let dark = correction.subtract.as_ref().map_or(0.0, |plane| plane.at(x, y));
+    let gain = correction.multiply.as_ref().map_or(1.0, |plane| plane.at(x, y));
+    (sample - dark) * gain
+}
+
+/// The pixels of the image that are at most `reach` columns and rows away.
+fn around(
+    x: usize,
+    y: usize,
+    reach: usize,
+    rows: usize,
+    columns: usize,
+) -> impl Iterator<Item = (usize, usize)> {
+    let lines = y.saturating_sub(reach)..(y + reach + 1).min(rows);
+    lines.flat_map(move |line| {
+        (x.saturating_sub(reach)..(x + reach + 1).min(columns)).map(move |column| (column, line))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use epirig_core::grid::Grid;
+
+    #[test]
+    fn defective_pixels_take_their_good_neighbours() {
+        let correction = Correction { defective: vec![(1, 0), (0, 0), (1, 0)], ..Correction::default() };
+        let replaced = prepared(&correction, 3, 4).unwrap();
+        assert_eq!(replaced.len(), 2);
+        assert_eq!(replaced[0].neighbours, [(0, 1), (1, 1)]);
+        assert_eq!(replaced[1].neighbours, [(2, 0), (0, 1), (1, 1), (2, 1)]);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let plane = |rows, value| Some(Grid::filled(rows, 4, value));
+        let dark = Correction { subtract: plane(2, 1.0), ..Correction::default() };
+        assert!(matches!(prepared(&dark, 3, 4), Err(RectifyError::CorrectionSize { plane: "dark", .. })));
+        let mut gain = Correction { multiply: plane(3, 1.0), ..Correction::default() };
+        gain.multiply.as_mut().unwrap().row_mut(2)[1] = f32::NAN;
+        assert_eq!(prepared(&gain, 3, 4), Err(RectifyError::CorrectionValue { plane: "gain", x: 1, y: 2 }));
+        let all = (0..12).map(|index| (index % 4, index / 4)).collect();
+        let all = Correction { defective: all, ..Correction::default() };
+        assert_eq!(prepared(&all, 3, 4), Err(RectifyError::Defective { x: 0, y: 0 }));
+        let outside = Correction { defective: vec![(4, 0)], ..Correction::default() };
+        assert_eq!(prepared(&outside, 3, 4), Err(RectifyError::Defective { x: 4, y: 0 }));
+    }
+}

@@ -1,0 +1,338 @@
+//! From raw frames to the volume, eight at a time.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use fearless_simd::Level;
+use rayon::prelude::*;
+
+use super::correction::{Replaced, apply, prepared};
+use super::kernels::{self, LANES, Pixel, Taps};
+use super::spline::{HORIZON, TAPS, filter_gain};
+use super::{Mapping, RectifyError};
+use crate::photometry::Correction;
+use epirig_core::frame::{Frame, Samples};
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+
+/// Rectified rows that are made together. Each such band filters the raw rows that it needs for itself, with [`HORIZON`] more on
+/// either side, so that bands are independent and what comes out does not depend on the number of threads.
+const BAND: usize = 64;
+/// Mirrored pixels around a row: for the filter to settle, and for the taps of samples at the border.
+const PAD: usize = HORIZON + TAPS;
+/// What a place on the border of the raw image may seem to lie outside by, in px.
+const ROUNDING_PX: f64 = 1e-6;
+/// Coefficients before the pixel of a sample.
+const BEFORE: usize = TAPS / 2 - 1;
+
+/// Puts frames, corrected and resampled, into a volume.
+///
+/// ```
+/// use epirig_core::frame::{Frame, Samples};
+/// use epirig_calibration::lens::Lens;
+/// use epirig_calibration::photometry::Correction;
+/// use epirig_calibration::rectification::{Mapping, Rectifier};
+/// use epirig_core::tau::Tau;
+///
+/// let mapping = Mapping::fitting(Lens::pinhole(1000.0, 31.5, 23.5), 0.01, 0.0, 48, 64)?;
+/// let rectifier = Rectifier::new(mapping, Correction::default())?;
+/// let frame = Frame::new(48, 64, 8, Samples::U8(vec![100; 48 * 64]))?;
+/// let mut volume = rectifier.volume(8, Tau::equidistant(3)?);
+/// rectifier.insert(&mut volume, 0, &[frame.clone(), frame.clone(), frame])?;
+/// let mut row = vec![0.0; volume.columns()];
+/// volume.copy_row(5, 2, &mut row);
+/// assert!(row.iter().all(|&value| (value - 100.0).abs() <= 1.0 / 128.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Rectifier {
+    mapping: Mapping,
+    correction: Correction,
+    replaced: Vec<Replaced>,
+    /// For each rectified pixel the first of its coefficients in the padded raw image; empty for the identity, like the next two.
+    starts: Vec<u32>,
+    /// Its column less the whole part.
+    fractions_x: Vec<f32>,
+    /// Its row less the whole part.
+    fractions_y: Vec<f32>,
+    /// Rows of the padded raw image that the taps of each band lie in.
+    bands: Vec<Range<usize>>,
+    /// Buffers that are not in use.
+    buffers: Mutex<Vec<Buffers>>,
+    level: Level,
+}
+
+/// What one band is worked on in.
+#[derive(Debug, Default)]
+struct Buffers {
+    coefficients: Vec<Pixel>,
+    across: Vec<f32>,
+    down: Vec<f32>,
+    counts: Vec<[u16; LANES]>,
+}
+
+impl Rectifier {
+    /// Finds the place of every rectified pixel in the raw image.
+    ///
+    /// # Errors
+    /// [`RectifyError`] if a rectified pixel lies outside the raw image, or the correction does not fit it.
+    pub fn new(mapping: Mapping, correction: Correction) -> Result<Self, RectifyError> {
+        let (rows, columns) = (mapping.raw_rows, mapping.raw_columns);
+        let camera = mapping.camera;
+        let stride = columns.saturating_add(2 * PAD);
+        let too_large = |rows: usize, columns: usize| rows.saturating_mul(columns) > u32::MAX as usize;
+        if too_large(rows.saturating_add(2 * PAD), stride) {
+            return Err(RectifyError::TooLarge { rows, columns });
+        }
+        if too_large(camera.rows, camera.columns) {
+            return Err(RectifyError::TooLarge { rows: camera.rows, columns: camera.columns });
+        }
+        let replaced = prepared(&correction, rows, columns)?;
+        let mut rectifier = Self {
+            mapping,
+            correction,
+            replaced,
+            starts: Vec::new(),
+            fractions_x: Vec::new(),
+            fractions_y: Vec::new(),
+            bands: Vec::new(),
+            buffers: Mutex::default(),
+            level: Level::new(),
+        };
+        let same_size = (camera.rows, camera.columns) == (rows, columns);
+        if !(mapping.is_identity() && same_size) {
+            rectifier.find_places(stride)?;
+        }
+        Ok(rectifier)
+    }
+
+    /// The mapping.
+    pub fn mapping(&self) -> &Mapping {
+        &self.mapping
+    }
+
+    /// An empty volume for rectified frames of a camera of `bit_depth` bits.
+    pub fn volume(&self, bit_depth: u8, tau: Tau) -> Volume {
+        Volume::fine(self.mapping.camera.rows, self.mapping.camera.columns, bit_depth, tau)
+    }
+
+    /// Corrects and resamples `frames` and puts them into a fine `volume`, the first at place `first_index`. Eight at a time go
+    /// as fast as one.
+    ///
+    /// # Errors
+    /// [`RectifyError`] if the volume is not one that [`Self::volume`] makes or has no such places, or a frame does not have the raw size or
+    /// the volume's bit depth. The volume is then as it was.
+    pub fn insert(
+        &self,
+        volume: &mut Volume,
+        first_index: usize,
+        frames: &[Frame],
+    ) -> Result<(), RectifyError> {
+        self.check(volume, first_index, frames)?;
+        let (all, columns) = (volume.frames(), volume.columns());
+        let counts_per_dn = 1.0 / volume.dn_per_count();
+        let Some(counts) = volume.fine_counts_mut() else { return Ok(()) };
+        for (chunk, frames) in frames.chunks(LANES).enumerate() {
+            let first = (first_index + LANES * chunk) * columns;
+            let places = first..first + frames.len() * columns;
+            // Missing frames are stood in for by the first; what becomes of them is not kept.
+            let lanes: [&Frame; LANES] = std::array::from_fn(|lane| frames.get(lane).unwrap_or(&frames[0]));
+            counts.par_chunks_mut((BAND * all * columns).max(1)).enumerate().for_each(|(band, epis)| {
+                let taken = self.buffers.lock().ok().and_then(|mut free| free.pop());
+                let mut buffers = taken.unwrap_or_default();
+                let rows = epis.chunks_exact_mut((all * columns).max(1)).map(|epi| &mut epi[places.clone()]);
+                self.fill_band(band, lanes, counts_per_dn, rows, &mut buffers);
+                if let Ok(mut free) = self.buffers.lock() {
+                    free.push(buffers);
+                }
+            });
+        }
+        Ok(())
+    }
+
+    fn check(&self, volume: &Volume, first_index: usize, frames: &[Frame]) -> Result<(), RectifyError> {
+        let camera = self.mapping.camera;
+        let needed = first_index.saturating_add(frames.len());
+        let fits = (volume.rows(), volume.columns()) == (camera.rows, camera.columns);
+        if !fits || !volume.is_fine() || needed > volume.frames() {
+            return Err(RectifyError::Volume {
+                frames: volume.frames(),
+                rows: volume.rows(),
+                columns: volume.columns(),
+                needed,
+                expected_rows: camera.rows,
+                expected_columns: camera.columns,
+            });
+        }
+        let expected = (self.mapping.raw_rows, self.mapping.raw_columns, volume.bit_depth());
+        let unlike = |frame: &&Frame| (frame.rows(), frame.columns(), frame.bit_depth()) != expected;
+        let Some(offset) = frames.iter().position(|frame| unlike(&frame)) else { return Ok(()) };
+        let frame = &frames[offset];
+        Err(RectifyError::Frame {
+            index: first_index + offset,
+            rows: frame.rows(),
+            columns: frame.columns(),
+            bit_depth: frame.bit_depth(),
+            expected_rows: expected.0,
+            expected_columns: expected.1,
+            expected_bit_depth: expected.2,
+        })
+    }
+
+    fn find_places(&mut self, stride: usize) -> Result<(), RectifyError> {
+        let mapping = self.mapping;
+        let (rows, columns) = (mapping.camera.rows, mapping.camera.columns);
+        let rotation = mapping.rotation();
+        self.starts = vec![0; rows * columns];
+        self.fractions_x = vec![0.0; rows * columns];
+        self.fractions_y = vec![0.0; rows * columns];
+        let within = |place: f64, size: usize| {
+            let last = size as f64 - 1.0;
+            (place >= -ROUNDING_PX && place <= last + ROUNDING_PX).then(|| place.clamp(0.0, last.max(0.0)))
+        };
+        let width = columns.max(1);
+        let lines = self.starts.par_chunks_mut(width).zip(self.fractions_x.par_chunks_mut(width));
+        let lines = lines.zip(self.fractions_y.par_chunks_mut(width)).enumerate();
+        let outside: Vec<_> = lines
+            .map(|(y, ((starts, fractions_x), fractions_y))| {
+                let places = starts.iter_mut().zip(fractions_x).zip(fractions_y);
+                for (x, ((start, fraction_x), fraction_y)) in places.enumerate() {
+                    let (a, b) = mapping.raw_ray(&rotation, x as f64, y as f64);
+                    let (raw_x, raw_y) = mapping.lens.pixel(a, b);
+                    let places = (within(raw_x, mapping.raw_columns), within(raw_y, mapping.raw_rows));
+                    let (Some(raw_x), Some(raw_y)) = places else {
+                        return Some(RectifyError::Outside { x, y });
+                    };
+                    let (column, row) = (raw_x.floor(), raw_y.floor());
+                    let first = (row as usize + PAD - BEFORE) * stride + column as usize + PAD - BEFORE;
+                    *start = first as u32;
+                    *fraction_x = (raw_x - column) as f32;
+                    *fraction_y = (raw_y - row) as f32;
+                }
+                None
+            })
+            .collect();
+        if let Some(error) = outside.into_iter().flatten().next() {
+            return Err(error);
+        }
+        let rows_of = |starts: &[u32]| {
+            let first = starts.iter().min().map_or(0, |&start| start as usize / stride);
+            let last = starts.iter().max().map_or(0, |&start| start as usize / stride);
+            first..last + TAPS
+        };
+        self.bands = self.starts.chunks(BAND * width).map(rows_of).collect();
+        Ok(())
+    }
+
+    /// Makes the rectified rows of one band: all frames of a chunk one after the other in each of `rows`.
+    fn fill_band<'a>(
+        &self,
+        band: usize,
+        frames: [&Frame; LANES],
+        counts_per_dn: f32,
+        rows: impl Iterator<Item = &'a mut [u16]>,
+        buffers: &mut Buffers,
+    ) {
+        let columns = self.mapping.camera.columns;
+        buffers.counts.resize(columns, [0; LANES]);
+        if self.starts.is_empty() {
+            buffers.coefficients.resize(columns, [0.0; LANES]);
+            for (y, row) in (band * BAND..).zip(rows) {
+                self.load_row(frames, y, &mut buffers.coefficients);
+                kernels::scale(self.level, &buffers.coefficients, counts_per_dn, &mut buffers.counts);
+                kernels::separate(&buffers.counts, row.chunks_exact_mut(columns));
+            }
+            return;
+        }
+        let stride = self.mapping.raw_columns + 2 * PAD;
+        let first_row = self.find_coefficients(band, frames, stride, &mut buffers.coefficients);
+        buffers.across.resize(TAPS * columns, 0.0);
+        buffers.down.resize(TAPS * columns, 0.0);
+        for (y, row) in (band * BAND..).zip(rows) {
+            let line = y * columns..(y + 1) * columns;
+            let factor = counts_per_dn / filter_gain();
+            kernels::weight_rows(self.level, &self.fractions_x[line.clone()], 1.0, &mut buffers.across);
+            kernels::weight_rows(self.level, &self.fractions_y[line.clone()], factor, &mut buffers.down);
+            let taps = Taps {
+                coefficients: &buffers.coefficients,
+                stride,
+                starts: &self.starts[line],
+                offset: first_row * stride,
+                across: &buffers.across,
+                down: &buffers.down,
+            };
+            kernels::sample(self.level, taps, &mut buffers.counts);
+            kernels::separate(&buffers.counts, row.chunks_exact_mut(columns));
+        }
+    }
+
+    /// Fills `coefficients` with what the taps of a band need; the row of the padded image that they begin with.
+    fn find_coefficients(
+        &self,
+        band: usize,
+        frames: [&Frame; LANES],
+        stride: usize,
+        coefficients: &mut Vec<Pixel>,
+    ) -> usize {
+        let (raw_rows, raw_columns) = (self.mapping.raw_rows, self.mapping.raw_columns);
+        let needed = &self.bands[band];
+        let first_row = needed.start - HORIZON;
+        let padded = first_row..needed.end + HORIZON;
+        coefficients.resize(padded.len() * stride, [0.0; LANES]);
+        for (row, line) in padded.zip(coefficients.chunks_exact_mut(stride)) {
+            let y = mirrored(row as isize - PAD as isize, raw_rows);
+            self.load_row(frames, y, &mut line[PAD..PAD + raw_columns]);
+            for outside in (0..PAD).chain(PAD + raw_columns..stride) {
+                line[outside] = line[PAD + mirrored(outside as isize - PAD as isize, raw_columns)];
+            }
+            kernels::filter_row(self.level, line);
+        }
+        kernels::filter_columns(self.level, coefficients, stride);
+        first_row
+    }
+
+    /// Row `y` of the frames, corrected.
+    fn load_row(&self, frames: [&Frame; LANES], y: usize, out: &mut [Pixel]) {
+        let range = y * out.len()..(y + 1) * out.len();
+        let narrow = frames.map(|frame| match frame.samples() {
+            Samples::U8(values) => &values[range.clone()],
+            Samples::U16(_) => &[],
+        });
+        let wide = frames.map(|frame| match frame.samples() {
+            Samples::U8(_) => &[],
+            Samples::U16(values) => &values[range.clone()],
+        });
+        // All frames have one bit depth, hence one type.
+        if wide[0].is_empty() {
+            kernels::interleave(self.level, narrow, out);
+        } else {
+            kernels::interleave(self.level, wide, out);
+        }
+        if let Some(dark) = &self.correction.subtract {
+            kernels::subtract(self.level, out, dark.row(y));
+        }
+        if let Some(gain) = &self.correction.multiply {
+            kernels::multiply(self.level, out, gain.row(y));
+        }
+        let first = self.replaced.partition_point(|pixel| pixel.y < y);
+        for pixel in self.replaced[first..].iter().take_while(|pixel| pixel.y == y) {
+            out[pixel.x] = frames.map(|frame| self.mean_around(frame, pixel));
+        }
+    }
+
+    fn mean_around(&self, frame: &Frame, pixel: &Replaced) -> f32 {
+        let value = |&(x, y): &(usize, usize)| {
+            let mut sample = [0.0];
+            frame.samples().copy_to_f32(y * frame.columns() + x, &mut sample);
+            apply(&self.correction, x, y, sample[0])
+        };
+        pixel.neighbours.iter().map(value).sum::<f32>() / pixel.neighbours.len() as f32
+    }
+}
+
+/// The pixel at `place` of an image that is mirrored at the centres of its first and last pixel.
+fn mirrored(place: isize, size: usize) -> usize {
+    let last = size as isize - 1;
+    let around = place.rem_euclid((2 * last).max(1));
+    around.min(2 * last - around).max(0) as usize
+}

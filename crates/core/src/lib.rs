@@ -1,0 +1,10 @@
+#![doc = include_str!("../README.md")]
+
+pub mod choice;
+pub mod frame;
+pub mod grid;
+pub mod least_squares;
+pub mod progress;
+pub mod statistics;
+pub mod tau;
+pub mod volume;

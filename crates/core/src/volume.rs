@@ -1,0 +1,350 @@
+//! The rectified spatio-temporal block f(x, y, t), laid out so that an EPI is contiguous.
+
+mod halved;
+mod refilled;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::frame::{Frame, Samples, full_scale};
+use crate::tau::Tau;
+use halved::copy_means;
+
+/// Why a frame does not go into a volume.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum VolumeError {
+    /// A frame of another size or bit depth than the volume.
+    #[error(
+        "frame {index} is {columns} x {rows} of {bit_depth} bit, the volume {expected_columns} x {expected_rows} of \
+         {expected_bit_depth} bit; all frames must be alike"
+    )]
+    Unlike {
+        /// Index of the frame, from 0.
+        index: usize,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+        /// Its bit depth.
+        bit_depth: u8,
+        /// Rows of the volume.
+        expected_rows: usize,
+        /// Columns of the volume.
+        expected_columns: usize,
+        /// Bit depth of the volume.
+        expected_bit_depth: u8,
+    },
+    /// There is no such frame in the volume.
+    #[error("frame {index} lies outside the volume of {frames} frames")]
+    NoSuchFrame {
+        /// Index given.
+        index: usize,
+        /// Frames of the volume.
+        frames: usize,
+    },
+    /// A frame as the sensor gave it was to go into a volume of rectified ones.
+    #[error(
+        "frame {index} is not rectified, the volume holds rectified frames; put it in through the rectifier"
+    )]
+    NotRectified {
+        /// Index of the frame, from 0.
+        index: usize,
+    },
+}
+
+/// Counts of a fine volume from 0 to full scale: half of what 16 bit hold.
+const FINE_COUNTS: f32 = 32768.0;
+
+/// All frames of a sequence: rows x frames x columns samples, so that row y of all frames, the EPI, is one slice.
+///
+/// Clones share their samples until one of them is written.
+///
+/// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used. Frames that were resampled go
+/// into a [fine](Self::fine) volume, which keeps what lies between the camera's levels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Volume {
+    rows: usize,
+    columns: usize,
+    bit_depth: u8,
+    tau: Tau,
+    /// Rows x stored frames x columns.
+    samples: Arc<Samples>,
+    /// Number of columns and of frames that are stored.
+    stored_columns: usize,
+    stored_frames: usize,
+    /// Whether each pixel is the mean of 2 x 2 that are stored.
+    halved: bool,
+    /// Which of the stored frames are the volume's; `None`: all of them.
+    shown_frames: Option<Vec<usize>>,
+    /// Whether samples are fractions of a level.
+    fine: bool,
+    /// What the samples of each frame are multiplied by.
+    frame_gains: Vec<f32>,
+}
+
+impl Volume {
+    /// A volume of zeros for `tau.frames()` frames of `rows` x `columns`.
+    pub fn new(rows: usize, columns: usize, bit_depth: u8, tau: Tau) -> Self {
+        Self::of_zeros(rows, columns, bit_depth, tau, false)
+    }
+
+    /// A volume of zeros for resampled frames of a camera of `bit_depth` bits.
+    ///
+    /// A sample is 16 bit wide and counts (full scale + 1) / 32768 DN, 1/128 DN for 8 bit; so the camera's levels up to 15 bit are
+    /// whole counts, and there is room up to twice full scale for what corrections brighten and splines overshoot.
+    pub fn fine(rows: usize, columns: usize, bit_depth: u8, tau: Tau) -> Self {
+        Self::of_zeros(rows, columns, bit_depth, tau, true)
+    }
+
+    fn of_zeros(rows: usize, columns: usize, bit_depth: u8, tau: Tau, fine: bool) -> Self {
+        let count = rows * columns * tau.frames();
+        let samples = if fine { Samples::U16(vec![0; count]) } else { Samples::zeros(bit_depth, count) };
+        Self {
+            rows,
+            columns,
+            bit_depth,
+            samples: Arc::new(samples),
+            stored_columns: columns,
+            stored_frames: tau.frames(),
+            halved: false,
+            shown_frames: None,
+            fine,
+            frame_gains: vec![1.0; tau.frames()],
+            tau,
+        }
+    }
+
+    /// Puts `frame` at place `index`.
+    ///
+    /// # Errors
+    /// [`VolumeError`] if the frame is unlike the volume or the index is not in it.
+    pub fn insert(&mut self, index: usize, frame: &Frame) -> Result<(), VolumeError> {
+        let frames = self.frames();
+        if index >= frames {
+            return Err(VolumeError::NoSuchFrame { index, frames });
+        }
+        if self.is_fine() {
+            return Err(VolumeError::NotRectified { index });
+        }
+        let columns = self.columns;
+        let alike =
+            frame.rows() == self.rows && frame.columns() == columns && frame.bit_depth() == self.bit_depth;
+        match (self.own_samples(), frame.samples()) {
+            (Samples::U8(target), Samples::U8(source)) if alike => {
+                scatter(target, source, index, frames, columns);
+            }
+            (Samples::U16(target), Samples::U16(source)) if alike => {
+                scatter(target, source, index, frames, columns);
+            }
+            _ => {
+                return Err(VolumeError::Unlike {
+                    index,
+                    rows: frame.rows(),
+                    columns: frame.columns(),
+                    bit_depth: frame.bit_depth(),
+                    expected_rows: self.rows,
+                    expected_columns: self.columns,
+                    expected_bit_depth: self.bit_depth,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts the counts of a [fine](Self::fine) volume, as samples of 16 bit, at place `index`.
+    ///
+    /// # Errors
+    /// [`VolumeError`] if the samples are not 16 bit wide or of another size, the volume is not fine, or the index is not in it.
+    pub fn insert_counts(&mut self, index: usize, counts: &Frame) -> Result<(), VolumeError> {
+        let (frames, columns) = (self.frames(), self.columns);
+        if index >= frames {
+            return Err(VolumeError::NoSuchFrame { index, frames });
+        }
+        let alike = self.is_fine() && counts.rows() == self.rows && counts.columns() == columns;
+        match (self.own_samples(), counts.samples()) {
+            (Samples::U16(target), Samples::U16(source)) if alike => {
+                scatter(target, source, index, frames, columns);
+                Ok(())
+            }
+            _ => Err(VolumeError::Unlike {
+                index,
+                rows: counts.rows(),
+                columns: counts.columns(),
+                bit_depth: counts.bit_depth(),
+                expected_rows: self.rows,
+                expected_columns: self.columns,
+                expected_bit_depth: 16,
+            }),
+        }
+    }
+
+    /// Number of rows, which is the number of EPIs.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.tau.frames()
+    }
+
+    /// Bits of the camera's samples.
+    pub fn bit_depth(&self) -> u8 {
+        self.bit_depth
+    }
+
+    /// Positions of the frames on the baseline.
+    pub fn tau(&self) -> &Tau {
+        &self.tau
+    }
+
+    /// Whether the volume holds resampled frames, finer than the camera's levels.
+    pub fn is_fine(&self) -> bool {
+        self.fine || self.halved
+    }
+
+    /// What a step of a stored sample is worth before the frame's gain, in DN: 1 but for a [fine](Self::fine) volume.
+    pub fn dn_per_count(&self) -> f32 {
+        if self.fine { (f32::from(full_scale(self.bit_depth)) + 1.0) / FINE_COUNTS } else { 1.0 }
+    }
+
+    /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other volume.
+    pub fn fine_counts_mut(&mut self) -> Option<&mut [u16]> {
+        let fine = self.is_fine();
+        match self.own_samples() {
+            Samples::U16(counts) if fine => Some(counts),
+            _ => None,
+        }
+    }
+
+    /// The samples, of the volume's frames alone and shared with no other volume.
+    fn own_samples(&mut self) -> &mut Samples {
+        if self.shown_frames.is_some() || self.halved {
+            let [rows, frames] = [self.rows, self.frames()].map(|count| (0..count).collect::<Vec<usize>>());
+            *self = self.selected(&rows, &frames, self.tau.clone());
+        }
+        Arc::make_mut(&mut self.samples)
+    }
+
+    /// What the samples of frame `t` are multiplied by: 1 until it is set.
+    ///
+    /// # Panics
+    /// If `t` lies outside the volume.
+    pub fn frame_gain(&self, t: usize) -> f32 {
+        self.frame_gains[t]
+    }
+
+    /// Multiplies whatever is read of frame `t` by `gain`, for a lamp that flickers; it replaces the gain set before.
+    ///
+    /// # Panics
+    /// If `t` lies outside the volume.
+    pub fn set_frame_gain(&mut self, t: usize, gain: f32) {
+        self.frame_gains[t] = gain;
+    }
+
+    /// Row `y` of frame `t` as DN, with the frame's gain.
+    ///
+    /// # Panics
+    /// If `y` or `t` lies outside the volume, or `target` is not as long as a row.
+    pub fn copy_row(&self, y: usize, t: usize, target: &mut [f32]) {
+        assert!(y < self.rows && t < self.frames() && target.len() == self.columns);
+        let factor = self.dn_per_count() * self.frame_gains[t];
+        self.copy_counts(y, t, target);
+        if factor != 1.0 {
+            target.iter_mut().for_each(|value| *value *= factor);
+        }
+    }
+
+    /// Row `y` of frame `t` in stored counts, or fractions of them.
+    fn copy_counts(&self, y: usize, t: usize, target: &mut [f32]) {
+        let start = |y: usize| (y * self.stored_frames + self.stored_frame(t)) * self.stored_columns;
+        if self.halved {
+            copy_means(&self.samples, [2 * y, 2 * y + 1].map(start), target);
+        } else {
+            self.samples.copy_to_f32(start(y), target);
+        }
+    }
+
+    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains; of means of pixels, a [fine](Self::fine) one.
+    ///
+    /// # Panics
+    /// If a row or frame lies outside the volume, or `tau` has another number of frames.
+    pub fn selected(&self, rows: &[usize], frames: &[usize], tau: Tau) -> Self {
+        assert_eq!(tau.frames(), frames.len());
+        if self.halved {
+            return self.rounded(rows, frames, tau);
+        }
+        let mut selected = Self::of_zeros(rows.len(), self.columns, self.bit_depth, tau, self.fine);
+        selected.frame_gains = frames.iter().map(|&t| self.frame_gains[t]).collect();
+        let size = (self.stored_frames, self.columns);
+        let frames: Vec<usize> = frames.iter().map(|&t| self.stored_frame(t)).collect();
+        match (selected.own_samples(), &*self.samples) {
+            (Samples::U8(target), Samples::U8(source)) => copy_rows(target, source, size, (rows, &frames)),
+            (Samples::U16(target), Samples::U16(source)) => copy_rows(target, source, size, (rows, &frames)),
+            // Both volumes are of one kind and bit depth, hence of one type.
+            _ => {}
+        }
+        selected
+    }
+
+    /// The given frames, which lie at `tau`, with their gains: no copy, the samples are shared.
+    ///
+    /// # Panics
+    /// If a frame lies outside the volume, or `tau` has another number of frames.
+    pub fn showing(&self, frames: &[usize], tau: Tau) -> Self {
+        assert_eq!(tau.frames(), frames.len());
+        Self {
+            tau,
+            samples: Arc::clone(&self.samples),
+            shown_frames: Some(frames.iter().map(|&t| self.stored_frame(t)).collect()),
+            frame_gains: frames.iter().map(|&t| self.frame_gains[t]).collect(),
+            ..*self
+        }
+    }
+
+    /// The place of frame `t` among those that are stored.
+    fn stored_frame(&self, t: usize) -> usize {
+        self.shown_frames.as_ref().map_or(t, |shown| shown[t])
+    }
+
+    /// Bytes that the samples occupy.
+    pub fn bytes(&self) -> usize {
+        match &*self.samples {
+            Samples::U8(values) => values.len(),
+            Samples::U16(values) => 2 * values.len(),
+        }
+    }
+}
+
+fn scatter<T: Copy>(target: &mut [T], source: &[T], index: usize, frames: usize, columns: usize) {
+    for (epi, row) in target.chunks_exact_mut(frames * columns).zip(source.chunks_exact(columns)) {
+        epi[index * columns..(index + 1) * columns].copy_from_slice(row);
+    }
+}
+
+/// Copies the given rows of the given frames from EPIs of this many frames and columns.
+fn copy_rows<T: Copy + Send + Sync>(
+    target: &mut [T],
+    source: &[T],
+    (count, columns): (usize, usize),
+    (rows, frames): (&[usize], &[usize]),
+) {
+    let epis = target.par_chunks_exact_mut(frames.len() * columns).zip(rows);
+    epis.for_each(|(epi, y)| {
+        for (out, t) in epi.chunks_exact_mut(columns).zip(frames) {
+            let start = (y * count + t) * columns;
+            out.copy_from_slice(&source[start..start + columns]);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,310 @@
+//! What can go wrong with a folder of frames.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::storage::{ReadError, RecordError};
+use epirig_core::frame::FrameError;
+use epirig_core::tau::TauError;
+use epirig_core::volume::VolumeError;
+
+/// Why a sequence cannot be written, read or imported. Every message names the file and what to do.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SequenceError {
+    /// The operating system refused.
+    #[error("cannot {action} {}: {source}; {}", path.display(), advice(source))]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which file or folder.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A file that cannot be read, or is none.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The folder to be made exists and is not empty.
+    #[error("{} exists already and is not empty; choose another folder, or move it away", path.display())]
+    Exists {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A place without a name of its own.
+    #[error("{} cannot be made anew as a whole; give the folder by its name", path.display())]
+    NoName {
+        /// As it was given.
+        path: PathBuf,
+    },
+    /// The folder to be made holds a scan that has not ended.
+    #[error("{} holds a scan that was interrupted; `epirig resume {}` goes on with it", path.display(), path.display())]
+    Unfinished {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// An image that cannot get a second name.
+    #[error("{} cannot be linked: {source}; leave --link out, and the images are copied", path.display())]
+    CannotLink {
+        /// The image.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// Another program writes the sequence.
+    #[error("{} is being written by another epirig; wait until it has ended", path.display())]
+    Busy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Something was to be written after an error had ended the writing.
+    #[error("nothing more is written after an error; see the one before")]
+    Closed,
+    /// A folder without images.
+    #[error("{} holds no PNG, TIFF or JPEG images; give the folder that holds the frames", path.display())]
+    NoImages {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Names of images behind which there is no file.
+    #[error("{}: {}; each name has to be one image: put it there, or move the name away, or every later frame would be one step off", folder.display(), found.join(", "))]
+    NotFiles {
+        /// The folder.
+        folder: PathBuf,
+        /// Each name with what is wrong with it.
+        found: Vec<String>,
+    },
+    /// An image of a kind that cannot be used.
+    #[error("{} cannot be used: {reason}", path.display())]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        reason: String,
+    },
+    /// Fewer than two frames.
+    #[error("{} holds {count} frame(s) to use; a sequence needs at least 2", path.display())]
+    TooFewFrames {
+        /// The folder.
+        path: PathBuf,
+        /// How many there are.
+        count: usize,
+    },
+    /// More frames than a sequence can have.
+    #[error("{} holds {count} images, a sequence has {most} at most; take a part with --frames", path.display())]
+    TooManyFrames {
+        /// The folder.
+        path: PathBuf,
+        /// How many there are.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A selection of frames that do not exist.
+    #[error("frames {first}..{last} are not all there: {} holds {count} images, 0 to {}; change --frames", path.display(), count.saturating_sub(1))]
+    NoSuchFrames {
+        /// The folder.
+        path: PathBuf,
+        /// First index asked for.
+        first: usize,
+        /// Last index asked for.
+        last: usize,
+        /// Images in the folder.
+        count: usize,
+    },
+    /// An image that cannot be decoded.
+    #[error("{} is damaged or no image: {reason}; copy it again from its source, or import the frames without it", path.display())]
+    BadImage {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder said.
+        reason: String,
+    },
+    /// An image unlike the first.
+    #[error("{} is {found}, but {} is {expected}; all frames must be alike: remove it, or select frames that are with --frames", path.display(), first.display())]
+    Unlike {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: String,
+        /// The first file.
+        first: PathBuf,
+        /// What that is.
+        expected: String,
+    },
+    /// A calibration image unlike the frames.
+    #[error("{} is {found}, but the frames are {expected}; calibration images tell of the frames only if the same camera took them with \
+             the same setting: take them again, or import without them", path.display())]
+    CalibrationUnlike {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: String,
+        /// What the frames are.
+        expected: String,
+    },
+    /// Samples that contradict the stated bit depth.
+    #[error("{}: {source}", path.display())]
+    BitDepth {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        source: FrameError,
+    },
+    /// A table of positions that cannot be read.
+    #[error("{}, line {line}: {reason}; give one position in mm for each frame, one a line", path.display())]
+    BadPositions {
+        /// The file.
+        path: PathBuf,
+        /// Line in it, from 1.
+        line: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The new sequence would lie among the images it is made of.
+    #[error("{} lies in {}, whose images must stay as they are; choose a folder elsewhere", out.display(), folder.display())]
+    InsideSource {
+        /// The folder to be made.
+        out: PathBuf,
+        /// The folder of the images.
+        folder: PathBuf,
+    },
+    /// A number of positions that is not that of the frames.
+    #[error("{} holds {positions} position(s) for {frames} frame(s); give one for each frame that is imported", path.display())]
+    PositionCount {
+        /// The file.
+        path: PathBuf,
+        /// Positions found.
+        positions: usize,
+        /// Frames to be placed.
+        frames: usize,
+    },
+    /// Positions that do not make a baseline.
+    #[error("{}: {source}", path.display())]
+    Positions {
+        /// The file that holds them.
+        path: PathBuf,
+        /// What is wrong.
+        source: TauError,
+    },
+    /// A scan whose positions are known to be wrong.
+    #[error("{}: the scan was not closed, so the positions of its frames are wrong ({reason}); take the scan again, or go on all the same with --anyway", folder.display())]
+    NotClosed {
+        /// The sequence.
+        folder: PathBuf,
+        /// What was found at its end.
+        reason: String,
+    },
+    /// A record that contradicts a frame that is as it was written.
+    #[error("{}: {reason}; the frame is as it was written, so the record is wrong: restore it from a copy", path.display())]
+    RecordAtFault {
+        /// The record.
+        path: PathBuf,
+        /// What contradicts what.
+        reason: String,
+    },
+    /// Records that contradict each other.
+    #[error("{}, {file}: {problem}{}", folder.display(), if *others > 0 { format!(" (and {others} more, which `epirig verify` lists)") } else { String::new() })]
+    Contradiction {
+        /// The sequence.
+        folder: PathBuf,
+        /// The record or frame that it concerns.
+        file: String,
+        /// What is wrong and what to do.
+        problem: String,
+        /// Further contradictions.
+        others: usize,
+    },
+    /// A record that cannot be understood.
+    #[error("{}{}: {reason}; restore it from a copy, or import the frames again", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
+    BadRecord {
+        /// The file.
+        path: PathBuf,
+        /// Line in it, from 1, where it has lines.
+        line: Option<usize>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A record of another format version.
+    #[error("{} has format version {found}, this program reads version {expected}; use the program that wrote it", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Version found.
+        found: u64,
+        /// Version understood.
+        expected: u32,
+    },
+    /// A folder that is no sequence.
+    #[error("{} is no sequence: it has no sequence.json; make one of a folder of images with `epirig import`", path.display())]
+    NotASequence {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file whose bytes are not those that were recorded.
+    #[error("{} does not have the hash in the journal: it was changed or damaged; restore it from a copy", path.display())]
+    HashMismatch {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file that the journal names is not there.
+    #[error("{} is missing; restore it from a copy, or import the frames again", path.display())]
+    MissingFrame {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Frames that do not make a volume.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+}
+
+impl From<RecordError> for SequenceError {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::Read(error) => Self::Read(error),
+            RecordError::Version { path, found, expected } => Self::Version { path, found, expected },
+            RecordError::Content { path, fault } => {
+                Self::BadRecord { path, line: Some(fault.line), reason: fault.to_string() }
+            }
+        }
+    }
+}
+
+impl SequenceError {
+    /// Whether a frame's file is not what was written, so that taking it again is right. Of all other errors nobody knows whether the
+    /// file is at fault.
+    pub fn is_of_the_file(&self) -> bool {
+        matches!(self, Self::MissingFrame { .. } | Self::HashMismatch { .. })
+    }
+
+    /// Whether the disk or the access to it is at fault rather than what it holds.
+    pub fn is_trouble(&self) -> bool {
+        match self {
+            Self::Io { .. } => true,
+            Self::Read(error) => error.is_trouble(),
+            _ => false,
+        }
+    }
+
+    pub(super) fn io(action: &'static str, path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io { action, path, source }
+    }
+}
+
+/// What a person can do about an error of the operating system.
+fn advice(error: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind;
+    match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room or choose another disk, then run the command again"
+        }
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "choose a folder you may write to, or ask for access"
+        }
+        ErrorKind::NotFound => "check the path",
+        ErrorKind::NotADirectory => "give a folder",
+        _ => "check the disk and the path, then run the command again",
+    }
+}

@@ -1,0 +1,424 @@
+//! What a sequence's records hold.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Version of the records that this program writes and reads.
+pub const FORMAT_VERSION: u32 = 2;
+
+/// Where the frames come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Origin {
+    /// Taken by this program with a stage and a camera.
+    Captured {
+        /// What the stage said it is.
+        stage: String,
+        /// What the camera said it is.
+        camera: String,
+        /// What the camera was set to, read back.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        configuration: Option<CameraRecord>,
+        /// The rig's profile and plan, as far as the program knows how to connect to it again.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rig: Option<serde_json::Value>,
+        /// How the simulated rig was made, if it was simulated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        simulator: Option<serde_json::Value>,
+    },
+    /// Taken by other software.
+    Imported {
+        /// The folder that held the images.
+        folder: String,
+        /// What was done to the images to make frames of them, one sentence each.
+        conversions: Vec<String>,
+        /// The folders that held calibration images, by the sequence's own folder for them.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        calibration_folders: BTreeMap<String, String>,
+        /// What the person said of lens and targets, as a profile; its stage, camera and plan mean nothing.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rig: Option<serde_json::Value>,
+    },
+    /// Corrected and rectified frames of another sequence. A sample of 32768 is what one step above full scale was there.
+    Rectified {
+        /// The folder of that sequence.
+        folder: String,
+        /// Its uid.
+        sequence_uid: String,
+        /// BLAKE3 of the calibration that was applied.
+        calibration: String,
+        /// What a sample of 1 is worth in the original frames, in DN.
+        dn_per_sample: f64,
+        /// Bits of the original frames, in whose DN these are matched.
+        original_bit_depth: u8,
+    },
+}
+
+impl Origin {
+    /// The profile that was recorded with the frames, if one was.
+    pub fn rig(&self) -> Option<&serde_json::Value> {
+        match self {
+            Self::Captured { rig, .. } | Self::Imported { rig, .. } => rig.as_ref(),
+            // The rig's lens is not that of rectified frames.
+            Self::Rectified { .. } => None,
+        }
+    }
+}
+
+/// What a camera was set to, as its driver told it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CameraRecord {
+    /// Code of the pixel format.
+    pub format: String,
+    /// Columns of its images; twice those of a frame for a colour mosaic.
+    pub columns: usize,
+    /// Rows of its images.
+    pub rows: usize,
+    /// Frames per second, if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
+    /// Exposure time, if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure_us: Option<f64>,
+    /// Watched controls and their values.
+    pub controls: BTreeMap<String, i64>,
+    /// Frames that are averaged to one.
+    pub averaged: usize,
+}
+
+/// How a frame was taken. Times are in ns of the camera's clock, `CLOCK_MONOTONIC` for real cameras.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExposureRecord {
+    /// The stage was at rest from here on: the exposure had to begin later.
+    pub requested_ns: u64,
+    /// When it began, at the earliest.
+    pub exposure_start_ns: u64,
+    /// How that is known: `start-of-exposure`, `end-of-frame` or `counted`.
+    pub timing: String,
+    /// The driver's time stamp.
+    pub stamp_ns: u64,
+    /// When the frame was taken from the driver's queue.
+    pub received_ns: u64,
+    /// The driver's flags.
+    pub flags: u32,
+    /// Frames that were passed over because they were begun too early.
+    pub stale: usize,
+    /// Frames that were passed over because they were damaged.
+    pub damaged: usize,
+    /// Frames that the driver lost meanwhile.
+    pub missed: u32,
+    /// Frames that were passed over because they did not show what the one before showed.
+    pub unsteady: usize,
+    /// How often the camera had to be set up anew.
+    pub restarts: usize,
+    /// Typical difference from the frame before, in DN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub difference_dn: Option<f64>,
+}
+
+/// Why a frame is good: what was made sure of besides what [`ExposureRecord`] tells.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CertificateRecord {
+    /// Which attempt this frame comes from, from 1.
+    pub attempt: usize,
+    /// What the stage reported before and after the exposure, in mm.
+    pub readings_mm: [f64; 2],
+    /// How far readings may be from where the stage was sent, in mm.
+    pub position_tolerance_mm: f64,
+    /// How long the stage was given to come to rest, in ms; the exposure began later.
+    pub settle_ms: f64,
+    /// Watched controls that read what they were set to after the exposure.
+    pub controls_as_set: usize,
+    /// Share of the samples at full scale, 0 to 1, ...
+    pub saturated_share: f64,
+    /// ... and what is allowed.
+    pub saturated_limit: f64,
+}
+
+/// What is known of the lens and the pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Intrinsics {
+    /// Focal length, in px.
+    pub focal_length_px: f64,
+    /// Principal point, column.
+    pub principal_point_x_px: f64,
+    /// Principal point, row.
+    pub principal_point_y_px: f64,
+}
+
+impl Intrinsics {
+    /// With the principal point in the middle of an image of `columns` x `rows`.
+    pub fn centred(focal_length_px: f64, columns: usize, rows: usize) -> Self {
+        let middle = |size: usize| 0.5 * (size as f64 - 1.0);
+        Self { focal_length_px, principal_point_x_px: middle(columns), principal_point_y_px: middle(rows) }
+    }
+
+    /// What in them cannot be of a camera that took images of `rows` x `columns`; `None` if all can. Its view is narrower than 179.9 deg
+    /// and wider than a second of arc, and its axis meets the plane of the image within a hundred images from the middle.
+    pub fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
+        let size = rows.max(columns) as f64;
+        let length_px = self.focal_length_px;
+        if !(1e-3 * size..=1e6 * size).contains(&length_px) {
+            return Some(format!("a focal length of {length_px} px cannot be"));
+        }
+        let point = [self.principal_point_x_px, self.principal_point_y_px];
+        let far = point.iter().any(|place_px| !place_px.is_finite() || place_px.abs() > 100.0 * size);
+        far.then(|| format!("a principal point of {}, {} px cannot be", point[0], point[1]))
+    }
+}
+
+/// `sequence.json`: what was known before the first frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SequenceRecord {
+    /// [`FORMAT_VERSION`].
+    pub format: u32,
+    /// A name that never comes twice.
+    pub uid: String,
+    /// Version of the program.
+    pub program: String,
+    /// When the record was made, as in RFC 3339.
+    pub created: String,
+    /// Where the frames come from.
+    pub origin: Origin,
+    /// Rows of a frame.
+    pub rows: usize,
+    /// Columns of a frame.
+    pub columns: usize,
+    /// Bits of a sample.
+    pub bit_depth: u8,
+    /// Number of frames planned.
+    pub frames: usize,
+    /// Position of each planned frame, in mm; `None` where only their order is known and they count as equidistant.
+    pub positions_mm: Option<Vec<f64>>,
+    /// Lens and pixels, if known.
+    pub intrinsics: Option<Intrinsics>,
+}
+
+/// One frame in the journal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameRecord {
+    /// Index of the frame, from 0.
+    pub index: usize,
+    /// File in the sequence's folder, with `/` between names.
+    pub file: String,
+    /// BLAKE3 of the file's bytes, in hexadecimal.
+    pub blake3: String,
+    /// Size of the file.
+    pub bytes: u64,
+    /// Position that was asked for, in mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub commanded_mm: Option<f64>,
+    /// Position that the stage reported, in mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reported_mm: Option<f64>,
+    /// The camera's own count of frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub camera_sequence: Option<u32>,
+    /// How it was taken; of the last of averaged frames, with the counts of all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<ExposureRecord>,
+    /// Why it is good.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub certificate: Option<CertificateRecord>,
+    /// Whether it takes the place of an earlier frame of this index, whose file was damaged later.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub supersedes: bool,
+    /// When the frame was written, as in RFC 3339.
+    pub written: String,
+    /// Mean intensity, in DN.
+    pub mean_dn: f64,
+    /// Samples at full scale.
+    pub saturated: usize,
+    /// File that the frame was made of, if it was imported.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+}
+
+/// What a frame is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FrameKind {
+    /// The object, at a position of the plan.
+    Scan,
+    /// No light.
+    Dark,
+    /// A uniform target.
+    Flat,
+    /// A chess-board that is held before the camera, in another pose in each frame.
+    Board,
+}
+
+impl FrameKind {
+    /// All that a scan can do without, in the order in which they are taken.
+    pub const CALIBRATION: [Self; 3] = [Self::Dark, Self::Flat, Self::Board];
+
+    /// The folder of such frames in a sequence.
+    pub const fn folder(self) -> &'static str {
+        match self {
+            Self::Scan => "frames",
+            Self::Dark => "dark",
+            Self::Flat => "flat",
+            Self::Board => "board",
+        }
+    }
+
+    /// The file of frame `index` in a sequence.
+    pub fn file(self, index: usize) -> String {
+        format!("{}/{index:04}.png", self.folder())
+    }
+}
+
+/// An attempt at a frame that failed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RetakeRecord {
+    /// Index of the frame.
+    pub index: usize,
+    /// Which attempt it was, from 1.
+    pub attempt: usize,
+    /// Why it is not good.
+    pub reason: String,
+    /// When, as in RFC 3339.
+    pub at: String,
+}
+
+/// How a frame's picture compares with that of an earlier frame of the same place.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ComparisonRecord {
+    /// Index of the earlier frame.
+    pub frame: usize,
+    /// How far the contents have moved towards higher columns, in px.
+    pub x_px: f64,
+    /// How far they have moved towards higher rows, in px.
+    pub y_px: f64,
+    /// Standard deviation of both, in px.
+    pub sigma_px: f64,
+    /// Ratio of the light: later over earlier.
+    pub light: f64,
+}
+
+/// A scan that goes on after its position had been lost: by an interruption, or with stage or camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResumedRecord {
+    /// What had happened.
+    pub after: String,
+    /// Where homing found home, in mm by the count kept until then, if the stage can tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub home_shift_mm: Option<f64>,
+    /// The last good frame, taken again: `None` if there was none, or it shows too little to be compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<ComparisonRecord>,
+    /// When, as in RFC 3339.
+    pub at: String,
+}
+
+/// A line of `journal.jsonl`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "event")]
+pub enum Event {
+    /// A frame was written.
+    Frame(FrameRecord),
+    /// A dark frame was written.
+    Dark(FrameRecord),
+    /// A frame of a uniform target was written.
+    Flat(FrameRecord),
+    /// A frame of a chess-board in a hand was written.
+    Board(FrameRecord),
+    /// A frame was not good and is taken again.
+    Retake(RetakeRecord),
+    /// The scan goes on.
+    Resumed(ResumedRecord),
+}
+
+impl Event {
+    /// The frame that was written, if one was, and what it is of.
+    pub fn frame(&self) -> Option<(FrameKind, &FrameRecord)> {
+        match self {
+            Self::Frame(frame) => Some((FrameKind::Scan, frame)),
+            Self::Dark(frame) => Some((FrameKind::Dark, frame)),
+            Self::Flat(frame) => Some((FrameKind::Flat, frame)),
+            Self::Board(frame) => Some((FrameKind::Board, frame)),
+            _ => None,
+        }
+    }
+}
+
+/// How a sequence ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExitStatus {
+    /// All planned frames are there.
+    Complete,
+    /// A person stopped it.
+    Aborted,
+    /// Something went wrong.
+    Failed,
+    /// The position was lost in it and nobody noticed at the time: its frames do not show what their positions say.
+    NotClosed,
+}
+
+impl ExitStatus {
+    /// As in `stop.json`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::Aborted => "aborted",
+            Self::Failed => "failed",
+            Self::NotClosed => "not-closed",
+        }
+    }
+}
+
+/// Whether the rig was at the end what it was at the beginning.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ClosureRecord {
+    /// Where homing at the end found home, in mm by the count kept until then: what was lost or gained. `None` if the stage
+    /// cannot tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub home_shift_mm: Option<f64>,
+    /// The first frame, taken again before that. `None` if it shows too little to be compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<ComparisonRecord>,
+}
+
+/// Where the time of a scan went, by the camera's clock, in s. Of a scan that was resumed: of its last part.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct TimesRecord {
+    /// From the first homing to the last frame on disk.
+    pub total_s: f64,
+    /// The stage's motions, until it reported to be there.
+    pub moving_s: f64,
+    /// Waiting for it to come to rest, as planned.
+    pub settling_s: f64,
+    /// From then until the camera had delivered a frame that counts.
+    pub exposing_s: f64,
+}
+
+impl TimesRecord {
+    /// The whole over what stage and camera need: 1 for a program that never makes them wait. `None` if nothing was done.
+    pub fn overhead(&self) -> Option<f64> {
+        let needed_s = self.moving_s + self.settling_s + self.exposing_s;
+        (needed_s > 0.0).then(|| self.total_s / needed_s)
+    }
+}
+
+/// `stop.json`: how it ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StopRecord {
+    /// [`FORMAT_VERSION`].
+    pub format: u32,
+    /// How it ended.
+    pub exit_status: ExitStatus,
+    /// Frames in the journal.
+    pub frames: usize,
+    /// Why it ended before it was complete.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What re-homing and the first frame, taken again, showed at the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub closure: Option<ClosureRecord>,
+    /// Where the time went.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub times: Option<TimesRecord>,
+    /// When, as in RFC 3339.
+    pub stopped: String,
+}

@@ -1,0 +1,90 @@
+//! Going on with a sequence that was interrupted at any moment.
+
+use std::fs::{self, File, TryLockError};
+use std::path::Path;
+
+use super::SequenceError;
+use super::reader::{JOURNAL, LARGEST_JOURNAL, STOP, Sequence, event};
+use super::record::{Event, FrameKind};
+use super::writer::SequenceWriter;
+use crate::storage::{Disk, is_in_the_making, open_file, read_file};
+
+impl SequenceWriter {
+    /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files in the making and the
+    /// record of an earlier end.
+    ///
+    /// # Errors
+    /// [`SequenceError`] if it is no sequence, another program writes it, or it cannot be read or written.
+    pub fn resume_on(mut disk: Box<dyn Disk>, folder: &Path) -> Result<Self, SequenceError> {
+        let lock = lock(folder)?;
+        let sequence = Sequence::open(folder)?;
+        let journal = folder.join(JOURNAL);
+        let journal_bytes = mend_journal(&mut *disk, &journal)?;
+        let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
+        for place in std::iter::once("").chain(kinds.map(FrameKind::folder)) {
+            let place = folder.join(place);
+            remove_unfinished(&mut *disk, &place).map_err(SequenceError::io("tidy up", &place))?;
+        }
+        let stop = folder.join(STOP);
+        if stop.exists() {
+            let removed = disk.remove(&stop).and_then(|()| disk.sync(folder));
+            removed.map_err(SequenceError::io("remove", &stop))?;
+        }
+        let frames = sequence.events().iter().filter_map(Event::frame);
+        let named = frames.map(|(kind, frame)| (kind, frame.index)).collect();
+        Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named })
+    }
+}
+
+/// Refuses a sequence that another program writes now.
+///
+/// # Errors
+/// [`SequenceError::Busy`], or that its journal cannot be opened.
+pub fn refuse_busy(folder: &Path) -> Result<(), SequenceError> {
+    lock(folder).map(drop)
+}
+
+/// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's length.
+fn mend_journal(disk: &mut dyn Disk, path: &Path) -> Result<u64, SequenceError> {
+    let bytes = read_file(path, LARGEST_JOURNAL)?;
+    let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+    let mut mend = || {
+        if whole == bytes.len() {
+            return Ok(whole as u64);
+        }
+        if event(&bytes[whole..]).is_ok() {
+            disk.append(path, b"\n")?;
+            disk.sync(path)?;
+            return Ok(bytes.len() as u64 + 1);
+        }
+        disk.cut(path, whole as u64)?;
+        disk.sync(path)?;
+        Ok(whole as u64)
+    };
+    mend().map_err(SequenceError::io("mend", path))
+}
+
+fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        entries => entries?,
+    };
+    for entry in entries {
+        let entry = entry?;
+        if is_in_the_making(&entry.file_name()) {
+            disk.remove(&entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+/// Keeps other programs from writing the same sequence, where the file system knows locks.
+pub fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
+    let path = folder.join(JOURNAL);
+    let journal = open_file(&path)?;
+    match journal.try_lock() {
+        Ok(()) => Ok(Some(journal)),
+        Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}

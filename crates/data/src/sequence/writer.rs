@@ -1,0 +1,308 @@
+//! Making a sequence, frame by frame, so that what the journal names is on disk.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use super::error::SequenceError;
+use super::pixels::encode_png;
+use super::reader::{JOURNAL, START, STOP, Sequence};
+use super::record::{
+    CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
+    FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
+};
+use super::resume::lock;
+use crate::storage::{Disk, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
+use epirig_core::frame::Frame;
+
+/// What is known of a frame besides its pixels.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FrameFacts {
+    /// Position that was asked for, in mm.
+    pub commanded_mm: Option<f64>,
+    /// Position that the stage reported, in mm.
+    pub reported_mm: Option<f64>,
+    /// The camera's own count of frames.
+    pub camera_sequence: Option<u32>,
+    /// How it was taken.
+    pub exposure: Option<ExposureRecord>,
+    /// Why it is good.
+    pub certificate: Option<CertificateRecord>,
+    /// File that the frame was made of.
+    pub source: Option<String>,
+}
+
+/// What is known of the end of a sequence besides how it ended.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StopFacts {
+    /// Why it ended before it was complete.
+    pub reason: Option<String>,
+    /// What re-homing showed.
+    pub closure: Option<ClosureRecord>,
+    /// Where the time went.
+    pub times: Option<TimesRecord>,
+}
+
+/// Writes a sequence: temporary file, fsync, rename, fsync of the folder, and only then the journal line.
+pub struct SequenceWriter {
+    pub(super) folder: PathBuf,
+    pub(super) disk: Box<dyn Disk>,
+    /// Held as long as this lives: a second program would mix its lines with ours.
+    pub(super) _lock: Option<File>,
+    /// Length of the journal up to its latest whole line.
+    pub(super) journal_bytes: u64,
+    /// The frames that the journal names.
+    pub(super) named: BTreeSet<(FrameKind, usize)>,
+}
+
+impl SequenceWriter {
+    /// Makes the folder and its start record.
+    ///
+    /// # Errors
+    /// [`SequenceError`] if the folder exists and is not empty, or cannot be written.
+    pub fn create(folder: &Path, record: &SequenceRecord) -> Result<Self, SequenceError> {
+        Self::create_on(Box::new(RealDisk), folder, record)
+    }
+
+    /// The same on a given disk.
+    ///
+    /// The folder is there with its start record and an empty journal, or not at all.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_on(
+        mut disk: Box<dyn Disk>,
+        folder: &Path,
+        record: &SequenceRecord,
+    ) -> Result<Self, SequenceError> {
+        refuse_existing(folder)?;
+        let scratch = scratch_beside(folder)?;
+        let building = scratch.path().join("sequence");
+        let mut make = || {
+            disk.make_folder(&building)?;
+            disk.make_folder(&building.join(FrameKind::Scan.folder()))?;
+            disk.append(&building.join(JOURNAL), b"")?;
+            disk.sync(&building.join(JOURNAL))
+        };
+        make().map_err(SequenceError::io("make the folder", folder))?;
+        write_record(&mut *disk, &building.join(START), record)?;
+        publish(&mut *disk, &building, folder)?;
+        let lock = lock(folder)?;
+        Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes: 0, named: BTreeSet::new() })
+    }
+
+    /// Adds the frame after the last one.
+    ///
+    /// # Errors
+    /// [`SequenceError::Io`] if it cannot be written; the journal does not name it then.
+    pub fn add(&mut self, frame: &Frame, facts: FrameFacts) -> Result<(), SequenceError> {
+        self.put(FrameKind::Scan, self.next_index(), frame, facts)
+    }
+
+    /// Writes the frame `index`. One that is there is superseded.
+    ///
+    /// # Errors
+    /// As [`SequenceWriter::add`].
+    pub fn put(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: &Frame,
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
+        let encoded = encode_png(frame).map_err(|error| SequenceError::Io {
+            action: "encode",
+            path: self.folder.join(kind.file(index)),
+            source: std::io::Error::other(error),
+        })?;
+        self.put_encoded(kind, index, frame, &encoded, facts)
+    }
+
+    fn next_index(&self) -> usize {
+        let scan = self.named.iter().filter(|(kind, _)| *kind == FrameKind::Scan);
+        scan.map(|(_, index)| index + 1).max().unwrap_or(0)
+    }
+
+    /// Writes the frame `index` as the bytes of a grey PNG that decodes to `frame`.
+    ///
+    /// # Errors
+    /// As [`SequenceWriter::add`].
+    pub(super) fn put_encoded(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: &Frame,
+        encoded: &[u8],
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
+        let path = self.folder.join(kind.file(index));
+        self.make_place(kind)?;
+        write_whole(&mut *self.disk, &path, encoded).map_err(SequenceError::io("write", &path))?;
+        self.record(kind, index, frame, encoded, facts)
+    }
+
+    /// Adds the frame `index` as another name of the grey PNG `target`, whose bytes are `encoded`: no second copy is made.
+    ///
+    /// # Errors
+    /// As [`SequenceWriter::add`]; and if both are not on the same file system.
+    pub(super) fn put_link(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: &Frame,
+        (target, encoded): (&Path, &[u8]),
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
+        let path = self.folder.join(kind.file(index));
+        self.make_place(kind)?;
+        let place = self.folder.join(kind.folder());
+        let linked = self.disk.link(target, &path).and_then(|()| self.disk.sync(&place));
+        linked.map_err(|source| SequenceError::CannotLink { path: target.to_owned(), source })?;
+        self.record(kind, index, frame, encoded, facts)
+    }
+
+    /// The folder of such frames, if it is not there yet.
+    fn make_place(&mut self, kind: FrameKind) -> Result<(), SequenceError> {
+        let place = self.folder.join(kind.folder());
+        if is_own_folder(&place).map_err(SequenceError::io("write into", &place))? {
+            return Ok(());
+        }
+        let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&self.folder));
+        made.map_err(SequenceError::io("make the folder", &place))
+    }
+
+    fn record(
+        &mut self,
+        kind: FrameKind,
+        index: usize,
+        frame: &Frame,
+        encoded: &[u8],
+        facts: FrameFacts,
+    ) -> Result<(), SequenceError> {
+        let record = FrameRecord {
+            index,
+            file: kind.file(index),
+            blake3: blake3::hash(encoded).to_hex().to_string(),
+            bytes: encoded.len() as u64,
+            commanded_mm: facts.commanded_mm,
+            reported_mm: facts.reported_mm,
+            camera_sequence: facts.camera_sequence,
+            exposure: facts.exposure,
+            certificate: facts.certificate,
+            supersedes: self.named.contains(&(kind, index)),
+            written: now(),
+            mean_dn: frame.samples().mean(),
+            saturated: frame.samples().count_at_least(frame.full_scale()),
+            source: facts.source,
+        };
+        self.note(&match kind {
+            FrameKind::Scan => Event::Frame(record),
+            FrameKind::Dark => Event::Dark(record),
+            FrameKind::Flat => Event::Flat(record),
+            FrameKind::Board => Event::Board(record),
+        })?;
+        self.named.insert((kind, index));
+        Ok(())
+    }
+
+    /// Adds a line to the journal.
+    ///
+    /// # Errors
+    /// [`SequenceError::Io`] if it cannot be written.
+    pub fn note(&mut self, event: &Event) -> Result<(), SequenceError> {
+        let path = self.folder.join(JOURNAL);
+        let mut line = serde_json::to_string(event)
+            .map_err(|error| SequenceError::io("write", &path)(std::io::Error::other(error)))?;
+        line.push('\n');
+        let written = self.disk.append(&path, line.as_bytes()).and_then(|()| self.disk.sync(&path));
+        if let Err(error) = written {
+            // Half a line would spoil the next one. If this fails too, resuming mends it.
+            let _ = self.disk.cut(&path, self.journal_bytes);
+            return Err(SequenceError::io("write", &path)(error));
+        }
+        self.journal_bytes += line.len() as u64;
+        Ok(())
+    }
+
+    /// Writes how it ended.
+    ///
+    /// # Errors
+    /// [`SequenceError::Io`] if that cannot be written.
+    pub fn finish(mut self, exit_status: ExitStatus, facts: StopFacts) -> Result<(), SequenceError> {
+        let record = StopRecord {
+            format: FORMAT_VERSION,
+            exit_status,
+            frames: self.named.iter().filter(|(kind, _)| *kind == FrameKind::Scan).count(),
+            reason: facts.reason,
+            closure: facts.closure,
+            times: facts.times,
+            stopped: now(),
+        };
+        write_record(&mut *self.disk, &self.folder.join(STOP), &record)
+    }
+}
+
+/// A fresh name for a sequence: no two are the same.
+pub fn new_uid() -> String {
+    uuid::Uuid::now_v7().to_string()
+}
+
+/// The time, as in RFC 3339.
+pub fn now() -> String {
+    jiff::Timestamp::now().to_string()
+}
+
+/// Refuses a folder that is there already, unless it is empty.
+///
+/// # Errors
+/// [`SequenceError::Exists`] or [`SequenceError::Unfinished`] with its name, [`SequenceError::NoName`] for a path that ends in none.
+pub fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
+    if folder.file_name().is_none() {
+        return Err(SequenceError::NoName { path: folder.to_owned() });
+    }
+    match fs::read_dir(folder) {
+        Ok(mut entries) => match entries.next() {
+            Some(_) if is_unfinished(folder) => Err(SequenceError::Unfinished { path: folder.to_owned() }),
+            Some(_) => Err(SequenceError::Exists { path: folder.to_owned() }),
+            None => Ok(()),
+        },
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(SequenceError::io("look into", folder)(error)),
+    }
+}
+
+/// Whether a scan can be gone on with there.
+fn is_unfinished(folder: &Path) -> bool {
+    Sequence::open(folder).is_ok_and(|sequence| {
+        let can_end = sequence
+            .stop()
+            .is_none_or(|stop| matches!(stop.exit_status, ExitStatus::Aborted | ExitStatus::Failed));
+        can_end && matches!(sequence.record().origin, Origin::Captured { .. })
+    })
+}
+
+pub(super) fn write_record(
+    disk: &mut dyn Disk,
+    path: &Path,
+    record: &impl serde::Serialize,
+) -> Result<(), SequenceError> {
+    let text = serde_json::to_string_pretty(record)
+        .map_err(|error| SequenceError::io("write", path)(std::io::Error::other(error)))?;
+    write_whole(disk, path, (text + "\n").as_bytes()).map_err(SequenceError::io("write", path))
+}
+
+/// Gives a folder that is whole its final name.
+pub(super) fn publish(disk: &mut dyn Disk, folder: &Path, out: &Path) -> Result<(), SequenceError> {
+    // Something may have come there since it was looked at.
+    refuse_existing(out)?;
+    put_in_place(disk, folder, out).map_err(SequenceError::io("make the folder", out))
+}
+
+/// A hidden folder in which `out` is made.
+pub(super) fn scratch_beside(out: &Path) -> Result<Scratch, SequenceError> {
+    Scratch::beside(out).map_err(|(path, source)| SequenceError::Io {
+        action: "make a folder in",
+        path,
+        source,
+    })
+}

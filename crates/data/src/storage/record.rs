@@ -1,0 +1,165 @@
+//! Records in JSON: which key of which line is wrong, and whether the version is ours.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+
+use super::ReadError;
+use super::read::{read_file, text};
+
+/// More than any record has, but for a journal, which grows with the frames.
+const LARGEST_RECORD: u64 = 64 << 20;
+
+/// Why a record is not understood.
+#[derive(Debug, Error)]
+pub enum RecordError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// It is of another version of the format.
+    #[error("{} has format version {found}, this program reads version {expected}", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Version found; 0 if it tells none.
+        found: u64,
+        /// Version understood.
+        expected: u32,
+    },
+    /// It is no such record.
+    #[error("{}: {fault}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        fault: RecordFault,
+    },
+}
+
+/// What is wrong in the text of a record, and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordFault {
+    /// Line, from 1; 0 if it is not known.
+    pub line: usize,
+    /// Path of the key, such as `positions_mm[3]`; empty where the text itself is wrong.
+    pub key: String,
+    /// What is wrong.
+    pub reason: String,
+}
+
+impl std::error::Error for RecordFault {}
+
+impl std::fmt::Display for RecordFault {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.key.as_str() {
+            "" => write!(to, "{}", self.reason),
+            key => write!(to, "{key}: {}", self.reason),
+        }
+    }
+}
+
+/// The record that a text is.
+///
+/// # Errors
+/// The key and what is wrong with it.
+///
+/// ```
+/// let fault = epirig_data::storage::parse_record::<Vec<u8>>("[1,\n\"two\"]").unwrap_err();
+/// assert_eq!((fault.line, fault.key.as_str()), (2, "[1]"));
+/// ```
+pub fn parse_record<T: DeserializeOwned>(text: &str) -> Result<T, RecordFault> {
+    let fault = |key: String, error: serde_json::Error| {
+        let said = error.to_string();
+        // The line is told beside it, and columns of one line of a journal help nobody.
+        let reason = said.split(" at line ").next().unwrap_or_default().to_owned();
+        RecordFault { line: error.line(), key, reason }
+    };
+    // Some editors put a mark of its order of bytes before a text.
+    let mut text = serde_json::Deserializer::from_str(text.trim_start_matches('\u{feff}'));
+    let record = serde_path_to_error::deserialize(&mut text).map_err(|error| {
+        let key = Some(error.path().to_string()).filter(|key| key != "." && error.inner().is_data());
+        fault(key.unwrap_or_default(), error.into_inner())
+    })?;
+    text.end().map_err(|error| fault(String::new(), error))?;
+    Ok(record)
+}
+
+/// The record in a value that is part of another. Faults have no line.
+///
+/// # Errors
+/// The key and what is wrong with it.
+pub fn parse_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, RecordFault> {
+    serde_path_to_error::deserialize(value).map_err(|error| RecordFault {
+        line: 0,
+        key: error.path().to_string(),
+        reason: error.inner().to_string(),
+    })
+}
+
+/// Reads a record of this version.
+///
+/// # Errors
+/// [`RecordError`].
+pub fn read_record<T: DeserializeOwned>(path: &Path, version: u32) -> Result<T, RecordError> {
+    /// What all records have. The other keys of another version would only confuse.
+    #[derive(Deserialize)]
+    struct Head {
+        #[serde(default)]
+        format: u64,
+    }
+    let text = text(read_file(path, LARGEST_RECORD)?, path)?;
+    let content = |fault| RecordError::Content { path: path.to_owned(), fault };
+    let head: Head = parse_record(&text).map_err(content)?;
+    if head.format != u64::from(version) {
+        return Err(RecordError::Version { path: path.to_owned(), found: head.format, expected: version });
+    }
+    parse_record(&text).map_err(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Deserialize)]
+    struct Inner {
+        #[serde(rename = "number")]
+        _number: u8,
+    }
+
+    #[derive(Debug, Deserialize)]
+    struct Outer {
+        #[serde(rename = "inner")]
+        _inner: Vec<Inner>,
+    }
+
+    #[test]
+    fn faults_say_where_they_are() {
+        let fault = |text: &str| parse_record::<Outer>(text).unwrap_err();
+        let wrong = fault("{\"inner\": [{\"number\": 1},\n{\"number\": -1}]}");
+        assert_eq!((wrong.line, wrong.key.as_str()), (2, "inner[1].number"));
+        assert!(wrong.reason.contains("expected u8"), "{wrong}");
+        let missing = fault("{\"inner\": [{}]}");
+        assert!(missing.to_string().contains("inner[0]: missing field `number`"), "{missing}");
+        let torn = fault("{\"inner\": [\n");
+        assert!(torn.key.is_empty() && torn.line == 2, "{torn:?}");
+        assert!(fault("{\"inner\": []} more").reason.contains("trailing"));
+        // Deep nesting ends at the parser's bound.
+        assert!(fault(&"[".repeat(1_000_000)).line == 1);
+    }
+
+    #[test]
+    fn versions_come_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("record.json");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            read_record::<Outer>(&path, 2)
+        };
+        assert!(matches!(read("{\"format\": 1}"), Err(RecordError::Version { found: 1, expected: 2, .. })));
+        assert!(matches!(read("{}"), Err(RecordError::Version { found: 0, .. })));
+        assert!(matches!(read("{\"format\": 2}"), Err(RecordError::Content { .. })));
+        assert!(read("{\"format\": 2, \"inner\": [], \"unknown\": 1}").is_ok());
+    }
+}

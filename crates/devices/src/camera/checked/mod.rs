@@ -1,0 +1,323 @@
+//! A camera that can be trusted, made of a device that cannot.
+
+mod stream;
+
+use std::time::Duration;
+
+use super::automatic::exposure_unit;
+use super::configure::{configure, layout, write_and_compare};
+use super::control::{Control, find_control};
+use super::device::VideoDevice;
+use super::format::OfferedFormat;
+use super::identity::CameraIdentity;
+use super::moment::Moment;
+use super::pixels::{Layout, PixelFormat};
+use super::settings::{CameraSettings, Configuration, Pinned};
+use super::timing::Timing;
+use super::{Camera, CameraError, TakenFrame};
+
+use stream::{Passed, Stream};
+
+/// Buffers that a driver fills in turn: what programs for video usually ask for.
+const BUFFERS: usize = 4;
+/// Times that a stream is started anew within one grab before its error is believed.
+const RESTARTS: usize = 3;
+/// Frame interval of cameras that do not tell it: longer than that of any video camera, to be on the safe side.
+const UNKNOWN_INTERVAL: Duration = Duration::from_millis(200);
+/// How long a camera is left alone between two attempts to open it again.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// A camera made of a [`VideoDevice`]: it lets no frame pass that is stale, torn, damaged, out of sequence, of another size, or
+/// taken with other settings than those asked for.
+///
+/// A frame is accepted if
+/// - its exposure began at or after the moment asked for, by the [timing rule](super::timing);
+/// - the driver flags no error, its bytes are as many as the format needs, and they decode;
+/// - its sequence number follows that of a frame before it for which all this holds too;
+/// - the two frames show the same: [`objection`](super::Difference::objection) has none;
+/// - after it was taken all watched controls read what they were set to, and the input has its signal.
+///
+/// A stream that breaks down, or a control that has changed, is set up anew, at most three times in a grab. A grab waits no longer than
+/// the patience of the [settings](CameraSettings) after the moment asked for; calls of the driver that hang themselves come on top.
+#[derive(Debug)]
+pub struct CheckedCamera<D> {
+    device: D,
+    configured: Option<Configured>,
+    stream: Option<Stream>,
+}
+
+#[derive(Debug, Clone)]
+struct Configured {
+    settings: CameraSettings,
+    configuration: Configuration,
+    layout: Layout,
+}
+
+impl<D: VideoDevice> CheckedCamera<D> {
+    /// A camera that is neither configured nor started.
+    pub fn new(device: D) -> Self {
+        Self { device, configured: None, stream: None }
+    }
+
+    /// The device, for whoever plays tricks on it.
+    pub fn device(&mut self) -> &mut D {
+        &mut self.device
+    }
+
+    fn name(&self) -> String {
+        self.device.identity().name()
+    }
+
+    fn configured(&self) -> Result<&Configured, CameraError> {
+        self.configured.as_ref().ok_or_else(|| CameraError::NotStarted { camera: self.name() })
+    }
+
+    /// When to give up on something that can be had from `moment` on.
+    fn deadline(&mut self, moment: Moment) -> Result<Moment, CameraError> {
+        let patience = self.configured()?.settings.patience;
+        Ok(self.device.now().max(moment).after(patience))
+    }
+
+    /// Starts the stream and waits until its picture is steady.
+    fn start_until(&mut self, deadline: Moment) -> Result<(), CameraError> {
+        self.stream = None;
+        let configuration = &self.configured()?.configuration;
+        let interval =
+            configuration.interval.and_then(|interval| interval.duration()).unwrap_or(UNKNOWN_INTERVAL);
+        let seconds = configuration.exposure_us.map(|exposure_us| exposure_us * 1e-6);
+        let exposure = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        self.device.check_signal()?;
+        let mut tries = 0;
+        let made = loop {
+            match self.device.start(BUFFERS) {
+                Ok(made) => break made,
+                Err(error) => {
+                    tries += 1;
+                    if tries > RESTARTS || !error.is_mended_by_restart() {
+                        return Err(error);
+                    }
+                }
+            }
+        };
+        self.stream = Some(Stream::new(Timing::new(interval, exposure, made)));
+        self.settle(deadline)?;
+        self.check_controls()
+    }
+
+    /// Takes a frame and makes sure that it was taken with the settings asked for, of the signal asked for.
+    fn take_and_confirm(
+        &mut self,
+        moment: Moment,
+        deadline: Moment,
+        passed: &mut Passed,
+    ) -> Result<TakenFrame, CameraError> {
+        let mut taken = self.take(moment, deadline, passed)?;
+        self.check_controls()?;
+        self.device.check_signal()?;
+        let pinned = &self.configured()?.configuration.pinned;
+        taken.facts.controls = pinned.iter().map(|pinned| (pinned.name.clone(), pinned.value)).collect();
+        Ok(taken)
+    }
+
+    fn check_controls(&mut self) -> Result<(), CameraError> {
+        let camera = self.name();
+        let ids: Vec<u32> = self.configured()?.configuration.pinned.iter().map(|pinned| pinned.id).collect();
+        let found = self.device.read_controls(&ids)?;
+        let pinned = &self.configured()?.configuration.pinned;
+        match pinned.iter().zip(found).find(|(pinned, found)| pinned.value != *found) {
+            None => Ok(()),
+            Some((pinned, found)) => Err(CameraError::ControlChanged {
+                camera,
+                name: pinned.name.clone(),
+                set: pinned.value,
+                found,
+            }),
+        }
+    }
+
+    /// Stops, configures as before, and starts.
+    fn restart(&mut self, deadline: Moment) -> Result<(), CameraError> {
+        self.stream = None;
+        // A stream that has broken down may refuse to be stopped; starting it tells.
+        let _ = self.device.stop();
+        self.configure_as_before()?;
+        self.start_until(deadline)
+    }
+
+    /// Whatever comes after an error must start from a known state.
+    fn give_up(&mut self, error: &CameraError) {
+        self.stream = None;
+        if matches!(error, CameraError::Gone { .. }) {
+            self.device.let_go();
+        } else {
+            // The error that led here is the one to tell; the next start will meet this one.
+            let _ = self.device.stop();
+        }
+    }
+
+    /// Sets everything as it was, also what nobody asked for and was only found to be so.
+    fn configure_as_before(&mut self) -> Result<(), CameraError> {
+        let before = self.configured()?.clone();
+        let camera = self.name();
+        self.stop()?;
+        let found = configure(&mut self.device, &before.settings)?;
+        let shape = |configuration: &Configuration| (configuration.format, configuration.interval);
+        if shape(&found) != shape(&before.configuration) {
+            return Err(CameraError::Substituted {
+                camera,
+                asked: before.configuration.to_string(),
+                got: found.to_string(),
+            });
+        }
+        for pinned in &before.configuration.pinned {
+            let controls = self.device.controls()?;
+            let control = controls.iter().find(|control| control.id == pinned.id);
+            let control = control.ok_or_else(|| CameraError::NoSuchControl {
+                camera: camera.clone(),
+                name: pinned.name.clone(),
+                nearest: None,
+            })?;
+            if control.value != Some(pinned.value) {
+                write_and_compare(&mut self.device, &camera, control, pinned.value)?;
+            }
+        }
+        // What counts is as it was, so that what is known of it holds.
+        Ok(())
+    }
+
+    /// Takes a control that was set by hand for what it is to be from now on.
+    fn pin(&mut self, control: &Control) {
+        let Some(value) = control.value else { return };
+        let Some(Configured { configuration, .. }) = &mut self.configured else { return };
+        match configuration.pinned.iter_mut().find(|pinned| pinned.id == control.id) {
+            Some(pinned) => pinned.value = value,
+            None => configuration.pinned.push(Pinned { id: control.id, name: control.name.clone(), value }),
+        }
+        let columns = configuration.format.size.columns;
+        if let Some((exposure, unit_us)) = exposure_unit(std::slice::from_ref(control), columns) {
+            configuration.exposure_us = exposure.value.map(|value| value as f64 * unit_us);
+        }
+    }
+}
+
+impl<D: VideoDevice> Camera for CheckedCamera<D> {
+    fn identity(&self) -> CameraIdentity {
+        self.device.identity()
+    }
+
+    fn now(&mut self) -> Moment {
+        self.device.now()
+    }
+
+    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
+        self.device.offered()
+    }
+
+    fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
+        self.device.controls()
+    }
+
+    fn set_control(&mut self, name: &str, value: &str) -> Result<Control, CameraError> {
+        let camera = self.name();
+        let controls = self.device.controls()?;
+        let control = find_control(&camera, &controls, name)?;
+        let value = control.parse(&camera, value)?;
+        write_and_compare(&mut self.device, &camera, control, value)?;
+        let controls = self.device.controls()?;
+        let control = find_control(&camera, &controls, name)?.clone();
+        self.pin(&control);
+        if self.stream.is_some() {
+            // Frames on their way were taken with the old value, and the new one takes its time.
+            self.start()?;
+        }
+        Ok(control)
+    }
+
+    fn configure(&mut self, settings: &CameraSettings) -> Result<Configuration, CameraError> {
+        self.stop()?;
+        let configuration = configure(&mut self.device, settings)?;
+        let pixels = PixelFormat::from_four_cc(configuration.format.four_cc).ok_or_else(|| {
+            CameraError::NotACamera {
+                camera: self.name(),
+                reason: format!("the format {} is not understood", configuration.format.four_cc),
+            }
+        })?;
+        let layout = layout(&configuration.format, pixels, settings);
+        self.configured =
+            Some(Configured { settings: settings.clone(), configuration: configuration.clone(), layout });
+        Ok(configuration)
+    }
+
+    fn start(&mut self) -> Result<(), CameraError> {
+        let now = self.device.now();
+        let deadline = self.deadline(now)?;
+        let mut restarts = 0;
+        let mut started = self.start_until(deadline);
+        while let Err(error) = &started {
+            restarts += 1;
+            if restarts > RESTARTS || !error.is_mended_by_restart() || self.device.now() >= deadline {
+                break;
+            }
+            started = self.restart(deadline);
+        }
+        if let Err(error) = &started {
+            self.give_up(error);
+        }
+        started
+    }
+
+    fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
+        if self.stream.is_none() {
+            return Err(CameraError::NotStarted { camera: self.name() });
+        }
+        let deadline = self.deadline(moment)?;
+        let mut passed = Passed::default();
+        let mut attempt = self.take_and_confirm(moment, deadline, &mut passed);
+        while let Err(error) = &attempt {
+            passed.restarts += 1;
+            let hopeless = passed.restarts > RESTARTS || !error.is_mended_by_restart();
+            if hopeless || self.device.now() >= deadline {
+                break;
+            }
+            attempt = match self.restart(deadline) {
+                Ok(()) => self.take_and_confirm(moment, deadline, &mut passed),
+                Err(error) => Err(error),
+            };
+        }
+        if let Err(error) = &attempt {
+            self.give_up(error);
+        }
+        attempt
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        self.stream = None;
+        self.device.stop()
+    }
+
+    fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError> {
+        self.configured()?;
+        let deadline = self.device.now().after(patience);
+        self.stream = None;
+        loop {
+            let attempt = self.device.reopen().and_then(|()| {
+                self.configure_as_before()?;
+                self.start()
+            });
+            let Err(error) = attempt else { return Ok(()) };
+            // Another camera in its place stays another one.
+            if matches!(error, CameraError::AnotherCamera { .. }) {
+                return Err(error);
+            }
+            let now = self.device.now();
+            if now >= deadline {
+                return Err(CameraError::ReconnectTimeout {
+                    camera: self.name(),
+                    patience,
+                    why: error.to_string(),
+                });
+            }
+            self.device.pause(PAUSE.min(deadline.since(now)));
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! The stream of a checked camera: which of its frames count.
+
+use std::time::Duration;
+
+use super::CheckedCamera;
+use crate::camera::device::{FilledBuffer, VideoDevice};
+use crate::camera::moment::Moment;
+use crate::camera::pixels::Layout;
+use crate::camera::stillness::Difference;
+use crate::camera::timing::{Timed, Timing};
+use crate::camera::{CameraError, FrameFacts, TakenFrame};
+use epirig_core::frame::Frame;
+
+/// Frames that pass before the first one counts: settings take up to 6 frames until they show (seen in USB cameras), and a few
+/// more are for the sensor's own start.
+const SETTLING: usize = 8;
+/// So many pairs of frames in a row must agree before the picture is called steady.
+const STEADY_PAIRS: usize = 4;
+
+/// What is known of a running stream.
+#[derive(Debug)]
+pub(super) struct Stream {
+    timing: Timing,
+    /// The latest sequence number.
+    sequence: Option<u32>,
+    /// Whether the driver numbers its frames; `None` while that is not known.
+    numbered: Option<bool>,
+    /// Typical difference of two frames of a steady picture, in DN.
+    steady_dn: Option<f64>,
+    /// The latest good frame, with the moment that its exposure began.
+    latest: Option<(Frame, Moment)>,
+}
+
+impl Stream {
+    /// One that has just been started.
+    pub(super) fn new(timing: Timing) -> Self {
+        Self { timing, sequence: None, numbered: None, steady_dn: None, latest: None }
+    }
+}
+
+/// What passed while a frame was waited for.
+#[derive(Debug, Default)]
+pub(super) struct Passed {
+    stale: usize,
+    damaged: usize,
+    missed: u32,
+    unsteady: usize,
+    pub(super) restarts: usize,
+    reason: Option<String>,
+}
+
+impl Passed {
+    fn why(&self) -> String {
+        let counts = [
+            (self.stale, "too old"),
+            (self.damaged, "damaged"),
+            (self.missed as usize, "lost by the driver"),
+            (self.unsteady, "unlike the frame before"),
+        ];
+        let seen: Vec<String> = counts
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect();
+        let seen = if seen.is_empty() { "no frame came at all".to_owned() } else { seen.join(", ") };
+        self.reason.as_ref().map_or(seen.clone(), |reason| format!("{seen} (the latest: {reason})"))
+    }
+}
+
+impl<D: VideoDevice> CheckedCamera<D> {
+    /// Lets frames pass until what they show no longer changes.
+    pub(super) fn settle(&mut self, deadline: Moment) -> Result<(), CameraError> {
+        let mut passed = Passed::default();
+        let (mut frames, mut agreeing) = (0, Vec::new());
+        let mut sequences = Vec::new();
+        while frames < SETTLING || agreeing.len() < STEADY_PAIRS {
+            let Some((frame, buffer, _)) = self.next_good(deadline, &mut passed)? else {
+                if agreeing.is_empty() && passed.unsteady > 0 {
+                    let why = passed.reason.unwrap_or_default();
+                    return Err(CameraError::Unsteady { camera: self.name(), why });
+                }
+                return Err(self.timeout(&passed));
+            };
+            frames += 1;
+            sequences.push(buffer.sequence);
+            match self.compare(&frame) {
+                None => {}
+                Some(Ok(difference)) => agreeing.push(difference.typical_dn),
+                Some(Err(objection)) => {
+                    // Receivers without a signal show noise.
+                    self.device.check_signal()?;
+                    agreeing.clear();
+                    passed.unsteady += 1;
+                    passed.reason = Some(objection);
+                }
+            }
+            if let Some(stream) = &mut self.stream {
+                stream.latest = Some((frame, Moment::default()));
+            }
+        }
+        // The median: settings may have taken effect between two frames of the first few.
+        agreeing.sort_by(f64::total_cmp);
+        if let Some(stream) = &mut self.stream {
+            stream.steady_dn = agreeing.get(agreeing.len() / 2).copied();
+            // Some drivers leave the number at zero.
+            stream.numbered = Some(sequences.windows(2).any(|pair| pair[0] != pair[1]));
+        }
+        Ok(())
+    }
+
+    /// How a frame differs from the one before it in the stream; an objection in words if it differs too much.
+    fn compare(&self, frame: &Frame) -> Option<Result<Difference, String>> {
+        let stream = self.stream.as_ref()?;
+        let (latest, _) = stream.latest.as_ref()?;
+        let difference = Difference::between(latest, frame)?;
+        if difference.largest_dn == 0.0 && stream.steady_dn.is_some_and(|steady_dn| steady_dn > 0.0) {
+            // There is noise: nobody takes the same picture twice.
+            return Some(Err("the driver gave the same frame twice".to_owned()));
+        }
+        Some(difference.objection(stream.steady_dn).map_or(Ok(difference), Err))
+    }
+
+    fn timeout(&self, passed: &Passed) -> CameraError {
+        let patience =
+            self.configured.as_ref().map_or(Duration::ZERO, |configured| configured.settings.patience);
+        CameraError::Timeout { camera: self.name(), patience, why: passed.why() }
+    }
+
+    /// The next buffer that is whole, whatever its age; `None` after the deadline.
+    fn next_good(
+        &mut self,
+        deadline: Moment,
+        passed: &mut Passed,
+    ) -> Result<Option<(Frame, FilledBuffer, Timed)>, CameraError> {
+        loop {
+            let now = self.device.now();
+            if now >= deadline {
+                return Ok(None);
+            }
+            let Some(buffer) = self.device.dequeue(deadline.since(now))? else { continue };
+            let layout = self.configured()?.layout;
+            let camera = self.name();
+            let Some(stream) = &mut self.stream else { return Err(CameraError::NotStarted { camera }) };
+            let timed = stream.timing.judge(&buffer);
+            let ahead =
+                stream.sequence.replace(buffer.sequence).map(|before| buffer.sequence.wrapping_sub(before));
+            let follows = match (ahead, stream.numbered) {
+                (Some(0), None) | (_, Some(false)) | (None, _) => 1,
+                (Some(ahead), _) => ahead,
+            };
+            if follows != 1 {
+                // Whatever is compared with the next frame must be its neighbour.
+                stream.latest = None;
+                passed.missed = passed.missed.saturating_add(follows.saturating_sub(1).min(1 << 16));
+            }
+            if !timed.fresh {
+                passed.stale += 1;
+                stream.latest = None;
+                self.device.requeue(buffer)?;
+                continue;
+            }
+            let decoded = decode(&mut self.device, &buffer, &layout);
+            self.device.requeue(buffer)?;
+            match decoded {
+                Ok(frame) => return Ok(Some((frame, buffer, timed))),
+                Err(Damage::Frame(reason)) => {
+                    passed.damaged += 1;
+                    passed.reason = Some(reason);
+                    if let Some(stream) = &mut self.stream {
+                        stream.latest = None;
+                    }
+                }
+                Err(Damage::Device(error)) => return Err(error),
+            }
+        }
+    }
+
+    /// A frame that was begun after `moment` and is vouched for by its neighbour.
+    pub(super) fn take(
+        &mut self,
+        moment: Moment,
+        deadline: Moment,
+        passed: &mut Passed,
+    ) -> Result<TakenFrame, CameraError> {
+        if let Some(stream) = &mut self.stream {
+            stream.timing.ask(moment);
+            // A neighbour counts only if it shows the same state of the world.
+            stream.latest.take_if(|(_, began)| *began < moment);
+        }
+        loop {
+            let Some((frame, buffer, timed)) = self.next_good(deadline, passed)? else {
+                return Err(self.timeout(passed));
+            };
+            let compared = self.compare(&frame);
+            if let Some(stream) = &mut self.stream {
+                stream.latest = Some((frame.clone(), timed.exposure_start));
+            }
+            match compared {
+                None => {}
+                Some(Err(objection)) => {
+                    self.device.check_signal()?;
+                    passed.unsteady += 1;
+                    passed.reason = Some(objection);
+                }
+                Some(Ok(difference)) => {
+                    let facts = FrameFacts {
+                        requested: moment,
+                        exposure_start: timed.exposure_start,
+                        timing: timed.rule,
+                        stamp: buffer.stamp,
+                        received: buffer.received,
+                        sequence: buffer.sequence,
+                        flags: buffer.flags,
+                        stale: passed.stale,
+                        damaged: passed.damaged,
+                        missed: passed.missed,
+                        unsteady: passed.unsteady,
+                        restarts: passed.restarts,
+                        difference_dn: Some(difference.typical_dn),
+                        controls: Vec::new(),
+                    };
+                    return Ok(TakenFrame { frame, facts });
+                }
+            }
+        }
+    }
+}
+
+enum Damage {
+    Frame(String),
+    Device(CameraError),
+}
+
+fn decode(device: &mut dyn VideoDevice, buffer: &FilledBuffer, layout: &Layout) -> Result<Frame, Damage> {
+    if buffer.damaged {
+        return Err(Damage::Frame("the driver flags an error".to_owned()));
+    }
+    let needed = layout.format.image_bytes(layout.rows, layout.stride).unwrap_or(1);
+    if buffer.bytes_used < needed {
+        let reason = format!("{} bytes came of {needed}", buffer.bytes_used);
+        return Err(Damage::Frame(reason));
+    }
+    let bytes = device.bytes(buffer).map_err(Damage::Device)?;
+    layout.decode(bytes).map_err(|error| Damage::Frame(error.to_string()))
+}

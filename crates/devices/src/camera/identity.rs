@@ -1,0 +1,216 @@
+//! Which camera: what it says of itself, and what a person calls it.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::CameraError;
+
+/// What a camera says of itself.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CameraIdentity {
+    /// Its driver.
+    pub driver: String,
+    /// Its name.
+    pub model: String,
+    /// Where it is plugged in, as the driver says.
+    pub bus: String,
+    /// Its device file, or the folder of a replayed sequence.
+    pub path: Option<String>,
+    /// Which of the nodes of its device it is: USB interface and index, where there are such.
+    pub part: String,
+    /// Serial number of the USB device, if it has one.
+    pub serial_number: Option<String>,
+    /// Names of links to its device file that stay the same: those in `/dev/v4l/by-id`, then those in
+    /// `/dev/v4l/by-path`.
+    pub links: Vec<String>,
+}
+
+impl CameraIdentity {
+    /// Short name for messages.
+    pub fn name(&self) -> String {
+        self.path.clone().unwrap_or_else(|| self.model.clone())
+    }
+
+    /// Whether `other` is the same camera, possibly under another path: the same device in the same socket. Serial numbers alone
+    /// do not tell: cheap cameras share theirs.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        let traits = |camera: &Self| {
+            let Self { driver, model, bus, part, serial_number, .. } = camera.clone();
+            (driver, model, bus, part, serial_number)
+        };
+        traits(self) == traits(other)
+    }
+}
+
+impl fmt::Display for CameraIdentity {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(to, "{}", self.name())?;
+        let mut known = Vec::new();
+        if self.path.is_some() {
+            known.push(self.model.clone());
+        }
+        known.extend(self.serial_number.iter().map(|serial_number| format!("usb:{serial_number}")));
+        known.extend(self.links.iter().cloned());
+        if !self.bus.is_empty() {
+            known.push(format!("at {}", self.bus));
+        }
+        if known.is_empty() { Ok(()) } else { write!(to, " ({})", known.join(", ")) }
+    }
+}
+
+/// Which camera a person wants.
+///
+/// ```
+/// use epirig_devices::camera::CameraChoice;
+///
+/// assert_eq!("/dev/video0".parse(), Ok(CameraChoice::Path("/dev/video0".into())));
+/// assert_eq!("usb:1A2B".parse(), Ok(CameraChoice::UsbSerial("1A2B".into())));
+/// assert_eq!("replay:seq".parse(), Ok(CameraChoice::Replay("seq".into())));
+/// assert_eq!("sim".parse(), Ok(CameraChoice::Simulated));
+/// assert_eq!("usb-046d_C920_1A2B-video-index0".parse(),
+///            Ok(CameraChoice::Link("usb-046d_C920_1A2B-video-index0".into())));
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CameraChoice {
+    /// The only camera there is.
+    Any,
+    /// By path, which may be a symbolic link.
+    Path(String),
+    /// By the name of a link in `/dev/v4l/by-id` or `/dev/v4l/by-path`.
+    Link(String),
+    /// `usb:SERIAL`.
+    UsbSerial(String),
+    /// `replay:FOLDER`: the frames of a sequence.
+    Replay(String),
+    /// `sim`: a simulated camera before a simulated object.
+    Simulated,
+}
+
+impl FromStr for CameraChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        const HELP: &str = "a camera is a path such as /dev/video0, a name in /dev/v4l/by-id, usb:SERIAL, replay:FOLDER or sim";
+        let named = |name: &str, make: fn(String) -> Self| {
+            if name.is_empty() { Err(HELP.to_owned()) } else { Ok(make(name.to_owned())) }
+        };
+        match text.split_once(':') {
+            _ if text == "sim" => Ok(Self::Simulated),
+            Some(("usb", serial_number)) => named(serial_number, Self::UsbSerial),
+            Some(("replay", folder)) => named(folder, Self::Replay),
+            _ if text.contains('/') => named(text, Self::Path),
+            _ => named(text, Self::Link),
+        }
+    }
+}
+
+impl fmt::Display for CameraChoice {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Any => write!(to, "a camera"),
+            Self::Path(name) | Self::Link(name) => write!(to, "{name}"),
+            Self::UsbSerial(serial_number) => write!(to, "usb:{serial_number}"),
+            Self::Replay(folder) => write!(to, "replay:{folder}"),
+            Self::Simulated => write!(to, "sim"),
+        }
+    }
+}
+
+impl CameraChoice {
+    fn fits(&self, camera: &CameraIdentity) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Path(path) => camera.path.as_ref() == Some(path),
+            Self::Link(name) => camera.links.contains(name),
+            Self::UsbSerial(serial_number) => camera.serial_number.as_ref() == Some(serial_number),
+            Self::Replay(_) | Self::Simulated => false,
+        }
+    }
+}
+
+/// The path of the one camera among `cameras` that fits. A path is taken as it is: links that no listing knows are as good.
+///
+/// # Errors
+/// [`CameraError::NoMatch`] if none fits, [`CameraError::Ambiguous`] if more than one does.
+pub fn choose(choice: &CameraChoice, cameras: &[CameraIdentity]) -> Result<String, CameraError> {
+    if let CameraChoice::Path(path) = choice {
+        return Ok(path.clone());
+    }
+    let list = |cameras: &[&CameraIdentity]| {
+        let lines: Vec<String> = cameras.iter().map(ToString::to_string).collect();
+        if lines.is_empty() { "nothing".to_owned() } else { lines.join(", ") }
+    };
+    let fitting: Vec<&CameraIdentity> = cameras.iter().filter(|camera| choice.fits(camera)).collect();
+    match fitting[..] {
+        [camera] => Ok(camera.path.clone().unwrap_or_default()),
+        [] => Err(CameraError::NoMatch {
+            wanted: choice.to_string(),
+            connected: list(&cameras.iter().collect::<Vec<_>>()),
+        }),
+        _ => Err(CameraError::Ambiguous { wanted: choice.to_string(), candidates: list(&fitting) }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(path: &str, serial_number: Option<&str>, link: Option<&str>) -> CameraIdentity {
+        CameraIdentity {
+            driver: "uvcvideo".to_owned(),
+            model: "HD Pro Webcam C920".to_owned(),
+            bus: format!("usb-0000:00:14.0-{}", path.len()),
+            path: Some(path.to_owned()),
+            part: String::new(),
+            serial_number: serial_number.map(str::to_owned),
+            links: link.into_iter().map(str::to_owned).collect(),
+        }
+    }
+
+    #[test]
+    fn one_fitting_camera_is_taken_and_more_are_refused() {
+        let bench = [
+            camera("/dev/video0", Some("A1"), Some("usb-046d_C920_A1-video-index0")),
+            camera("/dev/video2", Some("B2"), None),
+            camera("/dev/video4", Some("B2"), None),
+        ];
+        let pick = |text: &str| choose(&text.parse().unwrap(), &bench);
+        assert_eq!(pick("usb:A1").unwrap(), "/dev/video0");
+        assert_eq!(pick("usb-046d_C920_A1-video-index0").unwrap(), "/dev/video0");
+        assert_eq!(pick("/dev/my-camera").unwrap(), "/dev/my-camera");
+        let error = pick("usb:B2").unwrap_err();
+        assert!(
+            matches!(&error, CameraError::Ambiguous { candidates, .. }
+            if candidates.contains("/dev/video2") && candidates.contains("/dev/video4")),
+            "{error}"
+        );
+        assert!(matches!(pick("usb:C3"), Err(CameraError::NoMatch { .. })));
+        assert!(matches!(choose(&CameraChoice::Any, &bench), Err(CameraError::Ambiguous { .. })));
+        assert_eq!(choose(&CameraChoice::Any, &bench[..1]).unwrap(), "/dev/video0");
+        assert!(matches!(choose(&CameraChoice::Any, &[]), Err(CameraError::NoMatch { .. })));
+    }
+
+    #[test]
+    fn a_camera_is_known_again_by_its_serial_number_and_its_place() {
+        let first = camera("/dev/video0", Some("A1"), None);
+        assert!(first.is_same_as(&camera("/dev/video1", Some("A1"), None)));
+        assert!(
+            !first.is_same_as(&camera("/dev/video12", Some("A1"), None)),
+            "the same kind in another socket"
+        );
+        let other_lens = CameraIdentity { part: "1.2, 0".to_owned(), ..first.clone() };
+        assert!(!first.is_same_as(&other_lens));
+        assert!(!first.is_same_as(&camera("/dev/video0", Some("B2"), None)));
+        assert!(!first.is_same_as(&camera("/dev/video0", None, None)));
+        let plain = camera("/dev/video0", None, None);
+        assert!(plain.is_same_as(&camera("/dev/video1", None, None)));
+        assert!(!plain.is_same_as(&camera("/dev/video10", None, None)), "another socket");
+    }
+
+    #[test]
+    fn nonsense_is_no_choice() {
+        for text in ["", "usb:", "replay:"] {
+            assert!(text.parse::<CameraChoice>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! What a build without real cameras has in their place: an error that says how to build one.
+
+use std::time::Duration;
+
+use super::pixels::FourCc;
+use super::{
+    ActiveFormat, CameraError, CameraIdentity, Control, FilledBuffer, Interval, Moment, OfferedFormat, Size,
+    VideoDevice,
+};
+use epirig_core::frame::Frame;
+
+fn not_built<T>(camera: &str) -> Result<T, CameraError> {
+    Err(CameraError::NotBuilt { camera: camera.to_owned() })
+}
+
+/// The cameras of this machine.
+///
+/// # Errors
+/// Always [`CameraError::NotBuilt`].
+pub fn cameras() -> Result<Vec<CameraIdentity>, CameraError> {
+    not_built("a camera")
+}
+
+/// A video device of this machine in other builds.
+#[derive(Debug)]
+pub enum V4l2Device {}
+
+impl V4l2Device {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// Always [`CameraError::NotBuilt`].
+    pub fn open(path: &str) -> Result<Self, CameraError> {
+        not_built(path)
+    }
+}
+
+impl VideoDevice for V4l2Device {
+    fn identity(&self) -> CameraIdentity {
+        match *self {}
+    }
+
+    fn now(&mut self) -> Moment {
+        match *self {}
+    }
+
+    fn pause(&mut self, _time: Duration) {
+        match *self {}
+    }
+
+    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
+        match *self {}
+    }
+
+    fn active_format(&mut self) -> Result<ActiveFormat, CameraError> {
+        match *self {}
+    }
+
+    fn set_format(&mut self, _four_cc: FourCc, _size: Size) -> Result<ActiveFormat, CameraError> {
+        match *self {}
+    }
+
+    fn interval(&mut self) -> Result<Option<Interval>, CameraError> {
+        match *self {}
+    }
+
+    fn set_interval(&mut self, _interval: Interval) -> Result<(), CameraError> {
+        match *self {}
+    }
+
+    fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
+        match *self {}
+    }
+
+    fn read_control(&mut self, _id: u32) -> Result<i64, CameraError> {
+        match *self {}
+    }
+
+    fn write_control(&mut self, _id: u32, _value: i64) -> Result<(), CameraError> {
+        match *self {}
+    }
+
+    fn check_signal(&mut self) -> Result<(), CameraError> {
+        match *self {}
+    }
+
+    fn start(&mut self, _buffers: usize) -> Result<usize, CameraError> {
+        match *self {}
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        match *self {}
+    }
+
+    fn dequeue(&mut self, _patience: Duration) -> Result<Option<FilledBuffer>, CameraError> {
+        match *self {}
+    }
+
+    fn bytes(&mut self, _buffer: &FilledBuffer) -> Result<&[u8], CameraError> {
+        match *self {}
+    }
+
+    fn requeue(&mut self, _buffer: FilledBuffer) -> Result<(), CameraError> {
+        match *self {}
+    }
+
+    fn let_go(&mut self) {
+        match *self {}
+    }
+
+    fn reopen(&mut self) -> Result<(), CameraError> {
+        match *self {}
+    }
+}
+
+/// A video output of this machine in other builds.
+#[derive(Debug)]
+pub enum VideoOutput {}
+
+impl VideoOutput {
+    /// Opens an output.
+    ///
+    /// # Errors
+    /// Always [`CameraError::NotBuilt`].
+    pub fn open(path: &str, _size: Size) -> Result<Self, CameraError> {
+        not_built(path)
+    }
+
+    /// Whether the output is still there.
+    ///
+    /// # Errors
+    /// None: there is no output.
+    pub fn check(&self) -> Result<(), CameraError> {
+        match *self {}
+    }
+
+    /// Shows a picture.
+    ///
+    /// # Errors
+    /// None: there is no output.
+    pub fn show(&mut self, _frame: &Frame, _patience: Duration) -> Result<bool, CameraError> {
+        match *self {}
+    }
+}

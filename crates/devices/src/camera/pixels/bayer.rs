@@ -1,0 +1,72 @@
+//! Grey from a colour filter mosaic.
+
+use epirig_core::frame::full_scale;
+
+use super::{BayerPattern, SampleCoding, unpack};
+
+/// What is made of a colour filter mosaic: one grey pixel for each 2 x 2 cell, so half the rows and columns; an odd last
+/// row or column is dropped.
+///
+/// Both are sums, so that nothing is rounded away, except where a sum would need more than 16 bit: it is then halved until
+/// it does not, rounded to nearest (halves up). Pixel (0, 0) lies at row 0.5, column 0.5 of the mosaic, pixel (row, column)
+/// at (2 row + 0.5, 2 column + 0.5): the two greens of a cell lie on a diagonal, so that their centre is the cell's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BayerUse {
+    /// The sum of the two green pixels, one bit deeper than the mosaic: one colour of light, so no colour error of the lens
+    /// comes in.
+    Green,
+    /// The sum of all four pixels, two bits deeper than the mosaic: the most light.
+    Binned,
+}
+
+impl BayerUse {
+    /// Bits of a sum, at most 16, and bits that are shifted away for that.
+    pub(super) fn depth_and_shift(self, mosaic_depth: u8) -> (u8, u8) {
+        let depth = mosaic_depth
+            + match self {
+                Self::Green => 1,
+                Self::Binned => 2,
+            };
+        (depth.min(16), depth.saturating_sub(16))
+    }
+}
+
+/// Sums over the cells of a mosaic of `bit_depth` bits with `columns` columns.
+///
+/// # Errors
+/// The largest sample of the first pair of rows with one that needs more than `bit_depth` bits.
+pub(super) fn sums<'a>(
+    pattern: BayerPattern,
+    coding: SampleCoding,
+    bayer: BayerUse,
+    bit_depth: u8,
+    columns: usize,
+    mut rows: impl Iterator<Item = &'a [u8]>,
+) -> Result<Vec<u16>, u16> {
+    let (_, shift) = bayer.depth_and_shift(bit_depth);
+    let half = (1_u32 << shift) >> 1;
+    let green = pattern.green_column();
+    let columns = columns - columns % 2;
+    let (mut upper, mut lower) = (vec![0; columns], vec![0; columns]);
+    let mut sums = Vec::new();
+    while let (Some(first), Some(second)) = (rows.next(), rows.next()) {
+        unpack::samples(coding, first, &mut upper);
+        unpack::samples(coding, second, &mut lower);
+        let seen = upper.iter().chain(&lower).fold(0, |seen, &sample| seen | sample);
+        if seen > full_scale(bit_depth) {
+            return Err(upper.iter().chain(&lower).copied().max().unwrap_or(seen));
+        }
+        let cells = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+        // A sum of four samples has 18 bit at most, and its shifted value 16.
+        let fit = |sum: u32| u16::try_from((sum + half) >> shift).unwrap_or(u16::MAX);
+        match bayer {
+            BayerUse::Green => {
+                sums.extend(cells.map(|(a, b)| fit(u32::from(a[green]) + u32::from(b[1 - green]))));
+            }
+            BayerUse::Binned => {
+                sums.extend(cells.map(|(a, b)| fit([a[0], a[1], b[0], b[1]].map(u32::from).iter().sum())));
+            }
+        }
+    }
+    Ok(sums)
+}

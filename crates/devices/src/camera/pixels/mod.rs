@@ -1,0 +1,180 @@
+//! From the bytes of a V4L2 buffer to a grey frame.
+//!
+//! Samples stay as they are stored: luma of YUV formats and of JPEG is not stretched to full scale, even where the camera uses
+//! 16 to 235 only, and no transfer function is undone.
+
+mod bayer;
+mod format;
+mod four_cc;
+mod grey;
+mod jpeg;
+mod unpack;
+
+use thiserror::Error;
+
+use epirig_core::frame::{Frame, FrameError, Samples};
+
+pub use bayer::BayerUse;
+pub use format::{BayerPattern, InterleavedYuv, JpegName, PixelFormat, PlanarYuv, SampleCoding};
+pub use four_cc::{FourCc, FourCcError};
+
+/// Why the bytes of a buffer do not make a frame.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum PixelError {
+    /// The image has no rows or no columns, or a mosaic has no whole cell.
+    #[error("an image of {rows} rows x {columns} columns gives no pixel; choose a larger frame size")]
+    Empty {
+        /// Rows of the image.
+        rows: usize,
+        /// Columns of the image.
+        columns: usize,
+    },
+    /// Rows start closer together than they are long.
+    #[error(
+        "the driver says that rows start {found} bytes apart, but a row of {columns} columns in format {format} has {least} bytes; \
+         choose another frame size or pixel format"
+    )]
+    Stride {
+        /// The pixel format.
+        format: PixelFormat,
+        /// Columns of the image.
+        columns: usize,
+        /// Bytes of a row without padding.
+        least: usize,
+        /// Bytes from row to row as stated.
+        found: usize,
+    },
+    /// The buffer ends before the image does.
+    #[error(
+        "the camera sent {found} bytes of a frame of {expected}: part of it was lost; use a better cable, a port of its own \
+         or a lower frame rate"
+    )]
+    TooShort {
+        /// Bytes of a whole image.
+        expected: usize,
+        /// Bytes given.
+        found: usize,
+    },
+    /// A sample has bits that its format does not have.
+    #[error(
+        "the camera sent a sample of {maximum} in format {format}, which has {} bit: the frame is damaged, or the driver puts its \
+         samples at the high end of their words; choose another pixel format if every frame is like this", format.bit_depth()
+    )]
+    AboveDepth {
+        /// The pixel format.
+        format: PixelFormat,
+        /// The largest sample found.
+        maximum: u16,
+    },
+    /// The bytes are no whole JPEG image of the size that was agreed on.
+    #[error(
+        "the camera's JPEG image cannot be used: {0}; if it happens again, use a better cable, a lower frame rate or an \
+         uncompressed pixel format"
+    )]
+    Jpeg(String),
+    /// The samples do not make a frame.
+    #[error("the camera's samples make no frame: {0}")]
+    Frame(#[from] FrameError),
+}
+
+/// How a buffer is laid out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// The pixel format.
+    pub format: PixelFormat,
+    /// Rows of the image, of a mosaic before anything is made of it.
+    pub rows: usize,
+    /// Columns of the image, of a mosaic before anything is made of it.
+    pub columns: usize,
+    /// Bytes from the start of a row (of luma, if planes follow) to that of the next; ignored for JPEG.
+    pub stride: usize,
+    /// What to make of a mosaic; ignored for other formats.
+    pub bayer: BayerUse,
+}
+
+impl Layout {
+    /// Rows, columns and bit depth of the frames that [`Layout::decode`] gives.
+    pub fn frame_shape(&self) -> (usize, usize, u8) {
+        let depth = self.format.bit_depth();
+        if self.format.is_bayer() {
+            (self.rows / 2, self.columns / 2, self.bayer.depth_and_shift(depth).0)
+        } else {
+            (self.rows, self.columns, depth)
+        }
+    }
+
+    /// The grey frame in `bytes`, which may go on behind the image. The stride's padding is required behind the last row, too.
+    ///
+    /// JPEG is taken strictly: baseline, in one scan, of exactly the layout's size, with nothing but zeros behind its end; its
+    /// compressed data must give every block. What a damaged stretch in the middle leaves behind is found only if it is no valid
+    /// code or changes the number of blocks; the format has no check sum.
+    ///
+    /// # Errors
+    /// [`PixelError`] if the layout cannot be, the buffer is too short, a sample has more bits than its format, or a JPEG
+    /// image is not whole.
+    pub fn decode(&self, bytes: &[u8]) -> Result<Frame, PixelError> {
+        let (rows, columns, bit_depth) = self.frame_shape();
+        if rows == 0 || columns == 0 {
+            return Err(PixelError::Empty { rows: self.rows, columns: self.columns });
+        }
+        let samples = match (self.format.least_stride(self.columns), self.whole_image(bytes)?) {
+            (Some(least), Some(image)) => {
+                self.samples(image.chunks_exact(self.stride).map(|row| &row[..least]))?
+            }
+            _ => Samples::U8(jpeg::luma(bytes, rows, columns)?),
+        };
+        Frame::new(rows, columns, bit_depth, samples).map_err(|error| match error {
+            FrameError::BitDepth { maximum, .. } => PixelError::AboveDepth { format: self.format, maximum },
+            other => other.into(),
+        })
+    }
+
+    /// The rows with their padding, without planes of chroma; `None` for compressed formats.
+    fn whole_image<'a>(&self, bytes: &'a [u8]) -> Result<Option<&'a [u8]>, PixelError> {
+        let Self { format, rows, columns, stride, .. } = *self;
+        let (Some(least), Some(expected)) = (format.least_stride(columns), format.image_bytes(rows, stride))
+        else {
+            return Ok(None);
+        };
+        if stride < least {
+            return Err(PixelError::Stride { format, columns, least, found: stride });
+        }
+        match bytes.get(..rows.saturating_mul(stride)) {
+            Some(image) if bytes.len() >= expected => Ok(Some(image)),
+            _ => Err(PixelError::TooShort { expected, found: bytes.len() }),
+        }
+    }
+
+    fn samples<'a>(&self, image: impl Iterator<Item = &'a [u8]>) -> Result<Samples, PixelError> {
+        let Self { format, rows, columns, .. } = *self;
+        Ok(match format {
+            PixelFormat::Grey(SampleCoding::Byte) | PixelFormat::PlanarLuma(_) => {
+                Samples::U8(grey::bytes(image, columns, rows))
+            }
+            PixelFormat::InterleavedLuma(order) => {
+                Samples::U8(grey::interleaved_luma(order, image, columns, rows))
+            }
+            PixelFormat::Grey(coding) => {
+                let unpack = |row: &[u8], samples: &mut [u16]| unpack::samples(coding, row, samples);
+                Samples::U16(grey::unpacked(image, columns, rows, unpack))
+            }
+            PixelFormat::GreyBitPacked10 => {
+                Samples::U16(grey::unpacked(image, columns, rows, unpack::bit_packed_10))
+            }
+            PixelFormat::GreyBigEndian16 => {
+                let unpack =
+                    |row: &[u8], samples: &mut [u16]| unpack::words(row, samples, u16::from_be_bytes);
+                Samples::U16(grey::unpacked(image, columns, rows, unpack))
+            }
+            PixelFormat::Bayer(pattern, coding) => {
+                let sums = bayer::sums(pattern, coding, self.bayer, format.bit_depth(), columns, image);
+                Samples::U16(sums.map_err(|maximum| PixelError::AboveDepth { format, maximum })?)
+            }
+            PixelFormat::Jpeg(_) => return Err(PixelError::Jpeg("it has no rows of samples".to_owned())),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,178 @@
+//! The frames of a sequence as if a camera took them.
+
+use std::path::Path;
+use std::time::Duration;
+
+use super::control::Control;
+use super::format::{OfferedFormat, Size, Sizes};
+use super::pixels::FourCc;
+use super::settings::{CameraSettings, Configuration};
+use super::{ActiveFormat, Camera, CameraError, CameraIdentity, FrameFacts, Moment, TakenFrame, TimingRule};
+use epirig_data::sequence::Sequence;
+
+/// Simulated time between two frames.
+const FRAME_TIME: Duration = Duration::from_millis(40);
+
+/// A camera that gives the frames of a sequence, one for each stop of a scan in their order, checked against their hashes. Its clock is simulated:
+/// a frame begins when it is asked for.
+#[derive(Debug)]
+pub struct ReplayCamera {
+    sequence: Sequence,
+    next: usize,
+    started: bool,
+    now: Moment,
+    /// The moment that the latest frame was asked for.
+    asked: Option<Moment>,
+}
+
+impl ReplayCamera {
+    /// A camera over the sequence in `folder`.
+    ///
+    /// # Errors
+    /// [`CameraError::Sequence`] if it cannot be opened.
+    pub fn open(folder: &Path) -> Result<Self, CameraError> {
+        let sequence = Sequence::open(folder)?;
+        Ok(Self { sequence, next: 0, started: false, now: Moment::from_ns(1), asked: None })
+    }
+
+    fn name(&self) -> String {
+        self.identity().name()
+    }
+
+    fn format(&self) -> ActiveFormat {
+        let record = self.sequence.record();
+        let code = match record.bit_depth {
+            ..=8 => b"GREY",
+            9..=10 => b"Y10 ",
+            11..=12 => b"Y12 ",
+            13..=14 => b"Y14 ",
+            _ => b"Y16 ",
+        };
+        let stride = record.columns * if record.bit_depth <= 8 { 1 } else { 2 };
+        ActiveFormat {
+            four_cc: FourCc(*code),
+            size: Size { columns: record.columns, rows: record.rows },
+            stride,
+            image_bytes: stride * record.rows,
+            interlaced: false,
+        }
+    }
+}
+
+impl Camera for ReplayCamera {
+    fn identity(&self) -> CameraIdentity {
+        CameraIdentity {
+            driver: "replay".to_owned(),
+            model: format!("sequence {}", self.sequence.record().uid),
+            path: Some(format!("replay:{}", self.sequence.folder().display())),
+            ..CameraIdentity::default()
+        }
+    }
+
+    fn now(&mut self) -> Moment {
+        self.now
+    }
+
+    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
+        let format = self.format();
+        Ok(vec![OfferedFormat {
+            four_cc: format.four_cc,
+            description: "frames of the sequence".to_owned(),
+            sizes: Sizes::Discrete(vec![(format.size, Vec::new())]),
+        }])
+    }
+
+    fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
+        Ok(Vec::new())
+    }
+
+    fn set_control(&mut self, name: &str, _value: &str) -> Result<Control, CameraError> {
+        Err(CameraError::NoSuchControl { camera: self.name(), name: name.to_owned(), nearest: None })
+    }
+
+    fn configure(&mut self, settings: &CameraSettings) -> Result<Configuration, CameraError> {
+        let format = self.format();
+        let unlike = settings.four_cc.is_some_and(|four_cc| four_cc != format.four_cc)
+            || settings.size.is_some_and(|size| size != format.size);
+        let asks_for_more = settings.rate_hz.is_some()
+            || settings.exposure_us.is_some()
+            || settings.bayer.is_some()
+            || !settings.controls.is_empty();
+        if unlike || asks_for_more {
+            return Err(CameraError::NotOffered {
+                camera: self.name(),
+                wanted: "setting but its own".to_owned(),
+                offered: format.to_string(),
+            });
+        }
+        self.started = false;
+        Ok(Configuration {
+            format,
+            rows: format.size.rows,
+            columns: format.size.columns,
+            bit_depth: self.sequence.record().bit_depth,
+            interval: None,
+            exposure_us: None,
+            pinned: Vec::new(),
+            notes: Vec::new(),
+        })
+    }
+
+    fn start(&mut self) -> Result<(), CameraError> {
+        self.started = true;
+        Ok(())
+    }
+
+    fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
+        let camera = self.name();
+        if !self.started {
+            return Err(CameraError::NotStarted { camera });
+        }
+        // Frames of a sequence are of one place each: they are not to be averaged.
+        if self.asked.replace(moment) == Some(moment) {
+            return Err(CameraError::Unsupported { camera, what: "give several frames of one moment" });
+        }
+        let frames = self.sequence.frames();
+        let Some(record) = frames.get(self.next) else {
+            return Err(CameraError::Exhausted { camera, frames: frames.len() });
+        };
+        let frame = self.sequence.read(record)?;
+        let began = self.now.max(moment);
+        self.now = began.after(FRAME_TIME);
+        self.next += 1;
+        let facts = FrameFacts {
+            requested: moment,
+            exposure_start: began,
+            timing: TimingRule::StartOfExposure,
+            stamp: began,
+            received: self.now,
+            sequence: u32::try_from(record.index).unwrap_or(u32::MAX),
+            flags: 0,
+            stale: 0,
+            damaged: 0,
+            missed: 0,
+            unsteady: 0,
+            restarts: 0,
+            difference_dn: None,
+            controls: Vec::new(),
+        };
+        Ok(TakenFrame { frame, facts })
+    }
+
+    fn at_stop(&mut self, index: usize) {
+        self.next = index;
+    }
+
+    fn is_live(&self) -> bool {
+        false
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        self.started = false;
+        Ok(())
+    }
+
+    fn reconnect(&mut self, _patience: Duration) -> Result<(), CameraError> {
+        self.start()
+    }
+}

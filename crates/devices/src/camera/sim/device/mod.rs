@@ -1,0 +1,317 @@
+//! The simulated video device: frames in simulated time, at a steady rate, into a queue of few buffers.
+
+mod driver;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::fault::{SimFault, SimStamps};
+use super::pictures::Pictures;
+use super::view::{SimView, ViewSwitch};
+use crate::camera::pixels::FourCc;
+use crate::camera::{ActiveFormat, CameraError, CameraIdentity, FilledBuffer, Moment, Size, StampSource};
+use crate::stage::StagePosition;
+use epirig_simulator::Simulator;
+
+const INTERVAL: Duration = Duration::from_millis(1000 / SimDevice::RATE_HZ as u64);
+const READOUT: Duration = Duration::from_millis(20);
+/// Exposure time that gives the simulator's own frames, in units of 100 us.
+const EXPOSURE: i64 = 100;
+/// Between a call and its answer.
+const CALL: Duration = Duration::from_micros(10);
+/// Of the driver's flag for damaged contents, as in V4L2.
+const ERROR_FLAG: u32 = 0x40;
+
+const EXPOSURE_AUTO: u32 = 0x009a_0901;
+const GAIN: u32 = 0x0098_0913;
+const MANUAL: i64 = 1;
+const APERTURE_PRIORITY: i64 = 3;
+
+/// A frame that has been exposed.
+#[derive(Debug, Clone, Copy)]
+struct Exposed {
+    buffer: FilledBuffer,
+    position_mm: f64,
+    /// Where the stage was before; what a late or torn frame shows.
+    before_mm: f64,
+    light: f32,
+    view: SimView,
+    number: u32,
+    torn: bool,
+    late: bool,
+}
+
+/// A simulated video device. It judges nothing, as real ones.
+#[derive(Debug)]
+pub struct SimDevice {
+    pictures: Pictures,
+    stage: StagePosition,
+    view: ViewSwitch,
+    identity: CameraIdentity,
+    now: Moment,
+    streaming: bool,
+    buffers: usize,
+    /// Filled and waiting.
+    queue: VecDeque<Exposed>,
+    /// Taken from the queue and not yet given back.
+    taken: Vec<Exposed>,
+    bytes: Vec<u8>,
+    /// When the next frame is complete.
+    next_complete: Moment,
+    frames: u32,
+    sequence: u32,
+    unnumbered: bool,
+    /// Where the stage is, where it was before, and when it came here.
+    position_mm: f64,
+    before_mm: f64,
+    moved: Moment,
+    /// How much of the stage's time has passed here, too.
+    stage_time: Duration,
+    /// When the simulation began, if its time is to pass as ours does.
+    real_time: Option<(Instant, Moment)>,
+    exposure: i64,
+    exposure_auto: i64,
+    gain: i64,
+    /// How much light counts from which frame on; the latest last.
+    light: Vec<(u32, f32)>,
+    late_controls: u32,
+    stamps: SimStamps,
+    dropped: f64,
+    random: ChaCha8Rng,
+    pending: Vec<SimFault>,
+    silent_until: Moment,
+    signal_lost: bool,
+    dead: bool,
+    /// Attempts to open that still fail; `None` while it is there.
+    gone: Option<u32>,
+}
+
+impl SimDevice {
+    /// Frames per second.
+    pub const RATE_HZ: u32 = 25;
+
+    /// A device in front of `simulator`, whose scene (or camera) is carried by the stage that `position` watches. It is set to
+    /// automatic exposure, as cameras are when they are plugged in.
+    pub fn new(simulator: Arc<Simulator>, position: StagePosition) -> Self {
+        let optics = &simulator.config().optics;
+        let model = format!(
+            "simulated camera, {} x {} of {} bit",
+            optics.columns,
+            optics.rows,
+            simulator.config().sensor.bit_depth
+        );
+        let (position_mm, stage_time) = (position.get_mm(), position.elapsed());
+        let start = Moment::from_ns(1_000_000_000);
+        Self {
+            identity: CameraIdentity { driver: "sim".to_owned(), model, ..CameraIdentity::default() },
+            pictures: Pictures::new(simulator),
+            stage: position,
+            view: ViewSwitch::default(),
+            now: start,
+            streaming: false,
+            buffers: 0,
+            queue: VecDeque::new(),
+            taken: Vec::new(),
+            bytes: Vec::new(),
+            next_complete: start,
+            frames: 0,
+            sequence: 0,
+            unnumbered: false,
+            position_mm,
+            before_mm: position_mm,
+            moved: start,
+            stage_time,
+            real_time: None,
+            exposure: EXPOSURE,
+            exposure_auto: APERTURE_PRIORITY,
+            gain: 0,
+            light: vec![(0, 1.0)],
+            late_controls: 2,
+            stamps: SimStamps::default(),
+            dropped: 0.0,
+            random: ChaCha8Rng::seed_from_u64(1),
+            pending: Vec::new(),
+            silent_until: start,
+            signal_lost: false,
+            dead: false,
+            gone: None,
+        }
+    }
+
+    /// Makes something go wrong.
+    pub fn inject(&mut self, fault: SimFault) {
+        match fault {
+            SimFault::Gap(frames) => self.sequence = self.sequence.wrapping_add(frames),
+            SimFault::Dropped(share) => self.dropped = share.clamp(0.0, 1.0),
+            SimFault::FatalError => self.dead = true,
+            SimFault::Disconnect { failing } => {
+                self.gone = Some(failing);
+                self.streaming = false;
+                self.queue.clear();
+                self.taken.clear();
+            }
+            SimFault::Replaced => self.identity.model += ", another one",
+            SimFault::Silence(frames) => self.silent_until = self.now.after(INTERVAL * frames),
+            SimFault::NoSignal(lost) => self.signal_lost = lost,
+            SimFault::GainDrifts => {
+                self.gain += 1;
+                self.light_changes();
+            }
+            SimFault::LateControls(frames) => self.late_controls = frames,
+            SimFault::Stamps(stamps) => self.stamps = stamps,
+            SimFault::SequenceAt(sequence) => self.sequence = sequence,
+            SimFault::Unnumbered => (self.unnumbered, self.sequence) = (true, 0),
+            waiting => self.pending.push(waiting),
+        }
+    }
+
+    /// Whether this fault was waiting to happen; it does now.
+    fn happens(&mut self, fault: SimFault) -> bool {
+        let found = self.pending.iter().position(|pending| *pending == fault);
+        found.map(|index| self.pending.remove(index)).is_some()
+    }
+
+    fn there(&self) -> Result<(), CameraError> {
+        match self.gone {
+            Some(_) => Err(CameraError::Gone { camera: self.identity.name() }),
+            None => Ok(()),
+        }
+    }
+
+    fn stream_error(&self, action: &'static str) -> CameraError {
+        CameraError::Stream { camera: self.identity.name(), action, detail: "a simulated fault".to_owned() }
+    }
+
+    /// Changes of exposure and gain count from a later frame on.
+    fn light_changes(&mut self) {
+        let light = self.exposure as f32 / EXPOSURE as f32 * (1.0 + self.gain as f32 / 100.0);
+        self.light.push((self.frames.saturating_add(self.late_controls), light));
+    }
+
+    fn light_of(&self, number: u32) -> f32 {
+        let light =
+            self.light.iter().rev().find(|(from, _)| *from <= number).map_or(1.0, |(_, light)| *light);
+        // An automatic exposure never rests.
+        let hunting = if self.exposure_auto == MANUAL { 0.0 } else { 0.1 * (number as f32).sin() };
+        light * (1.0 + hunting)
+    }
+
+    /// What puts other things in front of the camera.
+    pub fn view(&self) -> ViewSwitch {
+        self.view.clone()
+    }
+
+    /// From now on simulated time passes as ours does, moves of the stage included: for rehearsals.
+    pub fn in_real_time(&mut self) {
+        self.real_time = Some((Instant::now(), self.now));
+    }
+
+    /// A move of the stage takes no time of ours; its time passes here.
+    fn mind_the_stage(&mut self) {
+        let (position_mm, stage_time) = (self.stage.get_mm(), self.stage.elapsed());
+        let moving = stage_time.saturating_sub(self.stage_time);
+        self.stage_time = stage_time;
+        // While it moves the camera sees the place that it comes from.
+        self.pass(moving);
+        if position_mm != self.position_mm {
+            (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
+            self.moved = self.now;
+        }
+    }
+
+    /// Lets time pass: frames are completed into free buffers, or lost.
+    fn pass(&mut self, time: Duration) {
+        let mut until = self.now.after(time);
+        if let Some((began, start)) = self.real_time {
+            // Whatever the program does meanwhile takes time as well.
+            until = until.max(start.after(began.elapsed()));
+            std::thread::sleep(until.since(start).saturating_sub(began.elapsed()));
+        }
+        while self.streaming && !self.dead && self.next_complete <= until {
+            self.complete(self.next_complete);
+            self.next_complete = self.next_complete.after(INTERVAL);
+        }
+        self.now = until;
+    }
+
+    fn complete(&mut self, complete: Moment) {
+        if complete < self.silent_until {
+            return;
+        }
+        let number = self.frames;
+        let sequence = self.sequence;
+        self.frames = self.frames.wrapping_add(1);
+        self.sequence = if self.unnumbered { 0 } else { self.sequence.wrapping_add(1) };
+        let lost = self.dropped > 0.0 && self.random.random_bool(self.dropped);
+        let free = self.queue.len() + self.taken.len() < self.buffers;
+        if lost || !free {
+            return;
+        }
+        let exposure = Duration::from_micros(self.exposure.unsigned_abs() * 100);
+        let began = complete.before(READOUT).before(exposure);
+        let second = 1_000_000_000;
+        let (stamp, stamp_source) = match self.stamps {
+            SimStamps::StartOfExposure => (began, StampSource::StartOfExposure),
+            SimStamps::EndOfFrame => (complete, StampSource::EndOfFrame),
+            SimStamps::Mislabelled => (complete, StampSource::StartOfExposure),
+            SimStamps::Zero => (Moment::default(), StampSource::StartOfExposure),
+            SimStamps::Ahead => (began.after(Duration::from_secs(1 << 30)), StampSource::StartOfExposure),
+            SimStamps::Behind => {
+                (began.before(Duration::from_nanos(second - 1)), StampSource::StartOfExposure)
+            }
+            SimStamps::Backwards => {
+                (Moment::from_ns((1 << 40) - complete.as_ns()), StampSource::StartOfExposure)
+            }
+        };
+        let format = self.format();
+        let whole = format.stride * format.size.rows;
+        let earlier = began < self.moved;
+        // A stale frame is passed over whatever is wrong with it. Faults of what a frame shows wait until there is something else to show.
+        let damaged = !earlier && self.happens(SimFault::BufferError);
+        let short = !earlier && self.happens(SimFault::ShortBuffer);
+        let torn = !earlier && self.happens(SimFault::TornFrame);
+        let late = !earlier && self.happens(SimFault::LateContents);
+        self.queue.push_back(Exposed {
+            buffer: FilledBuffer {
+                index: 0,
+                bytes_used: if short { whole / 2 } else { whole },
+                stamp,
+                stamp_source,
+                sequence,
+                flags: if damaged { ERROR_FLAG } else { 0 },
+                damaged,
+                received: complete,
+            },
+            position_mm: if earlier { self.before_mm } else { self.position_mm },
+            before_mm: self.before_mm,
+            light: self.light_of(number),
+            view: self.view.get(),
+            number,
+            torn,
+            late,
+        });
+    }
+
+    fn format(&self) -> ActiveFormat {
+        let config = self.pictures.simulator().config();
+        let bit_depth = config.sensor.bit_depth;
+        let code = match bit_depth {
+            8 => b"GREY",
+            10 => b"Y10 ",
+            12 => b"Y12 ",
+            _ => b"Y16 ",
+        };
+        let stride = config.optics.columns * if bit_depth <= 8 { 1 } else { 2 };
+        ActiveFormat {
+            four_cc: FourCc(*code),
+            size: Size { columns: config.optics.columns, rows: config.optics.rows },
+            stride,
+            image_bytes: stride * config.optics.rows,
+            interlaced: false,
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! A video output: what is shown on it, a camera that is looped back to it sees.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use super::failure::{broken, failed, unopened};
+use super::kernel::{Buffers, Direction, Node};
+use crate::camera::pixels::FourCc;
+use crate::camera::{CameraError, Size};
+use epirig_core::frame::{Frame, Samples};
+
+/// One is shown, one waits to be, one is written.
+const BUFFERS: usize = 3;
+/// Drivers start with two pictures.
+const TO_START: usize = 2;
+
+/// A video output such as that of the kernel's `vivid` or `v4l2loopback` drivers. It shows 8-bit grey pictures, each until the next.
+#[derive(Debug)]
+pub struct VideoOutput {
+    path: String,
+    node: Node,
+    size: Size,
+    stride: usize,
+    image_bytes: usize,
+    buffers: Option<Buffers>,
+}
+
+impl VideoOutput {
+    /// Opens an output and sets it to grey pictures of `size`.
+    ///
+    /// # Errors
+    /// [`CameraError`] if there is no such device, it is no output, or takes another format.
+    pub fn open(path: &str, size: Size) -> Result<Self, CameraError> {
+        let node = Node::open(path).map_err(unopened(path))?;
+        let grey = FourCc(*b"GREY");
+        let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+        let format = node
+            .set_format(Direction::Output, grey.to_u32(), side(size.columns), side(size.rows))
+            .map_err(failed(path, "show pictures"))?;
+        let got = Size { columns: format.columns as usize, rows: format.rows as usize };
+        if (format.four_cc, got) != (grey.to_u32(), size) {
+            return Err(CameraError::Substituted {
+                camera: path.to_owned(),
+                asked: format!("{grey} {size}"),
+                got: format!("{} {got}", FourCc::from_u32(format.four_cc)),
+            });
+        }
+        if (format.stride as usize) < size.columns {
+            return Err(CameraError::NotACamera {
+                camera: path.to_owned(),
+                reason: "its driver states rows that are shorter than its pictures are wide".to_owned(),
+            });
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            node,
+            size,
+            stride: format.stride as usize,
+            image_bytes: format.image_bytes as usize,
+            buffers: None,
+        })
+    }
+
+    /// Shows a picture, and returns when it is the one that is shown: whatever the camera takes from then on shows it. `false`
+    /// if that has not happened within `patience`.
+    ///
+    /// # Errors
+    /// [`CameraError`] if the picture is of another shape, or the output has gone.
+    pub fn show(&mut self, frame: &Frame, patience: Duration) -> Result<bool, CameraError> {
+        let shape = Size { columns: frame.columns(), rows: frame.rows() };
+        let Samples::U8(samples) = frame.samples() else {
+            return Err(self.unfit("pictures of more than 8 bit"));
+        };
+        if shape != self.size {
+            return Err(self.unfit("pictures of another size"));
+        }
+        let until = Instant::now() + patience;
+        self.exchange(samples, until).map_err(broken(&self.path, "show a picture"))
+    }
+
+    /// Whether the output is still there.
+    ///
+    /// # Errors
+    /// [`CameraError::Gone`] if it is not.
+    pub fn check(&self) -> Result<(), CameraError> {
+        self.node.capabilities().map(|_| ()).map_err(failed(&self.path, "say what it is"))
+    }
+
+    fn unfit(&self, what: &str) -> CameraError {
+        CameraError::NotOffered {
+            camera: self.path.clone(),
+            wanted: format!("way to show {what}"),
+            offered: format!("GREY {}", self.size),
+        }
+    }
+
+    fn exchange(&mut self, samples: &[u8], until: Instant) -> io::Result<bool> {
+        let started = self.buffers.is_some();
+        let mut buffers = match self.buffers.take() {
+            Some(buffers) => buffers,
+            None => Buffers::request(&self.node, Direction::Output, BUFFERS)?,
+        };
+        let copies = if started { 1 } else { TO_START };
+        let shown = self.write(&mut buffers, samples, copies, started, until);
+        self.buffers = Some(buffers);
+        shown
+    }
+
+    fn write(
+        &self,
+        buffers: &mut Buffers,
+        samples: &[u8],
+        copies: usize,
+        started: bool,
+        until: Instant,
+    ) -> io::Result<bool> {
+        for _ in 0..copies {
+            while buffers.free().next().is_none() {
+                if !self.take_back(buffers, until)? {
+                    return Ok(false);
+                }
+            }
+            let Some(index) = buffers.free().next() else { return Ok(false) };
+            if let Some(bytes) = buffers.bytes_mut(index) {
+                let rows = bytes.chunks_mut(self.stride.max(1)).zip(samples.chunks(self.size.columns));
+                rows.for_each(|(row, samples)| row[..samples.len()].copy_from_slice(samples));
+            }
+            buffers.queue(&self.node, index, self.image_bytes)?;
+        }
+        if !started {
+            buffers.start(&self.node)?;
+        }
+        // The driver keeps the picture that is shown until another one is: when it has only this one, this one is shown.
+        while buffers.count() - buffers.free().count() > 1 {
+            if !self.take_back(buffers, until)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Takes back a buffer that is no longer shown; `false` if there was none in time.
+    fn take_back(&self, buffers: &mut Buffers, until: Instant) -> io::Result<bool> {
+        loop {
+            if buffers.dequeue(&self.node)?.is_some() {
+                return Ok(true);
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(false);
+            }
+            if self.node.wait(Direction::Output, left.min(Duration::from_millis(100)))? {
+                // A device in trouble wakes at once and has nothing: do not spin.
+                std::thread::sleep(Duration::from_micros(50));
+            }
+        }
+    }
+}
+
+impl Drop for VideoOutput {
+    fn drop(&mut self) {
+        if let Some(buffers) = self.buffers.take() {
+            // Nobody is left to tell; the kernel frees everything when the file is closed.
+            let _ = buffers.release(&self.node);
+        }
+    }
+}

@@ -1,0 +1,6 @@
+#![doc = include_str!("../README.md")]
+
+pub mod camera;
+pub mod link;
+pub mod stage;
+pub mod virtual_rig;

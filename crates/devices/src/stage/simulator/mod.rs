@@ -1,0 +1,52 @@
+//! Stages that exist in memory and speak their dialect byte by byte, with faults by script.
+//!
+//! They are [`SimulatedDevice`](crate::link::SimulatedDevice)s: a
+//! [`SimulatedLink`](crate::link::SimulatedLink) connects a driver to one in simulated time, a pseudo-terminal
+//! (`link::PtyServer`) in real time. The [`Plant`] tells what the carriage truly did.
+//!
+//! ```
+//! use epirig_devices::link::SimulatedLink;
+//! use epirig_devices::stage::native::NativeOptions;
+//! use epirig_devices::stage::simulator::NativeDevice;
+//! use epirig_devices::stage::{NativeStage, Stage};
+//!
+//! let device = NativeDevice::default();
+//! let plant = device.plant();
+//! let mut stage = NativeStage::connect(Box::new(SimulatedLink::new(device)), NativeOptions::default())?;
+//! stage.home()?;
+//! let home = plant.carriage_steps();
+//! stage.move_to(1.5)?;
+//! assert_eq!(plant.carriage_steps() - home, 375); // 250 steps/mm
+//! # Ok::<(), epirig_devices::stage::StageError>(())
+//! ```
+
+mod grbl;
+mod native;
+mod plant;
+mod script;
+mod zaber;
+
+pub use grbl::GrblDevice;
+pub use native::{Gate, NativeDevice};
+pub use plant::Plant;
+pub use script::{DeviceFault, FaultScript};
+pub use zaber::ZaberDevice;
+
+/// Simulated devices decide about steps so often in a second.
+const TICK_HZ: u32 = 10_000;
+
+/// Turns passing time into ticks of [`TICK_HZ`].
+#[derive(Debug, Clone, Copy, Default)]
+struct Ticks {
+    leftover_ns: u64,
+}
+
+impl Ticks {
+    const NS: u64 = 1_000_000_000 / TICK_HZ as u64;
+
+    fn pass(&mut self, time: std::time::Duration) -> u64 {
+        let total = self.leftover_ns + u64::try_from(time.as_nanos()).unwrap_or(u64::MAX / 2);
+        self.leftover_ns = total % Self::NS;
+        total / Self::NS
+    }
+}

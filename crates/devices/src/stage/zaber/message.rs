@@ -1,0 +1,121 @@
+//! Commands and replies of the Zaber ASCII protocol, with message ids and checksums.
+//!
+//! Crate `zproto` speaks it too, but builds serialport with libudev, a C library that a first build must not need.
+
+/// The checksum of what stands between the first character of a message and its colon: the two's complement of the sum.
+fn checksum(text: &str) -> u8 {
+    text.bytes().fold(0_u8, u8::wrapping_sub)
+}
+
+/// A command for an axis, ready to be sent: `/1 1 42 move abs 10000:XX`.
+pub(in crate::stage) fn command(device: u8, axis: u8, id: u8, words: &str) -> String {
+    let inside = format!("{device} {axis} {id} {words}");
+    let inside = inside.trim_end();
+    format!("/{inside}:{:02X}\n", checksum(inside))
+}
+
+/// A reply: `@01 1 42 OK BUSY -- 0:XX`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ZaberReply {
+    /// Number of the device in its chain.
+    pub device: u8,
+    /// Number of the axis; 0 is the device as a whole.
+    pub axis: u8,
+    /// Id of the command that is answered, 0 to 99.
+    pub id: u8,
+    /// Whether the command was accepted.
+    pub accepted: bool,
+    /// Whether the axis moves.
+    pub busy: bool,
+    /// The warning of the highest priority, such as `WR`: no reference position; `--` for none.
+    pub warning: String,
+    /// What was asked for, or why the command was rejected.
+    pub data: String,
+}
+
+impl ZaberReply {
+    /// Reads a line without its end; `None` if it is no reply with an id and the right checksum.
+    ///
+    /// ```
+    /// use epirig_devices::stage::zaber::ZaberReply;
+    ///
+    /// // The checksum is 256 less the sum of the characters between @ and the colon, modulo 256.
+    /// let reply = ZaberReply::parse("@01 1 42 OK IDLE WR 0:B7").unwrap();
+    /// assert_eq!((reply.id, reply.busy, reply.warning.as_str()), (42, false, "WR"));
+    /// assert_eq!(ZaberReply::parse("@01 1 42 OK IDLE WR 1:B7"), None);
+    /// ```
+    pub fn parse(line: &str) -> Option<Self> {
+        let (inside, sum) = line.trim().strip_prefix('@')?.rsplit_once(':')?;
+        if sum.len() != 2 || u8::from_str_radix(sum, 16).ok()? != checksum(inside) {
+            return None;
+        }
+        let mut words = inside.splitn(7, ' ');
+        Some(Self {
+            device: words.next()?.parse().ok()?,
+            axis: words.next()?.parse().ok()?,
+            id: words.next()?.parse().ok()?,
+            accepted: match words.next()? {
+                "OK" => true,
+                "RJ" => false,
+                _ => return None,
+            },
+            busy: match words.next()? {
+                "BUSY" => true,
+                "IDLE" => false,
+                _ => return None,
+            },
+            warning: words.next()?.to_owned(),
+            data: words.next()?.to_owned(),
+        })
+    }
+}
+
+/// What a warning means and what to do, if it means that the position cannot be trusted.
+pub(super) fn fault_text(warning: &str) -> Option<&'static str> {
+    Some(match warning {
+        "FF" => "a critical error of its electronics; switch it off and on",
+        "FN" => "it does not support the stage that is connected to it; connect the right one",
+        "FZ" => "the axis is not active; activate it",
+        "FH" => "its emergency stop is pressed; release it",
+        "FV" | "FO" | "FD" | "FQ" => {
+            "its motor driver has switched itself off; check the supply, then switch it off and on"
+        }
+        "FC" | "FM" | "FP" => "its encoder or its current fails; check the cable, then switch it off and on",
+        "FS" => "it stalled; look for what holds the carriage, then home it",
+        "FE" | "WL" => "a limit switch closed where none should; home it",
+        "WS" => "it stalled and went on; look for what holds the carriage, then home it",
+        "WM" => "it was pushed while it stood; home it",
+        "WR" => "it has lost its position (power or reset); home it",
+        _ if warning.starts_with('F') => "it reports a fault; see its manual",
+        _ => return None,
+    })
+}
+
+/// What a rejection means and what to do.
+pub(super) fn rejection_text(reason: &str) -> String {
+    let text = match reason {
+        "BADDATA" => "the value is out of its range; check --microstep-um",
+        "STATUSBUSY" => "it is busy; stop it first",
+        "PARKED" => "it is parked; unpark it",
+        "BADCOMMAND" | "BADAXIS" | "DEVICEONLY" => {
+            "it does not know the command; it may be another device than a linear stage"
+        }
+        "NOACCESS" => "the command needs another access level",
+        _ => "see its manual",
+    };
+    format!("{text} (RJ {reason})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksums_are_those_of_the_manual() {
+        // The protocol manual's example, as other programs test it too: "/01 tools echo:8F".
+        assert_eq!(checksum("01 tools echo"), 0x8F);
+        // "1 1 0 home": 49+32+49+32+48+32+104+111+109+101 = 667, 667 mod 256 = 155, 256 - 155 = 101 = 0x65.
+        assert_eq!(command(1, 1, 0, "home"), "/1 1 0 home:65\n");
+        assert_eq!(command(1, 1, 0, ""), format!("/1 1 0:{:02X}\n", 256 - (49 + 32 + 49 + 32 + 48)));
+    }
+}

@@ -1,0 +1,16 @@
+//! Drivers against simulators, recorded sessions, firmware and lines that lie.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+mod camera_faults;
+mod faults;
+#[cfg(feature = "serial")]
+mod firmware;
+mod grbl_recording;
+mod grbl_stage;
+mod native_stage;
+#[cfg(feature = "serial")]
+mod serial_port;
+mod sim_bench;
+mod transcripts;
+mod zaber_stage;

@@ -1,0 +1,250 @@
+//! The odd and the even frames matched apart.
+
+use serde::Serialize;
+use thiserror::Error;
+
+use super::{quantile, share};
+use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, ReferenceFrame, match_volume};
+use epirig_core::progress::Progress;
+use epirig_core::tau::{Tau, TauError};
+use epirig_core::volume::Volume;
+
+/// A pixel counts as textured if its sigma is at most this in both halves, in px: a tenth of a pixel is where the search leaves off.
+const TEXTURED_SIGMA_PX: f64 = 0.1;
+/// This share of a normal variable lies within one standard deviation.
+const WITHIN_ONE_SIGMA: f64 = 0.682_689;
+
+/// Why a sequence cannot be split.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SplitHalfError {
+    /// A half would show no lines.
+    #[error("half of {0} frames shows no lines; at least 6 frames are needed")]
+    TooFewFrames(usize),
+    /// The positions of a half are no baseline.
+    #[error(transparent)]
+    Tau(#[from] TauError),
+    /// A half cannot be matched.
+    #[error(transparent)]
+    Match(#[from] MatchError),
+}
+
+/// How far two matches differ over a set of pixels, in px over the whole baseline; zeros if there are none.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Differences {
+    /// Share of all pixels that are in the set, 0 to 1.
+    pub pixels: f64,
+    /// Median of |difference|.
+    pub median_px: f64,
+    /// 68 % of |difference| lie below.
+    pub percentile_68_px: f64,
+    /// 95 % of |difference| lie below.
+    pub percentile_95_px: f64,
+    /// 68.27 % of |difference| over its sigma lie below: 1 if the sigmas are honest and errors normal.
+    pub spread: f64,
+    /// Share of the differences within their sigma; 0.68 for honest ones.
+    pub within_1_sigma: f64,
+    /// Share within twice their sigma; 0.95 for honest ones.
+    pub within_2_sigma: f64,
+}
+
+/// How well the halves of a sequence agree.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SplitHalfReport {
+    /// Frames of the two halves, the reference frame in both.
+    pub frames: [usize; 2],
+    /// Correlation of the halves' errors that the shared frame alone brings, -1 to 1; it is allowed for in the sigma of a difference.
+    pub shared_correlation: f64,
+    /// Pixels that both halves answer.
+    pub answered: Differences,
+    /// Those of them whose sigma, as the halves state it, is at most 0.1 px in both.
+    pub textured: Differences,
+}
+
+/// Matches the even and the odd frames of `volume` apart and compares the disparities, which are px over the whole baseline for both.
+///
+/// The halves need one reference frame, or their pixels would not be the same points; so it stays in both, and its noise with it. A frame's
+/// noise enters a disparity with the weight tau - mean tau. In the middle of the baseline that is next to nothing, and the halves are
+/// independent; at an end it is the largest of all, and the errors of halves of n frames are correlated by about 3 / n. The sigma
+/// of a difference is sqrt(a^2 + b^2 - 2 r a b) with that correlation r, which is exact for points that all frames see.
+///
+/// The errors of half of the frames are sqrt(2) times those of all, and so is their difference again: twice the error of the whole match.
+///
+/// # Errors
+/// [`SplitHalfError`] if there are too few frames or a half cannot be matched.
+pub fn split_half(
+    volume: &Volume,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<SplitHalfReport, SplitHalfError> {
+    if volume.frames() < 6 {
+        return Err(SplitHalfError::TooFewFrames(volume.frames()));
+    }
+    let reference = options.reference_index(volume)?;
+    let even = Half::matched(volume, reference, 0, options, progress)?;
+    let odd = Half::matched(volume, reference, 1, options, progress)?;
+    let correlation = even.reference_weight * odd.reference_weight;
+    let mut pairs = Vec::with_capacity(volume.rows() * volume.columns());
+    for index in 0..volume.rows() * volume.columns() {
+        let ((a, sigma_a), (b, sigma_b)) = (even.at(index), odd.at(index));
+        if !(a.is_nan() || b.is_nan()) {
+            let variance = sigma_a * sigma_a + sigma_b * sigma_b - 2.0 * correlation * sigma_a * sigma_b;
+            pairs.push(Pair {
+                difference: a - b,
+                sigma: variance.sqrt(),
+                larger_sigma: sigma_a.max(sigma_b),
+            });
+        }
+    }
+    let pixels = volume.rows() * volume.columns();
+    let answered = differences(&pairs, pixels);
+    pairs.retain(|pair| pair.larger_sigma <= TEXTURED_SIGMA_PX);
+    Ok(SplitHalfReport {
+        frames: [even.frames, odd.frames],
+        shared_correlation: correlation,
+        answered,
+        textured: differences(&pairs, pixels),
+    })
+}
+
+/// The match of every other frame.
+struct Half {
+    maps: DisparityMaps,
+    frames: usize,
+    /// Part of the whole baseline between its first and its last frame.
+    span: f64,
+    /// Weight of the reference frame in the regression on tau, over the root of the sum of all squared weights.
+    reference_weight: f64,
+}
+
+impl Half {
+    fn matched(
+        volume: &Volume,
+        reference: usize,
+        parity: usize,
+        options: &MatchOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, SplitHalfError> {
+        let frames: Vec<usize> =
+            (0..volume.frames()).filter(|&t| t % 2 == parity || t == reference).collect();
+        let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
+        let span = positions[positions.len() - 1] - positions[0];
+        let tau = Tau::from_positions(&positions)?;
+        let mean = positions.iter().sum::<f64>() / positions.len() as f64;
+        let norm = positions.iter().map(|position| (position - mean).powi(2)).sum::<f64>().sqrt();
+        let rows: Vec<usize> = (0..volume.rows()).collect();
+        let index = frames.iter().position(|&t| t == reference).unwrap_or(0);
+        // A half has its own baseline, over which its disparities are stated.
+        let range = |range: DisparityRange| DisparityRange {
+            minimum_px: range.minimum_px * span,
+            maximum_px: range.maximum_px * span,
+        };
+        let options = MatchOptions {
+            reference: ReferenceFrame::Index(index),
+            range: options.range.map(range),
+            maximum_sigma_px: options.maximum_sigma_px * span,
+            ..options.clone()
+        };
+        let maps = match_volume(&volume.selected(&rows, &frames, tau), &options, progress)?;
+        let reference_weight = (volume.tau().values()[reference] - mean) / norm;
+        Ok(Self { maps, frames: frames.len(), span, reference_weight })
+    }
+
+    /// Disparity and sigma over the whole baseline of pixel `index`, row after row; NaN without answer.
+    fn at(&self, index: usize) -> (f64, f64) {
+        let [disparity, sigma] = [&self.maps.disparity, &self.maps.sigma].map(|plane| plane.values()[index]);
+        (f64::from(disparity) / self.span, f64::from(sigma) / self.span)
+    }
+}
+
+struct Pair {
+    difference: f64,
+    sigma: f64,
+    larger_sigma: f64,
+}
+
+fn differences(pairs: &[Pair], pixels: usize) -> Differences {
+    let sorted = |value: fn(&Pair) -> f64| {
+        let mut values: Vec<f64> = pairs.iter().map(value).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        values
+    };
+    let absolute = sorted(|pair| pair.difference.abs());
+    let normalised = sorted(|pair| pair.difference.abs() / pair.sigma);
+    let within = |limit: f64| share(normalised.partition_point(|&value| value <= limit), pairs.len());
+    Differences {
+        pixels: share(pairs.len(), pixels),
+        median_px: quantile(&absolute, 0.5),
+        percentile_68_px: quantile(&absolute, 0.68),
+        percentile_95_px: quantile(&absolute, 0.95),
+        spread: quantile(&normalised, WITHIN_ONE_SIGMA),
+        within_1_sigma: within(1.0),
+        within_2_sigma: within(2.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use epirig_core::progress::Silent;
+    use epirig_simulator::{Simulator, SimulatorConfig};
+
+    fn report(frames: usize, reference: ReferenceFrame) -> SplitHalfReport {
+        let mut config = SimulatorConfig::textured_plane(160, 64, frames);
+        config.sensor.read_noise_dn = 1.0;
+        let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
+        split_half(&volume, &MatchOptions { reference, ..MatchOptions::default() }, &Silent).unwrap()
+    }
+
+    #[test]
+    fn halves_of_a_noisy_plane_differ_as_their_sigmas_say() {
+        for reference in [ReferenceFrame::First, ReferenceFrame::Middle] {
+            let report = report(24, reference);
+            let Differences { pixels, spread, within_1_sigma, within_2_sigma, .. } = report.textured;
+            // Of the 160 columns 8 leave the image; windows of up to 11 x 11 make some 80 independent answers, so a spread is known to 8 %, and the sigma's
+            // promise is 68 +- 3 % and 95 +- 2 % itself.
+            assert!(pixels > 0.9, "{report:?}");
+            assert!((0.85..1.15).contains(&spread), "{report:?}");
+            assert!(
+                (within_1_sigma - 0.68).abs() < 0.08 && (within_2_sigma - 0.95).abs() < 0.04,
+                "{report:?}"
+            );
+            assert!(report.answered.pixels >= pixels);
+        }
+    }
+
+    #[test]
+    fn the_shared_frame_correlates_halves_at_the_end_of_the_baseline_only() {
+        let first = report(24, ReferenceFrame::First);
+        assert_eq!(first.frames, [12, 13]);
+        // Even frames 0, 2 .. 22 and frame 0 with 1, 3 .. 23: weights about their means 11 and 144 / 13, squared sums 572 and 7304 / 13 ...
+        let squares = 2300.0 - 144.0 * 144.0 / 13.0;
+        let expected = 11.0 * (144.0 / 13.0) / (572.0_f64 * squares).sqrt();
+        assert!((first.shared_correlation - expected).abs() < 1e-12, "{first:?}");
+        let middle = report(25, ReferenceFrame::Middle);
+        assert_eq!(middle.frames, [13, 13]);
+        assert!(middle.shared_correlation.abs() < 1e-12, "{middle:?}");
+    }
+
+    #[test]
+    fn disparities_of_halves_are_over_the_whole_baseline() {
+        // 8 px over frames 0 to 7: the halves see 6/7 of it, and a range that were not scaled would hold neither.
+        let volume = Simulator::new(SimulatorConfig::textured_plane(96, 32, 8))
+            .unwrap()
+            .render_volume(&Silent)
+            .unwrap();
+        let options = MatchOptions {
+            reference: ReferenceFrame::Index(3),
+            range: Some(DisparityRange { minimum_px: 7.5, maximum_px: 8.5 }),
+            ..MatchOptions::default()
+        };
+        let report = split_half(&volume, &options, &Silent).unwrap();
+        assert!(report.textured.pixels > 0.8 && report.textured.median_px < 0.03, "{report:?}");
+        let five: Vec<usize> = (0..5).collect();
+        let short = volume.selected(&[0, 1], &five, Tau::equidistant(5).unwrap());
+        assert!(matches!(
+            split_half(&short, &MatchOptions::default(), &Silent),
+            Err(SplitHalfError::TooFewFrames(5))
+        ));
+    }
+}

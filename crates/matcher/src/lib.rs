@@ -1,0 +1,33 @@
+#![doc = include_str!("../README.md")]
+
+mod contrast;
+pub mod cost;
+mod edge_refinement;
+pub mod evaluate;
+pub mod interpolation;
+mod linear_epi;
+pub mod lines;
+mod locking;
+pub mod mapping;
+mod maps;
+mod matcher;
+pub mod normalise;
+mod options;
+mod positions;
+mod profile;
+mod quick;
+pub mod range;
+pub mod refine;
+mod search;
+pub mod surface;
+mod winner;
+
+pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
+pub use maps::{Answer, DisparityMaps, OrderingUsed};
+pub use matcher::{Matcher, match_volume};
+pub use options::{
+    DisparityRange, Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method,
+    Occlusion, OrderingConstraint, ReferenceFrame, Search,
+};
+pub use positions::{FramesApart, TauCorrection, tau_corrections};
+pub use profile::line_profile;

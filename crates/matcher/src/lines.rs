@@ -1,0 +1,201 @@
+//! The geometry of candidates: where the line of a disparity meets each frame.
+
+use super::options::{DisparityRange, Occlusion};
+use epirig_core::tau::Tau;
+
+/// Where the samples of one frame lie for all pixels of the reference frame under one disparity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shift {
+    /// Whole pixels of the shift, towards the smaller.
+    pub whole: isize,
+    /// What is left of it, in [0, 1) px.
+    pub fraction: f64,
+    /// First column of the reference frame whose sample lies inside the frame.
+    pub first: usize,
+    /// One past the last such column; equal to `first` if there is none.
+    pub end: usize,
+}
+
+impl Shift {
+    /// The shift by `exact` px in images `columns` wide.
+    pub(super) fn by(exact: f64, columns: usize) -> Self {
+        // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the image by that.
+        let nearest = exact.round();
+        let shift = if (exact - nearest).abs() < 1e-6 { nearest } else { exact };
+        let whole = shift.floor();
+        let last = (columns - 1) as f64;
+        let first = (-shift).ceil().clamp(0.0, last + 1.0);
+        let end = ((last - shift).floor() + 1.0).clamp(first, last + 1.0);
+        Self { whole: whole as isize, fraction: shift - whole, first: first as usize, end: end as usize }
+    }
+}
+
+/// The lines through the pixels of one reference frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lines {
+    columns: usize,
+    reference: usize,
+    offsets: Vec<f64>,
+}
+
+impl Lines {
+    /// Lines through the pixels of frame `reference` in images `columns` wide.
+    ///
+    /// # Panics
+    /// If there is no such frame.
+    pub fn new(tau: &Tau, reference: usize, columns: usize) -> Self {
+        let origin = tau.values()[reference];
+        let offsets = tau.values().iter().map(|value| value - origin).collect();
+        Self { columns, reference, offsets }
+    }
+
+    /// tau of each frame less that of the reference frame; in [-1, 1].
+    pub fn offsets(&self) -> &[f64] {
+        &self.offsets
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.offsets.len()
+    }
+
+    /// Width of the images, in px.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Index of the reference frame.
+    pub fn reference(&self) -> usize {
+        self.reference
+    }
+
+    /// Part of the baseline before the reference frame, in [0, 1].
+    pub fn tau_before(&self) -> f64 {
+        // Not the negation, which would make a zero of negative sign.
+        0.0 - self.offsets[0]
+    }
+
+    /// Part of the baseline after the reference frame, in [0, 1].
+    pub fn tau_after(&self) -> f64 {
+        self.offsets[self.offsets.len() - 1]
+    }
+
+    /// Shift of frame `t` under disparity `disparity_px`.
+    pub fn shift(&self, disparity_px: f64, t: usize) -> Shift {
+        Shift::by(disparity_px * self.offsets[t], self.columns)
+    }
+}
+
+/// The disparities that are tried: equidistant from the smallest on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidates {
+    minimum_px: f64,
+    disparity_step_px: f64,
+    count: usize,
+}
+
+impl Candidates {
+    /// Multiples of `disparity_step_px` that cover `range`, so that a candidate does not depend on where the range begins.
+    pub fn covering(range: DisparityRange, disparity_step_px: f64) -> Self {
+        let first = (range.minimum_px / disparity_step_px + 1e-9).floor();
+        let last = (range.maximum_px / disparity_step_px - 1e-9).ceil().max(first);
+        Self { minimum_px: first * disparity_step_px, disparity_step_px, count: (last - first) as usize + 1 }
+    }
+
+    /// How many there are; at least one.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Step between neighbours, in px.
+    pub fn disparity_step_px(&self) -> f64 {
+        self.disparity_step_px
+    }
+
+    /// The disparity of candidate `index`, which may be fractional, in px.
+    pub fn disparity_px(&self, index: f64) -> f64 {
+        self.minimum_px + index * self.disparity_step_px
+    }
+}
+
+/// How many frames see each pixel's candidate under one disparity; the reference frame counts on both sides.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sightings {
+    /// Frames up to and with the reference frame, for each column.
+    pub before: Vec<u16>,
+    /// Frames from the reference frame on, for each column.
+    pub after: Vec<u16>,
+}
+
+impl Sightings {
+    /// Counts the frames under `disparity_px`.
+    pub fn count(lines: &Lines, disparity_px: f64) -> Self {
+        let mut before = vec![0; lines.columns()];
+        let mut after = vec![0; lines.columns()];
+        for t in 0..lines.frames() {
+            let Shift { first, end, .. } = lines.shift(disparity_px, t);
+            if t <= lines.reference() {
+                before[first..end].iter_mut().for_each(|count| *count += 1);
+            }
+            if t >= lines.reference() {
+                after[first..end].iter_mut().for_each(|count| *count += 1);
+            }
+        }
+        Self { before, after }
+    }
+}
+
+/// The rule by which a candidate counts as seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeenRule {
+    /// Frames that must see the candidate; at least 3, for two always lie on a line.
+    pub minimum_frames: usize,
+    /// Whether one side of the reference frame may serve alone.
+    pub occlusion: Occlusion,
+}
+
+impl SeenRule {
+    /// The rule for `frames` frames of which the share `minimum_visible` must see a point.
+    pub fn new(frames: usize, minimum_visible: f64, occlusion: Occlusion) -> Self {
+        let minimum_frames = (minimum_visible * frames as f64 - 1e-9).ceil() as usize;
+        Self { minimum_frames: minimum_frames.max(3), occlusion }
+    }
+
+    /// Whether `count` sightings suffice.
+    pub fn suffices(&self, count: usize) -> bool {
+        count >= self.minimum_frames
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shift_keeps_samples_inside_the_image() {
+        let tau = Tau::equidistant(4).unwrap();
+        let lines = Lines::new(&tau, 0, 10);
+        // 2 px over the baseline: frame 1 shifts by 2/3, the last by exactly 2.
+        assert_eq!(lines.shift(2.0, 3), Shift { whole: 2, fraction: 0.0, first: 0, end: 8 });
+        let shift = lines.shift(2.0, 1);
+        assert_eq!((shift.whole, shift.first, shift.end), (0, 0, 9));
+        let shift = lines.shift(-2.0, 1);
+        assert_eq!((shift.whole, shift.first, shift.end), (-1, 1, 10));
+        // Beyond the image altogether.
+        let shift = lines.shift(30.0, 3);
+        assert_eq!(shift.first, shift.end);
+        let lines = Lines::new(&tau, 3, 10);
+        assert_eq!(lines.shift(3.0, 0), Shift { whole: -3, fraction: 0.0, first: 3, end: 10 });
+    }
+
+    #[test]
+    fn candidates_cover_the_range_at_fixed_steps() {
+        let range = DisparityRange { minimum_px: -0.3, maximum_px: 1.1 };
+        let candidates = Candidates::covering(range, 0.25);
+        assert_eq!(candidates.count(), 8);
+        assert_eq!(candidates.disparity_px(0.0), -0.5);
+        assert_eq!(candidates.disparity_px(7.0), 1.25);
+        let point = DisparityRange { minimum_px: 2.0, maximum_px: 2.0 };
+        assert_eq!(Candidates::covering(point, 0.25).count(), 1);
+    }
+}

@@ -1,0 +1,175 @@
+//! Pixel locking over many frames: where it comes from, and how far a disparity is exposed to it.
+//!
+//! Frame t is sampled at x + d tau'_t, at the fraction f_t of a pixel. What interpolation errs by is periodic in f_t: seen as a displacement it is
+//! a sum of harmonics sin(2 pi h f_t). Over frames whose fractions are spread evenly it cancels. Near d = (N - 1) p / q, for N equidistant
+//! frames, harmonic q drifts slowly instead, and the fit takes it for disparity: for all pixels of that disparity alike, so that no average over them shows it.
+
+use std::f64::consts::TAU as TURN;
+
+use epirig_core::tau::Tau;
+
+/// Harmonics of the fraction of a pixel that are looked at. The q-th needs texture of q - 1/2 periods per px and more, which a pixel hardly passes.
+pub const LOCKING_HARMONICS: usize = 2;
+
+/// What one harmonic of the fraction of a pixel displaces points by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LockingHarmonic {
+    /// Amplitude, in px, of what shows at any disparity: interpolation that attenuates texture near two pixels per period.
+    pub interpolation_px: f64,
+    /// Its standard deviation, in px.
+    pub interpolation_sigma_px: f64,
+    /// Amplitude, in px, of what shows only where fractions repeat: texture finer than two pixels per period, which the sensor shows as a
+    /// coarser one that moves otherwise than the object.
+    pub aliasing_px: f64,
+    /// Its standard deviation, in px.
+    pub aliasing_sigma_px: f64,
+}
+
+/// The amplitudes of pixel locking, as measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LockingAmplitudes {
+    /// The harmonics, the first first.
+    pub harmonics: [LockingHarmonic; LOCKING_HARMONICS],
+    /// Whether lines with well spread fractions tell them; then biases are predicted within a third or so for texture behind a blur of 0.7 px, and overstated by up
+    /// to a factor of two for sharper one. If there are next to none, the texture of single frames tells the first interpolation amplitude alone. What aliasing does is
+    /// not known then: biases are overstated two- to threefold behind such a blur, and only their order of magnitude is told without one.
+    pub from_lines: bool,
+}
+
+/// What pixel locking does to the answers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PixelLocking {
+    /// What was measured.
+    pub amplitudes: LockingAmplitudes,
+    /// The largest predicted bias of an answered pixel, in px, signed as the error of its disparity; 0 where none stands out from chance.
+    pub worst_bias_px: f64,
+    /// The disparity that has it, in px; `None` without such a bias.
+    pub worst_disparity_px: Option<f64>,
+    /// Share of the answered pixels, 0 to 1, whose predicted bias exceeds a tenth of the wanted sigma, or of their own where none is given.
+    pub share_locked: f64,
+    /// Smallest and largest disparity of those pixels, in px.
+    pub locked_px: Option<(f64, f64)>,
+}
+
+/// A bias counts from this share of the wanted sigma on.
+const NOTICEABLE: f64 = 0.1;
+
+impl PixelLocking {
+    /// Sums up answered pixels, given as disparity, sigma and predicted bias in px. An infinite wanted sigma is none.
+    pub(super) fn of(
+        amplitudes: LockingAmplitudes,
+        pixels: impl Iterator<Item = [f32; 3]>,
+        wanted_sigma_px: f64,
+    ) -> Self {
+        let mut sum = Self {
+            amplitudes,
+            worst_bias_px: 0.0,
+            worst_disparity_px: None,
+            share_locked: 0.0,
+            locked_px: None,
+        };
+        let (mut count, mut locked) = (0_usize, 0_usize);
+        for pixel in pixels {
+            let [disparity, sigma, bias] = pixel.map(f64::from);
+            count += 1;
+            if bias.abs() > sum.worst_bias_px.abs() {
+                sum.worst_bias_px = bias;
+                sum.worst_disparity_px = Some(disparity);
+            }
+            // Of the sigma the bias is a part.
+            let limit = if wanted_sigma_px.is_finite() { wanted_sigma_px } else { sigma };
+            if bias.abs() > NOTICEABLE * limit {
+                locked += 1;
+                let (low, high) = sum.locked_px.unwrap_or((disparity, disparity));
+                sum.locked_px = Some((low.min(disparity), high.max(disparity)));
+            }
+        }
+        sum.share_locked = locked as f64 / count.max(1) as f64;
+        sum
+    }
+}
+
+/// Pixels of disparity by which a point at `disparity_px` is misread for each pixel of amplitude of `harmonic` (1, 2, ..), if all frames see it
+/// and `reference` is the reference frame: less the slope of the regression of sin(2 pi h d tau') on tau' = tau - tau_r.
+///
+/// Below 0.2 at disparities that are safe; up to 2.5 near the others, for equidistant frames near d = (N - 1) p / `harmonic`.
+///
+/// # Panics
+/// If there is no frame `reference`.
+///
+/// ```
+/// use epirig_core::tau::Tau;
+/// use epirig_matcher::locking_factor;
+/// let tau = Tau::equidistant(100)?;
+/// // 99.4 px: every frame moves by a little more than a pixel.
+/// assert!(locking_factor(&tau, 50, 99.4, 1).abs() > 2.0);
+/// // With 90 frames the same travel moves by 1.117 px a frame.
+/// assert!(locking_factor(&Tau::equidistant(90)?, 45, 99.4, 1).abs() < 0.2);
+/// # Ok::<(), epirig_core::tau::TauError>(())
+/// ```
+pub fn locking_factor(tau: &Tau, reference: usize, disparity_px: f64, harmonic: u32) -> f64 {
+    let origin = tau.values()[reference];
+    let mean = tau.values().iter().sum::<f64>() / tau.frames() as f64;
+    let (mut slope, mut spread) = (0.0, 0.0);
+    for value in tau.values() {
+        let phase = TURN * f64::from(harmonic) * disparity_px * (value - origin);
+        slope += (value - mean) * phase.sin();
+        spread += (value - mean).powi(2);
+    }
+    -slope / spread
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_frames_tell_the_difference_of_the_ends() {
+        // The slope over three equidistant frames is the last value less the first.
+        let tau = Tau::equidistant(3).unwrap();
+        for disparity in [0.1, 1.7, -2.3] {
+            let truth = -(TURN * disparity).sin();
+            assert!((locking_factor(&tau, 0, disparity, 1) - truth).abs() < 1e-12);
+            let truth = -2.0 * (TURN * disparity).sin();
+            assert!((locking_factor(&tau, 1, disparity, 2) - truth).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn harmonics_lock_where_their_fractions_repeat() {
+        let frames = 100;
+        let tau = Tau::equidistant(frames).unwrap();
+        for harmonic in [1, 2, 3] {
+            let whole = (frames - 1) as f64 / f64::from(harmonic);
+            assert!(locking_factor(&tau, 0, whole, harmonic).abs() < 1e-9);
+            // Half a turn over the baseline: 12 times the integral of tau sin(pi tau) over -1/2 to 1/2, 2 / pi^2; a sum over 100 frames is
+            // that within the size of a step, and the reference lies half a step beside the middle.
+            let half = locking_factor(&tau, 50, whole + 0.5 / f64::from(harmonic), harmonic);
+            assert!((half + 24.0 / std::f64::consts::PI.powi(2)).abs() < 0.05, "{half}");
+            // Far from repeating fractions no sum of waves reaches a fifth.
+            assert!(locking_factor(&tau, 50, whole + 0.3819 * whole, harmonic).abs() < 0.2);
+        }
+    }
+
+    #[test]
+    fn answers_are_counted_by_their_bias() {
+        let none = LockingHarmonic {
+            interpolation_px: 0.0,
+            interpolation_sigma_px: 0.0,
+            aliasing_px: 0.0,
+            aliasing_sigma_px: 0.0,
+        };
+        let amplitudes = LockingAmplitudes { harmonics: [none; LOCKING_HARMONICS], from_lines: true };
+        let pixels = [[3.0, 0.01, 0.0], [7.0, 0.02, -0.0015], [5.0, 0.01, 0.0011], [9.0, 0.01, 0.0004]];
+        let sum = |wanted: f64| PixelLocking::of(amplitudes, pixels.into_iter(), wanted);
+        // More than 0.0005 px, or than a tenth of the pixel's own sigma.
+        let wanted = sum(0.005);
+        assert_eq!((wanted.share_locked, wanted.locked_px), (0.5, Some((5.0, 7.0))));
+        assert_eq!(wanted.worst_disparity_px, Some(7.0));
+        assert!((wanted.worst_bias_px + 0.0015).abs() < 1e-9);
+        let own = sum(f64::INFINITY);
+        assert_eq!((own.share_locked, own.locked_px), (0.25, Some((5.0, 5.0))));
+        let nothing = PixelLocking::of(amplitudes, pixels.into_iter().take(1), 0.005);
+        assert_eq!((nothing.worst_bias_px, nothing.worst_disparity_px, nothing.locked_px), (0.0, None, None));
+    }
+}

@@ -1,0 +1,186 @@
+//! The inner loops of the mapping's search, compiled for each instruction set and chosen at run time.
+//!
+//! A column of the search holds one value for each candidate. The step from one column to the next is a minimum over a window
+//! that slides along the candidates. It is never found one value at a time: eight or more neighbours are found together, from
+//! shifted copies of the column.
+
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
+
+use crate::cost::CostTable;
+
+/// Candidates that are treated together; a column's length is a multiple of this.
+pub(super) const LANES: usize = 8;
+/// Columns that are taken out of the cost table together.
+pub(super) const BLOCK: usize = 4 * LANES;
+
+/// The lesser of two numbers. Unlike `f32::min` it says nothing of NaN, and so is one instruction.
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The least of `values`; infinite if there are none.
+#[inline(always)]
+pub(super) fn least(values: &[f32]) -> f32 {
+    let (chunks, rest) = values.as_chunks::<LANES>();
+    let mut lanes = [f32::INFINITY; LANES];
+    for chunk in chunks {
+        for (lane, &value) in lanes.iter_mut().zip(chunk) {
+            *lane = lesser(*lane, value);
+        }
+    }
+    rest.iter().chain(&lanes).fold(f32::INFINITY, |low, &value| lesser(low, value))
+}
+
+/// The first index of the least of `values`, or its last one; 0 if there are none.
+#[inline(always)]
+pub(super) fn place_of_least<S: Simd>(simd: S, values: &[f32], last: bool) -> usize {
+    let low = least(values);
+    let is_least = |&value: &f32| value == low;
+    // A window that begins far below is sought through whole vectors; from its end on the way is short.
+    if last {
+        return values.iter().rposition(is_least).unwrap_or(0);
+    }
+    let sought = f32x8::splat(simd, low);
+    let mut start = 0;
+    for chunk in values.chunks_exact(LANES) {
+        if f32x8::from_slice(simd, chunk).simd_eq(sought).any_true() {
+            break;
+        }
+        start += LANES;
+    }
+    start + values[start..].iter().position(is_least).unwrap_or(0)
+}
+
+/// Costs of up to [`BLOCK`] columns of `costs` from `first` on, a column of `length` after the other.
+///
+/// A cost of NaN becomes `unknown`, places beyond the candidates are infinite, and `reversed` puts the last candidate first.
+#[inline(always)]
+pub(super) fn take_columns<S: Simd>(
+    simd: S,
+    costs: &CostTable,
+    first: usize,
+    (unknown, reversed): (f32, bool),
+    length: usize,
+    out: &mut [f32],
+) {
+    let (count, columns) = (costs.candidates(), costs.columns());
+    let unknown = f32x8::splat(simd, unknown);
+    for start in (0..length).step_by(LANES) {
+        for half in 0..BLOCK / LANES {
+            let x = first + half * LANES;
+            if columns <= x {
+                break;
+            }
+            let width = (columns - x).min(LANES);
+            let mut rows = [f32x8::splat(simd, f32::INFINITY); LANES];
+            for (lane, row) in rows.iter_mut().enumerate().take(count.saturating_sub(start)) {
+                let place = start + lane;
+                let costs = costs.row(if reversed { count - 1 - place } else { place });
+                let values = if width == LANES {
+                    f32x8::from_slice(simd, &costs[x..x + LANES])
+                } else {
+                    let mut part = [f32::INFINITY; LANES];
+                    part[..width].copy_from_slice(&costs[x..x + width]);
+                    f32x8::from_slice(simd, &part)
+                };
+                *row = simd.select_f32x8(values.simd_eq(values), values, unknown);
+            }
+            for (column, values) in transposed(simd, rows).iter().enumerate() {
+                let begin = (half * LANES + column) * length + start;
+                values.store_slice(&mut out[begin..begin + LANES]);
+            }
+        }
+    }
+}
+
+/// Rows to columns: three perfect shuffles of the 64 values, each of which moves one bit of a value's row behind its column.
+#[inline(always)]
+fn transposed<S: Simd>(simd: S, mut rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES] {
+    for _ in 0..LANES.ilog2() {
+        let mut shuffled = rows;
+        for index in 0..LANES / 2 {
+            (shuffled[2 * index], shuffled[2 * index + 1]) =
+                simd.interleave_f32x8(rows[index], rows[index + LANES / 2]);
+        }
+        rows = shuffled;
+    }
+    rows
+}
+
+/// `out[k] = costs[k] + least of reached[front ..= front + k + fall]`: a step that may rise without limit.
+///
+/// `reached` holds at least `fall + LANES` infinite values behind the column and at least `LANES` before it.
+#[inline(always)]
+pub(super) fn step_unlimited<S: Simd>(
+    simd: S,
+    reached: &[f32],
+    (front, fall): (usize, usize),
+    costs: &[f32],
+    out: &mut [f32],
+) {
+    // Each lane has met the values up to `fall` before its own first; windows of `LANES` values continue without a gap.
+    let mut low = f32x8::splat(simd, least(&reached[front..front + fall]));
+    let begin = front + fall + 1 - LANES;
+    let sources = &reached[begin..begin + costs.len() + LANES - 1];
+    for ((start, costs), out) in
+        (0..costs.len()).step_by(LANES).zip(costs.chunks_exact(LANES)).zip(out.chunks_exact_mut(LANES))
+    {
+        let source = &sources[start..start + 2 * LANES - 1];
+        let mut window = [low; LANES];
+        for (offset, values) in window.iter_mut().enumerate() {
+            *values = f32x8::from_slice(simd, &source[offset..offset + LANES]);
+        }
+        for index in 0..4 {
+            window[index] = window[index].min(window[index + 4]);
+        }
+        low = low.min(window[0].min(window[1]).min(window[2].min(window[3])));
+        (low + f32x8::from_slice(simd, costs)).store_slice(out);
+    }
+}
+
+/// `out[k] = costs[k] + least of reached[first + k .. first + k + side]`: a step within limits.
+///
+/// `windows` and `scratch` are as long as `reached` and are overwritten.
+#[inline(always)]
+pub(super) fn step_within(
+    reached: &[f32],
+    (first, side): (usize, usize),
+    costs: &[f32],
+    [windows, scratch]: [&mut Vec<f32>; 2],
+    out: &mut [f32],
+) {
+    // Windows of 1, 4, 16 ... values, each of four of those before; the window asked for is covered by four of the last.
+    let mut width = 1;
+    let mut source = reached;
+    if 4 <= side {
+        four(source, 1, windows);
+        width = 4;
+        while 4 * width <= side {
+            four(windows, width, scratch);
+            std::mem::swap(windows, scratch);
+            width *= 4;
+        }
+        source = windows;
+    }
+    let part = |index: usize| {
+        let begin = first + (index * width).min(side - width);
+        &source[begin..begin + costs.len()]
+    };
+    let [a, b, c, d] = std::array::from_fn(part);
+    let out = &mut out[..costs.len()];
+    for k in 0..costs.len() {
+        out[k] = costs[k] + lesser(lesser(a[k], b[k]), lesser(c[k], d[k]));
+    }
+}
+
+/// `out[i]` = the least of `values` at i and at one, two and three times `apart` beyond; as far as there are so many.
+#[inline(always)]
+fn four(values: &[f32], apart: usize, out: &mut [f32]) {
+    let count = values.len().saturating_sub(3 * apart);
+    let [a, b, c, d] = std::array::from_fn(|index| &values[index * apart..index * apart + count]);
+    let out = &mut out[..count];
+    for k in 0..count {
+        out[k] = lesser(lesser(a[k], b[k]), lesser(c[k], d[k]));
+    }
+}

@@ -1,0 +1,77 @@
+//! What the matcher hands on.
+
+use super::locking::PixelLocking;
+use super::options::DisparityRange;
+use epirig_core::grid::Grid;
+
+/// Whether a pixel has an answer, and if not, why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Answer {
+    /// The pixel has a disparity.
+    Found,
+    /// Its line is in view in too few frames.
+    LeavesImage,
+    /// The best candidate is the first or the last of the range: the right one may lie beyond it.
+    BeyondRange,
+    /// Too little texture: the sigma of the disparity exceeds the limit, or noise alone explains the gradients.
+    NoTexture,
+    /// Another candidate, far from the best, fits about as well, or no neighbour agrees.
+    Ambiguous,
+    /// Too many frames show something else: the point is occluded in them, or its pixel shows two surfaces.
+    Occluded,
+}
+
+epirig_core::choices! {
+    /// Whether the ordering constraint was applied.
+    pub enum OrderingUsed {
+        /// The mapping from the first to the last frame increases strictly.
+        On = "on",
+        /// Each pixel took its best candidate.
+        Off = "off",
+    }
+}
+
+/// The matcher's result: maps of rows x columns over the pixels of the reference frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DisparityMaps {
+    /// Disparity in px over the whole baseline, signed; NaN where there is no answer.
+    pub disparity: Grid<f32>,
+    /// Standard deviation of the disparity in px, from the residuals of the fit; NaN where there is no answer.
+    pub sigma: Grid<f32>,
+    /// Cost of the candidate that the search chose, of means of 2 x 2 pixels with [`Effort::Quick`](super::Effort::Quick): DN^2 for the variance (of normalised frames: 1/1024 of the local variance), 1 - correlation otherwise; NaN where it has none.
+    pub cost: Grid<f32>,
+    /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
+    pub confidence: Grid<f32>,
+    /// Whether there is an answer, and if not, why.
+    pub answer: Grid<Answer>,
+    /// Index of the reference frame.
+    pub reference: usize,
+    /// The disparities that were searched.
+    pub range: DisparityRange,
+    /// Whether `range` was found from the data.
+    pub range_found: bool,
+    /// Whether the ordering constraint was applied.
+    pub ordering: OrderingUsed,
+    /// What pixel locking does to the answers; its bias is a part of each sigma. `None` if nothing was fitted, or too few frames, rows or points
+    /// tell.
+    pub locking: Option<PixelLocking>,
+}
+
+impl DisparityMaps {
+    /// Share of the pixels with this answer, 0 to 1.
+    pub fn share(&self, answer: Answer) -> f64 {
+        let count = self.answer.values().iter().filter(|&&value| value == answer).count();
+        count as f64 / self.answer.values().len().max(1) as f64
+    }
+
+    /// Number of neighbouring answered pixels in a row whose order in the first or the last frame, at `tau_before` before
+    /// and `tau_after` after the reference, is not that in the reference frame.
+    pub fn order_violations(&self, tau_before: f64, tau_after: f64) -> usize {
+        let violates = |pair: &[f32]| {
+            let step = f64::from(pair[1] - pair[0]);
+            1.0 + step * tau_after <= 0.0 || 1.0 - step * tau_before <= 0.0
+        };
+        let rows = 0..self.disparity.rows();
+        rows.map(|y| self.disparity.row(y).windows(2).filter(|pair| violates(pair)).count()).sum()
+    }
+}

@@ -1,0 +1,257 @@
+//! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, verdict for each pixel.
+
+use rayon::prelude::*;
+
+use super::cost::{Band, CostTable, band_costs};
+use super::edge_refinement::refine_edges;
+use super::lines::{Candidates, Lines, SeenRule};
+use super::locking::PixelLocking;
+use super::maps::{Answer, DisparityMaps, OrderingUsed};
+use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
+use super::options::{
+    DisparityRange, Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint,
+};
+use super::quick::{Halved, TellingFrames};
+use super::range::{Survey, survey};
+use super::refine::{Fit, FitResult, fit};
+use super::search::{Searched, Task, search};
+use epirig_core::grid::Grid;
+use epirig_core::progress::Progress;
+use epirig_core::volume::Volume;
+
+/// Gauss-Newton steps: from half a disparity step two come within a thousandth of a pixel of the end; the third confirms.
+const FIT_STEPS: usize = 2;
+
+/// Disparity of every pixel of the reference frame, as [`Matcher::matched`] finds it.
+///
+/// With [`Method::Normalised`] the frames are copied; a [`Matcher`] that is given the only volume normalises them in their place.
+///
+/// # Errors
+/// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
+pub fn match_volume(
+    volume: &Volume,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<DisparityMaps, MatchError> {
+    Matcher::new(volume.clone(), options.clone())?.matched(progress)
+}
+
+/// A volume that is ready to be matched.
+#[derive(Debug, Clone)]
+pub struct Matcher {
+    /// The samples that are compared along lines.
+    volume: Volume,
+    options: MatchOptions,
+}
+
+impl Matcher {
+    /// Makes `volume` ready to be matched as `options` say; what has to change in it changes in its place unless samples are shared.
+    ///
+    /// # Errors
+    /// [`MatchError`] if the options do not suit the volume.
+    pub fn new(volume: Volume, options: MatchOptions) -> Result<Self, MatchError> {
+        options.check(volume.rows(), volume.columns(), volume.frames())?;
+        let volume = match options.method {
+            Method::Normalised => locally_normalised(volume, NORMALISING_WINDOW_PX),
+            Method::Variance | Method::NccFirst | Method::NccMean => volume,
+        };
+        Ok(Self { volume, options })
+    }
+
+    /// Disparity of every pixel of the reference frame.
+    ///
+    /// The result does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
+    pub fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, MatchError> {
+        matched(&self.volume, &self.options, progress)
+    }
+
+    /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search: the row's own, whatever other rows
+    /// added, and at the whole resolution, whatever a first look took.
+    ///
+    /// # Panics
+    /// If `y` lies outside the volume.
+    pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Candidates, CostTable) {
+        let Self { volume, options } = self;
+        let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+        let candidates = Candidates::covering(maps.range, options.disparity_step_px);
+        let rule = seen_rule(volume, options, maps.ordering);
+        let band = Band::new(volume, y..y + 1, options);
+        let costs = band_costs(&band, &lines, &candidates, rule, options).swap_remove(0);
+        (candidates, costs)
+    }
+}
+
+fn matched(
+    volume: &Volume,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<DisparityMaps, MatchError> {
+    let reference = options.reference_index(volume)?;
+    let lines = Lines::new(volume.tau(), reference, volume.columns());
+    let range_found = options.range.is_none();
+    let quick = options.effort == Effort::Quick;
+    let halved = if quick { Halved::of(volume, &lines, options) } else { None };
+    let minimum_frames = seen_rule(volume, options, OrderingUsed::On).minimum_frames;
+    let telling = halved.as_ref().and_then(|_| TellingFrames::of(volume, reference, minimum_frames));
+    let (volume, lines, minimum_frames) = match &telling {
+        Some(some) => {
+            let lines = Lines::new(some.volume.tau(), some.reference, some.volume.columns());
+            (&some.volume, lines, some.minimum_frames)
+        }
+        None => (volume, lines, minimum_frames),
+    };
+    // Half the resolution tells which disparities occur, but not whether narrow things hide others.
+    let options = &match (&halved, options.range) {
+        (Some(halved), None) => MatchOptions { range: halved.range(progress), ..options.clone() },
+        _ => options.clone(),
+    };
+    let (range, ordering) = range_and_ordering(volume, &lines, options, progress)?;
+    let candidates = Candidates::covering(range, options.disparity_step_px);
+    options.check_search(&candidates)?;
+    let rule = SeenRule { minimum_frames, ..seen_rule(volume, options, ordering) };
+
+    let rows = volume.rows();
+    progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
+    let task = Task { volume, lines: &lines, range, ordering, rule, options };
+    let Searched { mut guess, cost, confidence, answer: searched, deviation_share } = {
+        let searched = match &halved {
+            None => search(task, progress),
+            Some(halved) => halved.searched(task, progress),
+        };
+        progress.end();
+        searched?
+    };
+
+    if halved.is_none() && ordering == OrderingUsed::On {
+        // A free search has windows that lie to one side of a pixel.
+        refine_edges(task, &mut guess, 1 + options.window_px / 2);
+    }
+    let steps = match (&halved, options.refine) {
+        (_, false) => 0,
+        // One was taken at half the resolution.
+        (Some(_), true) => FIT_STEPS - 1,
+        (None, true) => FIT_STEPS,
+    };
+    drop(halved);
+    let fit_options = Fit {
+        window_px: options.refine_window_px,
+        wanted_sigma_px: options.wanted_sigma_px,
+        effort: options.effort,
+        steps,
+        rule,
+        deviation_share,
+    };
+    progress.begin("refining", (rows * steps.max(1)) as u64);
+    let found = fit(volume, &lines, guess, fit_options, || progress.advance(1));
+    let FitResult { disparity, sigma, outliers, locking_px, locking } = found;
+    progress.end();
+
+    let mut maps = DisparityMaps {
+        disparity,
+        sigma,
+        cost,
+        confidence,
+        answer: searched,
+        reference,
+        range,
+        range_found,
+        ordering,
+        locking: None,
+    };
+    Verdicts { range, ordering, options }.pass(&mut maps, outliers.as_ref());
+    // Where no bias stands out, none is worst.
+    let answered = locking_px.iter().flat_map(|locking_px| {
+        let pixels = maps.disparity.values().iter().zip(maps.sigma.values()).zip(locking_px.values());
+        let pixels = pixels.zip(maps.answer.values()).filter(|(_, answer)| **answer == Answer::Found);
+        pixels.map(|(((disparity, sigma), bias), _)| [*disparity, *sigma, *bias])
+    });
+    // Windows that do not grow have no wanted sigma.
+    let wanted_sigma_px = if quick { f64::INFINITY } else { options.wanted_sigma_px };
+    maps.locking = locking.map(|amplitudes| PixelLocking::of(amplitudes, answered, wanted_sigma_px));
+    Ok(maps)
+}
+
+fn seen_rule(volume: &Volume, options: &MatchOptions, ordering: OrderingUsed) -> SeenRule {
+    let occlusion = match (options.occlusion, ordering) {
+        (Occlusion::Automatic, OrderingUsed::Off) => Occlusion::OneSide,
+        (Occlusion::Automatic, OrderingUsed::On) => Occlusion::None,
+        (stated, _) => stated,
+    };
+    SeenRule::new(volume.frames(), options.minimum_visible, occlusion)
+}
+
+fn range_and_ordering(
+    volume: &Volume,
+    lines: &Lines,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<(DisparityRange, OrderingUsed), MatchError> {
+    let surveyed = if options.range.is_none() || options.ordering_constraint == OrderingConstraint::Automatic
+    {
+        progress.begin("looking at a few rows", 1);
+        let found = survey(volume, lines, options);
+        progress.end();
+        found
+    } else {
+        None
+    };
+    let range = options.range.or(surveyed.map(|survey| survey.range)).ok_or(MatchError::NoRange)?;
+    let ordered = surveyed.is_none_or(|Survey { ordered, .. }| ordered);
+    let ordering = match options.ordering_constraint {
+        OrderingConstraint::On => OrderingUsed::On,
+        OrderingConstraint::Off => OrderingUsed::Off,
+        OrderingConstraint::Automatic if ordered => OrderingUsed::On,
+        OrderingConstraint::Automatic => OrderingUsed::Off,
+    };
+    Ok((range, ordering))
+}
+
+struct Verdicts<'a> {
+    range: DisparityRange,
+    ordering: OrderingUsed,
+    options: &'a MatchOptions,
+}
+
+impl Verdicts<'_> {
+    /// Says of each pixel what became of it, which only the search has done so far, and takes the numbers from those that have no answer.
+    fn pass(&self, maps: &mut DisparityMaps, outliers: Option<&Grid<bool>>) {
+        let columns = maps.answer.columns();
+        let DisparityMaps { disparity, sigma, answer, confidence, .. } = maps;
+        let rows =
+            answer.values_mut().par_chunks_mut(columns).zip(disparity.values_mut().par_chunks_mut(columns));
+        let rows = rows.zip(sigma.values_mut().par_chunks_mut(columns));
+        rows.enumerate().for_each(|(y, ((answers, disparities), sigmas))| {
+            let confidences = confidence.row(y);
+            for (x, answer) in answers.iter_mut().enumerate() {
+                let outlier = outliers.is_some_and(|outliers| outliers.at(x, y));
+                if *answer == Answer::Found {
+                    *answer = self.of_fitted((disparities[x], sigmas[x]), outlier, confidences[x]);
+                }
+                if *answer != Answer::Found {
+                    (disparities[x], sigmas[x]) = (f32::NAN, f32::NAN);
+                }
+            }
+        });
+    }
+
+    fn of_fitted(&self, (disparity_px, sigma_px): (f32, f32), outlier: bool, confidence: f32) -> Answer {
+        let ambiguous = f64::from(confidence) < self.options.minimum_confidence;
+        // The fit may leave the candidates, but not the range by more than a step of it can.
+        let disparity = f64::from(disparity_px);
+        let outside = disparity < self.range.minimum_px - 1.0 || disparity > self.range.maximum_px + 1.0;
+        if sigma_px.is_nan() || f64::from(sigma_px) > self.options.maximum_sigma_px {
+            Answer::NoTexture
+        } else if outlier {
+            Answer::Occluded
+        } else if outside {
+            Answer::BeyondRange
+        } else if self.ordering == OrderingUsed::Off && ambiguous {
+            Answer::Ambiguous
+        } else {
+            Answer::Found
+        }
+    }
+}

@@ -1,0 +1,396 @@
+//! What a caller may choose, and the checks that a choice makes sense for a volume.
+
+use thiserror::Error;
+
+use super::interpolation::Interpolation;
+use super::lines::Candidates;
+use epirig_core::volume::Volume;
+
+epirig_core::choices! {
+    /// What measures how badly the samples along a candidate agree.
+    pub enum Method {
+        /// Variance of the intensities along the line; needs equal illumination.
+        ///
+        /// Paper, section 4; averaged over the window.
+        Variance = "variance",
+        /// Variance of locally normalised frames: for light that varies from frame to frame and over the image.
+        ///
+        /// Gains and offsets that change from frame to frame and slowly over the image do not count
+        /// ([`normalise`](super::normalise)). Costs are in units of a 32nd of the local standard deviation, squared.
+        Normalised = "normalised",
+        /// Correlation of windows with the reference frame's window.
+        ///
+        /// One minus the normalised correlation, averaged over the frames. With the first frame as reference this is
+        /// the paper's own choice of model.
+        NccFirst = "ncc-first",
+        /// Correlation of windows with their mean.
+        ///
+        /// The mean is that of all observations of the window.
+        NccMean = "ncc-mean",
+    }
+}
+
+impl Method {
+    /// Whether the cost is a variance of intensities, or of what stands for them: what the fit presumes.
+    pub fn compares_intensities(self) -> bool {
+        matches!(self, Self::Variance | Self::Normalised)
+    }
+
+    /// A difference of costs that means nothing: the variance of quantisation in DN^2, or a correlation of 0.999.
+    pub(super) fn resolution(self) -> f32 {
+        match self {
+            Self::Variance | Self::Normalised => 1.0 / 12.0,
+            Self::NccFirst | Self::NccMean => 1e-3,
+        }
+    }
+}
+
+epirig_core::choices! {
+    /// How the candidates of a pixel are searched.
+    pub enum Search {
+        /// Sums over groups of neighbouring frames serve many candidates: many times faster.
+        ///
+        /// Candidates lie at twice the disparity step asked for (at most 1 px), with linear interpolation. For methods
+        /// that [compare intensities](Method::compares_intensities); others are searched exhaustively.
+        Factorised = "factorised",
+        /// The samples of all frames for each candidate, as in the paper.
+        ///
+        /// At the disparity step asked for. Right for any method and interpolation.
+        Exhaustive = "exhaustive",
+    }
+}
+
+/// How much work is done for a disparity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effort {
+    /// All that helps accuracy: every pixel is searched by itself, and the windows of the fit follow the surface.
+    Full,
+    /// What a first look needs, in less than a third of the time: candidates are searched at half the resolution, whose costs and confidences are told, and the fit takes windows of
+    /// one size and, of a hundred frames or more, the half that tells most. Sigma says what that leaves, but for relief that is finer than the windows: only windows of more than 3 px have
+    /// smaller ones as witnesses. Things narrower than some 20 px may be passed over. Frames too small to be halved are searched as they are.
+    Quick,
+}
+
+/// The frame whose pixels are given a disparity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReferenceFrame {
+    /// The first frame: disparity belongs to (i, y), as in the paper.
+    First,
+    /// The frame nearest to the middle of the baseline: each point in it stays in view longest.
+    Middle,
+    /// The last frame.
+    Last,
+    /// Any frame, by its index from 0.
+    Index(usize),
+}
+
+epirig_core::choices! {
+    /// Whether the mapping from the first to the last frame must be strictly increasing.
+    pub enum OrderingConstraint {
+        /// Points keep their order: the paper's strictly increasing mapping.
+        ///
+        /// The paper's ordering and uniqueness constraints. Right for a surface seen without occlusions.
+        On = "on",
+        /// Each pixel by itself: for objects that occlude others.
+        Off = "off",
+        /// On, unless the sampled rows show depth edges that no strictly increasing mapping allows.
+        Automatic = "auto",
+    }
+}
+
+epirig_core::choices! {
+    /// What to expect of points that are occluded in part of the sequence.
+    pub enum Occlusion {
+        /// Nothing is occluded: all frames that contain the candidate count.
+        None = "none",
+        /// A point may be occluded before or after the reference frame.
+        ///
+        /// The best of all frames, the frames up to the reference and the frames from it on counts (Kang, Szeliski and
+        /// Chai 2001, "best half").
+        OneSide = "one-side",
+        /// One side without the ordering constraint, none with it.
+        Automatic = "auto",
+    }
+}
+
+/// A closed interval of disparities, in pixels over the whole baseline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DisparityRange {
+    /// Smallest disparity, in px.
+    pub minimum_px: f64,
+    /// Largest disparity, in px.
+    pub maximum_px: f64,
+}
+
+/// Most candidates that are searched for a pixel: their indices and the tables of a band must fit.
+const LARGEST_SEARCH: usize = 30_000;
+
+/// The widest window of the costs, in px.
+pub const LARGEST_WINDOW_PX: usize = 31;
+
+/// The widest window of the fit, in px.
+pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
+
+/// Side to which the windows of the fit grow where texture is weak, in px; on surfaces that show no relief they grow up to 21 px.
+pub const LARGEST_GROWN_WINDOW_PX: usize = 11;
+
+/// Side of the fit's window for a first look, in px: it makes hollows 12 px wide a hundredth shallower, and a window of 7 px five hundredths.
+const QUICK_FIT_WINDOW_PX: usize = 5;
+
+/// Everything that a caller may choose of the matcher.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatchOptions {
+    /// The cost of a candidate.
+    pub method: Method,
+    /// How candidates are searched.
+    pub search: Search,
+    /// How much work is done for a disparity.
+    pub effort: Effort,
+    /// How frames are sampled between pixels during the exhaustive search.
+    pub interpolation: Interpolation,
+    /// Disparities searched; `None`: found from the data.
+    pub range: Option<DisparityRange>,
+    /// Step between the disparities of neighbouring candidates, in px over the whole baseline; (0, 1].
+    pub disparity_step_px: f64,
+    /// Side of the square window of the costs, in px, odd.
+    pub window_px: usize,
+    /// Whether costs are aggregated across rows, too (semi-global matching): for weak texture. Surfaces are then taken to continue from row to row, where a row
+    /// by itself does not tell more than noise does.
+    pub semi_global: bool,
+    /// The frame whose pixels are answered.
+    pub reference: ReferenceFrame,
+    /// Share of the frames that a candidate must lie in to be answered; (0, 1].
+    pub minimum_visible: f64,
+    /// Whether points may be occluded in part of the sequence.
+    pub occlusion: Occlusion,
+    /// Whether the mapping must be strictly increasing.
+    pub ordering_constraint: OrderingConstraint,
+    /// Whether the fit over all frames refines the disparity between the candidates. Without it the vertex of the parabola through
+    /// three costs does, as far as half the disparity step. The fit presumes equal intensities, as `Method::Variance` does and `Method::Normalised` brings about.
+    pub refine: bool,
+    /// Side of the smallest window of the fit, in px, odd, 1 to 21.
+    pub refine_window_px: usize,
+    /// The fit's window grows where it leaves a larger sigma than this, in px; infinite: all windows are the smallest. With [`Effort::Quick`] they always are.
+    pub wanted_sigma_px: f64,
+    /// A pixel whose sigma exceeds this has no answer, in px.
+    pub maximum_sigma_px: f64,
+    /// Without the ordering constraint, a pixel whose confidence is lower has no answer; [0, 1].
+    pub minimum_confidence: f64,
+}
+
+impl Default for MatchOptions {
+    fn default() -> Self {
+        Self::for_method(Method::Variance)
+    }
+}
+
+impl MatchOptions {
+    /// The options that serve `method` well where nothing is known of the scene.
+    pub fn for_method(method: Method) -> Self {
+        Self {
+            method,
+            search: Search::Factorised,
+            effort: Effort::Full,
+            interpolation: Interpolation::BSpline,
+            range: None,
+            disparity_step_px: 0.25,
+            window_px: if method.compares_intensities() { 3 } else { 7 },
+            semi_global: false,
+            reference: ReferenceFrame::First,
+            minimum_visible: 0.5,
+            occlusion: Occlusion::Automatic,
+            ordering_constraint: OrderingConstraint::Automatic,
+            refine: method.compares_intensities(),
+            refine_window_px: 3,
+            wanted_sigma_px: 0.005,
+            maximum_sigma_px: 3.0,
+            minimum_confidence: 0.03,
+        }
+    }
+}
+
+/// Why a volume cannot be matched as asked.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MatchError {
+    /// Too few rows, columns or frames for lines to be seen in.
+    #[error(
+        "a volume of {columns} x {rows} pixels and {frames} frame(s) shows no lines; at least 3 frames and 8 columns are \
+         needed"
+    )]
+    TooSmall {
+        /// Rows of the volume.
+        rows: usize,
+        /// Columns of the volume.
+        columns: usize,
+        /// Frames of the volume.
+        frames: usize,
+    },
+    /// The range is empty or not finite.
+    #[error("the disparity range {minimum_px}..{maximum_px} px is empty; give the smaller number first")]
+    EmptyRange {
+        /// Smallest disparity asked for, in px.
+        minimum_px: f64,
+        /// Largest disparity asked for, in px.
+        maximum_px: f64,
+    },
+    /// The range spans more than the image does, or no point of it can stay in view.
+    #[error(
+        "the disparity range {minimum_px}..{maximum_px} px does not fit images {columns} px wide; a point must be in view \
+         in {minimum_visible} of the frames, so disparities lie within +-{limit_px:.0} px and span less than {columns} px"
+    )]
+    RangeTooWide {
+        /// Smallest disparity asked for, in px.
+        minimum_px: f64,
+        /// Largest disparity asked for, in px.
+        maximum_px: f64,
+        /// Image width, in px.
+        columns: usize,
+        /// Share of the frames that must see a point.
+        minimum_visible: f64,
+        /// Largest magnitude that keeps a point in view so long, in px.
+        limit_px: f64,
+    },
+    /// The reference frame does not exist.
+    #[error("there is no frame {index} to refer to; the sequence has frames 0 to {last}")]
+    NoSuchReference {
+        /// Index asked for.
+        index: usize,
+        /// Index of the last frame.
+        last: usize,
+    },
+    /// An option outside its values.
+    #[error("{option} is {value}, but must be {expected}")]
+    BadOption {
+        /// The option's name.
+        option: &'static str,
+        /// The value given.
+        value: f64,
+        /// The values allowed.
+        expected: &'static str,
+    },
+    /// Costs of so many candidates cannot be aggregated across rows.
+    #[error(
+        "rows that aggregation each other hold the costs of all candidates, and {candidates} for each pixel would take more memory than half of \
+         the frames' own; at most {limit} fit: give a narrower range or a larger disparity step, or leave --semi-global out"
+    )]
+    TooManyToAggregate {
+        /// Candidates of a pixel.
+        candidates: usize,
+        /// As many as could be held.
+        limit: usize,
+    },
+    /// No range was given and none could be found.
+    #[error(
+        "no range of disparities stands out in the data: too little texture, or the frames do not show one moving scene; \
+         look at the frames, or give the range"
+    )]
+    NoRange,
+}
+
+impl MatchOptions {
+    /// The same with [`Effort::Quick`], and with a window of the fit that serves where none grows.
+    pub fn quick(self) -> Self {
+        Self { effort: Effort::Quick, refine_window_px: QUICK_FIT_WINDOW_PX, ..self }
+    }
+
+    /// Index of the reference frame in `volume`.
+    ///
+    /// # Errors
+    /// [`MatchError::NoSuchReference`] if there is no such frame.
+    pub fn reference_index(&self, volume: &Volume) -> Result<usize, MatchError> {
+        let last = volume.frames() - 1;
+        match self.reference {
+            ReferenceFrame::First => Ok(0),
+            ReferenceFrame::Middle => Ok(volume.tau().middle_frame()),
+            ReferenceFrame::Last => Ok(last),
+            ReferenceFrame::Index(index) if index <= last => Ok(index),
+            ReferenceFrame::Index(index) => Err(MatchError::NoSuchReference { index, last }),
+        }
+    }
+
+    /// The search that serves the method.
+    pub fn search_used(&self) -> Search {
+        if self.method.compares_intensities() { self.search } else { Search::Exhaustive }
+    }
+
+    /// Whether these options can be used on `frames` frames of `rows` x `columns` pixels.
+    ///
+    /// # Errors
+    /// [`MatchError`] naming the first option that cannot.
+    pub fn check(&self, rows: usize, columns: usize, frames: usize) -> Result<(), MatchError> {
+        if rows == 0 || columns < 8 || frames < 3 {
+            return Err(MatchError::TooSmall { rows, columns, frames });
+        }
+        if let ReferenceFrame::Index(index) = self.reference
+            && index >= frames
+        {
+            return Err(MatchError::NoSuchReference { index, last: frames - 1 });
+        }
+        let odd = "odd, from 1 to 31";
+        let share = "greater than 0 and at most 1";
+        let allowed = |side: usize| side % 2 == 1 && side <= LARGEST_WINDOW_PX;
+        let bad = |option, value, expected| Err(MatchError::BadOption { option, value, expected });
+        if !allowed(self.window_px) {
+            return bad("the window", self.window_px as f64, odd);
+        }
+        if !allowed(self.refine_window_px) || self.refine_window_px > LARGEST_FIT_WINDOW_PX {
+            return bad("the window of the fit", self.refine_window_px as f64, "odd, from 1 to 21");
+        }
+        if columns < self.window_px + 4 {
+            return bad("the window", self.window_px as f64, "narrower than the images by 4 px");
+        }
+        if !(self.disparity_step_px >= 0.01 && self.disparity_step_px <= 1.0) {
+            return bad("the disparity step", self.disparity_step_px, "from 0.01 to 1 px");
+        }
+        if !(self.minimum_visible > 0.0 && self.minimum_visible <= 1.0) {
+            return bad("the share of frames that must see a point", self.minimum_visible, share);
+        }
+        if self.wanted_sigma_px.is_nan() || self.wanted_sigma_px <= 0.0 {
+            return bad("the wanted sigma", self.wanted_sigma_px, "greater than 0 px");
+        }
+        if self.maximum_sigma_px.is_nan() || self.maximum_sigma_px <= 0.0 {
+            return bad("the largest sigma", self.maximum_sigma_px, "greater than 0 px");
+        }
+        if !(0.0..=1.0).contains(&self.minimum_confidence) {
+            return bad("the least confidence", self.minimum_confidence, "from 0 to 1");
+        }
+        self.range.map_or(Ok(()), |range| self.check_range(range, columns))
+    }
+
+    fn check_range(&self, range: DisparityRange, columns: usize) -> Result<(), MatchError> {
+        let DisparityRange { minimum_px, maximum_px } = range;
+        if !(minimum_px.is_finite() && maximum_px.is_finite() && minimum_px <= maximum_px) {
+            return Err(MatchError::EmptyRange { minimum_px, maximum_px });
+        }
+        let limit_px = self.largest_disparity_px(columns);
+        let span = maximum_px - minimum_px;
+        if span >= columns as f64 || minimum_px.abs().max(maximum_px.abs()) > limit_px {
+            return Err(MatchError::RangeTooWide {
+                minimum_px,
+                maximum_px,
+                columns,
+                minimum_visible: self.minimum_visible,
+                limit_px,
+            });
+        }
+        self.check_search(&Candidates::covering(range, self.disparity_step_px))
+    }
+
+    /// Whether so many candidates can be searched.
+    pub(super) fn check_search(&self, candidates: &Candidates) -> Result<(), MatchError> {
+        if candidates.count() > LARGEST_SEARCH {
+            return Err(MatchError::BadOption {
+                option: "the disparity step",
+                value: self.disparity_step_px,
+                expected: "coarser for so wide a range: at most 30000 candidates fit",
+            });
+        }
+        Ok(())
+    }
+
+    /// Largest magnitude of a disparity whose point can be in view in the share of the frames asked for, in px.
+    pub fn largest_disparity_px(&self, columns: usize) -> f64 {
+        (columns - 1) as f64 / self.minimum_visible
+    }
+}

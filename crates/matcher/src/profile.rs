@@ -1,0 +1,25 @@
+//! Intensities along one line of an EPI.
+
+use super::interpolation::{Interpolation, SampledEpi};
+use super::lines::Lines;
+use epirig_core::volume::Volume;
+
+/// Intensity in DN of each frame along the line through column `x` (which may lie between pixels) of the reference frame
+/// of `lines`, for row `y` and disparity `disparity_px`; NaN where the line leaves the image.
+///
+/// # Panics
+/// If `y` lies outside the volume.
+pub fn line_profile(volume: &Volume, lines: &Lines, x: f64, y: usize, disparity_px: f64) -> Vec<f32> {
+    let epi = SampledEpi::new(volume, y, Interpolation::BSpline, 0);
+    let last = (volume.columns() - 1) as f64;
+    let value = |(t, &tau): (usize, &f64)| {
+        let position = x + disparity_px * tau;
+        if !(0.0..=last).contains(&position) {
+            return f32::NAN;
+        }
+        let whole = position.floor();
+        let weights = Interpolation::BSpline.weights(position - whole);
+        weights.iter().zip(epi.taps(t, whole as isize, 1)).map(|(weight, tap)| weight * tap).sum()
+    };
+    lines.offsets().iter().enumerate().map(value).collect()
+}

@@ -1,0 +1,76 @@
+//! From half the resolution to the whole one.
+//!
+//! On one surface disparities are interpolated. Where several lie around a pixel, it decides for itself ([`edge_refinement`](crate::settling)).
+
+use rayon::prelude::*;
+
+use crate::edge_refinement::Around;
+use crate::search::{Searched, Task};
+use epirig_core::grid::Grid;
+
+/// What was found at half the resolution, for each pixel of `task`: disparities twice as large, settled where surfaces meet; cost, confidence and the reason of no answer
+/// are those of the halved pixel that holds it. `reach` is how far from a surface its disparity may be found, in px of the halved frames.
+pub(super) fn settled(task: Task<'_>, coarse: &Searched, reach: usize) -> Searched {
+    let (rows, columns) = (task.volume.rows(), task.volume.columns());
+    let mut guess = Grid::filled(rows, columns, f32::NAN);
+    let around = Around::new(&coarse.guess, 2.0, reach);
+    let settling = guess.values_mut().par_chunks_mut(columns).enumerate();
+    settling.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
+    Searched {
+        guess,
+        cost: doubled(&coarse.cost, (rows, columns)),
+        confidence: doubled(&coarse.confidence, (rows, columns)),
+        answer: doubled(&coarse.answer, (rows, columns)),
+        deviation_share: coarse.deviation_share,
+    }
+}
+
+/// The halved pixel that holds the one at `place`, or is next to it beyond an even count.
+fn holder(place: usize, halved_count: usize) -> usize {
+    (place / 2).min(halved_count - 1)
+}
+
+/// Each value four times, in a plane of this many rows and columns.
+fn doubled<T: Copy + Send + Sync>(halved: &Grid<T>, (rows, columns): (usize, usize)) -> Grid<T> {
+    let mut plane = Grid::filled(rows, columns, halved.at(0, 0));
+    plane.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
+        let row = halved.row(holder(y, halved.rows()));
+        for (x, out) in out.iter_mut().enumerate() {
+            *out = row[holder(x, row.len())];
+        }
+    });
+    plane
+}
+
+/// Disparities of row `y` in px, from those of halved pixels.
+fn refine_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: usize, guess: &mut [f32]) {
+    let row = holder(y, coarse.rows());
+    let (upper, lower, down) = between(y, coarse.rows());
+    let mut open = Vec::new();
+    for (x, guess) in guess.iter_mut().enumerate() {
+        let column = holder(x, coarse.columns());
+        let (left, right, across) = between(x, coarse.columns());
+        let along = |v: usize| {
+            let row = coarse.row(v);
+            row[left] + across * (row[right] - row[left])
+        };
+        let above = along(upper);
+        let own = coarse.at(column, row);
+        *guess = 2.0 * (above + down * (along(lower) - above));
+        let is_edge = !own.is_nan() && around.is_edge((column, row));
+        if is_edge {
+            open.push((x, (column, row)));
+        }
+        if is_edge || guess.is_nan() || own.is_nan() {
+            *guess = 2.0 * own;
+        }
+    }
+    around.refine_row(task, y, &open, guess);
+}
+
+/// The halved pixels before and after the one at `place`, and the share of the latter: their middles lie between two pixels.
+fn between(place: usize, halved_count: usize) -> (usize, usize, f32) {
+    let last = halved_count - 1;
+    let after = place.div_ceil(2);
+    (after.saturating_sub(1).min(last), after.min(last), if place.is_multiple_of(2) { 0.75 } else { 0.25 })
+}

@@ -1,0 +1,228 @@
+//! The range of disparities, found from the data.
+//!
+//! A few rows, spread over the image, are searched over all disparities that keep a point in view (at most 1.25 times the
+//! image's width), at a coarse disparity step. Pixels whose best candidate is significant count; the range is what their disparities cover, without stragglers.
+
+use rayon::prelude::*;
+
+use super::cost::{Band, band_costs};
+use super::lines::{Candidates, Lines, SeenRule};
+use super::options::{DisparityRange, MatchOptions, Occlusion, OrderingConstraint, Search};
+use super::search::survey::RowSurvey;
+use super::winner::{confidences, winners};
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+
+/// Rows that are searched.
+const SAMPLED_ROWS: usize = 24;
+/// Half of the columns over which costs are averaged, with three rows, rounded down.
+const HALF_WINDOW_COLUMNS: usize = 3;
+/// Frames that an exhaustive search looks at: enough that chance does not find a line.
+const SAMPLED_FRAMES: usize = 33;
+/// A pixel counts if its best candidate is this much better than the best one elsewhere ...
+const CLEAR_CONFIDENCE: f32 = 0.5;
+/// ... or, where noise drowns the texture so that fewer than the share below are, this much: with some hundred degrees of
+/// freedom in a window, chance differences of two variances stay below it.
+const NOISY_CONFIDENCE: f32 = 0.25;
+/// Share of the pixels that must count.
+const CLEAR_SHARE: f64 = 0.02;
+/// A disparity is a straggler if fewer than this share of all lie near it.
+const STRAGGLER_SHARE: f64 = 0.004;
+/// "Near", in px at the end of the baseline.
+const NEAR_PX: f64 = 4.0;
+/// A crossing of points counts if this many pixels on each side of it agree.
+const SUPPORT: usize = 3;
+/// A jump hides what lies between two surfaces if no more than this share of the columns between them is left at the end of the baseline.
+const HIDING_SHARE: f64 = 0.4;
+/// Crossings make a scene unordered if this share of the rows, and at least two, hold one.
+const UNORDERED_SHARE: f64 = 0.05;
+
+/// What the sampled rows show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Survey {
+    /// The disparities that occur, with a margin.
+    pub range: DisparityRange,
+    /// Whether neighbouring pixels keep their order in the first and the last frame.
+    pub ordered: bool,
+}
+
+/// Looks at a few rows of `volume`; `None` if no disparity stands out.
+///
+/// A range given in `options` is kept and only the order is looked at.
+pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<Survey> {
+    // One pixel of shift at the end of the baseline that is farther from the reference.
+    let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
+    // Beyond 1.25 image widths few points stay in view; 15000 px keep the candidates' indices in 16 bit.
+    let limit =
+        options.largest_disparity_px(volume.columns()).min(1.25 * volume.columns() as f64).min(15_000.0);
+    let whole = options.range.unwrap_or(DisparityRange { minimum_px: -limit, maximum_px: limit });
+    let candidates = Candidates::covering(whole, step);
+    // Until the order is known, points may be occluded on one side.
+    let occlusion = match (options.occlusion, options.ordering_constraint) {
+        (Occlusion::Automatic, OrderingConstraint::On) => Occlusion::None,
+        (Occlusion::Automatic, _) => Occlusion::OneSide,
+        (stated, _) => stated,
+    };
+    let mut surveyed = match options.search_used() {
+        Search::Factorised => factorised(volume, lines, candidates, occlusion, options),
+        Search::Exhaustive => exhaustive(volume, lines, candidates, occlusion, options)?,
+    };
+    if candidates.count() <= 3 {
+        // A search over so few candidates has no rivals to stand out from.
+        surveyed.iter_mut().flatten().flatten().for_each(|pixel| pixel.1 = 1.0);
+    }
+    let clear = |least: f32| -> Vec<Vec<Option<f64>>> {
+        let admitted = |pixel: &Surveyed| pixel.filter(|pixel| pixel.1 >= least).map(|pixel| pixel.0);
+        surveyed.iter().map(|row| row.iter().map(admitted).collect()).collect()
+    };
+    let mut disparities = clear(CLEAR_CONFIDENCE);
+    let clear_pixels = disparities.iter().flatten().flatten().count() as f64;
+    if clear_pixels < CLEAR_SHARE * (surveyed.len() * volume.columns()) as f64 {
+        disparities = clear(NOISY_CONFIDENCE);
+    }
+    let mut all: Vec<f64> = disparities.iter().flatten().flatten().copied().collect();
+    all.sort_unstable_by(f64::total_cmp);
+    let near = NEAR_PX * step;
+    let kept = without_stragglers(&all, near);
+    let (&minimum, &maximum) = (kept.first()?, kept.last()?);
+    let margin = 2.0 * step + 0.02 * (maximum - minimum);
+    let range = options
+        .range
+        .unwrap_or(DisparityRange { minimum_px: minimum - margin, maximum_px: maximum + margin });
+    Some(Survey { range, ordered: is_ordered(&disparities, lines, (minimum, maximum), step) })
+}
+
+/// Disparity in px of a pixel's best candidate, and how much better it is than its rivals.
+type Surveyed = Option<(f64, f32)>;
+
+/// Surveyed in all frames: none are left out, since equidistant ones in between would show a repetitive texture at wrong disparities.
+fn factorised(
+    volume: &Volume,
+    lines: &Lines,
+    candidates: Candidates,
+    occlusion: Occlusion,
+    options: &MatchOptions,
+) -> Vec<Vec<Surveyed>> {
+    let rule = SeenRule::new(volume.frames(), options.minimum_visible, occlusion);
+    let half_columns = (options.window_px / 2).max(HALF_WINDOW_COLUMNS);
+    let survey = RowSurvey::new(volume, lines, candidates, rule, half_columns);
+    sampled_rows(volume.rows(), 3).into_par_iter().map(|y| survey.of_row(y)).collect()
+}
+
+/// Surveyed by any method, in some frames; `None` if the frames sampled are no sequence.
+fn exhaustive(
+    volume: &Volume,
+    lines: &Lines,
+    candidates: Candidates,
+    occlusion: Occlusion,
+    options: &MatchOptions,
+) -> Option<Vec<Vec<Surveyed>>> {
+    let frames = sampled_frames(volume.frames(), lines.reference());
+    let thinned = thin(volume, &frames, options.window_px.max(5))?;
+    let reference = frames.iter().position(|&t| t == lines.reference())?;
+    let survey_lines = Lines::new(thinned.volume.tau(), reference, volume.columns());
+    let survey_options = MatchOptions { window_px: options.window_px.max(5), ..options.clone() };
+    let rule = SeenRule::new(frames.len(), options.minimum_visible, occlusion);
+    let surveyed =
+        |&y: &usize| survey_row(&thinned.volume, y, &survey_lines, &candidates, rule, &survey_options);
+    Some(thinned.centres.par_iter().map(surveyed).collect())
+}
+
+struct Thinned {
+    volume: Volume,
+    /// Rows of the thinned volume in the middle of each sampled band.
+    centres: Vec<usize>,
+}
+
+/// Frames spread over the sequence, with the reference frame and both ends among them. They are not equidistant if any are left
+/// out: multiples of a common step would show a repetitive texture at wrong disparities.
+fn sampled_frames(frames: usize, reference: usize) -> Vec<usize> {
+    let count = frames.min(SAMPLED_FRAMES);
+    let step = (frames - 1) as f64 / (count - 1) as f64;
+    // Fractions of multiples of the golden ratio never repeat.
+    let astray = |index: usize| (0.618_034 * index as f64).fract() - 0.5;
+    let place = |index: usize| {
+        let inner = index > 0 && index + 1 < count;
+        (step * index as f64 + if inner { (step - 1.0) * astray(index) } else { 0.0 }).round() as usize
+    };
+    let mut chosen: Vec<usize> = (0..count).map(place).collect();
+    if let Err(place) = chosen.binary_search(&reference) {
+        chosen.insert(place, reference);
+    }
+    chosen
+}
+
+/// Rows spread evenly over the image, whose windows of `window_px` rows hardly overlap.
+fn sampled_rows(rows: usize, window_px: usize) -> Vec<usize> {
+    let bands = SAMPLED_ROWS.min(rows.div_ceil(window_px)).max(1);
+    (0..bands).map(|band| (2 * band + 1) * rows / (2 * bands)).collect()
+}
+
+/// Copies the sampled rows, with the rows around them that windows reach, and the sampled frames into a small volume.
+fn thin(volume: &Volume, frames: &[usize], window_px: usize) -> Option<Thinned> {
+    let half = window_px / 2;
+    let mut rows = Vec::new();
+    let mut centres = Vec::new();
+    for y in sampled_rows(volume.rows(), window_px) {
+        let first = y.saturating_sub(half);
+        centres.push(rows.len() + y - first);
+        rows.extend(first..(y + half + 1).min(volume.rows()));
+    }
+    let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
+    let tau = Tau::from_positions(&positions).ok()?;
+    Some(Thinned { volume: volume.selected(&rows, frames, tau), centres })
+}
+
+fn survey_row(
+    volume: &Volume,
+    y: usize,
+    lines: &Lines,
+    candidates: &Candidates,
+    rule: SeenRule,
+    options: &MatchOptions,
+) -> Vec<Surveyed> {
+    let band = Band::new(volume, y..y + 1, options);
+    let tables = band_costs(&band, lines, candidates, rule, options);
+    let winners = winners(&tables[0]);
+    let chosen: Vec<u16> = winners.iter().map(|winner| winner.unwrap_or(0)).collect();
+    let confidences = confidences(&tables[0], &chosen, 3, options.method.resolution());
+    let surveyed =
+        |(winner, &own): (&Option<u16>, &f32)| winner.map(|k| (candidates.disparity_px(k.into()), own));
+    winners.iter().zip(&confidences).map(surveyed).collect()
+}
+
+fn without_stragglers(sorted: &[f64], near: f64) -> Vec<f64> {
+    let least = (STRAGGLER_SHARE * sorted.len() as f64).max(3.0);
+    let neighbours = |value: f64| {
+        let first = sorted.partition_point(|&other| other < value - near);
+        let end = sorted.partition_point(|&other| other <= value + near);
+        end - first
+    };
+    sorted.iter().copied().filter(|&value| neighbours(value) as f64 >= least).collect()
+}
+
+fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64), step: f64) -> bool {
+    // The disparity step of the survey is coarse: two steps are no depth edge.
+    let slack = 2.0 * step;
+    let crosses = |row: &Vec<Option<f64>>| {
+        let inside = |pixel: &Option<f64>| pixel.filter(|&value| value >= kept.0 && value <= kept.1);
+        let known: Vec<(usize, f64)> =
+            row.iter().enumerate().filter_map(|(x, pixel)| Some((x, inside(pixel)?))).collect();
+        known.windows(2 * SUPPORT).any(|run| {
+            let (left, right) = run.split_at(SUPPORT);
+            let (a, b) = (left[SUPPORT - 1], right[0]);
+            let agree =
+                |side: &[(usize, f64)], value: f64| side.iter().all(|pixel| (pixel.1 - value).abs() <= slack);
+            let columns = (b.0 - a.0) as f64;
+            let rise = b.1 - a.1;
+            let crosses_last = columns + (rise + slack) * lines.tau_after() <= 0.0;
+            let crosses_first = columns - (rise - slack) * lines.tau_before() <= 0.0;
+            // A jump that closes most of the columns between two surfaces hides what lies there in a part of the frames.
+            let left_over = (columns + rise * lines.tau_after()).min(columns - rise * lines.tau_before());
+            let hides = rise.abs() > 2.0 * slack && left_over <= HIDING_SHARE * columns;
+            (crosses_last || crosses_first || hides) && agree(left, a.1) && agree(right, b.1)
+        })
+    };
+    let unordered = disparities.iter().filter(|row| crosses(row)).count();
+    unordered < 2.max((UNORDERED_SHARE * disparities.len() as f64).ceil() as usize)
+}

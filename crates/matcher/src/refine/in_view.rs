@@ -1,0 +1,70 @@
+//! Which frames see a block of pixels, and where.
+
+use super::moments::{FrameSample, LANES, SeenStretch};
+use super::spline::FRACTIONS;
+use crate::lines::Lines;
+
+// Whole pixels and fractions of a shift are told apart by bits.
+const _: () = assert!(FRACTIONS.is_power_of_two());
+
+/// Of the `shown` frames, with their tau', those that see any of the `served` pixels of the block from column `start` on, whose disparity is about `common`; and,
+/// unless all see all, each pixel's interval. Of tau' = tau - tau_r those in `visible`, one for each pixel of the row, count where they are known.
+pub(super) fn in_view(
+    lines: &Lines,
+    (start, common): (usize, f64),
+    served: &[bool; LANES],
+    shown: &[(usize, f64)],
+    visible: Option<&[(f32, f32)]>,
+    samples: &mut Vec<FrameSample>,
+) -> Option<SeenStretch> {
+    // The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
+    let (low, high) = (1.0, (lines.columns() - 2) as f64);
+    let moved = [-lines.tau_before(), lines.tau_after()].map(|tau| common * tau);
+    let leftmost = start as f64 + moved[0].min(moved[1]);
+    let rightmost = (start + LANES - 1) as f64 + moved[0].max(moved[1]);
+    // Far from the borders all frames see all of the block. A pixel is more than what rounding could move a line by.
+    let inside = leftmost >= low + 1.0 && rightmost <= high - 1.0 && visible.is_none();
+    samples.clear();
+    if inside {
+        samples.extend(shown.iter().map(|&(t, tau)| sample(start, common, t, tau)));
+        return None;
+    }
+    let mut seen = SeenStretch { first: [f32::INFINITY; LANES], last: [f32::NEG_INFINITY; LANES] };
+    let (mut earliest, mut latest) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut everywhere = true;
+    for lane in (0..LANES).filter(|&lane| served[lane]) {
+        let x = (start + lane) as f64;
+        let (mut first, mut last) = if common == 0.0 {
+            if x >= low && x <= high { (-1.0, 1.0) } else { (f64::INFINITY, f64::NEG_INFINITY) }
+        } else {
+            let ends = ((low - x) / common, (high - x) / common);
+            (ends.0.min(ends.1), ends.0.max(ends.1))
+        };
+        if let Some((from, to)) = visible.map(|visible| visible[start + lane]) {
+            first = first.max(f64::from(from) - 1e-6);
+            last = last.min(f64::from(to) + 1e-6);
+        }
+        seen.first[lane] = first as f32;
+        seen.last[lane] = last as f32;
+        earliest = earliest.min(first);
+        latest = latest.max(last);
+        everywhere &= first <= -lines.tau_before() && last >= lines.tau_after();
+    }
+    let shown = shown.iter().filter(|(_, tau)| *tau >= earliest && *tau <= latest);
+    samples.extend(shown.map(|&(t, tau)| sample(start, common, t, tau)));
+    (!everywhere).then_some(seen)
+}
+
+/// Where frame `t` shows the block from column `start` on under the disparity `common`.
+fn sample(start: usize, common: f64, t: usize, tau: f64) -> FrameSample {
+    let exact = common * tau * FRACTIONS as f64;
+    // Rounded by a cast, which takes no call.
+    let steps = (exact + 0.5_f64.copysign(exact)) as isize;
+    FrameSample {
+        frame: t,
+        column: start as isize + (steps >> FRACTIONS.trailing_zeros()),
+        tau: tau as f32,
+        fraction: steps as usize % FRACTIONS,
+        remainder: ((exact - steps as f64) / FRACTIONS as f64) as f32,
+    }
+}

@@ -1,0 +1,181 @@
+//! The last digits of the disparity, and its sigma: a fit of the line over all frames that see it.
+//!
+//! Model: the intensities of a window are one template, unknown, moving along the line; the disparity varies linearly over
+//! the window (slant). Around a first guess d0 of each pixel, its samples are I_t = T + g (d0 - d) tau'_t + noise, where g
+//! is the template's gradient along x, the mean of the frames' gradients along the line, and tau' = tau - tau_r. The
+//! regression of I on tau' has the slope b = g (d0 - d). Each pixel thus observations for d = d0 - b / g with the weight
+//! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
+//! d + p u + q v fitted to their observations: a Gauss-Newton step of the joint problem, template eliminated (`observations`). A second step starts from the new
+//! disparities (`steps`). Frames that do not see a point, because it has left the image or something nearer hides it, are left out (`visibility`), the drift
+//! that slant gives to the blur is taken off (`foreshortening`), pixels at rims go to the surface that has more of them (`mixed_pixels`), and windows follow the
+//! surface (`adaptive_support`, `support`).
+//!
+//! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
+//! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
+//! credible windows disagree by, comes on top (`smoothing`).
+
+mod adaptive_support;
+mod carried;
+mod creases;
+mod foreshortening;
+mod gains;
+mod in_view;
+mod locking;
+mod mixed_pixels;
+mod moments;
+mod neighbours;
+mod observations;
+mod outlier_test;
+mod planes;
+mod smoothing;
+mod spline;
+mod steps;
+mod support;
+mod visibility;
+mod window_growth;
+
+use rayon::prelude::*;
+
+use super::lines::{Lines, SeenRule};
+use super::locking::LockingAmplitudes;
+use super::options::Effort;
+use adaptive_support::join_observations;
+use epirig_core::grid::Grid;
+use epirig_core::volume::Volume;
+use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
+use outlier_test::outliers_of_row;
+use planes::{PAD, Padded};
+use spline::SLOPE_NOISE_GAIN;
+use steps::{Steps, extremes};
+use visibility::visible_intervals;
+
+/// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
+const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
+/// Texture must raise the mean squared gradient this far above what noise alone does.
+const TEXTURE_OVER_NOISE: f64 = 4.0;
+/// The noise is averaged over this reach, in px.
+const NOISE_REACH: usize = 3;
+
+/// How the fit is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// Side of the smallest window, in px, odd.
+    pub window_px: usize,
+    /// Where a window leaves a larger sigma than this, in px, it grows as far as it has to, up to 11 px, and on surfaces without relief
+    /// up to 21 px.
+    pub wanted_sigma_px: f64,
+    /// With [`Effort::Quick`] windows are the smallest, centred on the pixel or beside it, and no other are tried.
+    pub effort: Effort,
+    /// Gauss-Newton steps; 0 leaves the disparity and only states its sigma.
+    pub steps: usize,
+    /// Which frames count.
+    pub rule: SeenRule,
+    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
+    pub deviation_share: Option<f32>,
+}
+
+/// What the fit found: planes of rows x columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitResult {
+    /// Disparity in px; NaN where there was no guess.
+    pub disparity: Grid<f32>,
+    /// Its standard deviation in px; NaN where noise alone explains the gradients.
+    pub sigma: Grid<f32>,
+    /// Whether a pixel lies beside another surface and its frames show something else than its line; `None` if that was not asked.
+    pub outliers: Option<Grid<bool>>,
+    /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if none stands out from chance.
+    pub locking_px: Option<Grid<f32>>,
+    /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was fitted.
+    pub locking: Option<LockingAmplitudes>,
+}
+
+/// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is called once for each row.
+pub fn stepped(
+    volume: &Volume,
+    lines: &Lines,
+    guess: Grid<f32>,
+    rule: SeenRule,
+    report: impl Fn() + Sync,
+) -> Grid<f32> {
+    let mut current = guess;
+    Steps::rough(volume, lines, &current, rule).take(&mut current, report);
+    current
+}
+
+/// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and step.
+pub fn fit(
+    volume: &Volume,
+    lines: &Lines,
+    guess: Grid<f32>,
+    options: Fit,
+    report: impl Fn() + Sync,
+) -> FitResult {
+    let (rows, columns) = (guess.rows(), guess.columns());
+    let steps = Steps::new(volume, lines, &guess, options.rule, options.effort);
+    let mut current = guess;
+    for _ in 1..options.steps {
+        steps.take(&mut current, &report);
+    }
+    let turns = Turns::new();
+    let minimum_frames = options.rule.minimum_frames;
+    let (mut planes, sums) = steps.observations(&current, 1, |row| {
+        report();
+        let of_lines = RowLines { lines, disparities: row.guesses, visible: row.occluded, minimum_frames };
+        let sampled = options.steps > 0 && is_sampled(row.y, rows);
+        sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
+    });
+    let sums: Vec<RowSums> = sums.into_iter().flatten().collect();
+    let outliers = options.deviation_share.map(|share| {
+        let mut outliers = Grid::filled(rows, columns, false);
+        let rows = outliers.values_mut().par_chunks_mut(columns).enumerate();
+        rows.for_each(|(y, out)| outliers_of_row(volume, lines, (&planes, &current), share, y, out));
+        outliers
+    });
+    planes.forget_residuals();
+    let origin = steps.origin;
+    let surface = join_observations(steps.level, &mut planes, &current, origin, Some(options));
+    drop(planes);
+    let amplitudes = Amplitudes::of(&sums);
+    let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
+    let outstanding = amplitudes.as_ref().filter(|amplitudes| amplitudes.stand_out());
+    let locking_px = outstanding.map(|amplitudes| {
+        let prediction = Prediction::new(amplitudes, &turns, lines, extremes(&current));
+        let mut biases = Grid::filled(rows, columns, 0.0);
+        biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
+            let guesses = current.row(y);
+            let occluded = steps.points_are_occluded().then(|| visible_intervals(guesses, lines));
+            let row = RowLines { lines, disparities: guesses, visible: occluded.as_deref(), minimum_frames };
+            prediction.row(row, out);
+        });
+        biases
+    });
+    let mut disparity = current;
+    let mut sigma = Grid::filled(rows, columns, 0.0);
+    let out = disparity.values_mut().par_chunks_mut(columns).zip(sigma.values_mut().par_chunks_mut(columns));
+    out.enumerate().for_each(|(y, (disparity, sigma))| {
+        let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
+        for x in 0..columns {
+            let (guess, found) = (disparity[x], row(&surface.disparity, x) + origin);
+            let bias = locking_px.as_ref().map_or(0.0, |biases| biases.row(y)[x]);
+            let variance = row(&surface.variance, x) + bias * bias;
+            let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
+            sigma[x] = if textured && !guess.is_nan() { variance.sqrt() } else { f32::NAN };
+            if options.steps == 0 {
+                // What the fit would have moved a disparity by that it leaves is a part of its error.
+                sigma[x] = sigma[x].hypot(found - guess);
+            } else if !guess.is_nan() {
+                disparity[x] = found;
+            }
+        }
+    });
+    let locking = amplitudes.map(|amplitudes| amplitudes.stated());
+    FitResult { disparity, sigma, outliers, locking_px, locking }
+}
+
+/// The weight that noise of variance 1 alone makes on average, for points seen in all frames.
+fn texture_of_noise(lines: &Lines) -> f64 {
+    let count = lines.frames() as f64;
+    let mean = lines.offsets().iter().sum::<f64>() / count;
+    let spread: f64 = lines.offsets().iter().map(|tau| (tau - mean).powi(2)).sum();
+    SLOPE_NOISE_GAIN / count * spread
+}

@@ -1,0 +1,122 @@
+//! The paper's search: costs of all candidates from the samples of all frames.
+
+use std::ops::Range;
+
+use super::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
+use super::{
+    Groups, RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups,
+};
+use crate::cost::{Band, CostTable, band_costs};
+use crate::lines::Candidates;
+use crate::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
+use crate::maps::OrderingUsed;
+use crate::options::MatchError;
+use crate::winner::{confidences, parabola_vertex, winners};
+use epirig_core::progress::Progress;
+
+/// Rows searched together, if their costs are few enough: they share the samples of their windows.
+const BAND_ROWS: usize = 8;
+/// Costs that a band holds at most, unless one row has more; 64 MiB.
+const BAND_COSTS: usize = 1 << 24;
+
+/// Answers of all rows. `progress` is told each row.
+///
+/// # Errors
+/// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
+pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAnswers>, MatchError> {
+    let Task { volume, range, options, .. } = task;
+    let search = Exhaustive { task, candidates: Candidates::covering(range, options.disparity_step_px) };
+    if !options.semi_global {
+        let bands = search.pieces(0..volume.rows()).map(Span::alone).collect();
+        let groups = Groups { groups: vec![bands], band_counts: 0 };
+        return Ok(searched_groups(groups, progress, |span, _| search.single_rows(span.answered)));
+    }
+    let groups = groups_of_bands(task, search.candidates.count())?;
+    let typical = typical_cost(volume.rows(), options.method.resolution(), |y| {
+        search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
+    });
+    let penalties = penalties(task, typical);
+    Ok(searched_groups(groups, progress, |span, room| {
+        search.rows_together(span, Aggregation { penalties, room })
+    }))
+}
+
+struct Exhaustive<'a> {
+    task: Task<'a>,
+    candidates: Candidates,
+}
+
+impl Exhaustive<'_> {
+    /// `rows` in pieces whose costs may be held as numbers of 32 bit.
+    fn pieces(&self, rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        let row = self.task.volume.columns() * self.candidates.count();
+        let count = (BAND_COSTS / row).clamp(1, BAND_ROWS);
+        rows.clone().step_by(count).map(move |y| y..(y + count).min(rows.end))
+    }
+
+    fn tables(&self, rows: Range<usize>) -> Vec<CostTable> {
+        let Task { volume, lines, rule, options, .. } = self.task;
+        band_costs(&Band::new(volume, rows, options), lines, &self.candidates, rule, options)
+    }
+
+    /// Answers of rows that are searched each by itself.
+    fn single_rows(&self, rows: Range<usize>) -> Vec<RowAnswers> {
+        let answers =
+            |costs: &CostTable| row_answers(costs, &self.candidates, self.task, |k, x| costs.at(k, x));
+        self.tables(rows).iter().map(answers).collect()
+    }
+
+    /// Answers from costs aggregated across rows.
+    fn rows_together(&self, span: Span, aggregation: Aggregation<'_>) -> Vec<RowAnswers> {
+        let (count, columns) = (self.candidates.count(), self.task.volume.columns());
+        let mut paths = PathAggregation::new(span.clone(), (count, columns), aggregation);
+        for piece in self.pieces(span.searched) {
+            for table in self.tables(piece) {
+                (0..count).for_each(|k| paths.hold(k, 0, table.row(k)));
+                paths.row_done();
+            }
+        }
+        let aggregated = paths.aggregated();
+        let mut table = CostTable::from_values(columns, vec![f32::NAN; count * columns]);
+        aggregated
+            .rows()
+            .map(|y| {
+                (0..count).for_each(|k| aggregated.copy(y, k, 0, table.row_mut(k)));
+                let own = |k: usize, x: usize| {
+                    if table.at(k, x).is_nan() { f32::NAN } else { aggregated.own(y, k, x) }
+                };
+                row_answers(&table, &self.candidates, self.task, own)
+            })
+            .collect()
+    }
+}
+
+/// Answers of a row with these costs; what is told of a chosen candidate is its `own` cost.
+fn row_answers(
+    costs: &CostTable,
+    candidates: &Candidates,
+    task: Task<'_>,
+    own: impl Fn(usize, usize) -> f32,
+) -> RowAnswers {
+    let Task { lines, ordering, options, .. } = task;
+    let columns = costs.columns();
+    let neutral = neutral_cost(costs);
+    let chosen: Vec<u16> = match (ordering, neutral) {
+        (_, None) => vec![0; columns],
+        (OrderingUsed::On, Some(neutral)) => {
+            optimal_mapping(costs, OrderingLimits::new(lines, options.disparity_step_px), neutral)
+        }
+        (OrderingUsed::Off, _) => winners(costs).into_iter().map(|winner| winner.unwrap_or(0)).collect(),
+    };
+    let apart = rival_distance(lines, options.disparity_step_px);
+    let mut row = RowAnswers::unknown(columns);
+    row.confidence = confidences(costs, &chosen, apart.max(2), options.method.resolution());
+    for (x, &k) in chosen.iter().enumerate() {
+        let k = usize::from(k);
+        row.cost[x] = own(k, x);
+        let dear = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
+        row.answer[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), dear);
+        row.place(x, candidates, k as f64 + parabola_vertex(costs, k, x));
+    }
+    row
+}

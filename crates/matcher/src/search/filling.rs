@@ -1,0 +1,143 @@
+//! Answers that neighbours give: single candidates that none of them agrees with are taken back, and where a pixel has no answer of its own, those of
+//! its neighbours are tried.
+//!
+//! A pixel alone among a hundred candidates has many that fit by chance; among the few disparities that occur around it hardly any
+//! (propagation; Barnes and others 2009).
+
+use rayon::prelude::*;
+
+use super::limits::{NOISE_OF_FRAMES, limits};
+use super::plan::Plan;
+use super::tolerance::Tolerance;
+use super::{Searched, Task, bands};
+use crate::linear_epi::LinearEpi;
+use crate::lines::Lines;
+use crate::maps::Answer;
+use epirig_core::grid::Grid;
+
+/// Neighbours within this disparity of a pixel are taken to lie on its surface, in px ...
+const SAME_SURFACE_PX: f32 = 1.0;
+/// ... and within this much more for each px between them: steeper surfaces are hardly seen ...
+const STEEPEST_SLANT: f32 = 0.5;
+/// ... and of those at most this far away, in px, ...
+const NEIGHBOUR_REACH: usize = 2;
+/// ... so many must: a surface seen through a gap two pixels wide still has them.
+const LEAST_NEIGHBOURS: usize = 6;
+/// Neighbours up to this far away are asked, in px.
+const ASKED_REACH: usize = 3;
+
+/// Takes back candidates that hardly differ from their rivals, and those that too few neighbours agree with.
+pub(super) fn drop_ambiguous(searched: &mut Searched, minimum_confidence: f64) {
+    let (rows, columns) = (searched.guess.rows(), searched.guess.columns());
+    for (index, confidence) in searched.confidence.values().iter().enumerate() {
+        if f64::from(*confidence) < minimum_confidence && !searched.guess.values()[index].is_nan() {
+            searched.guess.values_mut()[index] = f32::NAN;
+            searched.answer.values_mut()[index] = Answer::Ambiguous;
+        }
+    }
+    let guess = searched.guess.clone();
+    for y in 0..rows {
+        for x in 0..columns {
+            let own = guess.at(x, y);
+            if own.is_nan() {
+                continue;
+            }
+            let near = x.saturating_sub(NEIGHBOUR_REACH)..(x + NEIGHBOUR_REACH + 1).min(columns);
+            let around = y.saturating_sub(NEIGHBOUR_REACH)..(y + NEIGHBOUR_REACH + 1).min(rows);
+            let like = |u: usize, v: usize| {
+                let distance = u.abs_diff(x).max(v.abs_diff(y)) as f32;
+                (guess.at(u, v) - own).abs() <= SAME_SURFACE_PX + STEEPEST_SLANT * distance
+            };
+            let agree: usize = around.clone().map(|v| near.clone().filter(|&u| like(u, v)).count()).sum();
+            // At the borders of the image there are fewer neighbours.
+            let side = 2 * NEIGHBOUR_REACH + 1;
+            if (agree - 1) * side * side < LEAST_NEIGHBOURS * near.len() * around.len() {
+                searched.guess.row_mut(y)[x] = f32::NAN;
+                searched.answer.row_mut(y)[x] = Answer::Ambiguous;
+            }
+        }
+    }
+}
+
+/// Gives pixels that are ambiguous or seem occluded the disparity of a neighbour that enough frames agree with. Their cost is then that of the pixel and its better
+/// neighbour in the row; they have no rivals, hence no confidence.
+pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: &mut Searched) {
+    let Task { volume, lines, rule, options, .. } = task;
+    let columns = searched.guess.columns();
+    let resolution = options.method.resolution();
+    let dearest = tolerance.dearest(options.minimum_visible);
+    // Half as many frames as have to must agree with the pixel itself, however well its neighbour fits.
+    let dearest_alone = 0.5 * (1.0 + dearest);
+    let before = &*searched;
+    let row_of = |y: usize, limits: &[f32]| -> Vec<(usize, f32, f32)> {
+        let is_open = |x: &usize| matches!(before.answer.at(*x, y), Answer::Ambiguous | Answer::Occluded);
+        let open: Vec<usize> = (0..columns).filter(is_open).collect();
+        if open.is_empty() {
+            return Vec::new();
+        }
+        let epi = LinearEpi::new(volume, y);
+        // A candidate that too few frames have in view is none.
+        let single = |x: usize, disparity: f32| {
+            let (cost, seen) = disagreement(&epi, lines, x, disparity, limits[x]);
+            rule.suffices(seen).then_some(cost)
+        };
+        let best = |x: usize| {
+            let cost = |disparity: f32| {
+                let own = single(x, disparity).filter(|own| *own <= dearest_alone)?;
+                let sides = [x.checked_sub(1), Some(x + 1).filter(|&next| next < columns)];
+                let side = sides.into_iter().flatten().filter_map(|side| single(side, disparity));
+                Some((disparity, 0.5 * (own + side.fold(1.0, f32::min))))
+            };
+            let tried = surfaces_around(&before.guess, x, y).into_iter().filter_map(cost);
+            tried.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|&(_, cost)| cost <= dearest)
+        };
+        open.into_iter()
+            .filter_map(|x| best(x).map(|(disparity, cost)| (x, disparity, cost * limits[x])))
+            .collect()
+    };
+    let bands: Vec<_> = bands(volume.rows()).collect();
+    let filled: Vec<_> = bands
+        .into_par_iter()
+        .flat_map_iter(|band| {
+            let limits = limits(volume, plan, band.clone(), resolution, (tolerance.share, NOISE_OF_FRAMES));
+            band.zip(limits).map(|(y, limits)| (y, row_of(y, &limits))).collect::<Vec<_>>()
+        })
+        .collect();
+    for (y, row) in filled {
+        for (x, disparity, cost) in row {
+            searched.guess.row_mut(y)[x] = disparity;
+            searched.cost.row_mut(y)[x] = cost;
+            searched.confidence.row_mut(y)[x] = f32::NAN;
+            searched.answer.row_mut(y)[x] = Answer::Found;
+        }
+    }
+}
+
+/// The disparities around a pixel, one for each surface.
+fn surfaces_around(guess: &Grid<f32>, x: usize, y: usize) -> Vec<f32> {
+    let rows = y.saturating_sub(ASKED_REACH)..(y + ASKED_REACH + 1).min(guess.rows());
+    let columns = x.saturating_sub(ASKED_REACH)..(x + ASKED_REACH + 1).min(guess.columns());
+    let mut near: Vec<f32> =
+        rows.flat_map(|v| &guess.row(v)[columns.clone()]).copied().filter(|value| !value.is_nan()).collect();
+    near.sort_unstable_by(f32::total_cmp);
+    let surfaces = near.chunk_by(|below, above| above - below <= SAME_SURFACE_PX);
+    surfaces.map(|surface| surface[surface.len() / 2]).collect()
+}
+
+/// Mean over the frames of the squared deviation from the reference frame's pixel along its line, over `limit` and at most 1; and
+/// the number of frames that have the point in view.
+fn disagreement(epi: &LinearEpi, lines: &Lines, x: usize, disparity: f32, limit: f32) -> (f32, usize) {
+    let own = epi.frame(lines.reference())[x];
+    let (mut sum, mut seen) = (0.0, 0);
+    for (t, &tau) in lines.offsets().iter().enumerate() {
+        if let Some(value) = epi.at(t, x as f32 + disparity * tau as f32) {
+            let deviation = value - own;
+            sum += (deviation * deviation / limit).min(1.0);
+            seen += 1;
+        }
+    }
+    (sum / seen.max(1) as f32, seen)
+}
+
+#[cfg(test)]
+mod tests;

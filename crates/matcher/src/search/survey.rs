@@ -1,0 +1,74 @@
+//! Best candidates of single rows, for a survey of all disparities: only the winners are kept.
+
+use super::best::Best;
+use super::kernels;
+use super::plan::Plan;
+use super::row_costs::RowCosts;
+use crate::lines::{Candidates, Lines, SeenRule};
+use crate::options::Method;
+use epirig_core::volume::Volume;
+
+/// Rows above and below whose costs are added.
+const REACH_ROWS: usize = 1;
+/// Rivals are at least this many candidates apart.
+const RIVALS_APART: usize = 3;
+
+/// Looks at single rows of a volume.
+pub(crate) struct RowSurvey<'a> {
+    volume: &'a Volume,
+    plan: Plan,
+    half_columns: usize,
+}
+
+impl<'a> RowSurvey<'a> {
+    /// Under `candidates`, with windows of three rows and `2 * half_columns + 1` columns.
+    pub(crate) fn new(
+        volume: &'a Volume,
+        lines: &Lines,
+        candidates: Candidates,
+        rule: SeenRule,
+        half_columns: usize,
+    ) -> Self {
+        Self { volume, plan: Plan::new(lines, candidates, rule), half_columns }
+    }
+
+    /// The best disparity of each pixel of row `y`, in px, and how much better it is than its rivals (NaN without any).
+    pub(crate) fn of_row(&self, y: usize) -> Vec<Option<(f64, f32)>> {
+        let (plan, columns) = (&self.plan, self.plan.columns);
+        let near = y.saturating_sub(REACH_ROWS)..(y + REACH_ROWS + 1).min(self.volume.rows());
+        let mut rows: Vec<RowCosts> = near
+            .map(|y| {
+                let mut row = RowCosts::new(self.volume, plan);
+                row.load_row(y);
+                row
+            })
+            .collect();
+        let level = rows[0].level;
+        let scale = 1.0 / rows.len() as f32;
+        let (mut single, mut sum, mut mean) = (vec![0.0; columns], vec![0.0; columns], vec![0.0; columns]);
+        let mut best = Best::new(columns, RIVALS_APART);
+        for slab in &plan.slabs {
+            rows.iter_mut().for_each(|row| row.load_slab(slab));
+            for k in slab.candidates.clone() {
+                let runs = &plan.coverage[k].runs;
+                sum.fill(0.0);
+                for row in &rows {
+                    row.single(k, None, &mut single);
+                    for run in runs {
+                        kernels::add_scaled(level, &single[run.clone()], scale, &mut sum[run.clone()]);
+                    }
+                }
+                for run in runs {
+                    kernels::box_means(level, &sum[run.clone()], self.half_columns, &mut mean[run.clone()]);
+                }
+                best.take(runs.iter().map(|run| (run.clone(), &mean[run.clone()])));
+            }
+        }
+        let disparity = |k: usize| plan.candidates.disparity_px(k as f64);
+        let surveyed = |x: usize| {
+            let (k, _) = best.winner(x)?;
+            Some((disparity(k), best.confidence(x, Method::Variance.resolution())))
+        };
+        (0..columns).map(surveyed).collect()
+    }
+}

@@ -1,0 +1,234 @@
+//! How well a fit is known whose pixels err together.
+//!
+//! Windows of the matcher overlap, so neighbours share their errors, and one over the root of the number of pixels is far too little. The
+//! field is cut into blocks that are larger than the reach of the correlation, and each block is left out in turn: the scatter of the
+//! answers tells their standard deviation, whatever the errors within a block are like (the jackknife of Quenouille and Tukey, with groups).
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::normal::{Normal, Solution};
+use epirig_core::grid::Grid;
+
+/// Pixels further apart than where the correlation falls below this are taken as independent: what is left of it beyond, and its scatter in a
+/// field of some hundred independent patches, are of this size.
+const VANISHED: f64 = 0.1;
+/// Blocks are so many times as wide as errors reach ...
+const BLOCK_OVER_REACH: usize = 4;
+/// ... unless that leaves fewer than so many along a side; they are twice as wide at least.
+const BLOCKS_ALONG: usize = 8;
+/// More along a side tell nothing more: a thousand blocks know a standard deviation to 2 %.
+const MOST_ALONG: usize = 32;
+
+/// How the errors of neighbours go together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correlation {
+    /// Correlation of pixels 0, 1, 2 ... columns apart, up to where it vanishes; the first is 1.
+    pub along_x: Vec<f64>,
+    /// The same for rows.
+    pub along_y: Vec<f64>,
+}
+
+/// Gives the two values of all pairs that lie this far apart.
+type Pairs<'a> = &'a dyn Fn(usize, &mut dyn FnMut(f64, f64));
+
+impl Correlation {
+    /// Of a field whose values scatter about 0; NaN does not count. Lags up to an eighth of the field are looked at, beyond which too few
+    /// independent parts would be left.
+    pub fn of(residual: &Grid<f32>) -> Self {
+        let (rows, columns) = (residual.rows(), residual.columns());
+        let at = |x: usize, y: usize| f64::from(residual.at(x, y));
+        let along = |size: usize, pairs: Pairs<'_>| {
+            let mut kept = vec![1.0];
+            for lag in 1..(size / 8).max(2) {
+                let (mut products, mut squares) = (0.0, 0.0);
+                pairs(lag, &mut |one, other| {
+                    let product = one * other;
+                    if !product.is_nan() {
+                        products += product;
+                        squares += 0.5 * (one * one + other * other);
+                    }
+                });
+                let correlation = if squares > 0.0 { products / squares } else { 0.0 };
+                if correlation < VANISHED {
+                    break;
+                }
+                kept.push(correlation);
+            }
+            kept
+        };
+        Self {
+            along_x: along(columns, &|lag, give| {
+                for y in 0..rows {
+                    (lag..columns).for_each(|x| give(at(x - lag, y), at(x, y)));
+                }
+            }),
+            along_y: along(rows, &|lag, give| {
+                for y in lag..rows {
+                    (0..columns).for_each(|x| give(at(x, y - lag), at(x, y)));
+                }
+            }),
+        }
+    }
+
+    /// How far errors go together, in px: beyond it pixels are independent. 1 if neighbours are.
+    pub fn reach_px(&self) -> usize {
+        self.along_x.len().max(self.along_y.len())
+    }
+
+    /// How many pixels along a row or a column, the longer of the two, are worth one independent one: the sum of the correlation over all lags.
+    pub fn length_px(&self) -> f64 {
+        let sum = |along: &[f64]| 2.0 * along.iter().sum::<f64>() - 1.0;
+        sum(&self.along_x).max(sum(&self.along_y))
+    }
+
+    /// The share of a mean's variance that blocks of this side see; pairs of pixels on two sides of a border between blocks are missed.
+    fn seen_by(&self, side: usize) -> f64 {
+        let share = |along: &[f64]| {
+            let both = |lag: usize| if lag == 0 { 1.0 } else { 2.0 };
+            let all: f64 = along.iter().enumerate().map(|(lag, value)| both(lag) * value).sum();
+            let inside = |lag: usize| (1.0 - lag as f64 / side as f64).max(0.0);
+            let seen: f64 =
+                along.iter().enumerate().map(|(lag, value)| both(lag) * inside(lag) * value).sum();
+            seen / all
+        };
+        share(&self.along_x) * share(&self.along_y)
+    }
+}
+
+/// The division of a field into squares.
+#[derive(Debug, Clone)]
+pub(super) struct Blocks {
+    side: usize,
+    across: usize,
+    sums: Vec<Normal>,
+    seen: f64,
+}
+
+/// What leaving out each block tells of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scatter {
+    pub(super) variance: f64,
+    /// How many independent differences the variance is known from.
+    pub(super) degrees_of_freedom: f64,
+}
+
+impl Blocks {
+    /// Blocks for a field whose errors reach as far as `correlation` tells.
+    pub(super) fn new(rows: usize, columns: usize, correlation: &Correlation) -> Self {
+        let reach = correlation.reach_px();
+        let wide = (BLOCK_OVER_REACH * reach).min(rows.min(columns) / BLOCKS_ALONG);
+        let side = wide.max(2 * reach).max(rows.max(columns).div_ceil(MOST_ALONG));
+        let across = columns.div_ceil(side);
+        let sums = vec![Normal::empty(); across * rows.div_ceil(side)];
+        Self { side, across, sums, seen: correlation.seen_by(side) }
+    }
+
+    /// The sums of the block that holds the pixel.
+    pub(super) fn of(&mut self, x: usize, y: usize) -> &mut Normal {
+        &mut self.sums[y / self.side * self.across + x / self.side]
+    }
+
+    /// The sums of all blocks.
+    pub(super) fn total(&self) -> Normal {
+        let mut total = Normal::empty();
+        self.sums.iter().for_each(|sums| total.accumulate(sums, 1.0));
+        total
+    }
+
+    /// Standard deviations of the first `count` unknowns, whose best values are `best`; `None` for one that a single block determines alone.
+    pub(super) fn scatter(&self, best: &Solution, count: usize) -> Vec<Option<Scatter>> {
+        let total = self.total();
+        let filled: Vec<&Normal> = self.sums.iter().filter(|sums| sums.pixels > 0).collect();
+        let mut squares = vec![0.0; count];
+        // Shares of the variance that blocks would have if pixels were independent: they tell how many blocks matter.
+        let (mut shares, mut share_squares) = (vec![0.0; count], vec![0.0; count]);
+        for sums in &filled {
+            let mut rest = total;
+            rest.accumulate(sums, -1.0);
+            let Some(without) = rest.solve(count) else { return vec![None; count] };
+            let influence = &best.inverse * sums.matrix(count) * &best.inverse;
+            for index in 0..count {
+                squares[index] += (without.values[index] - best.values[index]).powi(2);
+                shares[index] += influence[(index, index)];
+                share_squares[index] += influence[(index, index)].powi(2);
+            }
+        }
+        let blocks = filled.len() as f64;
+        (0..count)
+            .map(|index| {
+                let mattering = shares[index].powi(2) / share_squares[index];
+                // A mean over n blocks leaves n - 1 differences, and a fit of `count` unknowns over all blocks as many fewer.
+                let degrees_of_freedom = (mattering - 1.0).min(blocks - count as f64);
+                (degrees_of_freedom >= 1.0).then(|| Scatter {
+                    variance: (blocks - 1.0) / blocks * squares[index] / self.seen,
+                    degrees_of_freedom,
+                })
+            })
+            .collect()
+    }
+}
+
+/// Between minus and plus this many standard deviations lie 95 % of Student's distribution with so many degrees of freedom, at least 1; they
+/// need not be whole.
+///
+/// With t = sqrt(n) tan(a) the density becomes cos(a)^(n - 1), which is summed by Simpson's rule.
+pub fn student_t_95(degrees_of_freedom: f64) -> f64 {
+    const STEPS: usize = 4000;
+    // Beyond a thousand it is the normal distribution to three digits.
+    let degrees = degrees_of_freedom.clamp(1.0, 1000.0);
+    let width = FRAC_PI_2 / STEPS as f64;
+    let density = |step: usize| (step as f64 * width).cos().max(0.0).powf(degrees - 1.0);
+    let mut below = vec![0.0];
+    for step in (0..STEPS).step_by(2) {
+        let piece = width / 3.0 * (density(step) + 4.0 * density(step + 1) + density(step + 2));
+        below.push(below[below.len() - 1] + piece);
+    }
+    let wanted = 0.95 * below[below.len() - 1];
+    let after = below.partition_point(|&sum| sum < wanted);
+    let share = (wanted - below[after - 1]) / (below[after] - below[after - 1]);
+    let angle = ((after - 1) as f64 + share) * 2.0 * width;
+    degrees.sqrt() * angle.tan()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_of_student_s_distribution_are_those_of_the_tables() {
+        for (degrees, table) in
+            [(1.0, 12.706), (2.0, 4.303), (4.0, 2.776), (10.0, 2.228), (30.0, 2.042), (120.0, 1.980)]
+        {
+            let found = student_t_95(degrees);
+            assert!((found - table).abs() < 1e-3 * table, "{degrees}: {found}");
+        }
+        assert!((student_t_95(1e9) - 1.960).abs() < 0.003);
+    }
+
+    #[test]
+    fn correlation_of_a_moving_average_is_a_triangle() {
+        // Means over 5 columns of numbers that repeat never: correlation 1 - lag / 5 along rows, none between rows.
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f32 / (1_u64 << 31) as f32 - 0.5
+        };
+        let noise: Vec<f32> = (0..300 * 304).map(|_| next()).collect();
+        let mut field = Grid::filled(300, 300, 0.0);
+        for y in 0..300 {
+            for x in 0..300 {
+                field.row_mut(y)[x] = noise[y * 304 + x..][..5].iter().sum();
+            }
+        }
+        let found = Correlation::of(&field);
+        assert_eq!((found.along_x.len(), found.along_y.len()), (5, 1));
+        // 90 000 pixels, 18 000 of them independent: the correlation is known to 0.01.
+        for (lag, value) in found.along_x.iter().enumerate() {
+            assert!((value - (1.0 - lag as f64 / 5.0)).abs() < 0.03, "{lag}: {value}");
+        }
+        assert_eq!(found.reach_px(), 5);
+        assert!((found.length_px() - 5.0).abs() < 0.15);
+        // Blocks of 20 see all of lag 0 and less of others: (5 - 2 * (4*1 + 3*2 + 2*3 + 1*4) / 5 / 20) / 5.
+        assert!((found.seen_by(20) - 0.92).abs() < 0.01);
+    }
+}

@@ -1,0 +1,263 @@
+//! What of the heights is one surface.
+//!
+//! A matcher answers beside an object, too: along its rim, where windows see object and background, between dark patches, and here and there
+//! by chance. Such answers are wrong, and too many for a robust fit to bear. They differ from the object in two ways: they say
+//! themselves that they are uncertain, and they hang together over a few pixels only.
+
+use serde::Serialize;
+
+use super::SurfaceError;
+use super::connected::connected;
+use super::height::Heights;
+use super::smooth::{count_around, quantile};
+use epirig_core::grid::Grid;
+
+/// Pixels whose sigma is this many times the median are left out. Texture makes sigma differ by a factor of two or three over one surface, and where a step of 0.1 px
+/// lies is uncertain by six times the sigma of flat places (0.1 / sqrt(12) and 0.005 px); beside an object it is dozens of times as large.
+const UNCERTAIN: f64 = 10.0;
+
+/// A part of the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Rectangle {
+    /// First column, in px.
+    pub left: usize,
+    /// First row.
+    pub top: usize,
+    /// Last column; at least `left`.
+    pub right: usize,
+    /// Last row; at least `top`.
+    pub bottom: usize,
+}
+
+impl Rectangle {
+    /// Between any two corners (columns and rows), both of which belong to it.
+    pub fn between(one: (usize, usize), other: (usize, usize)) -> Self {
+        Self {
+            left: one.0.min(other.0),
+            top: one.1.min(other.1),
+            right: one.0.max(other.0),
+            bottom: one.1.max(other.1),
+        }
+    }
+
+    /// Whether a picture of this size holds it.
+    pub fn fits(&self, rows: usize, columns: usize) -> bool {
+        self.right < columns && self.bottom < rows
+    }
+}
+
+/// The pixels that are asked about a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extent {
+    /// Where they are.
+    pub used: Grid<bool>,
+    /// How many they are.
+    pub used_px: usize,
+    /// Pixels with a height, in the rectangle if one was given.
+    pub answered_px: usize,
+    /// Of those, pixels left out because their sigma is far above the usual.
+    pub uncertain_px: usize,
+    /// Pixels left out because they do not hang together with the field: strays, and whatever is too narrow.
+    pub apart_px: usize,
+    /// Pixels left out because they lie at the rim of the field, where windows see something else.
+    pub rim_px: usize,
+}
+
+/// Finds the largest field of `heights` that hangs together, in `rectangle` if that is given.
+///
+/// A field is as wide everywhere as two squares side by side that reach `margin_px` to each side of a pixel, one for each of two levels; as much as
+/// `margin_px`, half of a matcher's window, is left out along its rim. The border of the picture or of the rectangle is no rim. A hole
+/// does not divide it if more than half of the square that reaches `margin_px` to each side is known.
+///
+/// # Errors
+/// [`SurfaceError::TooFewPixels`] if there is no height, [`SurfaceError::NoExtent`] if none hang together so widely.
+///
+/// # Panics
+/// If `rectangle` reaches outside the picture.
+pub fn find_extent(
+    heights: &Heights,
+    rectangle: Option<Rectangle>,
+    margin_px: usize,
+) -> Result<Extent, SurfaceError> {
+    let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
+    let (across, down) =
+        rectangle.map_or((0..columns, 0..rows), |r| (r.left..r.right + 1, r.top..r.bottom + 1));
+    let height_mm = heights.height_mm.cropped(across.clone(), down.clone());
+    let sigma_mm = heights.sigma_mm.cropped(across.clone(), down.clone());
+    let known = |index: usize| height_mm.values()[index].is_finite() && sigma_mm.values()[index].is_finite();
+    let pixels = 0..height_mm.values().len();
+    let mut sigmas: Vec<f64> = pixels
+        .clone()
+        .filter(|&index| known(index))
+        .map(|index| f64::from(sigma_mm.values()[index]))
+        .collect();
+    let answered_px = sigmas.len();
+    let too_few = SurfaceError::TooFewPixels { pixels: 0, what: "a surface" };
+    let limit = UNCERTAIN * quantile(&mut sigmas, 0.5).ok_or(too_few)?;
+    let certain = |index: usize| known(index) && f64::from(sigma_mm.values()[index]) <= limit;
+    let mut trusted = height_mm.map(|_| false);
+    trusted.values_mut().iter_mut().zip(pixels).for_each(|(trusted, index)| *trusted = certain(index));
+
+    let side_px = 2 * (2 * margin_px + 1);
+    let wide = opened(&filled(&trusted, margin_px), side_px);
+    let field = largest(&wide).ok_or(SurfaceError::NoExtent { side_px })?;
+    let inner = without_rim(&field, margin_px);
+
+    let mut used = Grid::filled(rows, columns, false);
+    let (mut used_px, mut apart_px, mut rim_px) = (0, 0, 0);
+    for (row, y) in down.enumerate() {
+        for (column, x) in across.clone().enumerate().filter(|&(column, _)| trusted.at(column, row)) {
+            if inner.at(column, row) {
+                used.row_mut(y)[x] = true;
+                used_px += 1;
+            } else if field.at(column, row) {
+                rim_px += 1;
+            } else {
+                apart_px += 1;
+            }
+        }
+    }
+    let uncertain_px = answered_px - used_px - apart_px - rim_px;
+    Ok(Extent { used, used_px, answered_px, uncertain_px, apart_px, rim_px })
+}
+
+/// With its holes: pixels that have more chosen than others in the square that reaches `reach` px to each side.
+fn filled(chosen: &Grid<bool>, reach: usize) -> Grid<bool> {
+    let all = count_around(&chosen.map(|_| true), reach);
+    let counts = count_around(chosen, reach);
+    let mut filled = chosen.clone();
+    for ((here, &count), &all) in filled.values_mut().iter_mut().zip(counts.values()).zip(all.values()) {
+        *here = *here || 2 * count > all;
+    }
+    filled
+}
+
+/// What squares of this side cover that lie wholly on the field (an opening by the square).
+fn opened(field: &Grid<bool>, side: usize) -> Grid<bool> {
+    let (rows, columns) = (field.rows(), field.columns());
+    // How far the field goes on from each pixel to the right and down, and from those the largest square that begins there.
+    let mut square = Grid::filled(rows + 1, columns + 1, 0_usize);
+    for y in (0..rows).rev() {
+        for x in (0..columns).rev() {
+            let beyond = square.at(x + 1, y).min(square.at(x, y + 1)).min(square.at(x + 1, y + 1));
+            square.row_mut(y)[x] = if field.at(x, y) { beyond + 1 } else { 0 };
+        }
+    }
+    let mut covered = Grid::filled(rows, columns, false);
+    // Each row of a square that begins here is filled by its own rows' marks: how many pixels from here on are covered.
+    let mut down = vec![0_usize; columns];
+    for y in 0..rows {
+        let mut right = 0_usize;
+        for (x, down) in down.iter_mut().enumerate() {
+            if square.at(x, y) >= side {
+                *down = side;
+            }
+            if *down > 0 {
+                right = side;
+                *down -= 1;
+            }
+            if right > 0 {
+                covered.row_mut(y)[x] = true;
+                right -= 1;
+            }
+        }
+    }
+    covered
+}
+
+/// The part that has most pixels; of equal ones the first.
+fn largest(chosen: &Grid<bool>) -> Option<Grid<bool>> {
+    let parts = connected(chosen, |chosen| chosen);
+    let most = parts.iter().map(|part| part.pixels.len()).max()?;
+    let part = parts.into_iter().find(|part| part.pixels.len() == most)?;
+    let mut field = chosen.map(|_| false);
+    part.pixels.into_iter().for_each(|(x, y)| field.row_mut(y)[x] = true);
+    Some(field)
+}
+
+/// The field without pixels that have one outside of it in the square that reaches `reach` px to each side.
+fn without_rim(field: &Grid<bool>, reach: usize) -> Grid<bool> {
+    let outside = count_around(&field.map(|inside| !inside), reach);
+    let mut inner = field.clone();
+    for (inner, &outside) in inner.values_mut().iter_mut().zip(outside.values()) {
+        *inner = *inner && outside == 0;
+    }
+    inner
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::Geometry;
+
+    const NAN: f32 = f32::NAN;
+
+    /// 80 x 60 px, known where `known` says, with this sigma.
+    fn heights(sigma: impl Fn(usize, usize) -> f32) -> Heights {
+        let values: Vec<f32> = (0..4800).map(|index| sigma(index % 80, index / 80)).collect();
+        let sigma_mm = Grid::from_values(60, 80, values).unwrap();
+        Heights {
+            height_mm: sigma_mm.map(|sigma| if sigma.is_nan() { NAN } else { 0.0 }),
+            sigma_mm,
+            distance_mm: 500.0,
+            geometry: Geometry::exact(1000.0, 100.0, (0.0, 0.0)),
+        }
+    }
+
+    fn tile(x: usize, y: usize) -> bool {
+        (20..60).contains(&x) && (15..45).contains(&y)
+    }
+
+    #[test]
+    fn rims_strays_and_columns_are_left_out() {
+        // A tile of 40 x 30 px with uncertain answers one pixel around it, columns of 6 px above it, and strays.
+        let around = |x: usize, y: usize| (19..61).contains(&x) && (14..46).contains(&y);
+        let column = |x: usize, y: usize| y < 14 && x % 12 < 6 && (20..60).contains(&x);
+        let field = heights(|x, y| match (tile(x, y), around(x, y), column(x, y)) {
+            (true, ..) | (_, false, true) => 0.02,
+            (_, true, _) => 0.5,
+            _ if x % 10 == 9 && y > 50 => 0.01,
+            _ => NAN,
+        });
+        let found = find_extent(&field, None, 2).unwrap();
+        for (index, &used) in found.used.values().iter().enumerate() {
+            let (x, y) = (index % 80, index / 80);
+            assert_eq!(used, (22..58).contains(&x) && (17..43).contains(&y), "({x}, {y})");
+        }
+        // 40 x 30 less 36 x 26; 42 x 32 less 40 x 30; columns 24-29, 36-41, 48-53 (14 rows each); 8 columns of 9 rows.
+        assert_eq!((found.used_px, found.rim_px, found.uncertain_px), (936, 264, 144));
+        assert_eq!(found.apart_px, 3 * 6 * 14 + 8 * 9);
+        assert_eq!(found.answered_px, 936 + 264 + 144 + found.apart_px);
+        let only = field.only(&found.used);
+        assert_eq!(only.height_mm.values().iter().filter(|height| height.is_finite()).count(), 936);
+    }
+
+    #[test]
+    fn single_holes_do_not_divide_a_field() {
+        let field = heights(|x, y| if (x + 3 * y) % 7 == 0 { NAN } else { 0.02 });
+        let found = find_extent(&field, None, 2).unwrap();
+        assert_eq!((found.used_px, found.apart_px), (found.answered_px, 0));
+    }
+
+    #[test]
+    fn of_two_fields_the_region_chooses() {
+        let field = heights(|x, _| if (50..53).contains(&x) { NAN } else { 0.02 });
+        let whole = find_extent(&field, None, 1).unwrap();
+        assert!(whole.used.at(10, 30) && !whole.used.at(70, 30));
+        let chosen = Rectangle::between((79, 50), (40, 10));
+        assert!(chosen.fits(60, 80) && !chosen.fits(50, 80));
+        let right = find_extent(&field, Some(chosen), 1).unwrap();
+        assert!(!right.used.at(45, 30) && right.used.at(70, 30) && right.used.at(79, 50));
+        assert!(!right.used.at(70, 9) && !right.used.at(70, 51) && !right.used.at(53, 30));
+        // Of the columns 54 to 79 nothing is missing: the region's border is no rim.
+        assert_eq!((right.used_px, right.rim_px), (26 * 41, 41));
+    }
+
+    #[test]
+    fn what_is_nowhere_wide_is_refused() {
+        let found = find_extent(&heights(|x, _| if x % 20 < 9 { 0.02 } else { NAN }), None, 2);
+        assert_eq!(found.unwrap_err(), SurfaceError::NoExtent { side_px: 10 });
+        let found = find_extent(&heights(|_, _| NAN), None, 2);
+        assert!(matches!(found, Err(SurfaceError::TooFewPixels { .. })));
+    }
+}

@@ -1,0 +1,147 @@
+//! From disparity to metric height.
+
+use epirig_core::grid::Grid;
+
+/// What turns a disparity into a distance: an ideal pinhole camera and the length of its way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Geometry {
+    /// Focal length of the camera without distortion, in px.
+    pub focal_length_px: f64,
+    /// Length of the baseline, from the first to the last frame, in mm.
+    pub baseline_mm: f64,
+    /// Principal point, column.
+    pub principal_point_x_px: f64,
+    /// Principal point, row.
+    pub principal_point_y_px: f64,
+    /// Relative standard deviation of f b, the scale of all distances; 0 if focal length and baseline count as exact. It is kept apart from
+    /// the sigma of pixels: a wrong scale makes every step wrong by the same share, and averages out nowhere.
+    pub scale_sigma: f64,
+}
+
+impl Geometry {
+    /// Whose scale counts as exact.
+    pub fn exact(focal_length_px: f64, baseline_mm: f64, principal_point_px: (f64, f64)) -> Self {
+        let (principal_point_x_px, principal_point_y_px) = principal_point_px;
+        Self { focal_length_px, baseline_mm, principal_point_x_px, principal_point_y_px, scale_sigma: 0.0 }
+    }
+
+    /// Relative standard deviation of the scale, from the relative standard deviations of focal length and baseline, which are independent.
+    pub fn with_scale_sigma(self, focal_length: f64, baseline: f64) -> Self {
+        Self { scale_sigma: focal_length.hypot(baseline), ..self }
+    }
+}
+
+/// Distances and heights; rows x columns, NaN where there is no disparity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heights {
+    /// Height towards the camera over the level at `distance_mm`, in mm.
+    pub height_mm: Grid<f32>,
+    /// Its standard deviation, in mm, without that of the common scale.
+    pub sigma_mm: Grid<f32>,
+    /// Distance of the level that heights are counted from, along the optical axis, in mm: the median of all distances.
+    pub distance_mm: f64,
+    /// By what they were found.
+    pub geometry: Geometry,
+}
+
+impl Heights {
+    /// Where the point seen at column `x` and row `y` lies, in mm in the camera's frame: X to the right, Y down; NaN where there is no height.
+    ///
+    /// # Panics
+    /// If `x` or `y` lies outside the field.
+    pub fn lateral_mm(&self, x: usize, y: usize) -> (f64, f64) {
+        let per_pixel =
+            (self.distance_mm - f64::from(self.height_mm.at(x, y))) / self.geometry.focal_length_px;
+        let from = |pixel: usize, principal: f64| (pixel as f64 - principal) * per_pixel;
+        (from(x, self.geometry.principal_point_x_px), from(y, self.geometry.principal_point_y_px))
+    }
+
+    /// The heights where `chosen`, which has their size; unknown elsewhere.
+    #[must_use]
+    pub fn only(&self, chosen: &Grid<bool>) -> Self {
+        let masked = |map: &Grid<f32>| {
+            let mut masked = map.clone();
+            for (value, &chosen) in masked.values_mut().iter_mut().zip(chosen.values()) {
+                *value = if chosen { *value } else { f32::NAN };
+            }
+            masked
+        };
+        Self { height_mm: masked(&self.height_mm), sigma_mm: masked(&self.sigma_mm), ..*self }
+    }
+
+    /// Width of what a pixel sees of the level at `distance_mm`, in mm.
+    pub fn pixel_mm(&self) -> f64 {
+        self.distance_mm / self.geometry.focal_length_px
+    }
+}
+
+/// Height of every pixel: its distance is Z = f b / |d|, and a small error of d acts on it by Z / |d|.
+///
+/// `None` if no pixel has a disparity other than zero.
+///
+/// ```
+/// use epirig_core::grid::Grid;
+/// use epirig_matcher::surface::{Geometry, heights};
+///
+/// let geometry = Geometry::exact(2844.0, 150.0, (1.0, 0.0));
+/// let disparity = Grid::from_values(1, 3, vec![474.0, 474.0, 473.9]).unwrap();
+/// let heights = heights(geometry, &disparity, &Grid::filled(1, 3, 0.01)).unwrap();
+/// assert!((heights.distance_mm - 900.0).abs() < 1e-6);
+/// assert!((heights.height_mm.at(2, 0) + 0.19).abs() < 0.001);
+/// ```
+pub fn heights(geometry: Geometry, disparity: &Grid<f32>, sigma: &Grid<f32>) -> Option<Heights> {
+    let reach = (geometry.focal_length_px * geometry.baseline_mm).abs();
+    let distance = |disparity: f32| reach / f64::from(disparity.abs());
+    let mut distances: Vec<f64> =
+        disparity.values().iter().map(|&d| distance(d)).filter(|distance| distance.is_finite()).collect();
+    if distances.is_empty() {
+        return None;
+    }
+    let middle = distances.len() / 2;
+    let distance_mm = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let finite = |value: f64| if value.is_finite() { value as f32 } else { f32::NAN };
+    let height_mm = disparity.map(|d| finite(distance_mm - distance(d)));
+    let mut sigma_mm = sigma.clone();
+    for (sigma, &d) in sigma_mm.values_mut().iter_mut().zip(disparity.values()) {
+        *sigma = finite(f64::from(*sigma) * distance(d) / f64::from(d.abs()));
+    }
+    Some(Heights { height_mm, sigma_mm, distance_mm, geometry })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heights_lie_where_the_pinhole_sees_them() {
+        // f b = 2000 px * 100 mm. Two points at Z = 500 and 499 mm: d = 400 and 400.8016 px.
+        let geometry = Geometry::exact(2000.0, 100.0, (0.0, 2.0));
+        let disparity = Grid::from_values(1, 4, vec![400.0, -400.0, 200_000.0 / 499.0, f32::NAN]).unwrap();
+        let found = heights(geometry, &disparity, &Grid::filled(1, 4, 0.02)).unwrap();
+        assert_eq!(found.distance_mm, 500.0);
+        assert_eq!(found.height_mm.at(1, 0), 0.0, "the sign of a disparity is the direction of the way");
+        assert!((found.height_mm.at(2, 0) - 1.0).abs() < 1e-4);
+        // dZ = Z / d * dd = 500 / 400 * 0.02.
+        assert!((found.sigma_mm.at(0, 0) - 0.025).abs() < 1e-7);
+        assert!(found.height_mm.at(3, 0).is_nan() && found.sigma_mm.at(3, 0).is_nan());
+        // X = 2 px * 499 mm / 2000 px, Y = -2 px * 499 mm / 2000 px.
+        let (x_mm, y_mm) = found.lateral_mm(2, 0);
+        assert!((x_mm - 0.499).abs() < 1e-6 && (y_mm + 0.499).abs() < 1e-6);
+        assert_eq!(found.pixel_mm(), 0.25);
+    }
+
+    #[test]
+    fn the_scale_has_a_sigma_of_its_own() {
+        let geometry = Geometry::exact(2000.0, 100.0, (0.0, 0.0));
+        assert_eq!(geometry.scale_sigma, 0.0);
+        assert!((geometry.with_scale_sigma(0.003, 0.004).scale_sigma - 0.005).abs() < 1e-12);
+    }
+
+    #[test]
+    fn without_a_disparity_there_is_no_height() {
+        let geometry = Geometry::exact(2000.0, 100.0, (0.0, 0.0));
+        let sigma = Grid::filled(1, 2, 0.1);
+        let disparity = Grid::from_values(1, 2, vec![f32::NAN, 0.0]).unwrap();
+        assert_eq!(heights(geometry, &disparity, &sigma), None);
+    }
+}

@@ -1,0 +1,345 @@
+//! Two levels: how deep hollows are.
+//!
+//! The surface is a trend, and lies a depth lower where there is a hollow (the tile of the paper, section 5.2). Where the hollows are is read
+//! off the heights; then depth and trend are fitted together, to the pixels that lie clear of the walls.
+
+mod depth;
+mod levels;
+mod regions;
+#[cfg(test)]
+mod tests;
+
+use serde::Serialize;
+
+use super::SurfaceError;
+use super::blocks::Correlation;
+use super::height::Heights;
+use super::smooth::{SIGMA_OF_MEDIAN, mean_around, quantile, without_spikes};
+use super::trend::{Field, Trend, TrendKind};
+use depth::{Fit, fit, parts};
+use epirig_core::grid::Grid;
+use levels::{Levels, Point, two_levels};
+use regions::{Level, clear_of_walls, without_small_parts};
+
+/// Smoothing that is tried, as the reach to each side in px: as little as will do, since it takes the edges off narrow hollows.
+const REACHES: [usize; 6] = [0, 1, 2, 4, 8, 16];
+/// Smoothed heights scatter by so much less than the depth that 3 in 1000 pixels fall on the wrong side of the middle, and smoothing more gains
+/// nothing ...
+const CLEAR: f64 = 6.0;
+/// ... by so much less at least: then 2 in 100 do, of which few hang together. One Gaussian level cut in two gives 2.7.
+const LEAST: f64 = 4.0;
+/// Rounds of fitting and dividing anew; three or four settle it.
+const ROUNDS: usize = 12;
+/// Points that the search for levels looks at: they then are known to a fiftieth of the scatter, and the fit to all pixels does the rest.
+const POINTS: usize = 8_000;
+/// The lower level is the ground, and the upper one stands on it, if it is this share of the field.
+const GROUND: f64 = 0.6;
+/// So many pixels more than asked for are left out at the walls to see whether the depth still changes.
+const MORE_MARGIN: usize = 2;
+/// A pixel this many times its neighbourhood's scatter off is a wrong answer, not a wall.
+const SPIKE: f64 = 8.0;
+/// Share of the pixels clear of the walls that a larger margin has to leave: with fewer the noise is doubled.
+const ROOM: f64 = 0.25;
+
+/// What of the matcher and the object the search has to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepsOptions {
+    /// What is under the levels.
+    pub trend: TrendKind,
+    /// Pixels nearer than this to the other level are left out: half the matcher's window and half a wall.
+    pub margin_px: usize,
+    /// Pixels nearer than this are left out, too, where enough remain; at least `margin_px`.
+    pub grown_margin_px: usize,
+    /// Hollows of fewer pixels are taken for noise.
+    pub least_area_px: usize,
+}
+
+impl StepsOptions {
+    /// For a matcher whose windows have this side, and walls of up to two pixels.
+    pub fn for_window(trend: TrendKind, window_px: usize) -> Self {
+        let margin_px = window_px / 2 + 1;
+        // Twice as wide and high as the smallest that a pixel clear of the walls fits in.
+        Self { trend, margin_px, grown_margin_px: margin_px, least_area_px: (2 * (2 * margin_px + 1)).pow(2) }
+    }
+
+    /// For a matcher whose windows grow to this side where noise asks for it.
+    #[must_use]
+    pub fn with_grown_window(self, window_px: usize) -> Self {
+        Self { grown_margin_px: self.margin_px.max(window_px / 2 + 1), ..self }
+    }
+}
+
+/// A depth and how well it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Depth {
+    /// How far the lower level lies below the upper one, in mm.
+    pub depth_mm: f64,
+    /// Standard deviation from the scatter between independent parts of the field, in mm; `None` if there are too few.
+    pub sigma_mm: Option<f64>,
+    /// From how many independent differences it is known.
+    pub degrees_of_freedom: Option<f64>,
+    /// Half the width of the interval that holds the depth with 95 % confidence, in mm (Student's t).
+    pub half_width_95_mm: Option<f64>,
+    /// What an uncertain scale (focal length, baseline) adds, as a standard deviation in mm: the same share for all depths.
+    pub scale_sigma_mm: f64,
+}
+
+/// A hollow, or what stands on the ground.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Part {
+    /// Middle of its pixels, column.
+    pub centre_x_px: f64,
+    /// Middle of its pixels, row.
+    pub centre_y_px: f64,
+    /// Its pixels.
+    pub area_px: usize,
+    /// Its area, in mm^2.
+    pub area_mm2: f64,
+    /// Its pixels that lie clear of the walls.
+    pub used_px: usize,
+    /// Its depth against what lies around it, or its height over that.
+    pub depth: Depth,
+}
+
+/// The depth that pixels at least so far from the walls show.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DepthAtMargin {
+    /// Distance from the walls that is left out, in px.
+    pub margin_px: usize,
+    /// How far the lower level lies below the upper one, in mm.
+    pub depth_mm: f64,
+    /// Half the width of the interval that holds it with 95 % confidence, in mm; `None` if too few independent parts are left.
+    pub half_width_95_mm: Option<f64>,
+    /// Pixels that are left.
+    pub used_px: usize,
+}
+
+/// The two levels of a field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Steps {
+    /// Over all hollows.
+    pub depth: Depth,
+    /// Whether parts stand on a ground that lies deeper, instead of being sunk into it.
+    pub raised: bool,
+    /// Each hollow (or what stands on the ground), from top to bottom.
+    pub parts: Vec<Part>,
+    /// What other distances from the walls would give: windows that reach over a wall make hollows shallower, so the depth grows with the
+    /// distance until they no longer do.
+    pub by_margin: Vec<DepthAtMargin>,
+    /// Of the upper level.
+    pub trend: Trend,
+    /// True on the lower level; meaningful where there is a height.
+    pub lower: Grid<bool>,
+    /// Pixels that the fit used: clear of the walls, and no outliers.
+    pub used: Grid<bool>,
+    /// How the errors of the pixels used go together.
+    pub correlation: Correlation,
+    /// Distance from the walls that was left out, in px.
+    pub margin_px: usize,
+    /// By how much the heights of the pixels used scatter about their level, as a standard deviation in mm.
+    pub scatter_mm: f64,
+}
+
+/// Finds the hollows of a field and their depth.
+///
+/// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on stripes and on pits).
+///
+/// # Errors
+/// [`SurfaceError`] if there is one level only, or nothing of one is clear of the walls.
+pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, SurfaceError> {
+    let field = Field::new(heights, options.trend)?;
+    let start = field.robust()?;
+    let clean = without_spikes(&heights.height_mm, spike_limit(heights));
+    let (rows, columns) = (clean.rows(), clean.columns());
+    let mut best: Option<(Divided, f64)> = None;
+    let mut refused = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 };
+    for reach in REACHES.into_iter().filter(|reach| 16 * (2 * reach + 1) <= rows.min(columns).max(16)) {
+        match divide(&field, &start, &mean_around(&clean, reach), reach, options) {
+            Ok((divided, clearness)) if clearness >= LEAST => {
+                if best.as_ref().is_none_or(|(_, before)| clearness > *before) {
+                    best = Some((divided, clearness));
+                }
+                if clearness >= CLEAR {
+                    break;
+                }
+            }
+            Ok((divided, clearness)) => {
+                let depth_mm = divided.fit.levels.depth_mm;
+                refused = SurfaceError::OneLevel { depth_mm, scatter_mm: depth_mm / clearness };
+            }
+            Err(error) => refused = error,
+        }
+    }
+    let (divided, _) = best.ok_or(refused)?;
+    let lower_share = {
+        let count = |wanted| divided.levels.values().iter().filter(|&&level| level == wanted).count() as f64;
+        count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
+    };
+    let raised = lower_share > GROUND;
+    let fit = &divided.fit;
+    let certainty = fit.certainty(&field);
+    Ok(Steps {
+        depth: fit.depth(&certainty, heights.geometry.scale_sigma),
+        raised,
+        parts: parts(&field, &divided.levels, fit, &certainty, raised, options),
+        by_margin: by_margin(&field, &divided.levels, options),
+        trend: fit.trend(&field, &certainty),
+        lower: divided.levels.map(|level| level == Level::Lower),
+        used: fit.used.map(|level| level != Level::Unknown),
+        scatter_mm: certainty.scatter_mm,
+        correlation: certainty.correlation,
+        margin_px: divided.margin_px,
+    })
+}
+
+/// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is left.
+fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
+    (0..=options.margin_px + MORE_MARGIN)
+        .map_while(|margin_px| {
+            let fit = fit(field, &clear_of_walls(levels, margin_px), options).ok()?;
+            let depth = fit.depth(&fit.certainty(field), field.heights.geometry.scale_sigma);
+            Some(DepthAtMargin {
+                margin_px,
+                depth_mm: depth.depth_mm,
+                half_width_95_mm: depth.half_width_95_mm,
+                used_px: fit.pixels,
+            })
+        })
+        .collect()
+}
+
+/// A field divided into two levels, and what was fitted to them.
+struct Divided {
+    levels: Grid<Level>,
+    fit: Fit,
+    /// Pixels nearer than this to a wall were left out.
+    margin_px: usize,
+}
+
+/// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights that lie clear of the walls.
+fn divide(
+    field: &Field<'_>,
+    start: &[f64],
+    smoothed: &Grid<f32>,
+    reach: usize,
+    options: &StepsOptions,
+) -> Result<(Divided, f64), SurfaceError> {
+    let points = points(field, smoothed);
+    let one_level = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: scatter_about(start, &points) };
+    let mut levels = two_levels(&points, start).ok_or(one_level.clone())?;
+    // What is smaller than the square of the smoothing cannot be told from its noise.
+    let least_area_px = options.least_area_px.max(2 * (2 * reach + 1).pow(2));
+    let mut divided: Option<Divided> = None;
+    for _ in 0..ROUNDS {
+        let mut map = label(field, smoothed, &levels);
+        without_small_parts(&mut map, least_area_px);
+        if divided.as_ref().is_some_and(|divided| divided.levels == map) {
+            break;
+        }
+        // Smoothing moves a wall by up to its reach, to where the noise that is then measured puts it.
+        let (clear, margin_px) = roomy(&map, reach, options);
+        let fit = match fit(field, &clear, options) {
+            Err(SurfaceError::TooNarrow { .. }) if reach > 0 => {
+                fit(field, &clear_of_walls(&map, options.margin_px), options)?
+            }
+            fitted => fitted?,
+        };
+        if fit.levels.depth_mm <= 0.0 {
+            return Err(one_level);
+        }
+        levels = fit.levels.clone();
+        divided = Some(Divided { levels: map, fit, margin_px });
+    }
+    let divided = divided.ok_or(one_level)?;
+    let scatter_mm = smoothed_scatter(field, smoothed, &divided.fit);
+    if !levels.are_two(&points) {
+        return Err(SurfaceError::OneLevel { depth_mm: levels.depth_mm, scatter_mm });
+    }
+    Ok((divided, levels.depth_mm / scatter_mm.max(f64::MIN_POSITIVE)))
+}
+
+/// The levels clear of the walls by the grown margin if it leaves [`ROOM`] of what the smallest one leaves of both levels, else by the smallest; and
+/// the margin. `reach` is added to either.
+fn roomy(map: &Grid<Level>, reach: usize, options: &StepsOptions) -> (Grid<Level>, usize) {
+    let least = clear_of_walls(map, options.margin_px + reach);
+    if options.grown_margin_px > options.margin_px {
+        let grown = clear_of_walls(map, options.grown_margin_px + reach);
+        let count =
+            |clear: &Grid<Level>, wanted| clear.values().iter().filter(|&&level| level == wanted).count();
+        let enough = |wanted| count(&grown, wanted) as f64 >= ROOM * count(&least, wanted) as f64;
+        if enough(Level::Upper) && enough(Level::Lower) {
+            return (grown, options.grown_margin_px);
+        }
+    }
+    (least, options.margin_px)
+}
+
+/// Some points of the smoothed field, spread evenly but on no grid that stripes could hide from.
+fn points(field: &Field<'_>, smoothed: &Grid<f32>) -> Vec<Point> {
+    let every = (smoothed.rows() * smoothed.columns()).div_ceil(POINTS);
+    let mut points: Vec<Point> = Vec::new();
+    for y in 0..smoothed.rows() {
+        // Steps of the golden ratio spread the first columns over all of a row's residues.
+        let first = ((y as f64 * 0.618_034).fract() * every as f64) as usize;
+        for x in (first..smoothed.columns()).step_by(every) {
+            if let Some(sample) = field.sample(x, y).filter(|_| !smoothed.at(x, y).is_nan()) {
+                points.push(Point { row: sample.row, height_mm: f64::from(smoothed.at(x, y)) });
+            }
+        }
+    }
+    points
+}
+
+/// How far points scatter about a trend, in mm, unless they are few that lie far off.
+fn scatter_about(trend: &[f64], points: &[Point]) -> f64 {
+    let trend = Levels { coefficients: trend.to_vec(), depth_mm: 0.0 };
+    let mut off: Vec<f64> =
+        points.iter().map(|point| (point.height_mm - trend.upper_mm(&point.row)).abs()).collect();
+    SIGMA_OF_MEDIAN * quantile(&mut off, 0.5).unwrap_or(0.0)
+}
+
+fn label(field: &Field<'_>, smoothed: &Grid<f32>, levels: &Levels) -> Grid<Level> {
+    let mut map = Grid::filled(smoothed.rows(), smoothed.columns(), Level::Unknown);
+    for sample in field.samples() {
+        let height_mm = f64::from(smoothed.at(sample.x, sample.y));
+        if !height_mm.is_nan() {
+            let low = levels.is_low(&sample.row, height_mm);
+            map.row_mut(sample.y)[sample.x] = if low { Level::Lower } else { Level::Upper };
+        }
+    }
+    map
+}
+
+/// Standard deviation of the smoothed heights about their level, clear of the walls.
+fn smoothed_scatter(field: &Field<'_>, smoothed: &Grid<f32>, fit: &Fit) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for sample in field.samples() {
+        let level = fit.used.at(sample.x, sample.y);
+        if level != Level::Unknown {
+            let lowered = if level == Level::Lower { fit.levels.depth_mm } else { 0.0 };
+            let height_mm = f64::from(smoothed.at(sample.x, sample.y));
+            sum += (height_mm - fit.levels.upper_mm(&sample.row) + lowered).powi(2);
+            count += 1.0;
+        }
+    }
+    f64::sqrt(sum / f64::max(count, 1.0))
+}
+
+/// How far a pixel may lie off its neighbours: walls are steep, but few. From the differences of neighbours, of which half are noise alone.
+fn spike_limit(heights: &Heights) -> f32 {
+    let map = &heights.height_mm;
+    let mut differences: Vec<f64> = (0..map.rows())
+        .flat_map(|y| map.row(y).windows(2).map(|pair| f64::from((pair[1] - pair[0]).abs())))
+        .filter(|difference| difference.is_finite())
+        .collect();
+    let neighbours = SIGMA_OF_MEDIAN * quantile(&mut differences, 0.5).unwrap_or(0.0);
+    let mut sigmas: Vec<f64> = heights
+        .sigma_mm
+        .values()
+        .iter()
+        .map(|&sigma| f64::from(sigma))
+        .filter(|sigma| sigma.is_finite())
+        .collect();
+    let stated = quantile(&mut sigmas, 0.5).unwrap_or(0.0);
+    (SPIKE * neighbours.max(stated)) as f32
+}

@@ -1,0 +1,230 @@
+//! Fields whose depth is known, with errors that go together as those of overlapping windows do.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::super::height::Geometry;
+use super::*;
+
+const SIDE: usize = 200;
+/// Of the window over which errors are averaged, so that pixels closer than this share a part of them.
+const WINDOW: usize = 5;
+
+/// A field of 0.25 mm per px; `height_mm` of X and Y in mm and of column and row, with errors of standard deviation `sigma_mm`.
+fn field(sigma_mm: f64, seed: u64, height_mm: impl Fn(f64, f64, usize, usize) -> f64) -> Heights {
+    let wide = SIDE + WINDOW - 1;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let white: Vec<f64> = (0..wide * wide).map(|_| StandardNormal.sample(&mut random)).collect();
+    // The sum of n independent errors is the root of n as large as one.
+    let sums = |values: &[f64], x: usize, y: usize, step: usize, width: usize| {
+        (0..WINDOW).map(|index| values[y * width + x + index * step]).sum::<f64>()
+    };
+    let across: Vec<f64> =
+        (0..wide * SIDE).map(|index| sums(&white, index % SIDE, index / SIDE, 1, wide)).collect();
+    let middle = 0.5 * (SIDE - 1) as f64;
+    let values = (0..SIDE * SIDE).map(|index| {
+        let (x, y) = (index % SIDE, index / SIDE);
+        let error = sigma_mm / WINDOW as f64 * sums(&across, x, y, SIDE, SIDE);
+        let height = height_mm(0.25 * (x as f64 - middle), 0.25 * (y as f64 - middle), x, y);
+        (height + error) as f32
+    });
+    Heights {
+        height_mm: Grid::from_values(SIDE, SIDE, values.collect()).unwrap(),
+        sigma_mm: Grid::filled(SIDE, SIDE, sigma_mm as f32),
+        // So far away that X and Y do not depend on the height.
+        distance_mm: 1e6,
+        geometry: Geometry::exact(4e6, 100.0, (middle, middle)),
+    }
+}
+
+fn tilted(x_mm: f64, y_mm: f64) -> f64 {
+    0.3 + 0.004 * x_mm - 0.007 * y_mm
+}
+
+fn bowed(x_mm: f64, y_mm: f64) -> f64 {
+    tilted(x_mm, y_mm) + 2e-4 * x_mm * x_mm - 1e-4 * x_mm * y_mm - 1.5e-4 * y_mm * y_mm
+}
+
+fn options(trend: TrendKind) -> StepsOptions {
+    StepsOptions::for_window(trend, WINDOW)
+}
+
+/// Stripes of 20 px, hollow and raised in turn.
+fn stripes(x: usize) -> bool {
+    x / 20 % 2 == 1
+}
+
+fn disc(x: usize, y: usize, centre: (usize, usize), radius: usize) -> bool {
+    x.abs_diff(centre.0).pow(2) + y.abs_diff(centre.1).pow(2) <= radius * radius
+}
+
+/// Depth less truth over its sigma, and whether the interval holds the truth.
+fn judged(depth: &Depth, truth_mm: f64) -> (f64, bool) {
+    let error = depth.depth_mm - truth_mm;
+    (error / depth.sigma_mm.unwrap(), error.abs() <= depth.half_width_95_mm.unwrap())
+}
+
+/// The spread of normalised errors is 1 to 20 %, and the interval holds the truth as often as it says.
+fn assert_honest(name: &str, results: &[(f64, bool)]) {
+    let count = results.len() as f64;
+    let spread = (results.iter().map(|(error, _)| error * error).sum::<f64>() / count).sqrt();
+    let paths = results.iter().filter(|(_, paths)| *paths).count() as f64 / count;
+    assert!((0.8..=1.2).contains(&spread), "{name}: spread {spread:.3}, paths {paths:.3}");
+    assert!((0.91..=0.99).contains(&paths), "{name}: paths {paths:.3}, spread {spread:.3}");
+}
+
+#[test]
+fn the_interval_of_stripes_holds_as_often_as_it_says() {
+    let (mut all, mut each) = (Vec::new(), Vec::new());
+    for seed in 0..240 {
+        let heights =
+            field(0.03, seed, |x_mm, y_mm, x, _| bowed(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 });
+        let found = find_steps(&heights, &options(TrendKind::Quadric)).unwrap();
+        assert_eq!((found.parts.len(), found.raised), (5, false));
+        all.push(judged(&found.depth, 0.2));
+        each.extend(found.parts.iter().map(|part| judged(&part.depth, 0.2)));
+    }
+    assert_honest("all stripes", &all);
+    assert_honest("each stripe", &each);
+}
+
+#[test]
+fn the_interval_of_shallow_pits_holds_as_often_as_it_says() {
+    let pit = |x, y| [(50, 50), (150, 60), (100, 140)].iter().any(|&centre| disc(x, y, centre, 22));
+    let (mut all, mut each) = (Vec::new(), Vec::new());
+    for seed in 0..240 {
+        let heights = field(0.015, 1000 + seed, |x_mm, y_mm, x, y| {
+            tilted(x_mm, y_mm) - if pit(x, y) { 0.05 } else { 0.0 }
+        });
+        let found = find_steps(&heights, &options(TrendKind::Plane)).unwrap();
+        assert_eq!((found.parts.len(), found.raised), (3, false), "seed {seed}");
+        all.push(judged(&found.depth, 0.05));
+        each.extend(found.parts.iter().map(|part| judged(&part.depth, 0.05)));
+    }
+    assert_honest("all pits", &all);
+    assert_honest("each pit", &each);
+}
+
+/// The depth found, with an error of at most four of its own sigma.
+fn assert_finds(name: &str, heights: &Heights, trend: TrendKind, truth_mm: f64) -> Steps {
+    let found = find_steps(heights, &options(trend)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let (error, _) = judged(&found.depth, truth_mm);
+    assert!(error.abs() < 4.0, "{name}: {:?}", found.depth);
+    assert!(found.depth.sigma_mm.unwrap() < 0.05 * truth_mm, "{name}: {:?}", found.depth);
+    found
+}
+
+#[test]
+fn hollows_of_all_shapes_are_found() {
+    type Shape = fn(usize, usize) -> bool;
+    let shapes: [(&str, Shape); 5] = [
+        ("along y", |x, _| stripes(x)),
+        ("along x", |_, y| stripes(y)),
+        ("oblique", |x, y| (2 * x + y) / 45 % 2 == 1),
+        ("one round pit", |x, y| disc(x, y, (120, 70), 30)),
+        ("one large hollow at the border", |x, y| x < 110 && y > 70),
+    ];
+    for (name, shape) in shapes {
+        for (trend, form) in [
+            (TrendKind::Plane, tilted as fn(f64, f64) -> f64),
+            (TrendKind::Quadric, bowed),
+            (TrendKind::Constant, |_, _| 1.0),
+        ] {
+            let heights =
+                field(0.02, 5, |x_mm, y_mm, x, y| form(x_mm, y_mm) - if shape(x, y) { 0.2 } else { 0.0 });
+            let found = assert_finds(name, &heights, trend, 0.2);
+            // What is not at a wall is on its level: the walls of oblique stripes are steps of pixels, and smoothing moves them by one.
+            let wrong = (0..SIDE * SIDE)
+                .filter(|index| found.lower.values()[*index] != shape(index % SIDE, index / SIDE));
+            assert!(wrong.count() < SIDE * SIDE / 50, "{name}, {trend:?}");
+        }
+    }
+}
+
+#[test]
+fn what_stands_on_the_ground_is_raised() {
+    let post = |x, y| disc(x, y, (60, 60), 25) || disc(x, y, (140, 130), 25);
+    let heights = field(0.02, 6, |x_mm, y_mm, x, y| tilted(x_mm, y_mm) + if post(x, y) { 0.2 } else { 0.0 });
+    let found = assert_finds("posts", &heights, TrendKind::Plane, 0.2);
+    assert!(found.raised);
+    let centres: Vec<(f64, f64)> =
+        found.parts.iter().map(|part| (part.centre_x_px, part.centre_y_px)).collect();
+    assert_eq!(centres.len(), 2);
+    for ((x, y), truth) in centres.iter().zip([(60.0, 60.0), (140.0, 130.0)]) {
+        assert!((x - truth.0).hypot(y - truth.1) < 0.5);
+    }
+    // pi 25^2 px of 0.0625 mm^2, and the border's pixels either way.
+    assert!((found.parts[0].area_mm2 - 122.7).abs() < 6.0, "{:?}", found.parts[0]);
+}
+
+#[test]
+fn holes_and_wrong_pixels_change_little() {
+    let mut heights =
+        field(0.02, 7, |x_mm, y_mm, x, _| bowed(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 });
+    for index in 0..SIDE * SIDE {
+        let (x, y) = (index % SIDE, index / SIDE);
+        let value = &mut heights.height_mm.values_mut()[index];
+        if index % 7 == 0 || disc(x, y, (30, 160), 15) {
+            *value = f32::NAN;
+        } else if index % 41 == 0 {
+            *value += if index % 2 == 0 { 3.0 } else { -20.0 };
+        }
+    }
+    let found = assert_finds("holes", &heights, TrendKind::Quadric, 0.2);
+    // The hole divides one of the five stripes.
+    assert_eq!(found.parts.len(), 6);
+}
+
+#[test]
+fn the_trend_is_that_of_the_upper_level() {
+    let heights = field(0.02, 8, |x_mm, y_mm, x, _| bowed(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 });
+    let trend = find_steps(&heights, &options(TrendKind::Quadric)).unwrap().trend;
+    let truth = [0.3, 0.004, -0.007, 2e-4, -1e-4, -1.5e-4];
+    for ((found, sigma), truth) in trend.coefficients.iter().zip(&trend.sigmas).zip(truth) {
+        assert!((found - truth).abs() < 4.0 * sigma.unwrap(), "{found} {sigma:?} {truth}");
+    }
+}
+
+#[test]
+fn one_level_is_refused() {
+    for seed in 0..15 {
+        for trend in [TrendKind::Plane, TrendKind::Quadric] {
+            let flat = field(0.02, 100 + seed, |x_mm, y_mm, _, _| tilted(x_mm, y_mm));
+            let found = find_steps(&flat, &options(trend));
+            assert!(
+                matches!(found, Err(SurfaceError::OneLevel { .. } | SurfaceError::TooNarrow { .. })),
+                "seed {seed}: {:?}",
+                found.map(|found| found.depth)
+            );
+        }
+    }
+    // A bow that the plane leaves is no level either.
+    let bow = field(0.001, 200, |x_mm, y_mm, _, _| 4e-4 * (x_mm * x_mm + y_mm * y_mm));
+    let found = find_steps(&bow, &options(TrendKind::Plane));
+    assert!(matches!(found, Err(SurfaceError::OneLevel { .. })), "{:?}", found.map(|found| found.depth));
+}
+
+#[test]
+fn fields_without_heights_are_refused() {
+    let mut heights = field(0.02, 9, |_, _, _, _| 0.0);
+    heights.height_mm.values_mut().fill(f32::NAN);
+    let found = find_steps(&heights, &options(TrendKind::Plane));
+    assert_eq!(found.unwrap_err(), SurfaceError::TooFewPixels { pixels: 0, what: "a plane" });
+}
+
+#[test]
+fn the_grown_margin_is_kept_where_hollows_have_the_room() {
+    let grown = options(TrendKind::Plane).with_grown_window(11);
+    assert_eq!((grown.margin_px, grown.grown_margin_px), (3, 6));
+    for (width, margin_px) in [(20, 6), (12, 3)] {
+        // 20 px leave 14 and 8 px clear of the walls, more than a quarter; 12 px leave 6 and none.
+        let heights = field(0.01, 7, |x_mm, y_mm, x, _| {
+            tilted(x_mm, y_mm) - if x / width % 2 == 1 { 0.2 } else { 0.0 }
+        });
+        let found = find_steps(&heights, &grown).unwrap();
+        assert_eq!(found.margin_px, margin_px, "{width} px");
+        // Seven of its standard deviations of some 0.0005 mm.
+        assert!((found.depth.depth_mm - 0.2).abs() < 0.004, "{width} px: {}", found.depth.depth_mm);
+    }
+}

@@ -1,0 +1,15 @@
+//! What the matcher promises, against truth from closed formulas and from the simulator.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+mod accuracy;
+mod first_look;
+mod hollow_depth;
+mod honest_sigma;
+mod hundredth_of_a_pixel;
+mod measured_hollows;
+mod occlusions;
+mod painted;
+mod painted_scenes;
+mod promises;
+mod repetitive_texture;

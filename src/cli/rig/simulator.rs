@@ -1,0 +1,138 @@
+//! The simulator that a simulated rig has before its camera.
+
+use std::sync::Arc;
+
+use crate::cli::CliError;
+use crate::profile::{BoardProfile, PrintProfile, Profile, SceneName, SimFaults};
+use epirig_devices::camera::Size;
+use epirig_simulator::{Bands, HandBoard, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError};
+
+/// Size of the simulated camera's frames, unless another is asked for.
+const SIZE: Size = Size { columns: 640, rows: 480 };
+/// More than any sensor has, and less than would not fit into memory.
+const MOST_PIXELS: usize = 100_000_000;
+
+/// The simulator of a profile. Its lens, its distance and its chess-boards are those that the profile states, if it does.
+pub(in crate::cli) fn simulator_config(profile: &Profile) -> Result<SimulatorConfig, CliError> {
+    let size = profile.camera.size.unwrap_or(SIZE);
+    let frames = profile.plan.frames.unwrap_or(2);
+    let mut config = match profile.sim.scene {
+        SceneName::Tile => SimulatorConfig::tile(size.columns, frames),
+        SceneName::CubeEdge => SimulatorConfig::cube_edge(size.columns, frames),
+        SceneName::Plane => SimulatorConfig::textured_plane(size.columns, size.rows, frames),
+    };
+    let optics = &mut config.optics;
+    optics.rows = size.rows;
+    optics.principal_point_y_px = 0.5 * (size.rows as f64 - 1.0);
+    if let Some((x_px, y_px)) = profile.optics.principal_point_px {
+        (optics.principal_point_x_px, optics.principal_point_y_px) = (x_px, y_px);
+    }
+    if let Some(focal_length_px) = profile.optics.focal_length_px(size.columns) {
+        optics.focal_length_px = focal_length_px;
+    }
+    if let (
+        Some(stated_mm),
+        Scene::Tile { distance_mm, .. }
+        | Scene::CubeEdge { distance_mm, .. }
+        | Scene::Plane { distance_mm, .. },
+    ) = (profile.optics.distance_mm, &mut config.scene)
+    {
+        *distance_mm = stated_mm;
+    }
+    if let Some(step_mm) = profile.plan.step_mm {
+        config.scan = SimulatedScan { start_mm: profile.plan.start_mm, step_mm, frames };
+    }
+    config.sensor.read_noise_dn = profile.sim.noise_dn;
+    config.sensor.seed = config.sensor.seed.wrapping_add(profile.sim.seed);
+    add_faults(&mut config, &profile.sim.faults, profile.sim.seed);
+    if let (Scene::Tile { side_mm, bands, .. }, Some(print)) = (&mut config.scene, &profile.target.print) {
+        *bands = Some(tile_bands(print, *side_mm)?);
+    }
+    config.board = profile.board.map(|board| {
+        let BoardProfile { square_mm, columns, rows } = board;
+        HandBoard { square_mm, columns: columns + 1, rows: rows + 1 }
+    });
+    Ok(config)
+}
+
+fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
+    let SimulatorConfig { scene, optics, sensor, step_error, .. } = config;
+    (optics.roll_rad, optics.pan_rad) = (faults.roll_rad, faults.pan_rad);
+    optics.distortion.k1 = faults.k1;
+    optics.vignetting = faults.vignetting;
+    sensor.black_level_dn = faults.black_level_dn;
+    sensor.pixel_gain_sigma = faults.pixel_gains;
+    sensor.hot_pixels = faults.hot_pixels;
+    if faults.step_error_um > 0.0 {
+        *step_error = StepError { sigma_um: faults.step_error_um, seed: seed.wrapping_add(1) };
+    }
+    if let Scene::Tile { bow_mm, .. } = scene {
+        *bow_mm = faults.bow_mm;
+    }
+    config.flicker = faults.flicker;
+}
+
+/// The chess-boards of a simulated tile: along its upper and its lower edge.
+fn tile_bands(print: &PrintProfile, side_mm: f64) -> Result<Bands, CliError> {
+    /// Far below what a ruler tells.
+    const SAME_MM: f64 = 1e-6;
+    let BoardProfile { square_mm, columns, rows } = print.board;
+    let distance_mm = side_mm - (rows + 1) as f64 * square_mm;
+    if print.band_distance_mm.is_none_or(|stated_mm| (stated_mm - distance_mm).abs() > SAME_MM) {
+        return Err(CliError::Usage(format!(
+            "the simulated tile has its chess-boards along its upper and its lower edge: set target.bands = 2 and target.band_distance = \
+             \"{distance_mm} mm\", or leave target.square, columns and rows out"
+        )));
+    }
+    Ok(Bands { square_mm, columns: columns + 1, rows: rows + 1 })
+}
+
+/// A simulator of this make, if it can be.
+pub(in crate::cli) fn simulated_simulator(config: SimulatorConfig) -> Result<Arc<Simulator>, CliError> {
+    let Size { columns, rows } = Size { columns: config.optics.columns, rows: config.optics.rows };
+    if columns.saturating_mul(rows) > MOST_PIXELS {
+        return Err(CliError::Usage(format!(
+            "a simulated camera of {columns}x{rows} is too large; take 10000x10000 or less"
+        )));
+    }
+    Ok(Arc::new(Simulator::new(config)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profile::{Override, REAL, SIM};
+
+    fn simulator_of(profile: &str, settings: &[&str]) -> Result<SimulatorConfig, CliError> {
+        let settings: Vec<Override> =
+            settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect();
+        simulator_config(&Profile::read(profile, "rig.toml", &settings).unwrap())
+    }
+
+    #[test]
+    fn the_simulated_rigs_are_the_simulators_own() {
+        assert_eq!(simulator_of(SIM, &[]).unwrap(), SimulatorConfig::tile(1024, 101));
+        let mut real = SimulatorConfig::real_tile(1024, 101);
+        let found = simulator_of(REAL, &[]).unwrap();
+        // The profile rounds 255 / 10^(45 / 20) = 1.43397.
+        assert!((found.sensor.read_noise_dn / real.sensor.read_noise_dn - 1.0).abs() < 1e-4);
+        real.sensor.read_noise_dn = found.sensor.read_noise_dn;
+        assert_eq!(found, real);
+        Simulator::new(found).unwrap();
+    }
+
+    #[test]
+    fn a_tile_that_is_described_otherwise_than_it_is_made_is_refused() {
+        let plain = ["target.square=7.5 mm", "target.columns=18", "target.rows=2"];
+        let refused = |settings: &[&str]| simulator_of(SIM, settings).unwrap_err().to_string();
+        assert!(refused(&plain).contains("target.band_distance = \"127.5 mm\""), "{}", refused(&plain));
+        let near = [&plain[..], &["target.bands=2", "target.band_distance=127 mm"]].concat();
+        assert!(refused(&near).contains("127.5 mm"));
+        let right = [&plain[..], &["target.bands=2", "target.band_distance=127.5 mm"]].concat();
+        let Scene::Tile { bands, .. } = simulator_of(SIM, &right).unwrap().scene else { panic!() };
+        assert_eq!(bands, Some(Bands { square_mm: 7.5, columns: 19, rows: 3 }));
+        // What no tile shows is not the tile's.
+        let plane = [&plain[..], &["sim.scene=plane"]].concat();
+        assert!(matches!(simulator_of(SIM, &plane).unwrap().scene, Scene::Plane { .. }));
+    }
+}

@@ -1,0 +1,196 @@
+//! `epirig stage home`, `move`, `position` and `stop`.
+
+use clap::{Args, Subcommand};
+use serde::Serialize;
+
+use super::rig::{Options, RigArgument, StageArguments, Stages, home};
+use super::{CliError, Talk};
+use crate::profile::Profile;
+use epirig_devices::link::{LinkError, ask_holder_to_stop};
+use epirig_devices::stage::{Stage, StageSource};
+
+/// Move the stage: home it, send it to a position, ask for its position, stop it
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig stage home
+  epirig stage move 12.5
+  epirig stage position --json
+  epirig stage stop")]
+pub(super) struct StageVerb {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    Home(Home),
+    Move(Move),
+    Position(Position),
+    Stop(Stop),
+}
+
+impl StageVerb {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        match self.what {
+            What::Home(verb) => verb.run(talk),
+            What::Move(verb) => verb.run(talk),
+            What::Position(verb) => verb.run(talk),
+            What::Stop(verb) => verb.run(talk),
+        }
+    }
+}
+
+/// Find the stage's home position
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig stage home                                     the only USB serial port, epirig's own firmware
+  epirig stage home --driver grbl --port /dev/ttyUSB0
+  epirig stage home --driver sim                        no hardware needed
+
+Ctrl-C stops the stage; a second Ctrl-C stops it at once.")]
+struct Home {
+    #[command(flatten)]
+    stage: WhichStage,
+}
+
+/// Move the stage to a position, in mm from home
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig stage move 12.5
+  epirig stage move --by -1.5
+  epirig stage move 12.5 --approach-mm 0.5              ends upwards, against backlash
+  epirig stage move 12.5 --home --driver sim            no hardware needed
+
+The stage must have been homed. The move counts when the stage reports to be there. Ctrl-C stops the stage.")]
+struct Move {
+    /// Where to, in mm from home
+    #[arg(value_name = "MM", allow_negative_numbers = true, required_unless_present = "by")]
+    to: Option<f64>,
+    /// How far from where the stage is, in mm
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "to")]
+    by: Option<f64>,
+    /// Home the stage first
+    #[arg(long)]
+    home: bool,
+    #[command(flatten)]
+    stage: WhichStage,
+}
+
+/// Stop the stage
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  epirig stage stop --port /dev/ttyACM0
+
+If another epirig has the port, it is told to stop the stage.")]
+struct Stop {
+    #[command(flatten)]
+    stage: WhichStage,
+}
+
+/// Say the position of the stage
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  epirig stage position --json")]
+struct Position {
+    #[command(flatten)]
+    stage: WhichStage,
+}
+
+/// The stage of a rig.
+#[derive(Debug, Args)]
+struct WhichStage {
+    #[command(flatten)]
+    rig: RigArgument,
+    #[command(flatten)]
+    stage: StageArguments,
+}
+
+impl WhichStage {
+    fn profile(&self) -> Result<Profile, CliError> {
+        let mut options = Options::default();
+        self.stage.options(&mut options);
+        self.rig.profile(options)
+    }
+
+    /// Connects to it; from then on Ctrl-C stops it.
+    fn connect(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
+        Ok(Stages::new(&self.profile()?, self.stage.transcript(), talk)?.connect()?)
+    }
+}
+
+#[derive(Serialize)]
+struct Report {
+    stage: String,
+    /// `None` if it is not known.
+    position_mm: Option<f64>,
+    travel_mm: f64,
+    moving: bool,
+    at_limit: bool,
+    home_shift_mm: Option<f64>,
+}
+
+fn tell(stage: &mut dyn Stage, talk: &Talk) -> Result<(), CliError> {
+    let state = stage.state()?;
+    let report = Report {
+        stage: stage.identity().to_string(),
+        position_mm: state.position_mm,
+        travel_mm: stage.travel_mm(),
+        moving: state.moving,
+        at_limit: state.at_limit,
+        home_shift_mm: stage.home_shift_mm(),
+    };
+    talk.result(&report, || {
+        let place =
+            report.position_mm.map_or("position unknown: not homed".to_owned(), |mm| format!("{mm:.4} mm"));
+        let moving = if report.moving { ", moving" } else { "" };
+        let limit = if report.at_limit { ", at a limit switch" } else { "" };
+        format!("{place}{moving}{limit}\n")
+    })
+}
+
+impl Home {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let mut stage = self.stage.connect(talk)?;
+        home(&mut *stage, talk)?;
+        tell(&mut *stage, talk)
+    }
+}
+
+impl Move {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let mut stage = self.stage.connect(talk)?;
+        if self.home {
+            home(&mut *stage, talk)?;
+        }
+        let target_mm = match (self.to, self.by) {
+            (Some(to_mm), _) => to_mm,
+            (None, by_mm) => stage.position_mm()? + by_mm.unwrap_or(0.0),
+        };
+        stage.move_to(target_mm)?;
+        tell(&mut *stage, talk)
+    }
+}
+
+impl Stop {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
+        match self.stage.connect(talk) {
+            Ok(mut stage) => {
+                stage.stop()?;
+                tell(&mut *stage, talk)
+            }
+            Err(CliError::Link(error @ LinkError::Busy { .. })) => {
+                let port = Stages::new(&self.stage.profile()?, None, talk)?.port()?;
+                let pid = ask_holder_to_stop(&port).ok_or(error)?;
+                talk.say(&format!(
+                    "process {pid}, an epirig that has the port, has been told to stop the stage"
+                ));
+                Ok(())
+            }
+            Err(other) => Err(other),
+        }
+    }
+}
+
+impl Position {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
+        tell(&mut *self.stage.connect(talk)?, talk)
+    }
+}

@@ -1,0 +1,196 @@
+//! How well heights will be known, from what is known before the scan.
+//!
+//! Over N frames spread evenly, the slope of a line in an EPI is a least-squares slope over tau = 0 .. 1, where
+//! sum (tau - mean)^2 = N (N + 1) / (12 (N - 1)). With noise s in each frame, x-gradients g and W pixels fitted together, the disparity d is known to
+//!
+//! ```text
+//! sigma_d = s / (g sqrt W) * sqrt(12 (N - 1) / (N (N + 1)))
+//! ```
+//!
+//! which is the Cramer-Rao bound. Height is Z = f B / d, with D = f B / Z px of disparity over the baseline B: sigma_Z = Z / D * sigma_d.
+//!
+//! A stage that stops e away from where it should shifts the whole picture, by f / Z e. That enters the slope in the same way, but is common to
+//! all pixels: it moves and tilts the surface as a whole, and changes a relief h by its share h / Z only.
+
+use serde::Serialize;
+
+/// Relief of so many sigma is resolved ...
+const RESOLVED: f64 = 5.0;
+/// ... and of less than so many hidden.
+const HIDDEN: f64 = 2.0;
+
+/// What a prediction is made from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Prospect {
+    /// How far a mm of the stage moves the picture, in px: f / Z.
+    pub px_per_mm: f64,
+    /// Distance of the object Z, in mm.
+    pub distance_mm: f64,
+    /// From the first to the last position, in mm.
+    pub baseline_mm: f64,
+    /// Number of frames, at least 2.
+    pub frames: usize,
+    /// Standard deviation of a frame's samples, in DN.
+    pub noise_dn: f64,
+    /// Root mean square of the gradient along x, without noise, in DN per px.
+    pub gradient_dn_per_px: f64,
+    /// Pixels that are fitted together.
+    pub window_px: f64,
+    /// Standard deviation of a stop of the stage, in mm, if known.
+    pub step_error_mm: Option<f64>,
+    /// Height differences that are to be seen, in mm, if known.
+    pub relief_mm: Option<f64>,
+}
+
+/// Whether relief will be seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Resolution {
+    /// 5 sigma and more.
+    Resolved,
+    /// 2 to 5 sigma.
+    Marginal,
+    /// Less than 2 sigma.
+    Hidden,
+}
+
+/// What a scan can be expected to give.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Prediction {
+    /// Disparity over the whole baseline, in px, without its sign.
+    pub disparity_px: f64,
+    /// Standard deviation of a pixel's disparity by noise, in px.
+    pub sigma_disparity_px: f64,
+    /// The same of its height, in mm.
+    pub sigma_height_mm: f64,
+    /// Standard deviation of what all disparities are off by together because of the stage, in px.
+    pub common_disparity_px: Option<f64>,
+    /// The same in height, in mm.
+    pub common_height_mm: Option<f64>,
+    /// Disparity that the relief makes, in px.
+    pub relief_px: Option<f64>,
+    /// The relief in sigmas of a pixel's height, noise and the relief's share of the common error together.
+    pub relief_sigmas: Option<f64>,
+    /// Whether it will be seen.
+    pub resolution: Option<Resolution>,
+}
+
+impl Prediction {
+    /// From `prospect`.
+    ///
+    /// ```
+    /// use epirig::doctor::{Prediction, Prospect, Resolution};
+    ///
+    /// // The paper's rig: f = 25 / 9 * 1024 px, 900 mm, 101 frames over 150 mm; 1 DN of noise, 10 DN per px of texture.
+    /// let predicted = Prediction::of(&Prospect {
+    ///     px_per_mm: 25.0 / 9.0 * 1024.0 / 900.0,
+    ///     distance_mm: 900.0,
+    ///     baseline_mm: 150.0,
+    ///     frames: 101,
+    ///     noise_dn: 1.0,
+    ///     gradient_dn_per_px: 10.0,
+    ///     window_px: 25.0,
+    ///     step_error_mm: Some(0.01),
+    ///     relief_mm: Some(0.2),
+    /// });
+    /// assert!((predicted.relief_px.unwrap() - 0.105).abs() < 0.001);
+    /// assert_eq!(predicted.resolution, Some(Resolution::Resolved));
+    /// ```
+    pub fn of(prospect: &Prospect) -> Self {
+        let frames = prospect.frames as f64;
+        let slope = (12.0 * (frames - 1.0) / (frames * (frames + 1.0))).sqrt();
+        let disparity_px = (prospect.px_per_mm * prospect.baseline_mm).abs();
+        let mm_per_px = prospect.distance_mm / disparity_px;
+        let sigma_disparity_px =
+            prospect.noise_dn / (prospect.gradient_dn_per_px * prospect.window_px.sqrt()) * slope;
+        let sigma_height_mm = mm_per_px * sigma_disparity_px;
+        let common_disparity_px =
+            prospect.step_error_mm.map(|error_mm| (prospect.px_per_mm * error_mm).abs() * slope);
+        let common_height_mm = common_disparity_px.map(|common_px| common_px * mm_per_px);
+        let relief_sigmas = prospect.relief_mm.map(|relief_mm| {
+            let share = relief_mm / prospect.distance_mm;
+            relief_mm / sigma_height_mm.hypot(share * common_height_mm.unwrap_or(0.0))
+        });
+        Self {
+            disparity_px,
+            sigma_disparity_px,
+            sigma_height_mm,
+            common_disparity_px,
+            common_height_mm,
+            relief_px: prospect.relief_mm.map(|relief_mm| relief_mm / mm_per_px),
+            relief_sigmas,
+            resolution: relief_sigmas.map(Resolution::of),
+        }
+    }
+}
+
+impl Resolution {
+    fn of(sigmas: f64) -> Self {
+        if sigmas >= RESOLVED {
+            Self::Resolved
+        } else if sigmas >= HIDDEN {
+            Self::Marginal
+        } else {
+            Self::Hidden
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prospect() -> Prospect {
+        Prospect {
+            px_per_mm: 2.0,
+            distance_mm: 500.0,
+            baseline_mm: 50.0,
+            frames: 25,
+            noise_dn: 2.0,
+            gradient_dn_per_px: 8.0,
+            window_px: 25.0,
+            step_error_mm: Some(0.005),
+            relief_mm: Some(0.5),
+        }
+    }
+
+    #[test]
+    fn the_numbers_are_those_worked_out_by_hand() {
+        let found = Prediction::of(&prospect());
+        // sqrt(12 * 24 / (25 * 26)) = 0.665640; 2 / (8 * 5) = 0.05; D = 100 px, so 5 mm for each px.
+        assert!((found.disparity_px - 100.0).abs() < 1e-12);
+        assert!((found.sigma_disparity_px - 0.033_282).abs() < 1e-6, "{found:?}");
+        assert!((found.sigma_height_mm - 0.166_410).abs() < 1e-6);
+        assert!((found.common_disparity_px.unwrap() - 0.006_656_4).abs() < 1e-7);
+        assert!((found.common_height_mm.unwrap() - 0.033_282).abs() < 1e-6);
+        assert!((found.relief_px.unwrap() - 0.1).abs() < 1e-12);
+        // 0.5 / 0.166410, for 0.001 of the common error is nothing.
+        assert!((found.relief_sigmas.unwrap() - 3.00463).abs() < 1e-4);
+        assert_eq!(found.resolution, Some(Resolution::Marginal));
+    }
+
+    #[test]
+    fn more_light_resolves_and_less_hides() {
+        let with = |noise_dn: f64| Prediction::of(&Prospect { noise_dn, ..prospect() }).resolution;
+        assert_eq!(with(1.0), Some(Resolution::Resolved));
+        assert_eq!(with(4.0), Some(Resolution::Hidden));
+        assert_eq!(Prediction::of(&Prospect { relief_mm: None, ..prospect() }).resolution, None);
+    }
+
+    #[test]
+    fn the_slope_of_a_line_scatters_as_the_formula_says() {
+        // The exact covariance of a least-squares slope, summed frame by frame.
+        for frames in [2_usize, 5, 25, 101] {
+            let taus: Vec<f64> = (0..frames).map(|t| t as f64 / (frames - 1) as f64).collect();
+            let sum: f64 = taus.iter().map(|tau| (tau - 0.5).powi(2)).sum();
+            let found = Prediction::of(&Prospect {
+                frames,
+                noise_dn: 1.0,
+                gradient_dn_per_px: 1.0,
+                window_px: 1.0,
+                ..prospect()
+            });
+            assert!((found.sigma_disparity_px - sum.sqrt().recip()).abs() < 1e-12, "{frames}");
+        }
+    }
+}

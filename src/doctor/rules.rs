@@ -1,0 +1,197 @@
+//! Checks by rules: what plan, stage and settings say without a picture.
+
+use super::flicker::{nearest_exposure_us, suits_mains};
+use super::{Check, DoctorPlan, Verdict};
+use epirig_devices::camera::Configuration;
+
+/// Mains there are, in Hz.
+const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+/// Room on the disk is short below so many times what the frames take at most.
+const SPARE: u64 = 2;
+/// Of a frame besides its samples, at most: its record in the journal and a block of the file system.
+const BESIDES_BYTES: u64 = 8192;
+const MB: f64 = 1e6;
+const US_PER_MS: f64 = 1e3;
+
+/// Whether all positions lie on the travel.
+pub(super) fn travel(positions_mm: &[f64], travel_mm: f64) -> Check {
+    const NAME: &str = "travel";
+    let least = positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
+    let greatest = positions_mm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let finding = format!(
+        "the plan goes from {least:.3} mm to {greatest:.3} mm, the stage's travel from 0 to {travel_mm:.3} mm"
+    );
+    if least >= 0.0 && greatest <= travel_mm {
+        Check::good(NAME, finding)
+    } else {
+        Check::with_advice(NAME, Verdict::Bad, finding, "choose fewer or shorter steps, or another start")
+    }
+}
+
+/// Whether the motor keeps the carriage in place at rest.
+pub(super) fn holding(holds: Option<bool>) -> Check {
+    const NAME: &str = "holding";
+    match holds {
+        Some(true) => Check::good(NAME, "the motor is energised at rest".to_owned()),
+        Some(false) => Check::with_advice(
+            NAME,
+            Verdict::Bad,
+            "the motor is without current at rest: the carriage may move before a frame is taken".to_owned(),
+            "set the stage so that it holds",
+        ),
+        None => Check::with_advice(
+            NAME,
+            Verdict::Unknown,
+            "the stage cannot tell whether its motor is energised at rest".to_owned(),
+            "try to turn the spindle by hand: it must resist",
+        ),
+    }
+}
+
+/// Whether the frames fit on the disk. Compressed they take less than their samples do, which are reckoned with.
+pub(super) fn disk(plan: &DoctorPlan, configuration: &Configuration) -> Check {
+    const NAME: &str = "disk";
+    let frames = plan.scan.positions_mm.len() + plan.scan.calibration_frames();
+    let needed = (plan.scan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
+    let needs = format!("the sequence takes {:.1} MB at most", needed as f64 / MB);
+    let Some(free) = plan.free_bytes else {
+        return Check::with_advice(NAME, Verdict::Unknown, needs, "make sure that there is room for it");
+    };
+    let finding = format!("{needs}, {:.1} MB are free", free as f64 / MB);
+    if free < needed {
+        Check::with_advice(NAME, Verdict::Bad, finding, "free room, or write to another disk")
+    } else if free < SPARE * needed {
+        Check::with_advice(NAME, Verdict::Warning, finding, "other programs may take what is left: free room")
+    } else {
+        Check::good(NAME, finding)
+    }
+}
+
+/// Whether anything changes by itself.
+pub(super) fn automatic_controls(configuration: &Configuration) -> Check {
+    const NAME: &str = "settings";
+    if configuration.notes.is_empty() {
+        let watched = configuration.pinned.len();
+        return Check::good(NAME, format!("nothing is automatic; {watched} controls are watched"));
+    }
+    Check::with_advice(
+        NAME,
+        Verdict::Warning,
+        configuration.notes.join("; "),
+        "take another format or set the controls by hand, if the camera lets you",
+    )
+}
+
+/// Whether the exposure takes the same light from lamps on mains whenever it begins.
+pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check {
+    const NAME: &str = "exposure";
+    let Some(exposure_us) = exposure_us else {
+        return Check::with_advice(
+            NAME,
+            Verdict::Unknown,
+            "the camera does not tell its exposure time".to_owned(),
+            "use a lamp that does not flicker",
+        );
+    };
+    let possible = mains_hz.map_or(MAINS_HZ.to_vec(), |mains_hz| vec![mains_hz]);
+    let (suiting, others): (Vec<f64>, Vec<f64>) =
+        possible.iter().partition(|mains_hz| suits_mains(exposure_us, **mains_hz));
+    let names = |mains: &[f64]| {
+        mains.iter().map(|mains_hz| format!("{mains_hz:.0} Hz")).collect::<Vec<_>>().join(" or ")
+    };
+    let exposure_ms = exposure_us / US_PER_MS;
+    let advice = || {
+        let nearest = possible.iter().map(|&mains_hz| {
+            format!("{:.0} us at {mains_hz:.0} Hz mains", nearest_exposure_us(exposure_us, mains_hz))
+        });
+        format!("expose for {}, or use a lamp that does not flicker", nearest.collect::<Vec<_>>().join(", "))
+    };
+    match (suiting.is_empty(), others.is_empty()) {
+        (_, true) => Check::good(
+            NAME,
+            format!("{exposure_ms:.2} ms are whole half periods of mains of {}", names(&suiting)),
+        ),
+        (true, _) => Check::with_advice(
+            NAME,
+            Verdict::Warning,
+            format!("{exposure_ms:.2} ms are no whole half periods of mains of {}", names(&others)),
+            advice(),
+        ),
+        (false, false) => Check::with_advice(
+            NAME,
+            Verdict::Unknown,
+            format!(
+                "{exposure_ms:.2} ms are whole half periods of mains of {}, not of {}",
+                names(&suiting),
+                names(&others)
+            ),
+            format!("say which mains you have; else {}", advice()),
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::CapturePlan;
+
+    #[test]
+    fn exposures_are_judged_by_the_mains_there_are() {
+        let verdict = |exposure_us, mains_hz| exposure(Some(exposure_us), mains_hz).verdict;
+        assert_eq!(verdict(20_000.0, Some(50.0)), Verdict::Good);
+        assert_eq!(verdict(20_000.0, Some(60.0)), Verdict::Warning);
+        assert_eq!(verdict(20_000.0, None), Verdict::Unknown);
+        assert_eq!(verdict(50_000.0, None), Verdict::Good, "five and six half periods");
+        assert_eq!(verdict(1_000.0, None), Verdict::Warning);
+        let check = exposure(Some(12_000.0), Some(60.0));
+        assert_eq!(
+            check.advice.unwrap(),
+            "expose for 8333 us at 60 Hz mains, or use a lamp that does not flicker"
+        );
+        assert_eq!(exposure(None, None).verdict, Verdict::Unknown);
+    }
+
+    #[test]
+    fn a_plan_stays_on_the_travel() {
+        assert_eq!(travel(&[0.0, 50.0, 100.0], 100.0).verdict, Verdict::Good);
+        assert_eq!(travel(&[0.0, 100.1], 100.0).verdict, Verdict::Bad);
+        assert_eq!(travel(&[-0.1, 10.0], 100.0).verdict, Verdict::Bad);
+        let holding = [Some(true), Some(false), None].map(|holds| holding(holds).verdict);
+        assert_eq!(holding, [Verdict::Good, Verdict::Bad, Verdict::Unknown]);
+    }
+
+    #[test]
+    fn frames_of_16_bit_take_twice_the_room() {
+        let configuration = Configuration {
+            format: epirig_devices::camera::ActiveFormat {
+                four_cc: epirig_devices::camera::pixels::FourCc(*b"GREY"),
+                size: epirig_devices::camera::Size { columns: 1000, rows: 500 },
+                stride: 1000,
+                image_bytes: 500_000,
+                interlaced: false,
+            },
+            rows: 500,
+            columns: 1000,
+            bit_depth: 8,
+            interval: None,
+            exposure_us: None,
+            pinned: Vec::new(),
+            notes: vec!["the images come compressed".to_owned()],
+        };
+        let plan = |averaged, free_bytes| DoctorPlan {
+            scan: CapturePlan { averaged, ..CapturePlan::at(vec![0.0; 10]) },
+            distance_mm: None,
+            relief_mm: None,
+            mains_hz: None,
+            free_bytes,
+            short: true,
+        };
+        let verdict = |averaged, free_bytes| disk(&plan(averaged, free_bytes), &configuration).verdict;
+        // 10 x 500 kB; twice that averaged; and 82 kB besides.
+        assert_eq!(verdict(1, Some(10_200_000)), Verdict::Good);
+        assert_eq!(verdict(4, Some(10_200_000)), Verdict::Warning);
+        assert_eq!(verdict(4, Some(10_000_000)), Verdict::Bad);
+        assert_eq!(verdict(1, None), Verdict::Unknown);
+        assert_eq!(automatic_controls(&configuration).verdict, Verdict::Warning);
+    }
+}

@@ -1,0 +1,299 @@
+//! From disparity to what is asked of the surface, with its files and pictures.
+
+use serde::Serialize;
+
+use super::PipelineError;
+use crate::report::{Chart, Series, ValueRange, map_picture};
+use crate::results::{MatchSummary, ResultsFolder};
+use epirig_core::grid::Grid;
+use epirig_data::formats::{Vertex, gsf, ply};
+use epirig_matcher::surface::{
+    Depth, DepthAtMargin, Extent, Heights, Line, Part, Profile, Rectangle, Roughness, Steps, StepsOptions,
+    SurfaceError, Trend, find_extent, find_steps, fit_trend, profile, roughness,
+};
+
+/// Version of `surface.json`.
+const FORMAT_VERSION: u32 = 3;
+
+/// What is asked of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceQuestions {
+    /// Trend and what the search for two levels has to know.
+    pub steps: StepsOptions,
+    /// Part of the picture that is asked about; `None` is all of it.
+    pub region: Option<Rectangle>,
+    /// Line of the profile; `None` takes the middle row of the field that is used.
+    pub line: Option<((f64, f64), (f64, f64))>,
+    /// Over how many px across the line the profile is averaged.
+    pub profile_width_px: usize,
+}
+
+/// `surface.json`: what the surface is like, in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SurfaceSummary {
+    /// Version of the format.
+    pub format: u32,
+    /// Version of the program.
+    pub program: String,
+    /// Uid of the sequence.
+    pub sequence_uid: String,
+    /// How the scan had ended when it was matched, as in `match.json`.
+    pub scan_ended: String,
+    /// Distance that heights are counted from, in mm.
+    pub distance_mm: f64,
+    /// Width of a pixel there, in mm.
+    pub pixel_mm: f64,
+    /// Which of the heights all of this is about.
+    pub field: FieldSummary,
+    /// What was removed from the heights: the trend of the upper level if there are two, else of the whole field.
+    pub trend: Trend,
+    /// Its tilt along x and y, in deg.
+    pub tilt_deg: (f64, f64),
+    /// Its bow over the field, in mm.
+    pub bow_mm: f64,
+    /// The two levels, if there are two.
+    pub levels: Option<LevelsSummary>,
+    /// Why there are no levels.
+    pub no_levels: Option<String>,
+    /// Roughness of the field after the trend; hollows are part of it.
+    pub roughness: Roughness,
+}
+
+/// What was used of the heights; `used.png` shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FieldSummary {
+    /// Part of the picture that was asked about, if not all of it.
+    pub region: Option<Rectangle>,
+    /// Pixels there that have a height.
+    pub answered_px: usize,
+    /// Those of the largest field that hangs together, which all other numbers come from.
+    pub used_px: usize,
+    /// Left out, because their sigma is far above the usual.
+    pub uncertain_px: usize,
+    /// Left out, because they do not hang together with the field.
+    pub apart_px: usize,
+    /// Left out at the rim of the field.
+    pub rim_px: usize,
+}
+
+/// The two levels of a surface.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelsSummary {
+    /// How far the lower lies below the upper.
+    pub depth: Depth,
+    /// Whether parts stand on the lower level.
+    pub raised: bool,
+    /// Distance from the walls that was left out, in px.
+    pub margin_px: usize,
+    /// What other distances would have given: a depth that still grows says that windows reach over the walls.
+    pub by_margin: Vec<DepthAtMargin>,
+    /// Pixels further apart than this err by themselves.
+    pub correlation_reach_px: usize,
+    /// Roughness about the levels, of the pixels clear of the walls; with the noise that their sigmas state.
+    pub roughness: Option<Roughness>,
+    /// Each part.
+    pub parts: Vec<Part>,
+}
+
+/// Answers `questions` about the heights of what was `matched` and writes the answers into `folder`, which the caller commits.
+///
+/// # Errors
+/// [`PipelineError::Surface`] if there is no trend or no profile; that there is one level only is an answer.
+pub fn inspect_surface(
+    heights: &Heights,
+    matched: &MatchSummary,
+    questions: &SurfaceQuestions,
+    folder: &ResultsFolder,
+) -> Result<SurfaceSummary, PipelineError> {
+    let all = heights;
+    let extent = find_extent(all, questions.region, questions.steps.margin_px)?;
+    let heights = &all.only(&extent.used);
+    let (trend, steps) = match find_steps(heights, &questions.steps) {
+        Ok(steps) => (steps.trend.clone(), Ok(steps)),
+        Err(reason @ (SurfaceError::OneLevel { .. } | SurfaceError::TooNarrow { .. })) => {
+            (fit_trend(heights, questions.steps.trend)?, Err(reason))
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let rest_mm = trend.removed_from(heights);
+    let steps = steps.as_ref();
+    let summary = SurfaceSummary {
+        format: FORMAT_VERSION,
+        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        sequence_uid: matched.sequence_uid.clone(),
+        scan_ended: matched.scan_ended.clone(),
+        distance_mm: heights.distance_mm,
+        pixel_mm: heights.pixel_mm(),
+        field: FieldSummary {
+            region: questions.region,
+            answered_px: extent.answered_px,
+            used_px: extent.used_px,
+            uncertain_px: extent.uncertain_px,
+            apart_px: extent.apart_px,
+            rim_px: extent.rim_px,
+        },
+        tilt_deg: trend.tilt_deg(),
+        bow_mm: trend.bow_mm(),
+        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights)),
+        no_levels: steps.err().map(ToString::to_string),
+        roughness: roughness(&rest_mm, &heights.sigma_mm, |_, _| true)
+            .ok_or(SurfaceError::TooFewPixels { pixels: 0, what: "the roughness" })?,
+        trend,
+    };
+    let (from_px, to_px) = questions.line.unwrap_or_else(|| middle_row(&extent.used));
+    let line = Line { from_px, to_px, width_px: questions.profile_width_px };
+    let correlation_px = steps.map_or(f64::INFINITY, |steps| steps.correlation.length_px());
+    let profile = profile(heights, &rest_mm, line, correlation_px)?;
+    write(folder, all, &rest_mm, &profile, &summary)?;
+    folder.write_grey("used.png", &used_values(all, &extent, steps.ok()))?;
+    Ok(summary)
+}
+
+/// The row that has as many used pixels above as below, from the first to the last column of the field.
+fn middle_row(used: &Grid<bool>) -> ((f64, f64), (f64, f64)) {
+    let columns = used.columns();
+    let places: Vec<usize> = (0..used.values().len()).filter(|&index| used.values()[index]).collect();
+    let y = places.get(places.len() / 2).map_or(0, |index| index / columns) as f64;
+    let left = places.iter().map(|index| index % columns).min().unwrap_or(0);
+    let right = places.iter().map(|index| index % columns).max().unwrap_or(0);
+    ((left as f64, y), (right as f64, y))
+}
+
+/// Grey values of `used.png`: 0 no height, 80 a height that is not used, 160 used, but not for the levels (too near to a wall, or an outlier),
+/// 255 used.
+fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Grid<u8> {
+    let mut values = heights.height_mm.map(|height| if height.is_finite() { 80 } else { 0 });
+    for (index, value) in values.values_mut().iter_mut().enumerate() {
+        if extent.used.values()[index] {
+            let on_level = steps.is_none_or(|steps| steps.used.values()[index]);
+            *value = if on_level { 255 } else { 160 };
+        }
+    }
+    values
+}
+
+fn levels(steps: &Steps, rest_mm: &Grid<f32>, heights: &Heights) -> LevelsSummary {
+    let mut about = rest_mm.clone();
+    for (height, &lower) in about.values_mut().iter_mut().zip(steps.lower.values()) {
+        *height += if lower { steps.depth.depth_mm as f32 } else { 0.0 };
+    }
+    LevelsSummary {
+        depth: steps.depth,
+        raised: steps.raised,
+        margin_px: steps.margin_px,
+        by_margin: steps.by_margin.clone(),
+        correlation_reach_px: steps.correlation.reach_px(),
+        roughness: roughness(&about, &heights.sigma_mm, |x, y| steps.used.at(x, y)),
+        parts: steps.parts.clone(),
+    }
+}
+
+fn write(
+    folder: &ResultsFolder,
+    heights: &Heights,
+    rest_mm: &Grid<f32>,
+    profile: &Profile,
+    summary: &SurfaceSummary,
+) -> Result<(), PipelineError> {
+    folder.write_map("height_mm.tiff", rest_mm)?;
+    let title = format!("Height after the trend, sequence {}", summary.sequence_uid);
+    folder.write("height.gsf", &gsf(rest_mm, summary.pixel_mm, &title))?;
+    folder.write("surface.ply", &points(heights, &summary.sequence_uid))?;
+    folder.write("profile.csv", profile_csv(profile).as_bytes())?;
+    if let Some(levels) = &summary.levels {
+        folder.write("hollows.csv", parts_csv(levels).as_bytes())?;
+    }
+    let range = ValueRange::of(rest_mm, 0.01);
+    folder.write_picture("height.png", &map_picture(rest_mm, "Height after the trend", "mm", range)?)?;
+    folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
+    folder.write_json("surface.json", summary)?;
+    Ok(())
+}
+
+/// Vertices with x to the right, y up and z towards the camera, and two triangles between any four neighbours that are known.
+fn points(heights: &Heights, sequence_uid: &str) -> Vec<u8> {
+    let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
+    let mut numbers = Grid::filled(rows, columns, None);
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for y in 0..rows {
+        for x in 0..columns {
+            let (height_mm, sigma_mm) = (heights.height_mm.at(x, y), heights.sigma_mm.at(x, y));
+            if height_mm.is_nan() {
+                continue;
+            }
+            let (x_mm, y_mm) = heights.lateral_mm(x, y);
+            numbers.row_mut(y)[x] = Some(vertices.len() as u32);
+            vertices.push(Vertex { place_mm: [x_mm as f32, -y_mm as f32, height_mm], sigma_mm });
+            if x == 0 || y == 0 {
+                continue;
+            }
+            let corners =
+                (numbers.at(x - 1, y - 1), numbers.at(x - 1, y), numbers.at(x, y), numbers.at(x, y - 1));
+            if let (Some(a), Some(b), Some(c), Some(d)) = corners {
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    let source = format!("source: epirig {}, sequence {sequence_uid}", env!("CARGO_PKG_VERSION"));
+    let axes = format!(
+        "x to the right, y up, z towards the camera from the level {} mm away; no trend removed",
+        heights.distance_mm
+    );
+    ply(&vertices, &triangles, &[&source, &axes])
+}
+
+fn number(value: f64) -> String {
+    if value.is_nan() { "nan".to_owned() } else { value.to_string() }
+}
+
+fn profile_csv(profile: &Profile) -> String {
+    let mut text = "x_px,y_px,distance_mm,height_mm,sigma_mm\n".to_owned();
+    for point in &profile.points {
+        let fields = [point.x_px, point.y_px, point.distance_mm, point.height_mm, point.sigma_mm].map(number);
+        text.push_str(&(fields.join(",") + "\n"));
+    }
+    text
+}
+
+fn parts_csv(levels: &LevelsSummary) -> String {
+    let mut text = "centre_x_px,centre_y_px,area_px,area_mm2,used_px,depth_mm,sigma_mm,half_width_95_mm,scale_sigma_mm\n".to_owned();
+    for part in &levels.parts {
+        let known = |value: Option<f64>| number(value.unwrap_or(f64::NAN));
+        let depth = &part.depth;
+        let fields = [
+            number(part.centre_x_px),
+            number(part.centre_y_px),
+            part.area_px.to_string(),
+            number(part.area_mm2),
+            part.used_px.to_string(),
+            number(depth.depth_mm),
+            known(depth.sigma_mm),
+            known(depth.half_width_95_mm),
+            number(depth.scale_sigma_mm),
+        ];
+        text.push_str(&(fields.join(",") + "\n"));
+    }
+    text
+}
+
+/// The profile between the two levels, as in the paper's last figure.
+fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
+    let along = |height: &dyn Fn(f64) -> f64| {
+        profile.points.iter().map(|point| (point.distance_mm, height(point.height_mm))).collect()
+    };
+    let mut series = vec![Series::line("height", along(&|height| height))];
+    if let Some(levels) = &summary.levels {
+        series.push(Series::line("upper level", along(&|_| 0.0)));
+        series.push(Series::line("lower level", along(&|_| -levels.depth.depth_mm)));
+    }
+    let ((from_x, from_y), (to_x, to_y)) = (profile.line.from_px, profile.line.to_px);
+    Chart {
+        title: format!("Height after the trend from ({from_x}, {from_y}) to ({to_x}, {to_y}) px"),
+        x_label: "distance (mm)".to_owned(),
+        y_label: "height (mm)".to_owned(),
+        // Noise alone should not look like relief.
+        least_y_span: 6.0 * summary.roughness.sq_noise_mm,
+        series,
+        ..Chart::default()
+    }
+}

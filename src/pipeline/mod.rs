@@ -1,0 +1,256 @@
+//! From a sequence to its calibration, and to its folder of results: the stations in their order.
+
+mod calibration;
+
+mod inspect;
+mod need;
+mod rectified;
+
+use epirig_core::statistics::upper_median;
+use std::time::Instant;
+
+use thiserror::Error;
+
+pub use calibration::calibrate_sequence;
+
+use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
+use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
+use crate::results::{
+    FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, ResultsError, ResultsFolder,
+};
+use epirig_calibration::photometry::Maps;
+use epirig_core::grid::Grid;
+use epirig_core::progress::Progress;
+use epirig_core::volume::Volume;
+use epirig_data::sequence::{Sequence, SequenceError, load_volume};
+use epirig_matcher::lines::Lines;
+use epirig_matcher::surface::{Geometry, Heights, SurfaceError, heights};
+use epirig_matcher::{Answer, DisparityMaps, Effort, MatchError, MatchOptions, Matcher};
+
+pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
+pub use need::{Frames, calibration_need, frames_that_fit, match_need, rectification_need, surface_need};
+pub use rectified::rectify_sequence;
+
+/// Why a sequence has no results.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// The sequence cannot be read.
+    #[error(transparent)]
+    Sequence(#[from] SequenceError),
+    /// It cannot be calibrated, or its calibration cannot be used.
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+    /// It cannot be matched.
+    #[error(transparent)]
+    Match(#[from] MatchError),
+    /// The results cannot be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A picture cannot be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// What was asked of the surface has no answer.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+}
+
+/// What a measurement found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// The matcher's maps.
+    pub maps: DisparityMaps,
+    /// Heights, if lens and stage axis are known.
+    pub heights: Option<Heights>,
+    /// The numbers of `match.json`.
+    pub summary: MatchSummary,
+}
+
+/// The volume of `sequence`: corrected, rectified and with measured positions if there is a calibration, else as it was captured.
+///
+/// # Errors
+/// [`PipelineError`] naming the frame that cannot be used.
+pub fn load(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    progress: &dyn Progress,
+) -> Result<Volume, PipelineError> {
+    Ok(match calibration {
+        Some((calibration, maps)) => load_calibrated(sequence, calibration, maps, progress)?,
+        None => load_volume(sequence, progress)?,
+    })
+}
+
+/// What pictures show.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct View<'a> {
+    /// Row of the paper's figures; the middle one if not given.
+    pub figure_row: Option<usize>,
+    /// True disparity, drawn beside the measured one in the figures and used for nothing else; rows x columns of the matched frames, px.
+    pub truth: Option<&'a Grid<f32>>,
+}
+
+/// Matches `sequence` and writes everything that can be said of it into `folder`, which the caller commits. With a calibration the frames are
+/// corrected and rectified by it and have its measured positions; without one they are matched as they were captured.
+///
+/// # Errors
+/// [`PipelineError`] of the first station that fails.
+pub fn measure(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    options: &MatchOptions,
+    View { figure_row, truth }: View<'_>,
+    folder: &ResultsFolder,
+    progress: &dyn Progress,
+) -> Result<Measurement, PipelineError> {
+    let volume = load(sequence, calibration, progress)?;
+    let calibration = calibration.map(|(calibration, _)| calibration);
+    let y = figure_row.unwrap_or(volume.rows() / 2).min(volume.rows() - 1);
+    let frames: Vec<usize> = (0..volume.frames()).collect();
+    let epi = volume.selected(&[y], &frames, volume.tau().clone());
+    let begun = Instant::now();
+    let matcher = Matcher::new(volume, options.clone())?;
+    let maps = matcher.matched(progress)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let heights =
+        geometry(sequence, calibration).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
+    let lines = Lines::new(epi.tau(), maps.reference, epi.columns());
+    let mut summary = summarise(sequence, &lines, &maps, options, heights.as_ref(), seconds);
+    summary.calibration = calibration.map(Calibration::hash);
+    summary.positions = positions_name(calibration.map(|calibration| calibration.positions.source));
+
+    progress.begin("writing results", 1);
+    write_maps(folder, &maps, heights.as_ref())?;
+    let (candidates, costs) = matcher.row_costs(y, &maps);
+    for figure in paper_figures(&maps, FigureRow { y, epi: &epi, candidates, costs: &costs, truth })? {
+        folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?;
+        folder.write(&format!("figures/{}.csv", figure.name), figure.csv.as_bytes())?;
+    }
+    folder.write_summary(&summary)?;
+    progress.end();
+    Ok(Measurement { maps, heights, summary })
+}
+
+/// Lens and baseline: those of the calibration, or as far as the sequence's records tell.
+pub fn geometry(sequence: &Sequence, calibration: Option<&Calibration>) -> Option<Geometry> {
+    if let Some(calibration) = calibration {
+        let camera = calibration.mapping.camera;
+        let positions = &calibration.positions;
+        let baseline_mm = positions.baseline_mm?;
+        let lens = &calibration.lens;
+        let focal_length = lens.estimate.sigma()[0] / lens.estimate.lens.focal_length_x_px;
+        let baseline = positions.baseline_sigma_mm.unwrap_or(0.0) / baseline_mm;
+        let point = (camera.principal_point_x_px, camera.principal_point_y_px);
+        let exact = Geometry::exact(camera.focal_length_px, baseline_mm, point);
+        return (lens.source != LensSource::Unknown).then(|| exact.with_scale_sigma(focal_length, baseline));
+    }
+    let positions = sequence.positions_mm()?;
+    let baseline_mm = positions.last()? - positions.first()?;
+    let intrinsics = sequence.record().intrinsics?;
+    let point = (intrinsics.principal_point_x_px, intrinsics.principal_point_y_px);
+    Some(Geometry::exact(intrinsics.focal_length_px, baseline_mm, point))
+}
+
+fn positions_name(source: Option<PositionSource>) -> String {
+    match source {
+        Some(PositionSource::Target) => "target",
+        Some(PositionSource::Texture) => "texture",
+        Some(PositionSource::Automatic | PositionSource::Stage) | None => "stage",
+    }
+    .to_owned()
+}
+
+fn write_maps(
+    folder: &ResultsFolder,
+    maps: &DisparityMaps,
+    heights: Option<&Heights>,
+) -> Result<(), PipelineError> {
+    for name in ["disparity.pfm", "disparity.tiff", "disparity.npy"] {
+        folder.write_map(name, &maps.disparity)?;
+    }
+    folder.write_map("sigma.tiff", &maps.sigma)?;
+    folder.write_map("cost.tiff", &maps.cost)?;
+    folder.write_map("confidence.tiff", &maps.confidence)?;
+    folder.write_mask("mask.png", &maps.answer)?;
+    let range = ValueRange::of(&maps.disparity, 0.05);
+    folder.write_picture("disparity.png", &map_picture(&maps.disparity, "Disparity", "px", range)?)?;
+    let range = ValueRange::of_most(&maps.disparity, 0.05);
+    folder.write_picture(
+        "disparity-detail.png",
+        &map_picture(&maps.disparity, "Disparity, most of it", "px", range)?,
+    )?;
+    // Sigma at borders is many times that of the surface; the surface is what a person wants to see.
+    let range = ValueRange { low: 0.0, high: 3.0 * median(&maps.sigma).unwrap_or(1.0) as f32 };
+    folder.write_picture("sigma.png", &map_picture(&maps.sigma, "Sigma of the disparity", "px", range)?)?;
+    if let Some(heights) = heights {
+        folder.write_map("height_mm.tiff", &heights.height_mm)?;
+        folder.write_map("height_sigma_mm.tiff", &heights.sigma_mm)?;
+        let range = ValueRange::of(&heights.height_mm, 0.01);
+        folder.write_picture("height.png", &map_picture(&heights.height_mm, "Height", "mm", range)?)?;
+    }
+    Ok(())
+}
+
+fn summarise(
+    sequence: &Sequence,
+    lines: &Lines,
+    maps: &DisparityMaps,
+    options: &MatchOptions,
+    heights: Option<&Heights>,
+    seconds: f64,
+) -> MatchSummary {
+    let (tau_before, tau_after) = (lines.tau_before(), lines.tau_after());
+    MatchSummary {
+        format: FORMAT_VERSION,
+        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        sequence_uid: sequence.record().uid.clone(),
+        scan_ended: sequence.ended().to_owned(),
+        calibration: None,
+        positions: String::new(),
+        settings: settings(options),
+        reference: maps.reference,
+        tau_before,
+        tau_after,
+        minimum_px: maps.range.minimum_px,
+        maximum_px: maps.range.maximum_px,
+        range_found: maps.range_found,
+        ordering_constraint: maps.ordering,
+        order_violations: maps.order_violations(tau_before, tau_after),
+        answered: maps.share(Answer::Found),
+        leaves_image: maps.share(Answer::LeavesImage),
+        beyond_range: maps.share(Answer::BeyondRange),
+        no_texture: maps.share(Answer::NoTexture),
+        ambiguous: maps.share(Answer::Ambiguous),
+        occluded: maps.share(Answer::Occluded),
+        median_disparity_px: median(&maps.disparity),
+        median_sigma_px: median(&maps.sigma),
+        pixel_locking: maps.locking.map(LockingSummary::from),
+        distance_mm: heights.map(|heights| heights.distance_mm),
+        seconds,
+    }
+}
+
+fn settings(options: &MatchOptions) -> MatchSettings {
+    let quick = options.effort == Effort::Quick;
+    MatchSettings {
+        method: options.method,
+        window_px: options.window_px,
+        search: options.search_used(),
+        quick,
+        semi_global: options.semi_global,
+        interpolation: options.interpolation,
+        disparity_step_px: options.disparity_step_px,
+        minimum_visible: options.minimum_visible,
+        occlusion: options.occlusion,
+        fit: options.refine,
+        fit_window_px: options.refine_window_px,
+        wanted_sigma_px: (options.wanted_sigma_px.is_finite() && !quick).then_some(options.wanted_sigma_px),
+        maximum_sigma_px: options.maximum_sigma_px,
+        minimum_confidence: options.minimum_confidence,
+    }
+}
+
+fn median(map: &Grid<f32>) -> Option<f64> {
+    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| !value.is_nan()).collect();
+    upper_median(&mut known).map(f64::from)
+}

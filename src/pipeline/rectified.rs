@@ -1,0 +1,80 @@
+//! From a calibrated sequence to one of corrected and rectified frames.
+
+use std::path::Path;
+
+use super::PipelineError;
+use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
+use epirig_calibration::photometry::Maps;
+use epirig_core::frame::{Frame, Samples};
+use epirig_core::progress::Progress;
+use epirig_data::sequence::{
+    Derived, ExitStatus, Intrinsics, Origin, Sequence, refuse_existing, write_derived,
+};
+
+/// Bits of the samples: what lies between the camera's levels is kept.
+const BIT_DEPTH: u8 = 16;
+
+/// Makes the sequence `out` of the frames of `sequence`, corrected and rectified as its calibration says: 16 bit frames in which other software
+/// sees what `match` sees of the calibrated original. The measured positions are their positions, and the rectified camera is their lens, if one is
+/// known.
+///
+/// # Errors
+/// [`PipelineError`]; nothing is left then. [`CalibrateError::NoBaseline`] if positions were measured and nothing tells how many mm they are.
+pub fn rectify_sequence(
+    sequence: &Sequence,
+    (calibration, maps): &(Calibration, Maps),
+    out: &Path,
+    progress: &dyn Progress,
+) -> Result<Derived, PipelineError> {
+    refuse_existing(out)?;
+    let positions_mm = positions_mm(sequence, calibration)?;
+    let volume = load_calibrated(sequence, calibration, maps, progress)?;
+    let dn_per_sample = volume.dn_per_count();
+    let camera = calibration.mapping.camera;
+    let derived = Derived {
+        origin: Origin::Rectified {
+            folder: sequence.folder().display().to_string(),
+            sequence_uid: sequence.record().uid.clone(),
+            calibration: calibration.hash(),
+            dn_per_sample: f64::from(dn_per_sample),
+            original_bit_depth: volume.bit_depth(),
+        },
+        rows: volume.rows(),
+        columns: volume.columns(),
+        bit_depth: BIT_DEPTH,
+        intrinsics: (calibration.lens.source != LensSource::Unknown).then_some(Intrinsics {
+            focal_length_px: camera.focal_length_px,
+            principal_point_x_px: camera.principal_point_x_px,
+            principal_point_y_px: camera.principal_point_y_px,
+        }),
+        positions_mm,
+        sources: sequence.frames().iter().map(|record| record.file.clone()).collect(),
+        // What is wrong with how it ended is no less true of these frames.
+        exit_status: sequence.stop().map_or(ExitStatus::Aborted, |stop| stop.exit_status),
+        reason: sequence.end_in_words(),
+    };
+    let mut row = vec![0.0_f32; volume.columns()];
+    let frame = |t: usize| {
+        let mut samples = Vec::with_capacity(volume.rows() * volume.columns());
+        for y in 0..volume.rows() {
+            volume.copy_row(y, t, &mut row);
+            // What a gain lifts above 16 bit stays at their end.
+            samples.extend(row.iter().map(|dn| (dn / dn_per_sample).round() as u16));
+        }
+        Frame::new(volume.rows(), volume.columns(), BIT_DEPTH, Samples::U16(samples))
+    };
+    write_derived(out, derived.clone(), frame, progress)?;
+    Ok(derived)
+}
+
+/// The measured positions, counted from where the stage said that the first frame is.
+fn positions_mm(sequence: &Sequence, calibration: &Calibration) -> Result<Option<Vec<f64>>, CalibrateError> {
+    let positions = &calibration.positions;
+    let first_mm = sequence.positions_mm().and_then(|reported| reported.first().copied()).unwrap_or(0.0);
+    match positions.baseline_mm {
+        Some(baseline_mm) => Ok(Some(positions.tau.iter().map(|tau| first_mm + tau * baseline_mm).collect())),
+        // Then they are equidistant.
+        None if positions.source == PositionSource::Stage => Ok(None),
+        None => Err(CalibrateError::NoBaseline),
+    }
+}

@@ -1,0 +1,29 @@
+//! The program as a person meets it.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+mod bad_input;
+mod calibrate_command;
+mod camera_commands;
+mod command_line;
+#[cfg(unix)]
+mod hostile_files;
+mod independent_readers;
+#[cfg(unix)]
+mod killed_scans;
+#[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
+mod painted;
+mod pixel_locking;
+#[path = "../../crates/matcher/tests/promises/promises.rs"]
+mod promises;
+mod real_frames;
+mod rig_profiles;
+#[path = "../support/scans.rs"]
+mod scans;
+mod small_rig;
+mod split_half;
+#[cfg(feature = "serial")]
+mod stage_commands;
+#[path = "../support/program.rs"]
+mod support;
+mod surface;

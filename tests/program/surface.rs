@@ -1,0 +1,93 @@
+//! `epirig surface` from images to numbers: a bowed tile before a dark background, whose truth the simulator knows.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::{fails, succeeds, write_png};
+use epirig_simulator::{Scene, Simulator, SimulatorConfig};
+
+const SIDE_PX: usize = 200;
+const FRAMES: usize = 31;
+const DEPTH_MM: f64 = 1.0;
+const BOW_MM: f64 = 0.8;
+
+/// A tile of 93 x 93 px (1.62 mm each) with hollows of 17 px in its middle and at both sides, and sensor noise. They are 56 % of it: from 60 % on they are the ground that the
+/// rest stands on.
+fn tile() -> Simulator {
+    let mut config = SimulatorConfig::tile(SIDE_PX, FRAMES);
+    config.scene = Scene::Tile {
+        distance_mm: 900.0,
+        side_mm: 150.0,
+        hollow_depth_mm: DEPTH_MM,
+        hollow_width_mm: 28.0,
+        pitch_mm: 60.0,
+        wall_mm: 3.0,
+        bow_mm: BOW_MM,
+        bands: None,
+    };
+    config.sensor.read_noise_dn = 1.0;
+    Simulator::new(config).unwrap()
+}
+
+/// Writes the tile's images, imports and matches them as `seq`.
+fn matched(folder: &Path) {
+    let simulator = tile();
+    fs::create_dir(folder.join("photos")).unwrap();
+    for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
+        write_png(&folder.join(format!("photos/{index:03}.png")), &simulator.expose(position, index as u32));
+    }
+    let focal_length = simulator.config().optics.focal_length_px.to_string();
+    let scale = ["--step-mm", "5", "--focal-length-px", &focal_length];
+    succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
+    succeeds(folder, &["match", "seq"]);
+}
+
+fn number(value: &serde_json::Value, path: &str) -> f64 {
+    value.pointer(path).and_then(serde_json::Value::as_f64).unwrap_or_else(|| panic!("{path} in {value}"))
+}
+
+#[test]
+fn a_tile_before_a_background_is_measured_and_its_region_can_be_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    matched(folder);
+
+    let text = succeeds(folder, &["surface", "seq", "--json"]);
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let depth = number(&found, "/levels/depth/depth_mm");
+    let half_width = number(&found, "/levels/depth/half_width_95_mm");
+    // Twice the interval is missed once in ten thousand times.
+    assert!((depth - DEPTH_MM).abs() < 2.0 * half_width, "{depth} +- {half_width}");
+    assert!(half_width < 0.1 * DEPTH_MM, "{half_width}");
+    assert_eq!(found["levels"]["parts"].as_array().unwrap().len(), 3);
+    // The bow is stated for the field that was used, whose corners are nearly those of the tile: as much at the middle of two sides together.
+    let halves = [0, 1].map(|axis| number(&found, &format!("/trend/half_extent_mm/{axis}")) / 75.0);
+    let bow = number(&found, "/bow_mm");
+    assert!(halves.iter().all(|half| (0.85..=1.0).contains(half)), "{halves:?}");
+    let expected = halves.map(|half| half * half * BOW_MM).iter().sum::<f64>();
+    assert!((bow - expected).abs() < 0.1 * BOW_MM, "{bow}, not {expected}");
+    let field = |name: &str| found["field"][name].as_u64().unwrap();
+    let parts = ["used_px", "uncertain_px", "apart_px", "rim_px"].map(field);
+    assert_eq!(parts.iter().sum::<u64>(), field("answered_px"));
+    assert!(parts[0] > 5000 && parts[3] > 200, "{parts:?}");
+
+    // What the mask says was used is what was used.
+    let mask = image::open(folder.join("seq/results/surface/used.png")).unwrap().into_luma8();
+    assert_eq!(mask.dimensions(), (200, 200));
+    let values = |wanted: &[u8]| mask.pixels().filter(|pixel| wanted.contains(&pixel.0[0])).count() as u64;
+    assert_eq!(values(&[160, 255]), field("used_px"));
+    assert_eq!(values(&[80, 160, 255]), field("answered_px"));
+    assert_eq!(values(&[255]), number(&found, "/trend/pixels") as u64);
+
+    fails(folder, &["surface", "seq"], 2, &["--overwrite"]);
+    fails(folder, &["surface", "seq", "--region", "0,0,200,100", "--overwrite"], 2, &["--region", "199,199"]);
+    // The upper half of the tile, given by any two corners.
+    let text = succeeds(folder, &["surface", "seq", "--region", "199,100,0,0", "--overwrite", "--json"]);
+    let half: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert!((number(&half, "/levels/depth/depth_mm") - DEPTH_MM).abs() < 0.1 * DEPTH_MM);
+    let mask = image::open(folder.join("seq/results/surface/used.png")).unwrap().into_luma8();
+    let last = mask.enumerate_pixels().filter(|(.., pixel)| pixel.0[0] > 80).map(|(_, y, _)| y).max();
+    assert_eq!(last, Some(100));
+    let text = succeeds(folder, &["surface", "seq", "--overwrite"]);
+    assert!(text.contains("field ") && text.contains("used.png") && text.contains("95 %"), "{text}");
+}

@@ -1,0 +1,255 @@
+//! Rigs that fail in the middle of a scan: stages behind lines, stages in memory, and a camera that is tampered with.
+
+#![allow(unreachable_pub, reason = "a module of test programs has no outside")]
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use epirig_core::progress::Progress;
+use epirig_devices::camera::{
+    Camera, CameraError, CameraIdentity, CameraSettings, Configuration, Control, Moment, OfferedFormat,
+    SimCamera, SimFault, SimView, TakenFrame,
+};
+use epirig_devices::link::{LineNoise, SimulatedDevice, SimulatedLink};
+use epirig_devices::stage::grbl::GrblOptions;
+use epirig_devices::stage::native::NativeOptions;
+use epirig_devices::stage::simulator::{FaultScript, GrblDevice, NativeDevice, Plant, ZaberDevice};
+use epirig_devices::stage::zaber::ZaberOptions;
+use epirig_devices::stage::{
+    Dialect, GrblStage, MotionLimits, NativeStage, Stage, StageError, StagePosition, ZaberStage,
+};
+
+/// Between two attempts of a scan to reach a stage. A simulated line knows no time but its own.
+const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(500);
+
+/// How long a line stays noisy.
+const NOISY: Duration = Duration::from_secs(10);
+
+/// Where a carriage at so many steps of its plant is, in mm from home.
+type Place = fn(i64) -> f64;
+
+/// A simulated device whose carriage is watched, and whose line becomes noisy for a while when it is told to.
+pub struct Watched {
+    device: Box<dyn SimulatedDevice>,
+    plant: Plant,
+    place: Place,
+    watch: StagePosition,
+    noisy: Arc<AtomicBool>,
+    noisy_for: Duration,
+    to_device: LineNoise,
+    from_device: LineNoise,
+}
+
+/// The lengths of a step of each device, in mm.
+pub const fn step_mm(dialect: Dialect) -> f64 {
+    match dialect {
+        Dialect::Zaber => ZaberDevice::MICROSTEP_UM / 1000.0,
+        _ => 0.004,
+    }
+}
+
+impl Watched {
+    pub fn new(dialect: Dialect, script: &FaultScript, watch: StagePosition, noise: &LineNoise) -> Self {
+        let script = script.clone();
+        let (device, plant, place): (Box<dyn SimulatedDevice>, Plant, Place) = match dialect {
+            Dialect::Zaber => {
+                let device = ZaberDevice::new(script);
+                let plant = device.plant();
+                // Its home sensor is 4000 microsteps below the place where it begins.
+                (Box::new(device), plant, |steps| (steps + 4000) as f64 * step_mm(Dialect::Zaber))
+            }
+            Dialect::Grbl => {
+                let device = GrblDevice::new(script);
+                let plant = device.plant();
+                // It homes upwards, and goes 250 steps down from the switch at 2000.
+                (Box::new(device), plant, |steps| (2000 - 250 - steps) as f64 * step_mm(Dialect::Grbl))
+            }
+            _ => {
+                let device = NativeDevice::new(script);
+                let plant = device.plant();
+                (Box::new(device), plant, NativeDevice::mm_from_home)
+            }
+        };
+        let noisy = Arc::new(AtomicBool::new(false));
+        let (to_device, from_device) = (noise.clone(), noise.reversed());
+        Self { device, plant, place, watch, noisy, noisy_for: Duration::ZERO, to_device, from_device }
+    }
+
+    pub fn plant(&self) -> Plant {
+        self.plant.clone()
+    }
+
+    /// What makes the line noisy.
+    pub fn noise_switch(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.noisy)
+    }
+}
+
+impl SimulatedDevice for Watched {
+    fn receive(&mut self, byte: u8) {
+        if self.noisy.load(Ordering::SeqCst) {
+            self.to_device.pass(byte).for_each(|byte| self.device.receive(byte));
+        } else {
+            self.device.receive(byte);
+        }
+    }
+
+    fn advance(&mut self, time: Duration) {
+        self.device.advance(time);
+        if self.noisy.load(Ordering::SeqCst) {
+            self.noisy_for += time;
+            self.noisy.store(self.noisy_for < NOISY, Ordering::SeqCst);
+        }
+        self.watch.set((self.place)(self.plant.carriage_steps()), self.watch.elapsed() + time);
+    }
+
+    fn take_sent(&mut self) -> Vec<u8> {
+        let sent = self.device.take_sent();
+        if !self.noisy.load(Ordering::SeqCst) {
+            return sent;
+        }
+        sent.into_iter().flat_map(|byte| self.from_device.pass(byte)).collect()
+    }
+
+    fn connected(&self) -> bool {
+        self.device.connected()
+    }
+}
+
+/// Connects to a device, as often as it takes.
+pub fn connect(dialect: Dialect, device: &Arc<Mutex<Watched>>) -> Result<Box<dyn Stage>, StageError> {
+    Arc::clone(device).advance(BETWEEN_ATTEMPTS);
+    let link = Box::new(SimulatedLink::new(Arc::clone(device)));
+    Ok(match dialect {
+        Dialect::Zaber => {
+            let microstep_um = ZaberDevice::MICROSTEP_UM;
+            let limits = MotionLimits::default();
+            let options = ZaberOptions { device: 1, axis: 1, microstep_um, limits };
+            Box::new(ZaberStage::connect(link, options)?)
+        }
+        Dialect::Grbl => Box::new(GrblStage::connect(link, GrblOptions::default())?),
+        _ => Box::new(NativeStage::connect(link, NativeOptions::default())?),
+    })
+}
+
+/// What is done to a camera.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Mischief {
+    Fault(SimFault),
+    /// Its gain is set, and everybody told.
+    Gain(u32),
+    /// Something else is in front of it.
+    View(SimView),
+}
+
+/// When it is done: before the given call, counted from 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    Grab(usize),
+    Start(usize),
+}
+
+/// A camera that is tampered with.
+pub struct Tampered {
+    camera: SimCamera,
+    plan: Vec<(When, Mischief)>,
+    grabs: usize,
+    starts: usize,
+}
+
+impl Tampered {
+    pub fn new(camera: SimCamera, plan: Vec<(When, Mischief)>) -> Self {
+        Self { camera, plan, grabs: 0, starts: 0 }
+    }
+
+    fn tamper(&mut self, when: When) {
+        for (_, mischief) in self.plan.iter().filter(|(planned, _)| *planned == when) {
+            match mischief {
+                Mischief::Fault(fault) => self.camera.device().inject(*fault),
+                Mischief::View(view) => self.camera.device().view().put(*view),
+                Mischief::Gain(gain) => {
+                    self.camera.set_control("gain", &gain.to_string()).unwrap();
+                }
+            }
+        }
+    }
+}
+
+impl Camera for Tampered {
+    fn identity(&self) -> CameraIdentity {
+        self.camera.identity()
+    }
+
+    fn now(&mut self) -> Moment {
+        self.camera.now()
+    }
+
+    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
+        self.camera.offered()
+    }
+
+    fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
+        self.camera.controls()
+    }
+
+    fn set_control(&mut self, name: &str, value: &str) -> Result<Control, CameraError> {
+        self.camera.set_control(name, value)
+    }
+
+    fn configure(&mut self, settings: &CameraSettings) -> Result<Configuration, CameraError> {
+        self.camera.configure(settings)
+    }
+
+    fn start(&mut self) -> Result<(), CameraError> {
+        self.tamper(When::Start(self.starts));
+        self.starts += 1;
+        self.camera.start()
+    }
+
+    fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
+        self.tamper(When::Grab(self.grabs));
+        self.grabs += 1;
+        self.camera.grab_after(moment)
+    }
+
+    fn stop(&mut self) -> Result<(), CameraError> {
+        self.camera.stop()
+    }
+
+    fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError> {
+        self.tamper(When::Start(self.starts));
+        self.starts += 1;
+        self.camera.reconnect(patience)
+    }
+}
+
+/// Does something once so many frames have been taken.
+pub struct Once<F: Fn() + Sync> {
+    after: usize,
+    action: F,
+    taken: AtomicUsize,
+}
+
+impl<F: Fn() + Sync> Once<F> {
+    pub fn after(frames: usize, action: F) -> Self {
+        Self { after: frames, action, taken: AtomicUsize::new(0) }
+    }
+}
+
+impl<F: Fn() + Sync> Progress for Once<F> {
+    fn begin(&self, _what: &str, _total: u64) {}
+
+    fn advance(&self, _count: u64) {
+        if self.taken.fetch_add(1, Ordering::SeqCst) + 1 == self.after {
+            (self.action)();
+        }
+    }
+
+    fn end(&self) {}
+
+    fn note(&self, words: &str) {
+        // Shown of tests that fail.
+        println!("    {words}");
+    }
+}

@@ -1,0 +1,11 @@
+//! Scans under faults: what is captured is right, or the scan says what went wrong.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+mod faulty_rig;
+mod interrupted_scans;
+mod scan_fault_list;
+mod scan_faults;
+mod scan_outcome;
+#[path = "../support/scans.rs"]
+mod scans;

@@ -1,0 +1,12 @@
+//! Tests that take minutes: many rigs, many interruptions. `.ci/run tests` runs them.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
+mod calibration_statistics;
+mod error_analysis;
+#[cfg(target_os = "linux")]
+mod interrupted_writers;
+#[path = "../support/known_rig.rs"]
+mod known_rig;
+#[path = "../support/program.rs"]
+mod support;
