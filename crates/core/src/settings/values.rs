@@ -61,6 +61,11 @@ impl Settings {
         self.0.insert(key.record_name(), value);
     }
 
+    /// The value of a name as records have it, such as `travel_mm`; `None` if it was not set.
+    pub fn get(&self, record_name: &str) -> Option<&Setting> {
+        self.0.get(record_name)
+    }
+
     /// The number of a key, in its unit; `None` if it was not set.
     pub fn number(&self, key: &Key) -> Option<f64> {
         match self.0.get(&key.record_name())? {

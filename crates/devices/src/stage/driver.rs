@@ -143,6 +143,20 @@ pub fn drivers() -> Vec<Driver> {
     BUILT_IN.iter().map(|driver| Driver(*driver)).chain(added.iter().copied()).collect()
 }
 
+/// The keys that the drivers bring, each name once, with the names of the drivers that have it.
+pub fn driver_keys() -> Vec<(&'static Key, Vec<&'static str>)> {
+    let mut all: Vec<(&'static Key, Vec<&'static str>)> = Vec::new();
+    for driver in drivers() {
+        for key in driver.keys() {
+            match all.iter_mut().find(|(known, _)| known.name == key.name) {
+                Some((_, names)) => names.push(driver.name()),
+                None => all.push((key, vec![driver.name()])),
+            }
+        }
+    }
+    all
+}
+
 /// Adds drivers, for as long as the program runs. A driver whose name is known already is passed over.
 pub fn add_drivers(more: &[&'static dyn StageDriver]) {
     for driver in more {

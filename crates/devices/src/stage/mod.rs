@@ -29,7 +29,7 @@ use std::time::Duration;
 pub use axis::{Axis, Homed, Kinematics, Motion};
 pub use checked::CheckedStage;
 pub use consequence::{Consequence, PositionAfter, Remedy};
-pub use driver::{Connection, Driver, StageDriver, add_drivers, drivers};
+pub use driver::{Connection, Driver, StageDriver, add_drivers, driver_keys, drivers};
 pub use error::StageError;
 pub use grbl::GrblStage;
 pub use limits::MotionLimits;

@@ -57,6 +57,7 @@ impl StageDriver for Grbl {
             plant,
             mm_from_home: GrblDevice::mm_from_home,
             step_mm: GrblDevice::STEP_MM,
+            settings: Settings::default(),
         })
     }
 }

@@ -64,6 +64,7 @@ impl StageDriver for Native {
             plant,
             mm_from_home: NativeDevice::mm_from_home,
             step_mm: NativeDevice::STEP_MM,
+            settings: Settings::default(),
         })
     }
 }

@@ -33,6 +33,7 @@ pub use script::{DeviceFault, FaultScript, Mishap, Troubles};
 pub use zaber::ZaberDevice;
 
 use crate::link::SimulatedDevice;
+use epirig_core::settings::Settings;
 
 /// A device in memory, with the mechanics that it drives.
 pub struct SimulatedStage {
@@ -44,6 +45,8 @@ pub struct SimulatedStage {
     pub mm_from_home: fn(i64) -> f64,
     /// Length of a step, in mm.
     pub step_mm: f64,
+    /// The driver's settings for this device.
+    pub settings: Settings,
 }
 
 /// How often in a second a simulated device decides about a step.

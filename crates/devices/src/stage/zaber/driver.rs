@@ -6,7 +6,7 @@ use crate::stage::decode::{Decoder, LineDecoder};
 use crate::stage::simulator::{FaultScript, SimulatedStage, ZaberDevice};
 use crate::stage::{Axis, Connection, StageDriver, StageError};
 use epirig_core::settings::quantity::UM;
-use epirig_core::settings::{Allowed, Key, Kind, Settings};
+use epirig_core::settings::{Allowed, Key, Kind, Setting, Settings};
 
 pub(super) const NAME: &str = "zaber";
 
@@ -61,11 +61,14 @@ impl StageDriver for Zaber {
     fn simulated(&self, faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
         let device = ZaberDevice::new(faults);
         let plant = device.plant();
+        let mut settings = Settings::default();
+        settings.set(&MICROSTEP, Setting::Number(ZaberDevice::MICROSTEP_UM));
         Some(SimulatedStage {
             device: Box::new(device),
             plant,
             mm_from_home: ZaberDevice::mm_from_home,
             step_mm: ZaberDevice::MICROSTEP_UM / 1000.0,
+            settings,
         })
     }
 }
