@@ -4,24 +4,21 @@
 //! frames form a volume f(x, y, t); one row y through all frames is an *epipolar plane image* (EPI), in which every
 //! surface point draws a straight line. Its slope is the point's disparity, hence its distance.
 //!
-//! Data flows one way, and so do the modules' arrows:
+//! Data flows one way:
 //!
 //! ```text
-//! stage + camera -> capture -> sequence -> volume -> epi -> surface -> results, report
-//!    (or simulator)                (on disk)            (matcher)
+//! stage + camera -> capture -> sequence -> photometry -> rectification -> volume -> matcher -> surface -> results, report
+//!    (or simulator)                (on disk)
 //! ```
 //!
-//! - [`simulator`], [`stage`], [`camera`], [`capture`]: where frames come from; the simulated rig knows the truth.
-//! - [`doctor`]: what is found out before a scan: whether rig and plan will do.
-//! - [`sequence`]: frames on disk with their records; [`sequence::import`] brings in what other software took.
-//! - [`profile`]: a rig and a scan, described by a person.
-//! - [`frame`], [`plane`], [`tau`], [`volume`]: the data that the stations hand on.
-//! - [`photometry`]: dark level, flat field and flicker: from what the sensor gave to what the light was.
-//! - [`shift`]: how far the picture has moved between two frames.
-//! - [`target`]: chess-boards, found in frames, followed through a sequence, and printed.
-//! - [`epi`]: the matcher. It knows no files, stages or cameras: a volume and options in, maps out.
-//! - [`surface`]: disparity to height, trend, depth of hollows, profiles, roughness; [`evaluate`]: measured against truth, or against frames left out.
-//! - [`formats`], [`results`], [`report`]: files and pictures for other programs and for people.
+//! The stations are crates of their own: `epirig-core` (frames, grids, the volume), `epirig-simulator` (the simulated rig, which
+//! knows the truth), `epirig-devices` (stages and cameras), `epirig-data` (frames and maps on disk), `epirig-calibration` (what a
+//! rig is really like) and `epirig-matcher` (disparity, surface, evaluation). This crate puts them together:
+//!
+//! - [`profile`]: a rig and a scan, described by a person; [`rig`]: opens what a profile describes.
+//! - [`doctor`]: what is found out before a scan; [`capture`]: the scan.
+//! - [`calibrate`] and [`pipeline`]: the stations in their order; [`results`] and [`report`]: files and pictures of them.
+//! - [`memory`]: how much memory there is; [`cli`]: the command line, on top.
 //!
 //! ```
 //! use epirig_matcher::{MatchOptions, match_volume};

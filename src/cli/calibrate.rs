@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::linearity::read_exposures;
 use super::need::{check, close_others, frames_of};
-use super::rig::{RigArgument, calibration_plan, recorded_options};
+use super::rig::{RigArgument, calibration_plan};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{
@@ -124,8 +124,7 @@ impl CalibrateVerb {
 
     fn plan(&self, sequence: &Sequence) -> Result<CalibrationPlan, CliError> {
         let record = sequence.record();
-        let recorded = Profile::of_sequence(sequence)?.as_ref().map(recorded_options).unwrap_or_default();
-        let profile = self.rig.over(recorded)?;
+        let profile = self.rig.over(Profile::of_sequence(sequence)?)?;
         let mut plan = calibration_plan(&profile, record.columns, record.rows);
         if let Some(path) = &self.lens {
             plan.lens = Some(read_lens(path, record.rows, record.columns)?);

@@ -6,6 +6,7 @@
 
 mod commented;
 mod error;
+mod over;
 mod overrides;
 mod parts;
 mod read;

@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::error::{Mistake, Place, Problem, did_you_mean};
 use super::overrides::Override;
 use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
+use super::value::Value;
 use epirig_core::settings::quantity::Unit;
 use epirig_devices::camera::Control;
 
@@ -31,6 +32,8 @@ pub(super) enum Given {
     Other(&'static str),
     /// Text of an override, which may mean anything.
     Plain(String),
+    /// What it means, from a record.
+    Known(Value),
 }
 
 impl fmt::Display for Given {
@@ -41,6 +44,7 @@ impl fmt::Display for Given {
             Self::Real(text) | Self::Plain(text) => write!(to, "{text}"),
             Self::Flag(flag) => write!(to, "{flag}"),
             Self::Other(kind) => write!(to, "({kind})"),
+            Self::Known(value) => write!(to, "{value}"),
         }
     }
 }
@@ -206,7 +210,7 @@ impl Settings {
         }
         match find_section(section).and_then(|section| find_key(section, name)) {
             Ok((key, unit)) => {
-                self.settings.retain(|setting| setting.key.path() != key.path());
+                self.forget(key);
                 self.settings.push(Setting { key, unit, given, place });
             }
             Err(problem) => self.note(place, problem),
@@ -217,6 +221,11 @@ impl Settings {
     pub(super) fn leave_out_below(&mut self, by: &[&'static Key], is_ignored: impl Fn(&Key) -> bool) {
         let rank = by.iter().filter_map(|key| self.setting(key)).map(|setting| setting.place.rank()).max();
         self.settings.retain(|setting| !is_ignored(setting.key) || Some(setting.place.rank()) >= rank);
+    }
+
+    /// Leaves a key out.
+    pub(super) fn forget(&mut self, key: &'static Key) {
+        self.settings.retain(|setting| setting.key.path() != key.path());
     }
 
     /// What was given for a key.

@@ -1,5 +1,7 @@
 //! From what was given for a key to what it means.
 
+use std::fmt;
+
 use super::error::Problem;
 use super::schema::{Allowed, Key, Kind};
 use super::settings::Given;
@@ -16,6 +18,19 @@ pub(super) enum Value {
     Number(f64),
     Flag(bool),
     Measure(Measure),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => write!(to, "{text}"),
+            Self::Choice(name) => write!(to, "{name}"),
+            Self::Whole(number) => write!(to, "{number}"),
+            Self::Number(number) => write!(to, "{number}"),
+            Self::Flag(flag) => write!(to, "{flag}"),
+            Self::Measure(Measure { value, unit }) => write!(to, "{value} {}", unit.name),
+        }
+    }
 }
 
 impl Value {
@@ -38,6 +53,9 @@ impl Value {
 /// # Errors
 /// [`Problem`] if it does not suit.
 pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<Value, Problem> {
+    if let Given::Known(value) = given {
+        return Ok(value.clone());
+    }
     let found = match key.kind {
         Kind::Measure { .. } => return measured(key, unit, given).map(Value::Measure),
         Kind::Text => {

@@ -4,6 +4,9 @@
 
 mod faulty_rig;
 mod interrupted_scans;
+/// The driver of the guide, which no table of the library knows.
+#[path = "../../examples/plain_stage/plain.rs"]
+mod plain;
 mod scan_fault_list;
 mod scan_faults;
 mod scan_outcome;

@@ -19,7 +19,9 @@ use epirig_data::storage::RealDisk;
 use epirig_devices::camera::{SimCamera, SimFault};
 use epirig_devices::link::LineNoise;
 use epirig_devices::stage::simulator::FaultScript;
-use epirig_devices::stage::{Driver, SimStage, SimStageConfig, Stage, StagePosition, StageSource, drivers};
+use epirig_devices::stage::{
+    Driver, SimStage, SimStageConfig, Stage, StagePosition, StageSource, add_drivers, drivers,
+};
 use epirig_simulator::{Simulator, SimulatorConfig};
 
 /// A noise-free simulator: frames of one place are the same to the byte. They move by half a pixel from stop to stop.
@@ -132,6 +134,7 @@ fn outcome_in_memory(simulator: &Arc<Simulator>, fault: &Mechanics) -> String {
 
 /// Both tables, as Markdown.
 fn tables(simulator: &Arc<Simulator>) -> String {
+    add_drivers(&[&crate::plain::Plain]);
     let drivers: Vec<Driver> = drivers().into_iter().filter(|driver| driver.has_line()).collect();
     let column = |driver: Driver| {
         move || STAGE_FAULTS.iter().map(|fault| stage_outcome(simulator, fault, driver)).collect::<Vec<_>>()

@@ -9,7 +9,7 @@ mod profile;
 mod stage;
 
 pub(super) use assistant::Hands;
-pub(super) use calibration::{calibration_plan, can_be_calibrated, recorded_options};
+pub(super) use calibration::{calibration_plan, can_be_calibrated};
 pub(super) use camera::{CameraArgument, CameraArguments, tell_configuration};
 pub(super) use plan::PlanArguments;
 pub(super) use profile::{Options, RigArgument, named_profile};

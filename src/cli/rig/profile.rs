@@ -74,20 +74,19 @@ impl RigArgument {
         Ok(Profile::read(&text, &source, &overrides)?)
     }
 
-    /// The profile that is named, or if none is, what `recorded` says; with what `--set` changes. A profile that just lies here is another rig's.
-    pub(in crate::cli) fn over(&self, recorded: Options) -> Result<Profile, CliError> {
-        let (text, source) =
-            self.rig.as_deref().map_or_else(|| Ok((String::new(), String::new())), named_profile)?;
-        let mut overrides = if self.rig.is_some() { Vec::new() } else { recorded.0 };
-        for text in &self.set {
-            let given = Override::parse(text, "--set")?;
-            if given.key == "target.bands" && given.value == "1" {
-                // Nobody can leave out what was recorded, and one band has no distance.
-                overrides.retain(|recorded| !recorded.key.starts_with("target.band_distance"));
+    /// The profile that is named, or if none is, what was recorded of lens and targets; with what `--set` changes. A profile that
+    /// just lies here is another rig's.
+    pub(in crate::cli) fn over(&self, recorded: Option<Profile>) -> Result<Profile, CliError> {
+        let set: Result<Vec<_>, _> = self.set.iter().map(|text| Override::parse(text, "--set")).collect();
+        let set = set?;
+        match (&self.rig, recorded) {
+            (Some(path), _) => {
+                let (text, source) = named_profile(path)?;
+                Ok(Profile::read(&text, &source, &set)?)
             }
-            overrides.push(given);
+            (None, Some(recorded)) => Ok(recorded.lens_and_targets_over(&set)?),
+            (None, None) => Ok(Profile::of(&set)?),
         }
-        Ok(Profile::read(&text, &source, &overrides)?)
     }
 
     fn file(&self) -> Option<PathBuf> {
