@@ -30,6 +30,8 @@ PAGES = [
     *(ROOT / name for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "TESTING.md", "SECURITY.md", "CHANGELOG.md"]),
     *sorted((ROOT / "docs").glob("**/*.md")),
     *sorted(ROOT.glob("crates/*/README.md")),
+    *(ROOT / name for name in ["firmware-protocol/PROTOCOL.md", "firmware-protocol/uno/README.md"]),
+    *(ROOT / name for name in ["fuzz/README.md", "benches/peers/README.md"]),
 ]
 LONGEST_LINE = 100
 LONGEST_SENTENCE = 30
@@ -279,7 +281,7 @@ def check_paths(page):
         for name in re.findall(r"`([\w.-]+(?:/[\w.{},-]+)+/?)`", line):
             braces = re.search(r"\{([^}]*)\}", name)
             names = [name.replace(braces[0], part) for part in braces[1].split(",")] if braces else [name]
-            bases = [ROOT]
+            bases = [ROOT, page.path.parent]
             if page.path.parent == BOOK and name.endswith(".rs"):
                 bases += [*ROOT.glob("crates/*/src"), ROOT / "crates/matcher/src/surface"]
             elif name.split("/")[0] not in tops:
