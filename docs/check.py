@@ -7,6 +7,7 @@ check.py [PROGRAM]     PROGRAM is the built epirig, by default target/release/ep
 - Every relative link leads to a file, and every anchor to a heading. Files and folders that are named exist.
 - Shell blocks of the book (```sh) are run, those of a chapter in their order in one temporary folder. What needs hardware or minutes is
   marked ```sh,no_run. Of every command in the docs, run or not, verb and options exist.
+- Error messages that the chapter on troubleshooting quotes stand in the code.
 - Lines of prose have at most 100 characters, sentences at most 30 words, and no word is one that the project has given up.
 - ARCHITECTURE.md names every room of every crate.
 
@@ -326,6 +327,18 @@ def check_sentences(page):
     done()
 
 
+def check_messages():
+    """What the chapter on troubleshooting quotes from error messages stands in the code."""
+    sources = [*ROOT.glob("src/**/*.rs"), *ROOT.glob("crates/*/src/**/*.rs")]
+    code = re.sub(r"\\\n\s*", "", "\n".join(path.read_text() for path in sources))
+    page = page_of(BOOK / "troubleshooting.md")
+    for number, line in page.of_kind("table"):
+        for quoted in re.findall(r'"([^"]*)"', line.split("|")[1]):
+            for part in filter(None, map(str.strip, quoted.split("..."))):
+                if part not in code:
+                    found(page.path, number, f"quotes {part!r}, which no message says")
+
+
 def check_rooms():
     """ARCHITECTURE.md names every room: a folder or a file in the src folder of a crate."""
     text = (ROOT / "ARCHITECTURE.md").read_text()
@@ -348,6 +361,7 @@ def main():
     pages = [page_of(path) for path in PAGES]
     check_book()
     check_rooms()
+    check_messages()
     for page in pages:
         check_links(page)
         check_commands(page, program)
