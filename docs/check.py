@@ -9,7 +9,7 @@ check.py [PROGRAM]     PROGRAM is the built epirig, by default target/release/ep
   marked ```sh,no_run. Of every command in the docs, run or not, verb and options exist.
 - Error messages that the chapter on troubleshooting quotes stand in the code.
 - Lines of prose have at most 100 characters, sentences at most 25 words, and no word is one that the project has given up.
-- ARCHITECTURE.md names every room of every crate.
+- ARCHITECTURE.md names every module of every crate.
 
 Exits with code 1 if there is a finding. Only Python's standard library is needed.
 """
@@ -342,17 +342,17 @@ def check_messages():
                     found(page.path, number, f"quotes {part!r}, which no message says")
 
 
-def check_rooms():
-    """ARCHITECTURE.md names every room: a folder or a file in the src folder of a crate."""
+def check_modules():
+    """ARCHITECTURE.md names every module: a folder or a file in the src folder of a crate."""
     text = (ROOT / "ARCHITECTURE.md").read_text()
     named = set(re.findall(r"`([a-z0-9_]+)`", text))
     for source in [ROOT / "src", *sorted(ROOT.glob("crates/*/src"))]:
         for path in source.iterdir():
-            room = path.stem
-            if room in ("lib", "main") or (path.is_file() and path.suffix != ".rs") or path.name == "tests":
+            module = path.stem
+            if module in ("lib", "main") or (path.is_file() and path.suffix != ".rs") or path.name == "tests":
                 continue
-            if room not in named:
-                findings.append(f"ARCHITECTURE.md: does not name the room {path.relative_to(ROOT)}")
+            if module not in named:
+                findings.append(f"ARCHITECTURE.md: does not name the module {path.relative_to(ROOT)}")
 
 
 def main():
@@ -363,7 +363,7 @@ def main():
         sys.exit(f"{program}: no such program; build it (cargo build --release), or name another one")
     pages = [page_of(path) for path in PAGES]
     check_book()
-    check_rooms()
+    check_modules()
     check_messages()
     for page in pages:
         check_links(page)
