@@ -44,3 +44,4 @@ pub mod pipeline;
 pub mod profile;
 pub mod report;
 pub mod results;
+pub mod rig;

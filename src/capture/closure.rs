@@ -4,7 +4,7 @@ use super::CaptureError;
 use super::scan::{GoodFrame, Scan};
 use epirig_calibration::registration::{ShiftError, shift_between};
 use epirig_data::sequence::{ClosureRecord, ComparisonRecord};
-use epirig_devices::stage::StageError;
+use epirig_devices::stage::Remedy;
 
 impl Scan<'_, '_> {
     /// Takes a good frame again and compares it with what it was. `None` if it shows too little to tell.
@@ -107,12 +107,7 @@ impl Scan<'_, '_> {
 fn is_silence(error: &CaptureError) -> bool {
     match error {
         CaptureError::Camera(_) => true,
-        CaptureError::Stage(error) => is_unheard(error),
+        CaptureError::Stage(error) => error.consequence().remedy == Remedy::WaitThenHome,
         _ => false,
     }
-}
-
-/// Errors of a stage that is not heard, or has not been until now.
-pub(super) fn is_unheard(error: &StageError) -> bool {
-    matches!(error, StageError::Link(_) | StageError::NoAnswer { .. } | StageError::Restarted { .. })
 }

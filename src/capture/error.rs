@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use epirig_data::sequence::SequenceError;
+use epirig_devices::Blame;
 use epirig_devices::camera::CameraError;
 use epirig_devices::stage::StageError;
 
@@ -187,11 +188,10 @@ impl CaptureError {
 
     /// Whether a person wanted it.
     pub fn is_wanted(&self) -> bool {
-        matches!(
-            self.cause(),
-            Self::Paused
-                | Self::Stage(StageError::Stopped { .. })
-                | Self::Camera(CameraError::Interrupted { .. })
-        )
+        match self.cause() {
+            Self::Paused | Self::Camera(CameraError::Interrupted { .. }) => true,
+            Self::Stage(error) => error.consequence().blame == Blame::Interruption,
+            _ => false,
+        }
     }
 }

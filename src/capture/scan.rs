@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use super::archive::Archive;
-use super::closure::is_unheard;
 use super::rig::Rig;
 use super::{CaptureError, CapturePlan};
 use epirig_core::frame::Frame;
@@ -11,8 +10,8 @@ use epirig_data::sequence::{
     CameraRecord, ClosureRecord, Event, ExitStatus, FrameKind, ResumedRecord, RetakeRecord, SequenceWriter,
     StopFacts, TimesRecord, now,
 };
-use epirig_devices::camera::{Camera, CameraError, Configuration, Moment};
-use epirig_devices::stage::{Stage, StageError, StopSwitch};
+use epirig_devices::camera::{Camera, CameraError, CameraRemedy, Configuration, Moment};
+use epirig_devices::stage::{PositionAfter, Remedy, Stage, StageError, StopSwitch};
 
 /// A frame of the scan that is known to be good.
 #[derive(Debug, Clone)]
@@ -276,7 +275,7 @@ impl<'a, 'r> Scan<'a, 'r> {
                 Err(error @ StageError::Stopped { .. }) => return Err(error.into()),
                 Err(error) => error,
             };
-            if !is_unheard(&source) {
+            if source.consequence().remedy != Remedy::WaitThenHome {
                 // A motor that runs against its end again and again does not get better.
                 in_vain += 1;
                 if in_vain > self.plan.limits.retakes {
@@ -351,11 +350,10 @@ fn set_as_before(
     Ok(configuration)
 }
 
-/// Whether a stage may have lost steps by what led to an error. A line that is lost, or a camera, costs none: a stage whose host is
-/// silent slows down before it stops.
+/// Whether a stage may have lost steps by what led to an error.
 fn may_lose_steps(error: &CaptureError) -> bool {
     match error {
-        CaptureError::Stage(error) => !matches!(error, StageError::Link(_)),
+        CaptureError::Stage(error) => error.consequence().position != PositionAfter::Unsure,
         CaptureError::NoMotion { .. } => true,
         _ => false,
     }
@@ -364,21 +362,16 @@ fn may_lose_steps(error: &CaptureError) -> bool {
 /// What an error leaves of the trust in the rig; `None` if trying again is of no use.
 pub(super) fn lost_trust(error: &CaptureError) -> Option<Trust> {
     match error {
-        CaptureError::Stage(
-            StageError::Stopped { .. } | StageError::OutsideTravel { .. } | StageError::NoApproach { .. },
-        ) => None,
-        CaptureError::Stage(_) | CaptureError::NoMotion { .. } => Some(Trust::PositionLost),
-        CaptureError::Camera(CameraError::Gone { .. } | CameraError::NoSignal { .. }) => {
-            Some(Trust::CameraGone)
-        }
-        CaptureError::Camera(
-            CameraError::Timeout { .. }
-            | CameraError::Unsteady { .. }
-            | CameraError::Stream { .. }
-            | CameraError::ControlChanged { .. }
-            | CameraError::Substituted { .. }
-            | CameraError::System { .. },
-        ) => Some(Trust::CameraStopped),
+        CaptureError::Stage(error) => match error.consequence().remedy {
+            Remedy::AnotherOrder => None,
+            Remedy::HomeAgain | Remedy::WaitThenHome => Some(Trust::PositionLost),
+        },
+        CaptureError::NoMotion { .. } => Some(Trust::PositionLost),
+        CaptureError::Camera(error) => match error.remedy() {
+            CameraRemedy::AnotherOrder => None,
+            CameraRemedy::StartAnew => Some(Trust::CameraStopped),
+            CameraRemedy::Reconnect => Some(Trust::CameraGone),
+        },
         CaptureError::Saturated { .. } | CaptureError::LightChanged { .. } => Some(Trust::Whole),
         _ => None,
     }

@@ -6,32 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::rig::driver;
 use super::{CliError, Talk};
 use epirig_data::storage::{ReadError, read_named};
 use epirig_devices::link::{Entry, Side, Transcript, TranscriptError};
-use epirig_devices::stage::Dialect;
-use epirig_devices::stage::decode::Decoder;
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum DialectName {
-    Native,
-    Grbl,
-    Zaber,
-}
-
-impl DialectName {
-    fn dialect(self) -> Dialect {
-        match self {
-            Self::Native => Dialect::Native,
-            Self::Grbl => Dialect::Grbl,
-            Self::Zaber => Dialect::Zaber,
-        }
-    }
-
-    fn of(name: &str) -> Option<Self> {
-        Self::value_variants().iter().copied().find(|variant| variant.dialect().name() == name)
-    }
-}
+use epirig_devices::stage::Driver;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SideName {
@@ -52,8 +31,8 @@ pub(super) struct Decode {
     /// A transcript, or a file of plain bytes; - for stdin
     file: PathBuf,
     /// The language of plain bytes
-    #[arg(long, value_enum)]
-    dialect: Option<DialectName>,
+    #[arg(long, value_parser = driver(|driver| driver.has_line()))]
+    dialect: Option<Driver>,
     /// Who sent plain bytes
     #[arg(long, value_enum, default_value = "device")]
     side: SideName,
@@ -77,17 +56,15 @@ impl Decode {
             .map_err(|_| TranscriptError::NotATranscript)
             .and_then(Transcript::parse);
         let (recorded, entries) = match parsed {
-            Ok(transcript) => (DialectName::of(&transcript.heading.dialect), transcript.entries),
+            Ok(transcript) => (Driver::named(&transcript.heading.dialect), transcript.entries),
             Err(TranscriptError::NotATranscript) => (None, plain(bytes)),
             Err(error) => return Err(CliError::Integrity(format!("{}: {error}", self.file.display()))),
         };
-        let contradicts = |said: DialectName, recorded: DialectName| said.dialect() != recorded.dialect();
-        if let Some((_, recorded)) = self.dialect.zip(recorded).filter(|(said, own)| contradicts(*said, *own))
-        {
+        if let Some((_, recorded)) = self.dialect.zip(recorded).filter(|(said, recorded)| said != recorded) {
             return Err(CliError::Usage(format!(
                 "{} is a transcript of the dialect {}; leave --dialect out",
                 self.file.display(),
-                recorded.dialect().name()
+                recorded.name()
             )));
         }
         let dialect = self.dialect.or(recorded).ok_or_else(|| {
@@ -96,7 +73,8 @@ impl Decode {
                 self.file.display()
             ))
         })?;
-        let mut decoder = Decoder::new(dialect.dialect());
+        let decoder = dialect.decoder();
+        let mut decoder = decoder.ok_or_else(|| CliError::Usage(format!("{dialect} has no line")))?;
         let mut lines = Vec::new();
         let end_s = entries.last().map_or(0.0, |entry| entry.time.as_secs_f64());
         for entry in entries {

@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use super::evaluate::table;
 use super::matching::describe;
-use super::rig::{simulated_simulator, simulator_config};
 use super::run::{Measured, examine_shortly, measure_object};
 use super::scan::Devices;
 use super::{CliError, Talk};
@@ -72,7 +71,7 @@ impl Demo {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let out = self.out.clone().unwrap_or_else(free_folder);
         let profile = self.profile()?;
-        let simulator = simulated_simulator(simulator_config(&profile)?)?;
+        let simulator = crate::rig::simulator(crate::rig::simulator_config(&profile)?)?;
         talk.say(&format!(
             "A simulated {}, {1} x {1} px, {2} frames. Everything goes to {3}.",
             match self.scene {

@@ -13,9 +13,11 @@ use crate::pipeline::PipelineError;
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
 use crate::results::ResultsError;
+use crate::rig::RigError;
 use epirig_calibration::target::TargetError;
 use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
+use epirig_devices::Blame;
 use epirig_devices::camera::CameraError;
 use epirig_devices::link::LinkError;
 use epirig_devices::stage::StageError;
@@ -66,6 +68,8 @@ pub(super) enum CliError {
     SplitHalf(#[from] SplitHalfError),
     #[error(transparent)]
     Size(#[from] SizeMismatch),
+    #[error(transparent)]
+    Rig(RigError),
     #[error("{0}")]
     Stage(StageError),
     #[error(transparent)]
@@ -119,6 +123,17 @@ impl From<StageError> for CliError {
     }
 }
 
+impl From<RigError> for CliError {
+    fn from(error: RigError) -> Self {
+        match error {
+            RigError::Stage(error) => Self::from(error),
+            RigError::Camera(error) => Self::Camera(error),
+            RigError::Simulator(error) => Self::Simulator(error),
+            other => Self::Rig(other),
+        }
+    }
+}
+
 impl CliError {
     /// One line, whatever words of a file or a device stand in it; of a profile a line for each mistake.
     pub(super) fn in_words(&self) -> String {
@@ -134,7 +149,7 @@ impl CliError {
             Self::Sequence(error) => sequence_code(error),
             Self::Capture(error) => capture_code(error),
             Self::Doctor(error) => match error {
-                DoctorError::Stage(error) => stage_code(error),
+                DoctorError::Stage(error) => code(error.consequence().blame),
                 DoctorError::Camera(error) => camera_code(error),
                 _ => USAGE,
             },
@@ -158,14 +173,15 @@ impl CliError {
             },
             Self::Profile(_)
             | Self::Simulator(_)
+            | Self::Rig(_)
             | Self::Target(_)
             | Self::LeaveOut(_)
             | Self::SplitHalf(_)
             | Self::Size(_)
             | Self::Usage(_) => USAGE,
-            Self::Stage(error) => stage_code(error),
+            Self::Stage(error) => code(error.consequence().blame),
             Self::Camera(error) => camera_code(error),
-            Self::Link(error) => link_code(error),
+            Self::Link(error) => code(error.blame()),
             Self::Surface(error) => match error {
                 SurfaceError::EmptyLine { .. } => USAGE,
                 _ => INTEGRITY,
@@ -182,7 +198,7 @@ fn capture_code(error: &CaptureError) -> u8 {
         CaptureError::Interrupted { .. } => RESUMABLE,
         CaptureError::Stage(error)
         | CaptureError::StageReconnectTimeout { source: error, .. }
-        | CaptureError::CannotHome { source: error, .. } => stage_code(error),
+        | CaptureError::CannotHome { source: error, .. } => code(error.consequence().blame),
         CaptureError::Camera(error) => camera_code(error),
         CaptureError::Sequence(error) => sequence_code(error),
         CaptureError::ReplayEnded { source, .. } => capture_code(source),
@@ -233,40 +249,19 @@ fn sequence_code(error: &SequenceError) -> u8 {
 
 fn camera_code(error: &CameraError) -> u8 {
     match error {
-        CameraError::NoSuchCamera { .. }
-        | CameraError::NoMatch { .. }
-        | CameraError::NotACamera { .. }
-        | CameraError::Busy { .. }
-        | CameraError::Permission { .. }
-        | CameraError::NotBuilt { .. } => NO_DEVICE,
-        CameraError::Ambiguous { .. }
-        | CameraError::NotOffered { .. }
-        | CameraError::NoSuchControl { .. }
-        | CameraError::ControlRefused { .. } => USAGE,
         CameraError::Sequence(error) => sequence_code(error),
-        CameraError::Exhausted { .. } => INTEGRITY,
-        _ => DEVICE,
+        other => code(other.blame()),
     }
 }
 
-fn stage_code(error: &StageError) -> u8 {
-    match error {
-        StageError::Link(error) => link_code(error),
-        StageError::OutsideTravel { .. } | StageError::NoApproach { .. } => USAGE,
-        StageError::Stopped { .. } => INTERRUPTED,
-        _ => DEVICE,
-    }
-}
-
-fn link_code(error: &LinkError) -> u8 {
-    match error {
-        LinkError::Ambiguous { .. } => USAGE,
-        LinkError::Io { .. } => TROUBLE,
-        LinkError::NoSuchPort { .. }
-        | LinkError::NoMatch { .. }
-        | LinkError::Busy { .. }
-        | LinkError::Permission { .. }
-        | LinkError::NotBuilt { .. } => NO_DEVICE,
-        _ => DEVICE,
+/// The exit code for who is to blame.
+fn code(blame: Blame) -> u8 {
+    match blame {
+        Blame::Request => USAGE,
+        Blame::System => TROUBLE,
+        Blame::NoDevice => NO_DEVICE,
+        Blame::Device => DEVICE,
+        Blame::Data => INTEGRITY,
+        Blame::Interruption => INTERRUPTED,
     }
 }

@@ -6,8 +6,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::files::write_new;
-use super::rig::{CameraArguments, Options, RigArgument, camera_settings, open_camera, tell_configuration};
+use super::rig::{CameraArguments, Options, RigArgument, tell_configuration};
 use super::{CliError, Talk};
+use crate::rig::{camera_settings, open_camera};
 use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
 use epirig_data::formats::MapFormat;

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::rig::{Options, named_profile, nominal_lens};
+use super::rig::{Options, named_profile};
 use super::{CliError, Talk};
 use crate::profile::{Override, Profile};
+use crate::rig::nominal_lens;
 use epirig_data::sequence::FrameKind;
 use epirig_data::sequence::import::{ImportOptions, Imported, import};
 

@@ -6,12 +6,12 @@ use clap::Args;
 use serde::Serialize;
 
 use super::capture::RigArguments;
-use super::rig::{capture_plan, sim_config};
 use super::{CliError, Talk};
 use crate::capture::{CapturePlan, Estimate};
-use crate::profile::{Driver, Profile};
+use crate::profile::Profile;
+use crate::rig::capture_plan;
 use epirig_devices::camera::SimDevice;
-use epirig_devices::stage::{SimStage, Stage};
+use epirig_devices::stage::{SimStage, SimStageConfig, Stage};
 
 /// Say what a scan would do: positions, time, bytes
 #[derive(Debug, Args)]
@@ -103,6 +103,7 @@ fn estimate(profile: &Profile, plan: &CapturePlan) -> Estimate {
     let frame_bytes = profile.camera.size.map(|size| (size.columns * size.rows * sample_bytes) as u64);
     let rate_hz = profile.camera.rate_hz.or(simulated.then_some(f64::from(SimDevice::RATE_HZ)));
     let interval = rate_hz.and_then(|rate_hz| Duration::try_from_secs_f64(1.0 / rate_hz).ok());
-    let stage = (profile.stage.driver == Driver::Sim).then(|| SimStage::new(sim_config(profile)));
+    let config = SimStageConfig::of_settings(&profile.stage.settings, profile.sim.seed);
+    let stage = profile.stage.is_simulated().then(|| SimStage::new(config));
     plan.estimate(frame_bytes, interval, |mm| stage.as_ref()?.expected_duration(mm))
 }

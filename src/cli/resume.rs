@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::scan::{Course, Devices, scan};
 use super::{CliError, Talk};
-use crate::profile::{Driver, Override, Profile};
+use crate::profile::{Override, Profile};
 use epirig_data::sequence::{Origin, Sequence};
 
 /// Go on with a scan that was interrupted
@@ -35,7 +35,7 @@ pub(super) struct Resume {
 impl Resume {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let mut profile = self.recorded()?;
-        if profile.stage.driver == Driver::Sim && self.port.is_some() {
+        if profile.stage.is_simulated() && self.port.is_some() {
             return Err(CliError::Usage("the stage of this scan is simulated; leave --port out".to_owned()));
         }
         profile.stage.port = self.port.clone().or(profile.stage.port);

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::rig::{Hands, Opened, Stages, capture_plan, open_camera};
+use super::rig::{Hands, Stages};
 use super::{CliError, Talk, interrupt};
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
-use crate::profile::{Driver, Profile};
+use crate::profile::Profile;
+use crate::rig::{capture_plan, open_camera};
 use epirig_data::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
 use epirig_data::storage::RealDisk;
-use epirig_devices::camera::{Camera, ViewSwitch};
+use epirig_devices::camera::{Camera, OpenCamera, ViewSwitch};
 
 /// The devices of a profile, and what is planned with them.
 pub(super) struct Devices<'a> {
@@ -28,13 +29,13 @@ impl<'a> Devices<'a> {
         talk: &'a Talk,
     ) -> Result<Self, CliError> {
         let plan = capture_plan(profile)?;
-        if profile.camera.is_simulated() && profile.stage.driver != Driver::Sim {
+        if profile.camera.is_simulated() && !profile.stage.is_simulated() {
             return Err(CliError::Usage(
                 "--camera sim looks at the stage in memory; add --driver sim".to_owned(),
             ));
         }
         let stages = Stages::new(profile, transcript, talk)?;
-        let Opened { camera, view } = open_camera(profile, &stages.watch())?;
+        let OpenCamera { camera, view } = open_camera(profile, &stages.watch())?;
         Ok(Self { stages, camera, view, plan })
     }
 }

@@ -4,26 +4,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-use super::rig::simulated_simulator;
+use super::rig::driver;
 use super::{CliError, Talk, interrupt};
+use crate::rig;
 use epirig_devices::camera::Size;
 use epirig_devices::link::{LineNoise, SimulatedDevice, serve};
-use epirig_devices::stage::StopSwitch;
-use epirig_devices::stage::simulator::{FaultScript, GrblDevice, NativeDevice, ZaberDevice};
+use epirig_devices::stage::native::Native;
+use epirig_devices::stage::simulator::{FaultScript, NativeDevice};
+use epirig_devices::stage::{Driver, StageDriver as _, StopSwitch};
 use epirig_devices::virtual_rig::World;
 use epirig_simulator::{Simulator, SimulatorConfig};
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Kind {
-    /// epirig's own firmware
-    Native,
-    /// GRBL 1.1
-    Grbl,
-    /// Zaber ASCII, microsteps of 0.49609375 um
-    Zaber,
-}
 
 /// Play a stage on a pseudo-terminal, for tests and for getting to know the commands
 #[derive(Debug, Args)]
@@ -48,8 +40,8 @@ kernel's vivid or v4l2loopback (native stage only):
 It plays until Ctrl-C.")]
 pub(super) struct Simulate {
     /// The language that it speaks
-    #[arg(value_enum)]
-    kind: Kind,
+    #[arg(value_parser = driver(|driver| driver.has_line()))]
+    driver: Driver,
     /// The symbolic link to make, which whatever talks to the stage opens as its port; or a serial port to play on
     #[arg(long, value_name = "LINK")]
     port: PathBuf,
@@ -73,29 +65,26 @@ pub(super) struct Simulate {
 impl Simulate {
     /// What is shown: nobody asks this simulator for a whole scan.
     fn simulator(size: Size) -> Result<Arc<Simulator>, CliError> {
-        simulated_simulator(SimulatorConfig::textured_plane(size.columns, size.rows, 2))
+        Ok(rig::simulator(SimulatorConfig::textured_plane(size.columns, size.rows, 2))?)
     }
 
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !(0.0..=1.0).contains(&self.noise) {
             return Err(CliError::Usage("--noise is a share of all bytes, 0 to 1".to_owned()));
         }
-        if self.video_output.is_some() && !matches!(self.kind, Kind::Native) {
+        if self.video_output.is_some() && self.driver.name() != Native.name() {
             return Err(CliError::Usage("--video-output goes with a native stage only".to_owned()));
         }
+        // A board counts its boots; each of these is another one.
+        let boot = jiff::Timestamp::now().as_second() as u32;
         let mut world = None;
-        let device: Box<dyn SimulatedDevice> = match (self.kind, &self.video_output) {
-            (Kind::Native, output) => {
-                // A board counts its boots; each of these is another one.
-                let boot = jiff::Timestamp::now().as_second() as u32;
-                let mut stage = NativeDevice::new(self.fault).at_boot(boot);
-                if let Some(output) = output {
-                    world = Some(World::show(Self::simulator(self.size)?, &mut stage, output)?);
-                }
-                Box::new(stage)
-            }
-            (Kind::Grbl, _) => Box::new(GrblDevice::new(self.fault)),
-            (Kind::Zaber, _) => Box::new(ZaberDevice::new(self.fault)),
+        let device: Box<dyn SimulatedDevice> = if let Some(output) = &self.video_output {
+            let mut stage = NativeDevice::new(self.fault).at_boot(boot);
+            world = Some(World::show(Self::simulator(self.size)?, &mut stage, output)?);
+            Box::new(stage)
+        } else {
+            let simulated = self.driver.simulated(self.fault, boot);
+            simulated.ok_or_else(|| CliError::Usage(format!("{} has no line", self.driver)))?.device
         };
         let stop = StopSwitch::default();
         interrupt::stops(stop.clone());

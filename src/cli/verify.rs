@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::rig::simulator_config;
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use epirig_data::sequence::{Finding, Origin, Sequence, verify};
@@ -23,7 +22,8 @@ fn other_simulator(sequence: &Sequence, rig: &Profile) -> Option<Finding> {
     let Origin::Captured { simulator: Some(recorded), .. } = &record.origin else { return None };
     // Another version of the program may have made it otherwise.
     let ours = record.program == concat!("epirig ", env!("CARGO_PKG_VERSION"));
-    let made = simulator_config(rig).ok().and_then(|simulator| serde_json::to_value(simulator).ok());
+    let made =
+        crate::rig::simulator_config(rig).ok().and_then(|simulator| serde_json::to_value(simulator).ok());
     (ours && made.as_ref() != Some(recorded)).then(|| Finding {
         file: "sequence.json".to_owned(),
         problem: "the simulated rig is not that of the profile recorded with it; restore it from a copy"

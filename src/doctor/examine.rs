@@ -7,8 +7,9 @@ use super::settling::measure_settling;
 use super::view::View;
 use super::{Check, DoctorError, DoctorPlan, MotionError, Report, Verdict, picture, rules, stops};
 use epirig_core::progress::Progress;
+use epirig_devices::Blame;
 use epirig_devices::camera::{Assessment, Camera, CameraError, Configuration};
-use epirig_devices::stage::{Stage, StageError};
+use epirig_devices::stage::Stage;
 
 /// Frames of the first view: noise is known to 1 % from far fewer, bands of a lamp beat against the frames over some of them.
 const FRAMES: usize = 16;
@@ -94,7 +95,7 @@ fn go_to_start(
             ));
             Ok(true)
         }
-        Err(error @ (StageError::NoApproach { .. } | StageError::OutsideTravel { .. })) => {
+        Err(error) if error.consequence().blame == Blame::Request => {
             checks.push(Check::with_advice(
                 NAME,
                 Verdict::Bad,

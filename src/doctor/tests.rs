@@ -9,7 +9,7 @@ use epirig_core::progress::Silent;
 use epirig_data::sequence::{FocalLength, NominalLens};
 use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault};
 use epirig_devices::stage::{
-    OneSided, SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
+    SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
 };
 use epirig_simulator::{Simulator, SimulatorConfig};
 
@@ -110,8 +110,8 @@ fn backlash_is_found_and_gone_with_an_approach_from_one_side() {
     let found = report.repeatability.unwrap();
     assert!((found.reversal_um - 300.0).abs() < 30.0, "{found:?}");
     assert!(found.sigma_um < 30.0, "{found:?}");
-    let mut stage = OneSided::new(SimStage::new(slack), 1.0);
-    let mut camera = SimCamera::before_simulator(simulator, stage.inner().watch());
+    let mut stage = SimStage::new(slack).approaching_by(1.0);
+    let mut camera = SimCamera::before_simulator(simulator, stage.watch());
     let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
     assert!(report.repeatability.unwrap().reversal_um.abs() < 30.0);
     // 10 mm leave room for an approach, 0.5 mm do not.

@@ -1,8 +1,8 @@
 //! A profile with every key and its explanation, for a person to fill in.
 
-use super::quantity::Quantity;
 use super::schema::{CONTROLS, Key, SECTIONS, Section, camera, stage};
 use super::value::line;
+use epirig_core::settings::quantity::Quantity;
 
 /// Columns of a comment.
 const WIDTH: usize = 100;
@@ -54,7 +54,7 @@ pub fn commented(findings: &Findings) -> String {
         text.blank();
         text.comment(&format!("{}.", section.meaning));
         text.line(&format!("[{}]", section.name));
-        for key in section.keys {
+        for key in section.keys() {
             text.blank();
             text.key(section, key, findings);
         }
@@ -103,8 +103,9 @@ impl Lines {
         if let Some(default) = key.default {
             facts.push_str(&format!("; left out, {default}"));
         }
-        if !key.drivers.is_empty() {
-            facts.push_str(&format!("; only with driver {}", key.drivers.join(", ")));
+        let drivers = stage::drivers_with(key);
+        if !drivers.is_empty() {
+            facts.push_str(&format!("; only with driver {}", drivers.join(", ")));
         }
         self.comment(&format!("{facts}."));
         let found = if std::ptr::eq(key, &stage::PORT) {
@@ -119,7 +120,7 @@ impl Lines {
             None => self.line(&format!("# {}", line(key, key.default.unwrap_or(key.example)))),
         }
         // The table of controls comes behind all keys of its section: after its heading they would be controls.
-        let is_last = section.keys.last().is_some_and(|last| std::ptr::eq(*last, key));
+        let is_last = section.keys().last().is_some_and(|last| std::ptr::eq(*last, key));
         if section.name == "camera" && is_last {
             self.blank();
             self.comment("Controls of the camera, by the names that `epirig camera get` lists: a number, true, false or text.");
@@ -196,7 +197,7 @@ mod tests {
         for section in SECTIONS {
             let heading = format!("\n[{}]\n", section.name);
             let body = text.split(&heading).nth(1).unwrap().split("\n[").next().unwrap();
-            for key in section.keys {
+            for key in section.keys() {
                 let set = |line: &&str| line.starts_with(&format!("# {} = ", key.name));
                 assert_eq!(body.lines().filter(set).count(), 1, "{}", key.path());
             }
@@ -207,7 +208,7 @@ mod tests {
     #[test]
     fn every_line_of_a_key_can_be_taken_as_it_stands() {
         let text = commented(&Findings::default());
-        let keys = SECTIONS.iter().flat_map(|section| section.keys);
+        let keys = SECTIONS.iter().flat_map(Section::keys);
         for key in keys.filter(|key| key.default.is_none()) {
             assert!(text.contains(&format!("\n# {}\n", example(key))), "{}", key.path());
         }

@@ -8,7 +8,6 @@ mod commented;
 mod error;
 mod overrides;
 mod parts;
-mod quantity;
 mod read;
 mod record;
 mod recorded;
@@ -22,8 +21,8 @@ pub use commented::{Findings, FoundCamera, commented};
 pub use error::{Mistake, Place, Problem, ProfileError};
 pub use overrides::{Override, overrides_from_environment};
 pub use parts::{
-    AxisName, BoardProfile, CameraProfile, Driver, FocalLength, LimitsProfile, OpticsProfile, PlanProfile,
-    PrintProfile, SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
+    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, PrintProfile,
+    SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
 };
 pub use recorded::RecordedRigError;
 

@@ -6,102 +6,44 @@ use serde::{Deserialize, Serialize};
 
 use super::record;
 use epirig_calibration::lens::{Distortion, Lens};
+use epirig_core::settings::Settings;
 use epirig_devices::camera::pixels::BayerUse;
 use epirig_devices::camera::{CameraChoice, Size};
+use epirig_devices::stage::Driver;
 
-/// The language that a stage speaks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Driver {
-    /// epirig's own firmware.
-    Native,
-    /// GRBL 1.1.
-    Grbl,
-    /// Zaber ASCII.
-    Zaber,
-    /// A stage in memory.
-    Sim,
-}
-
-impl Driver {
-    pub(super) const ALL: [(&'static str, Self); 4] =
-        [("native", Self::Native), ("grbl", Self::Grbl), ("zaber", Self::Zaber), ("sim", Self::Sim)];
-
-    /// As a profile has it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Native => "native",
-            Self::Grbl => "grbl",
-            Self::Zaber => "zaber",
-            Self::Sim => "sim",
-        }
+epirig_core::choices! {
+    /// What a simulated camera looks at.
+    pub enum SceneName {
+        /// A plane with stripe-like hollows.
+        Tile = "tile",
+        /// Two planes that meet in an edge.
+        CubeEdge = "cube-edge",
+        /// A plane.
+        Plane = "plane",
     }
 }
-
-/// An axis of a GRBL controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisName {
-    /// The first.
-    X,
-    /// The second.
-    Y,
-    /// The third.
-    Z,
-}
-
-impl AxisName {
-    pub(super) const ALL: [(&'static str, Self); 3] = [("x", Self::X), ("y", Self::Y), ("z", Self::Z)];
-}
-
-/// What a simulated camera looks at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SceneName {
-    /// A plane with stripe-like hollows.
-    Tile,
-    /// Two planes that meet in an edge.
-    CubeEdge,
-    /// A plane.
-    Plane,
-}
-
-impl SceneName {
-    pub(super) const ALL: [(&'static str, Self); 3] =
-        [("tile", Self::Tile), ("cube-edge", Self::CubeEdge), ("plane", Self::Plane)];
-}
-
-pub(super) const BAYER_USES: [(&str, BayerUse); 2] =
-    [("green", BayerUse::Green), ("binned", BayerUse::Binned)];
 
 /// The stage, and how to reach it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StageProfile {
-    /// The language that it speaks.
+    /// The driver.
     pub driver: Driver,
     /// Its port, as [`PortChoice`](epirig_devices::link::PortChoice) reads it; `None`: the only USB serial port.
     pub port: Option<String>,
-    /// Its axis (GRBL); `None`: x.
-    pub axis: Option<AxisName>,
-    /// Number of the device in its chain (Zaber), 1 to 99; `None`: 1.
-    pub device: Option<u8>,
-    /// Length of a microstep, in um, positive (Zaber).
-    pub microstep_um: Option<f64>,
-    /// Come to every position from so far below, in mm, 0 or more.
+    /// Unidirectional approach: come to every position from this far below, in mm, 0 or more.
     pub approach_mm: f64,
     /// How far the reported position may be off beyond half a step, in mm, 0 or more.
     pub tolerance_mm: f64,
-    /// Positions go from 0 to this, in mm, positive (simulated).
-    pub travel_mm: Option<f64>,
-    /// Velocity of a long move, in mm/s, positive.
-    pub velocity_mm_s: Option<f64>,
-    /// Acceleration and deceleration, in mm/s2, positive.
-    pub acceleration_mm_s2: Option<f64>,
-    /// Standard deviation of the place where the carriage comes to rest, in um, 0 or more (simulated).
-    pub position_noise_um: f64,
-    /// Play between screw and nut, in um, 0 or more (simulated).
-    pub backlash_um: f64,
+    /// The driver's own settings.
+    pub settings: Settings,
+}
+
+impl StageProfile {
+    /// Whether it is a stage in memory.
+    pub fn is_simulated(&self) -> bool {
+        !self.driver.has_line()
+    }
 }
 
 /// The camera, and how it is to be set.
@@ -120,7 +62,6 @@ pub struct CameraProfile {
     /// Exposure time, in us, positive; `None`: as the camera has it.
     pub exposure_us: Option<f64>,
     /// What to make of a colour mosaic.
-    #[serde(with = "record::bayer")]
     pub bayer: Option<BayerUse>,
     /// How long to wait for a good frame, and for a steady picture. In a record: `patience_s`, in s.
     #[serde(rename = "patience_s", with = "record::seconds")]
@@ -355,19 +296,5 @@ mod tests {
         assert_eq!(without_width.focal_length_px(1000), None);
         let in_px = OpticsProfile { focal_length: Some(FocalLength::Px(2844.0)), ..optics };
         assert_eq!(in_px.focal_length_px(1000), Some(2844.0));
-    }
-
-    #[test]
-    fn names_are_those_of_the_records() {
-        for (name, driver) in Driver::ALL {
-            assert_eq!(driver.name(), name);
-            assert_eq!(serde_json::to_string(&driver).unwrap(), format!("{name:?}"));
-        }
-        for (name, scene) in SceneName::ALL {
-            assert_eq!(serde_json::to_string(&scene).unwrap(), format!("{name:?}"));
-        }
-        for (name, axis) in AxisName::ALL {
-            assert_eq!(serde_json::to_string(&axis).unwrap(), format!("{name:?}"));
-        }
     }
 }

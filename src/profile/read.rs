@@ -5,15 +5,18 @@ use std::time::Duration;
 use super::Profile;
 use super::error::{Mistake, Place, Problem};
 use super::parts::{
-    AxisName, BAYER_USES, BoardProfile, CameraProfile, Driver, FocalLength, LimitsProfile, OpticsProfile,
-    PlanProfile, PrintProfile, SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
+    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, PrintProfile,
+    SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
 };
-use super::quantity::{DN, HZ, MM, MM_S, MM_S2, Measure, NS, PERCENT, PX, Quantity, RAD, UM, US, Unit};
 use super::schema::{Key, board, camera, limits, optics, plan, sim, stage, target};
 use super::settings::{Given, Settings, control_path};
 use super::value::{self, Value, interpret};
 use epirig_calibration::lens::Distortion;
+use epirig_core::choice::Choice;
+use epirig_core::settings::Settings as DriverSettings;
+use epirig_core::settings::quantity::{DN, HZ, MM, Measure, NS, PERCENT, PX, Quantity, RAD, UM, US, Unit};
 use epirig_devices::camera::Size;
+use epirig_devices::stage::Driver;
 
 /// The profile that the settings make, and all that is wrong with them; what is wrong has its default in it, or nothing.
 pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
@@ -38,14 +41,9 @@ pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
     (profile, reader.mistakes)
 }
 
-/// Whether the key means nothing with this driver of the stage.
-fn is_of_other_driver(key: &Key, driver: Driver) -> bool {
-    !key.drivers.is_empty() && !key.drivers.contains(&driver.name())
-}
-
 /// Whether the key describes the simulator, and neither stage nor camera is simulated.
 fn is_of_no_simulator(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
-    key.section == "sim" && stage.driver != Driver::Sim && !camera.is_simulated()
+    key.section == "sim" && !stage.is_simulated() && !camera.is_simulated()
 }
 
 /// Whether the key describes the tile, and something else is simulated.
@@ -84,9 +82,9 @@ impl Reader {
         }
     }
 
-    fn choice<T: Copy, const N: usize>(&mut self, key: &'static Key, all: &[(&str, T); N]) -> Option<T> {
+    fn choice<C: Choice>(&mut self, key: &'static Key) -> Option<C> {
         match self.value(key)? {
-            Value::Choice(index) => all.get(index).map(|(_, choice)| *choice),
+            Value::Choice(name) => C::from_name(name),
             _ => None,
         }
     }
@@ -138,19 +136,23 @@ impl Reader {
     }
 
     fn stage(&mut self) -> StageProfile {
+        let driver = match self.value(&stage::DRIVER) {
+            Some(Value::Choice(name)) => Driver::named(name),
+            _ => None,
+        };
+        let driver = driver.unwrap_or_else(Driver::usual);
+        let mut settings = DriverSettings::default();
+        for key in driver.keys() {
+            if let Some(value) = self.value(key) {
+                settings.set(key, value.setting(key));
+            }
+        }
         StageProfile {
-            driver: self.choice(&stage::DRIVER, &Driver::ALL).unwrap_or(Driver::Native),
+            driver,
             port: self.text(&stage::PORT),
-            axis: self.choice(&stage::AXIS, &AxisName::ALL),
-            device: self.whole(&stage::DEVICE),
-            microstep_um: self.number(&stage::MICROSTEP, UM),
             approach_mm: self.number_or_default(&stage::APPROACH, MM),
             tolerance_mm: self.number_or_default(&stage::TOLERANCE, MM),
-            travel_mm: self.number(&stage::TRAVEL, MM),
-            velocity_mm_s: self.number(&stage::VELOCITY, MM_S),
-            acceleration_mm_s2: self.number(&stage::ACCELERATION, MM_S2),
-            position_noise_um: self.number_or_default(&stage::POSITION_NOISE, UM),
-            backlash_um: self.number_or_default(&stage::BACKLASH, UM),
+            settings,
         }
     }
 
@@ -161,7 +163,7 @@ impl Reader {
             size: self.size(),
             rate_hz: self.number(&camera::RATE, HZ),
             exposure_us: self.number(&camera::EXPOSURE, US),
-            bayer: self.choice(&camera::BAYER, &BAYER_USES),
+            bayer: self.choice(&camera::BAYER),
             patience: self.duration(&camera::PATIENCE),
             mains_hz: self.number(&camera::MAINS, HZ),
             controls: self.controls(),
@@ -169,10 +171,7 @@ impl Reader {
     }
 
     fn size(&mut self) -> Option<Size> {
-        match self.value(&camera::SIZE)? {
-            Value::Size(size) => Some(size),
-            _ => None,
-        }
+        self.text(&camera::SIZE)?.parse().ok()
     }
 
     fn controls(&mut self) -> Vec<(String, String)> {
@@ -246,7 +245,7 @@ impl Reader {
 
     fn sim(&mut self) -> SimProfile {
         SimProfile {
-            scene: self.choice(&sim::SCENE, &SceneName::ALL).unwrap_or(SceneName::Plane),
+            scene: self.choice(&sim::SCENE).unwrap_or(SceneName::Plane),
             noise_dn: self.number_or_default(&sim::NOISE, DN),
             seed: self.whole(&sim::SEED).unwrap_or_default(),
             real_time: self.flag(&sim::REAL_TIME),
@@ -271,7 +270,7 @@ impl Reader {
         let (stage, camera, sim) = (self.stage(), self.camera(), self.sim());
         // All values are read again, and what is wrong with those that count is told then.
         self.mistakes.truncate(known);
-        self.settings.leave_out_below(&[&stage::DRIVER], |key| is_of_other_driver(key, stage.driver));
+        self.settings.leave_out_below(&[&stage::DRIVER], |key| !stage::belongs_to(key, stage.driver));
         self.settings.leave_out_below(&[&stage::DRIVER, &camera::DEVICE], |key| {
             is_of_no_simulator(key, &stage, &camera)
         });
@@ -283,7 +282,7 @@ impl Reader {
         let driver = profile.stage.driver;
         for setting in &self.settings.settings {
             let key = setting.key;
-            let with = if is_of_other_driver(key, driver) {
+            let with = if !stage::belongs_to(key, driver) {
                 format!("with driver = \"{}\"", driver.name())
             } else if is_of_no_simulator(key, &profile.stage, &profile.camera) {
                 "without driver = \"sim\" of the stage or device = \"sim\" of the camera".to_owned()
@@ -300,8 +299,11 @@ impl Reader {
     }
 
     fn ask_for_what_is_needed(&mut self, profile: &Profile) {
-        if profile.stage.driver == Driver::Zaber && !self.is_given(&stage::MICROSTEP) {
-            self.need(&stage::DRIVER, "zaber", &stage::MICROSTEP, "it is in the stage's data sheet");
+        let driver = profile.stage.driver;
+        for key in driver.keys() {
+            if let Some(advice) = key.needed.filter(|_| !self.is_given(key)) {
+                self.need(&stage::DRIVER, driver.name(), key, advice);
+            }
         }
         let in_length = matches!(profile.optics.focal_length, Some(FocalLength::Mm(_)));
         if in_length && !self.is_given(&optics::SENSOR_WIDTH) {

@@ -50,31 +50,6 @@ pub(super) mod size {
     }
 }
 
-/// [`BayerUse`](epirig_devices::camera::pixels::BayerUse) by its name.
-pub(super) mod bayer {
-    use serde::{Deserializer, Serializer};
-
-    use super::super::parts::BAYER_USES;
-    use epirig_devices::camera::pixels::BayerUse;
-
-    pub(in crate::profile) fn serialize<S: Serializer>(
-        bayer: &Option<BayerUse>,
-        to: S,
-    ) -> Result<S::Ok, S::Error> {
-        let name = BAYER_USES.iter().find(|(_, known)| Some(*known) == *bayer).map(|(name, _)| *name);
-        super::write(name.map(str::to_owned), to)
-    }
-
-    pub(in crate::profile) fn deserialize<'de, D: Deserializer<'de>>(
-        from: D,
-    ) -> Result<Option<BayerUse>, D::Error> {
-        super::read(from, |text| {
-            let known = BAYER_USES.iter().find(|(name, _)| *name == text);
-            known.map(|(_, bayer)| *bayer).ok_or_else(|| format!("{text:?} is no use of a colour mosaic"))
-        })
-    }
-}
-
 fn write<S: Serializer>(text: Option<String>, to: S) -> Result<S::Ok, S::Error> {
     match text {
         Some(text) => to.serialize_some(&text),
@@ -98,10 +73,13 @@ mod tests {
     use proptest::prelude::*;
     use proptest::sample::select;
 
-    use super::super::parts::BAYER_USES;
     use super::super::*;
     use epirig_calibration::lens::Distortion;
+    use epirig_core::choice::Choice as _;
+    use epirig_core::settings::{Setting, Settings};
     use epirig_devices::camera::Size;
+    use epirig_devices::camera::pixels::BayerUse;
+    use epirig_devices::stage::drivers;
 
     /// Any number that JSON can hold.
     fn number() -> impl Strategy<Value = f64> {
@@ -114,33 +92,23 @@ mod tests {
     }
 
     fn stage() -> impl Strategy<Value = StageProfile> {
-        let (driver, axis) = (
-            select(Driver::ALL.map(|(_, driver)| driver).to_vec()),
-            option::of(select(AxisName::ALL.map(|(_, axis)| axis).to_vec())),
-        );
-        let options = proptest::array::uniform4(option::of(number()));
-        let numbers = proptest::array::uniform4(number());
-        (driver, axis, option::of("\\PC{0,9}"), option::of(1_u8..=99), options, numbers).prop_map(
-            |(driver, axis, port, device, options, numbers)| StageProfile {
-                driver,
-                port,
-                axis,
-                device,
-                microstep_um: options[0],
-                approach_mm: numbers[0],
-                tolerance_mm: numbers[1],
-                travel_mm: options[1],
-                velocity_mm_s: options[2],
-                acceleration_mm_s2: options[3],
-                position_noise_um: numbers[2],
-                backlash_um: numbers[3],
-            },
-        )
+        let setting = prop_oneof![
+            number().prop_map(Setting::Number),
+            any::<i64>().prop_map(Setting::Whole),
+            any::<bool>().prop_map(Setting::Flag),
+            "\\PC{0,9}".prop_map(Setting::Text),
+        ];
+        let stage = (select(drivers()), option::of("\\PC{0,9}"), number(), number(), setting);
+        stage.prop_map(|(driver, port, approach_mm, tolerance_mm, setting)| {
+            let mut settings = Settings::default();
+            driver.keys().iter().for_each(|key| settings.set(key, setting.clone()));
+            StageProfile { driver, port, approach_mm, tolerance_mm, settings }
+        })
     }
 
     fn camera() -> impl Strategy<Value = CameraProfile> {
         let size = (1_usize..10_000, 1_usize..10_000).prop_map(|(columns, rows)| Size { columns, rows });
-        let bayer = select(BAYER_USES.map(|(_, bayer)| bayer).to_vec());
+        let bayer = select(BayerUse::ALL.to_vec());
         let options = proptest::array::uniform3(option::of(number()));
         let controls = proptest::collection::vec((".{0,9}", ".{0,9}"), 0..4);
         (
@@ -245,7 +213,7 @@ mod tests {
     }
 
     fn limits_and_sim() -> impl Strategy<Value = (LimitsProfile, SimProfile)> {
-        let scene = select(SceneName::ALL.map(|(_, scene)| scene).to_vec());
+        let scene = select(SceneName::ALL.to_vec());
         let numbers = proptest::array::uniform4(number());
         (0_usize..=100, numbers, time(), scene, any::<u64>(), any::<bool>(), faults()).prop_map(
             |(

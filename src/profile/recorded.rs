@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use serde_json::Value;
 use thiserror::Error;
 
-use super::schema::{LARGEST, SMALLEST};
 use super::settings::Settings;
 use super::{Profile, read};
 use epirig_core::grid::area;
+use epirig_core::settings::{LARGEST, SMALLEST};
 use epirig_data::sequence::{Finding, Origin, Sequence};
 use epirig_data::storage::{RecordFault, parse_value};
 
@@ -28,16 +28,7 @@ pub struct RecordedRigError {
 }
 
 /// Fields that something is divided by.
-const DIVISORS: [&str; 8] = [
-    "stage.microstep_um",
-    "stage.travel_mm",
-    "stage.velocity_mm_s",
-    "stage.acceleration_mm_s2",
-    "camera.rate_hz",
-    "plan.step_mm",
-    "optics.sensor_width_mm",
-    "board.square_mm",
-];
+const DIVISORS: [&str; 4] = ["camera.rate_hz", "plan.step_mm", "optics.sensor_width_mm", "board.square_mm"];
 
 impl Profile {
     /// The rig that the frames of `sequence` were taken with: of a scan all of it, of imported images what was said of lens and
@@ -65,6 +56,11 @@ impl Profile {
         if let Some((key, number)) = impossible_number(rig, String::new()) {
             return Err(fault(key, format!("{number} cannot be")));
         }
+        let stage = &profile.stage;
+        stage
+            .settings
+            .check(&stage.driver.keys())
+            .map_err(|source| fault("stage.settings".to_owned(), source.to_string()))?;
         let plan = &profile.plan;
         let boards = profile.board.into_iter().chain(profile.target.print.map(|print| print.board));
         let corners: Vec<usize> = boards.flat_map(|board| [board.columns, board.rows]).collect();

@@ -7,8 +7,8 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{Mistake, Place, Problem, did_you_mean};
 use super::overrides::Override;
-use super::quantity::Unit;
 use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
+use epirig_core::settings::quantity::Unit;
 use epirig_devices::camera::Control;
 
 /// Mistakes that are listed.
@@ -206,7 +206,7 @@ impl Settings {
         }
         match find_section(section).and_then(|section| find_key(section, name)) {
             Ok((key, unit)) => {
-                self.settings.retain(|setting| !std::ptr::eq(setting.key, key));
+                self.settings.retain(|setting| setting.key.path() != key.path());
                 self.settings.push(Setting { key, unit, given, place });
             }
             Err(problem) => self.note(place, problem),
@@ -221,7 +221,9 @@ impl Settings {
 
     /// What was given for a key.
     pub(super) fn setting(&self, key: &'static Key) -> Option<&Setting> {
-        self.settings.iter().find(|setting| std::ptr::eq(setting.key, key))
+        self.settings
+            .iter()
+            .find(|setting| (setting.key.section, setting.key.name) == (key.section, key.name))
     }
 }
 

@@ -1,25 +1,36 @@
 //! From what was given for a key to what it means.
 
 use super::error::Problem;
-use super::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
-use super::schema::{Allowed, Key, Kind, LARGEST, LONGEST_H, SMALLEST};
+use super::schema::{Allowed, Key, Kind};
 use super::settings::Given;
-use epirig_devices::camera::pixels::FourCc;
-use epirig_devices::camera::{CameraChoice, Size};
-
-const NS_PER_H: f64 = 3600.0e9;
+use epirig_core::settings::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
+use epirig_core::settings::{LARGEST, SMALLEST, Setting};
 
 /// A value that suits its key.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Text(String),
-    /// Index of the name.
-    Choice(usize),
+    /// The name.
+    Choice(&'static str),
     Whole(i64),
     Number(f64),
     Flag(bool),
-    Size(Size),
     Measure(Measure),
+}
+
+impl Value {
+    /// As drivers have it: a quantity in the unit of its key.
+    pub(super) fn setting(self, key: &Key) -> Setting {
+        match (self, key.kind) {
+            (Self::Text(text), _) => Setting::Text(text),
+            (Self::Choice(name), _) => Setting::Text(name.to_owned()),
+            (Self::Whole(number), _) => Setting::Whole(number),
+            (Self::Number(number), _) => Setting::Number(number),
+            (Self::Flag(flag), _) => Setting::Flag(flag),
+            (Self::Measure(measure), Kind::Measure { unit, .. }) => Setting::Number(measure.in_unit(unit)),
+            (Self::Measure(measure), _) => Setting::Number(measure.value),
+        }
+    }
 }
 
 /// What `given` means for a key whose name ended in `unit`.
@@ -32,15 +43,11 @@ pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<
         Kind::Text => {
             text(given).filter(|text| !text.trim().is_empty()).map(|text| Value::Text(text.to_owned()))
         }
-        Kind::Camera => text(given)
-            .filter(|text| text.parse::<CameraChoice>().is_ok())
-            .map(|text| Value::Text(text.to_owned())),
-        Kind::Format => {
-            text(given).filter(|text| text.parse::<FourCc>().is_ok()).map(|text| Value::Text(text.to_owned()))
+        Kind::Form { is_valid, .. } => {
+            text(given).filter(|text| is_valid(text)).map(|text| Value::Text(text.to_owned()))
         }
-        Kind::Size => text(given).and_then(|text| text.parse().ok()).map(Value::Size),
         Kind::Choice(names) => {
-            text(given).and_then(|text| names.iter().position(|name| *name == text)).map(Value::Choice)
+            text(given).and_then(|text| names().into_iter().find(|name| *name == text)).map(Value::Choice)
         }
         Kind::Whole(least, most) => {
             whole(given).filter(|number| (least..=most).contains(number)).map(Value::Whole)
@@ -120,26 +127,16 @@ fn measured(key: &Key, unit_in_key: Option<Unit>, given: &Given) -> Result<Measu
         return Err(wrong_unit(key, given, reason));
     }
     let suits = if found.unit.quantity == Quantity::Time {
-        let least_ns = if allowed == Allowed::Positive { 1.0 } else { 0.0 };
-        (least_ns..=LONGEST_H * NS_PER_H).contains(&found.in_unit(NS))
+        Kind::allows_time(allowed, found.in_unit(NS))
     } else {
         // A focal length in px is positive as one in mm is.
         let value = if unit.quantity == found.unit.quantity { found.in_unit(unit) } else { found.value };
-        let is_divisor = allowed == Allowed::Positive;
-        if value.abs() > LARGEST || (is_divisor && value > 0.0 && value < SMALLEST) {
-            let least = if is_divisor { SMALLEST } else { -LARGEST };
+        if !allowed.is_of_usual_size(value) {
+            let least = if allowed == Allowed::Positive { SMALLEST } else { -LARGEST };
             let range = format!("from {least:e} to {LARGEST:e} {}", unit.name);
             return Err(not_allowed(key.path(), range, given));
         }
-        value.is_finite()
-            && match allowed {
-                Allowed::Any => true,
-                Allowed::Positive => value > 0.0,
-                Allowed::ZeroOrMore => value >= 0.0,
-                Allowed::UpTo(most) => (0.0..=most).contains(&value),
-                Allowed::Within(most) => value.abs() <= most,
-                Allowed::Among(values) => values.contains(&value),
-            }
+        allowed.holds(value)
     };
     if suits { Ok(found) } else { Err(not_allowed(key.path(), key.kind.allowed(), given)) }
 }

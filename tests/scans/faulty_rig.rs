@@ -7,18 +7,14 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use epirig_core::progress::Progress;
+use epirig_core::settings::Settings;
 use epirig_devices::camera::{
     Camera, CameraError, CameraIdentity, CameraSettings, Configuration, Control, Moment, OfferedFormat,
     SimCamera, SimFault, SimView, TakenFrame,
 };
-use epirig_devices::link::{LineNoise, SimulatedDevice, SimulatedLink};
-use epirig_devices::stage::grbl::GrblOptions;
-use epirig_devices::stage::native::NativeOptions;
-use epirig_devices::stage::simulator::{FaultScript, GrblDevice, NativeDevice, Plant, ZaberDevice};
-use epirig_devices::stage::zaber::ZaberOptions;
-use epirig_devices::stage::{
-    Dialect, GrblStage, MotionLimits, NativeStage, Stage, StageError, StagePosition, ZaberStage,
-};
+use epirig_devices::link::{LineNoise, Link, SimulatedDevice, SimulatedLink};
+use epirig_devices::stage::simulator::{FaultScript, Plant, SimulatedStage};
+use epirig_devices::stage::{CheckedStage, Connection, Driver, Stage, StageError, StagePosition};
 
 /// Between two attempts of a scan to reach a stage. A simulated line knows no time but its own.
 const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(500);
@@ -26,14 +22,12 @@ const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(500);
 /// How long a line stays noisy.
 const NOISY: Duration = Duration::from_secs(10);
 
-/// Where a carriage at so many steps of its plant is, in mm from home.
-type Place = fn(i64) -> f64;
-
 /// A simulated device whose carriage is watched, and whose line becomes noisy for a while when it is told to.
 pub struct Watched {
     device: Box<dyn SimulatedDevice>,
     plant: Plant,
-    place: Place,
+    mm_from_home: fn(i64) -> f64,
+    settings: Settings,
     watch: StagePosition,
     noisy: Arc<AtomicBool>,
     noisy_for: Duration,
@@ -41,39 +35,18 @@ pub struct Watched {
     from_device: LineNoise,
 }
 
-/// The lengths of a step of each device, in mm.
-pub const fn step_mm(dialect: Dialect) -> f64 {
-    match dialect {
-        Dialect::Zaber => ZaberDevice::MICROSTEP_UM / 1000.0,
-        _ => 0.004,
-    }
+/// The device that a driver's simulator makes.
+pub fn simulated(driver: Driver, script: &FaultScript) -> SimulatedStage {
+    driver.simulated(script.clone(), 1).unwrap_or_else(|| panic!("{driver} has no line"))
 }
 
 impl Watched {
-    pub fn new(dialect: Dialect, script: &FaultScript, watch: StagePosition, noise: &LineNoise) -> Self {
-        let script = script.clone();
-        let (device, plant, place): (Box<dyn SimulatedDevice>, Plant, Place) = match dialect {
-            Dialect::Zaber => {
-                let device = ZaberDevice::new(script);
-                let plant = device.plant();
-                // Its home sensor is 4000 microsteps below the place where it begins.
-                (Box::new(device), plant, |steps| (steps + 4000) as f64 * step_mm(Dialect::Zaber))
-            }
-            Dialect::Grbl => {
-                let device = GrblDevice::new(script);
-                let plant = device.plant();
-                // It homes upwards, and goes 250 steps down from the switch at 2000.
-                (Box::new(device), plant, |steps| (2000 - 250 - steps) as f64 * step_mm(Dialect::Grbl))
-            }
-            _ => {
-                let device = NativeDevice::new(script);
-                let plant = device.plant();
-                (Box::new(device), plant, NativeDevice::mm_from_home)
-            }
-        };
+    pub fn new(driver: Driver, script: &FaultScript, watch: StagePosition, noise: &LineNoise) -> Self {
+        let SimulatedStage { device, plant, mm_from_home, settings, .. } = simulated(driver, script);
         let noisy = Arc::new(AtomicBool::new(false));
         let (to_device, from_device) = (noise.clone(), noise.reversed());
-        Self { device, plant, place, watch, noisy, noisy_for: Duration::ZERO, to_device, from_device }
+        let noisy_for = Duration::ZERO;
+        Self { device, plant, mm_from_home, settings, watch, noisy, noisy_for, to_device, from_device }
     }
 
     pub fn plant(&self) -> Plant {
@@ -101,7 +74,7 @@ impl SimulatedDevice for Watched {
             self.noisy_for += time;
             self.noisy.store(self.noisy_for < NOISY, Ordering::SeqCst);
         }
-        self.watch.set((self.place)(self.plant.carriage_steps()), self.watch.elapsed() + time);
+        self.watch.set((self.mm_from_home)(self.plant.carriage_steps()), self.watch.elapsed() + time);
     }
 
     fn take_sent(&mut self) -> Vec<u8> {
@@ -118,19 +91,12 @@ impl SimulatedDevice for Watched {
 }
 
 /// Connects to a device, as often as it takes.
-pub fn connect(dialect: Dialect, device: &Arc<Mutex<Watched>>) -> Result<Box<dyn Stage>, StageError> {
+pub fn connect(driver: Driver, device: &Arc<Mutex<Watched>>) -> Result<Box<dyn Stage>, StageError> {
     Arc::clone(device).advance(BETWEEN_ATTEMPTS);
-    let link = Box::new(SimulatedLink::new(Arc::clone(device)));
-    Ok(match dialect {
-        Dialect::Zaber => {
-            let microstep_um = ZaberDevice::MICROSTEP_UM;
-            let limits = MotionLimits::default();
-            let options = ZaberOptions { device: 1, axis: 1, microstep_um, limits };
-            Box::new(ZaberStage::connect(link, options)?)
-        }
-        Dialect::Grbl => Box::new(GrblStage::connect(link, GrblOptions::default())?),
-        _ => Box::new(NativeStage::connect(link, NativeOptions::default())?),
-    })
+    let settings = device.lock().unwrap().settings.clone();
+    let mut open_line = |_baud| Ok(Box::new(SimulatedLink::new(Arc::clone(device))) as Box<dyn Link>);
+    let mut connection = Connection { open_line: &mut open_line, watch: StagePosition::default(), seed: 0 };
+    Ok(Box::new(CheckedStage::over(driver.connect(&mut connection, &settings)?)))
 }
 
 /// What is done to a camera.

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use crate::faulty_rig::{Mischief, Once, Tampered, Watched, When, connect, step_mm};
+use crate::faulty_rig::{Mischief, Once, Tampered, Watched, When, connect, simulated};
 use crate::scan_fault_list::{
     AtFrame, FRAME, FRAMES, Mechanics, PATIENT_S, STAGE_FAULTS, StageFault, camera_faults, mechanics,
 };
@@ -19,7 +19,7 @@ use epirig_data::storage::RealDisk;
 use epirig_devices::camera::{SimCamera, SimFault};
 use epirig_devices::link::LineNoise;
 use epirig_devices::stage::simulator::FaultScript;
-use epirig_devices::stage::{Dialect, SimStage, SimStageConfig, Stage, StagePosition, StageSource};
+use epirig_devices::stage::{Driver, SimStage, SimStageConfig, Stage, StagePosition, StageSource, drivers};
 use epirig_simulator::{Simulator, SimulatorConfig};
 
 /// A noise-free simulator: frames of one place are the same to the byte. They move by half a pixel from stop to stop.
@@ -54,7 +54,7 @@ fn scan(
 fn scan_over_line(
     simulator: &Arc<Simulator>,
     plan: &CapturePlan,
-    dialect: Dialect,
+    driver: Driver,
     script: &FaultScript,
     at_frame: AtFrame,
     folder: &Path,
@@ -64,10 +64,10 @@ fn scan_over_line(
         (noise.double, noise.flip) = (0.0, 0.0);
     }
     let watch = StagePosition::default();
-    let device = Watched::new(dialect, script, watch.clone(), &noise);
+    let device = Watched::new(driver, script, watch.clone(), &noise);
     let (plant, noisy) = (device.plant(), device.noise_switch());
     let device = Arc::new(Mutex::new(device));
-    let mut stages = || connect(dialect, &device);
+    let mut stages = || connect(driver, &device);
     // The camera is started once before the first frame, and then as the stage has been homed again.
     let goes = (When::Start(1), Mischief::Fault(SimFault::Disconnect { failing: 3 }));
     let mischief = if at_frame == AtFrame::CameraGoesToo { vec![goes] } else { Vec::new() };
@@ -80,18 +80,18 @@ fn scan_over_line(
     scan(folder, plan, &mut stages, &mut camera, &progress)
 }
 
-fn stage_outcome(simulator: &Arc<Simulator>, fault: &StageFault, dialect: Dialect) -> String {
+fn stage_outcome(simulator: &Arc<Simulator>, fault: &StageFault, driver: Driver) -> String {
     // The first move is from home to the first stop, the second stays there for frame 0.
     let script: FaultScript = fault.script.replace('N', &(FRAME + 2).to_string()).parse().unwrap();
-    let plan = plan(step_mm(dialect), fault.wait_s);
+    let plan = plan(simulated(driver, &script).step_mm, fault.wait_s);
     let run = |folder: &Path, script: &FaultScript, at_frame: AtFrame| {
-        scan_over_line(simulator, &plan, dialect, script, at_frame, folder)
+        scan_over_line(simulator, &plan, driver, script, at_frame, folder)
     };
     // Only this stage counts steps without looking at what they do.
     let noticed =
-        if dialect == Dialect::Native && fault.is_hidden { Noticed::NotAtOnce } else { Noticed::AtOnce };
+        if driver.name() == "native" && fault.is_hidden { Noticed::NotAtOnce } else { Noticed::AtOnce };
     outcome(
-        &format!("{}: {}", dialect.name(), fault.words),
+        &format!("{}: {}", driver.name(), fault.words),
         noticed,
         simulator,
         &plan.positions_mm,
@@ -132,8 +132,9 @@ fn outcome_in_memory(simulator: &Arc<Simulator>, fault: &Mechanics) -> String {
 
 /// Both tables, as Markdown.
 fn tables(simulator: &Arc<Simulator>) -> String {
-    let column = |dialect| {
-        move || STAGE_FAULTS.iter().map(|fault| stage_outcome(simulator, fault, dialect)).collect::<Vec<_>>()
+    let drivers: Vec<Driver> = drivers().into_iter().filter(|driver| driver.has_line()).collect();
+    let column = |driver: Driver| {
+        move || STAGE_FAULTS.iter().map(|fault| stage_outcome(simulator, fault, driver)).collect::<Vec<_>>()
     };
     let in_memory = || {
         let faults = camera_faults().into_iter().chain(mechanics());
@@ -141,17 +142,20 @@ fn tables(simulator: &Arc<Simulator>) -> String {
     };
     // Most of the time goes by while scans wait for their stages and for the disk.
     let (columns, rows) = std::thread::scope(|scope| {
-        let columns =
-            [Dialect::Native, Dialect::Grbl, Dialect::Zaber].map(|dialect| scope.spawn(column(dialect)));
+        let columns: Vec<_> = drivers.iter().map(|driver| scope.spawn(column(*driver))).collect();
         let rows = scope.spawn(in_memory);
-        (columns.map(|column| column.join().unwrap()), rows.join().unwrap())
+        let columns: Vec<_> = columns.into_iter().map(|column| column.join().unwrap()).collect();
+        (columns, rows.join().unwrap())
     });
-    let mut text =
-        "| fault of the stage or its line | native | GRBL | Zaber |\n| --- | --- | --- | --- |\n".to_owned();
+    let mut text = "| fault of the stage or its line |".to_owned();
+    drivers.iter().for_each(|driver| write!(text, " {driver} |").unwrap());
+    text += "\n| --- |";
+    drivers.iter().for_each(|_| text += " --- |");
     for (index, fault) in STAGE_FAULTS.iter().enumerate() {
-        let [native, grbl, zaber] = [0, 1, 2].map(|column| &columns[column][index]);
-        writeln!(text, "| {} | {native} | {grbl} | {zaber} |", fault.words).unwrap();
+        write!(text, "\n| {} |", fault.words).unwrap();
+        columns.iter().for_each(|column| write!(text, " {} |", column[index]).unwrap());
     }
+    text += "\n";
     text += "\n| fault of the camera, or of the mechanics | what comes of it |\n| --- | --- |\n";
     for (fault, comes) in rows {
         writeln!(text, "| {fault} | {comes} |").unwrap();

@@ -17,6 +17,11 @@ pub trait Choice: Copy + Eq + std::fmt::Debug + Send + Sync + 'static {
     }
 }
 
+/// The names of all choices, in the order of their declaration.
+pub fn names<C: Choice>() -> Vec<&'static str> {
+    C::ALL.iter().map(|choice| choice.name()).collect()
+}
+
 /// Declares an enum whose variants are [`Choice`]s: each with its documentation and its name.
 ///
 /// Records (serde) have the name.

@@ -1,27 +1,15 @@
 //! Which camera, and how it is to be set.
 
-use std::path::Path;
+use clap::Args;
 
-use clap::{Args, ValueEnum};
-
+use super::RigArgument;
 use super::profile::Options;
-use super::{RigArgument, simulated_simulator, simulator_config};
+use crate::cli::choice::choice;
 use crate::cli::{CliError, Talk};
-use crate::profile::Profile;
-use epirig_devices::camera::pixels::FourCc;
-use epirig_devices::camera::{
-    Camera, CameraChoice, CameraError, CameraSettings, Configuration, ReplayCamera, SimCamera, Size,
-    V4l2Camera, V4l2Device, ViewSwitch, cameras, choose,
-};
+use crate::rig::open_camera;
+use epirig_devices::camera::pixels::{BayerUse, FourCc};
+use epirig_devices::camera::{Camera, Configuration, Size};
 use epirig_devices::stage::StagePosition;
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum BayerName {
-    /// The sum of the two green pixels of each cell
-    Green,
-    /// The sum of all four pixels of each cell
-    Binned,
-}
 
 /// The camera alone.
 #[derive(Debug, Args)]
@@ -54,8 +42,8 @@ pub(in crate::cli) struct CameraArguments {
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     control: Vec<(String, String)>,
     /// What to make of a colour mosaic: frames of half the width and height
-    #[arg(long, value_enum)]
-    bayer: Option<BayerName>,
+    #[arg(long, value_parser = choice::<BayerUse>())]
+    bayer: Option<BayerUse>,
     /// How long to wait for a good frame, and for a steady picture [default: 10]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     patience_s: Option<String>,
@@ -92,58 +80,9 @@ impl CameraArguments {
         for (name, value) in &self.control {
             options.add(&format!("camera.controls.{name}"), "--control", Some(value));
         }
-        let bayer = self.bayer.and_then(|bayer| bayer.to_possible_value());
-        options.add("camera.bayer", "--bayer", bayer.map(|value| value.get_name().to_owned()));
+        options.add("camera.bayer", "--bayer", self.bayer);
         options.add("camera.patience_s", "--patience-s", self.patience_s.as_ref());
     }
-}
-
-/// A camera, and what a simulated one looks at.
-pub(in crate::cli) struct Opened {
-    pub(in crate::cli) camera: Box<dyn Camera>,
-    pub(in crate::cli) view: Option<ViewSwitch>,
-}
-
-/// Opens the camera of a profile; a simulated one sees the stage where `stage` says that it is.
-pub(in crate::cli) fn open_camera(profile: &Profile, stage: &StagePosition) -> Result<Opened, CliError> {
-    let choice = profile.camera.device.as_deref().map_or(Ok(CameraChoice::Any), str::parse);
-    let choice = choice.map_err(|reason| CliError::Usage(format!("camera.device: {reason}")))?;
-    let camera: Box<dyn Camera> = match choice {
-        CameraChoice::Simulated => {
-            let mut camera =
-                SimCamera::before_simulator(simulated_simulator(simulator_config(profile)?)?, stage.clone());
-            if profile.sim.real_time {
-                camera.device().in_real_time();
-            }
-            let view = Some(camera.device().view());
-            return Ok(Opened { camera: Box::new(camera), view });
-        }
-        CameraChoice::Replay(folder) => Box::new(ReplayCamera::open(Path::new(&folder))?),
-        choice => {
-            let known = if matches!(choice, CameraChoice::Path(_)) { Ok(Vec::new()) } else { cameras() };
-            let known = known.map_err(|error| match error {
-                CameraError::NotBuilt { .. } => CameraError::NotBuilt { camera: choice.to_string() },
-                other => other,
-            })?;
-            Box::new(V4l2Camera::new(V4l2Device::open(&choose(&choice, &known)?)?))
-        }
-    };
-    Ok(Opened { camera, view: None })
-}
-
-/// What the camera of a profile is to be.
-pub(in crate::cli) fn camera_settings(profile: &Profile) -> Result<CameraSettings, CliError> {
-    let camera = &profile.camera;
-    let four_cc = camera.format.as_deref().map(str::parse).transpose();
-    Ok(CameraSettings {
-        four_cc: four_cc.map_err(|reason| CliError::Usage(format!("camera.format: {reason}")))?,
-        size: camera.size,
-        rate_hz: camera.rate_hz,
-        exposure_us: camera.exposure_us,
-        controls: camera.controls.clone(),
-        bayer: camera.bayer,
-        patience: camera.patience,
-    })
 }
 
 /// Says what a camera has been set to.

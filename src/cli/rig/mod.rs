@@ -3,17 +3,14 @@
 mod assistant;
 mod calibration;
 mod camera;
+mod driver_options;
 mod plan;
 mod profile;
-mod simulator;
 mod stage;
 
 pub(super) use assistant::Hands;
 pub(super) use calibration::{calibration_plan, can_be_calibrated, recorded_options};
-pub(super) use camera::{
-    CameraArgument, CameraArguments, Opened, camera_settings, open_camera, tell_configuration,
-};
-pub(super) use plan::{PlanArguments, capture_plan, nominal_lens};
+pub(super) use camera::{CameraArgument, CameraArguments, tell_configuration};
+pub(super) use plan::PlanArguments;
 pub(super) use profile::{Options, RigArgument, named_profile};
-pub(super) use simulator::{simulated_simulator, simulator_config};
-pub(super) use stage::{StageArguments, Stages, home, sim_config};
+pub(super) use stage::{StageArguments, Stages, driver, home};

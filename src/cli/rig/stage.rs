@@ -3,42 +3,23 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
-use firmware_protocol::message::Settings;
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use super::driver_options::DriverOptions;
 use super::profile::Options;
 use crate::cli::{CliError, Talk, interrupt};
-use crate::profile::{AxisName, Driver, Profile};
-use epirig_devices::link::{Link, LinkError, PortChoice, Recorder, choose, open, ports};
-use epirig_devices::stage::grbl::{Axis, GrblOptions};
-use epirig_devices::stage::native::NativeOptions;
-use epirig_devices::stage::zaber::ZaberOptions;
-use epirig_devices::stage::{
-    Dialect, GrblStage, MotionLimits, NativeStage, OneSided, SimStage, SimStageConfig, Stage, StageError,
-    StagePosition, StageSource, ZaberStage, grbl, native, zaber,
-};
+use crate::profile::Profile;
+use crate::rig::RigStage;
+use epirig_devices::link::{Link, LinkError, PortChoice, Recorder};
+use epirig_devices::stage::{Driver, Stage, StageError, StagePosition, StageSource, drivers};
 
-const NM_PER_MM: f64 = 1e6;
-/// Of a simulated stage that is not described.
-const SIMULATED_TRAVEL_MM: f64 = 200.0;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum DriverName {
-    /// epirig's own firmware
-    Native,
-    /// GRBL 1.1
-    Grbl,
-    /// Zaber ASCII
-    Zaber,
-    /// No hardware: a stage in memory, new with each command
-    Sim,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum AxisLetter {
-    X,
-    Y,
-    Z,
+/// Reads the name of a driver. Help and completions list all of them.
+pub(in crate::cli) fn driver(suits: impl Fn(Driver) -> bool) -> impl TypedValueParser<Value = Driver> {
+    let suitable = drivers().into_iter().filter(|driver| suits(*driver));
+    let values = suitable.map(|driver| PossibleValue::new(driver.name()).help(driver.summary()));
+    PossibleValuesParser::new(values)
+        .try_map(|name| Driver::named(&name).ok_or_else(|| format!("\"{name}\" is not among them")))
 }
 
 #[derive(Debug, Args)]
@@ -48,18 +29,11 @@ pub(in crate::cli) struct StageArguments {
     #[arg(long, value_name = "PORT")]
     port: Option<PortChoice>,
     /// The language that it speaks [default: native] [env: EPIRIG_DRIVER]
-    #[arg(long, value_enum)]
-    driver: Option<DriverName>,
-    /// Its axis (GRBL) [default: x]
-    #[arg(long, value_enum)]
-    axis: Option<AxisLetter>,
-    /// Length of a microstep, from its data sheet (Zaber)
-    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
-    microstep_um: Option<String>,
-    /// Number of the device in its chain (Zaber) [default: 1]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    device: Option<String>,
-    /// Come to every position from so far below, against backlash [default: 0]
+    #[arg(long, value_parser = driver(|_| true))]
+    driver: Option<Driver>,
+    #[command(flatten)]
+    of_driver: DriverOptions,
+    /// Unidirectional approach against backlash: come to every position from this far below [default: 0]
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     approach_mm: Option<String>,
     /// How far the reported position may be off, beyond half a step [default: 0]
@@ -73,15 +47,9 @@ pub(in crate::cli) struct StageArguments {
 impl StageArguments {
     /// As keys of a profile.
     pub(in crate::cli) fn options(&self, options: &mut Options) {
-        let name =
-            |value: Option<clap::builder::PossibleValue>| value.map(|value| value.get_name().to_owned());
-        let driver = self.driver.and_then(|driver| name(driver.to_possible_value()));
-        let axis = self.axis.and_then(|axis| name(axis.to_possible_value()));
         options.add("stage.port", "--port", self.port.as_ref());
-        options.add("stage.driver", "--driver", driver);
-        options.add("stage.axis", "--axis", axis);
-        options.add("stage.microstep_um", "--microstep-um", self.microstep_um.as_ref());
-        options.add("stage.device", "--device", self.device.as_ref());
+        options.add("stage.driver", "--driver", self.driver);
+        self.of_driver.options(options);
         options.add("stage.approach_mm", "--approach-mm", self.approach_mm.as_ref());
         options.add("stage.tolerance_mm", "--tolerance-mm", self.tolerance_mm.as_ref());
     }
@@ -94,12 +62,8 @@ impl StageArguments {
 
 /// The stage of a profile, connected as often as it takes. Ctrl-C stops the one that is connected.
 pub(in crate::cli) struct Stages<'a> {
-    profile: &'a Profile,
-    port: PortChoice,
+    stage: RigStage<'a>,
     talk: &'a Talk,
-    transcript: Option<File>,
-    /// Where the carriage of a simulated stage is, whichever connection moves it.
-    watch: StagePosition,
 }
 
 impl<'a> Stages<'a> {
@@ -109,108 +73,43 @@ impl<'a> Stages<'a> {
         transcript: Option<&Path>,
         talk: &'a Talk,
     ) -> Result<Self, CliError> {
-        if transcript.is_some() && profile.stage.driver == Driver::Sim {
+        if transcript.is_some() && profile.stage.is_simulated() {
             return Err(CliError::Usage(
                 "--transcript means nothing with --driver sim; leave it out".to_owned(),
             ));
         }
-        let port = profile.stage.port.as_deref().map_or(Ok(PortChoice::Any), str::parse);
-        let port = port.map_err(|reason| CliError::Usage(format!("stage.port: {reason}")))?;
-        let transcript = transcript.map(create_new).transpose()?;
-        Ok(Self { profile, port, talk, transcript, watch: StagePosition::default() })
+        let stage = RigStage::of(profile)?;
+        let Some(path) = transcript else { return Ok(Self { stage, talk }) };
+        let (file, dialect) = (create_new(path)?, profile.stage.driver.name());
+        Ok(Self { stage: stage.tapped(Box::new(move |link| recorded(link, &file, dialect))), talk })
     }
 
     /// A view on where the carriage truly is, of a simulated stage.
     pub(in crate::cli) fn watch(&self) -> StagePosition {
-        self.watch.clone()
+        self.stage.watch()
     }
 
     /// The path of the port.
     pub(in crate::cli) fn port(&self) -> Result<String, LinkError> {
-        let known = if matches!(self.port, PortChoice::Path(_)) { Vec::new() } else { ports()? };
-        choose(&self.port, &known)
+        self.stage.port()
     }
+}
 
-    fn native(&self) -> Result<Box<dyn Stage>, StageError> {
-        let stage = &self.profile.stage;
-        let given = stage.velocity_mm_s.is_some() || stage.acceleration_mm_s2.is_some();
-        let default = Settings::default();
-        // Saturating: the stage itself refuses what is beyond its means.
-        let settings = Settings {
-            velocity_nm_s: stage.velocity_mm_s.map_or(default.velocity_nm_s, |v| (v * NM_PER_MM) as u32),
-            acceleration_nm_s2: stage
-                .acceleration_mm_s2
-                .map_or(default.acceleration_nm_s2, |a| (a * NM_PER_MM) as u32),
-            ..default
-        };
-        let settings = given.then_some(settings);
-        let options = NativeOptions { settings, limits: self.limits() };
-        Ok(Box::new(NativeStage::connect(self.link(native::BAUD, Dialect::Native)?, options)?))
-    }
-
-    fn grbl(&self) -> Result<Box<dyn Stage>, StageError> {
-        let axis = match self.profile.stage.axis {
-            None | Some(AxisName::X) => Axis::X,
-            Some(AxisName::Y) => Axis::Y,
-            Some(AxisName::Z) => Axis::Z,
-        };
-        let link = self.link(grbl::BAUD, Dialect::Grbl)?;
-        let stage = GrblStage::connect(link, GrblOptions { axis, limits: self.limits() })?;
-        stage.notes().iter().for_each(|note| self.talk.say(&format!("note: {note}")));
-        Ok(Box::new(stage))
-    }
-
-    fn zaber(&self, microstep_um: f64) -> Result<Box<dyn Stage>, StageError> {
-        let device = self.profile.stage.device.unwrap_or(1);
-        let options = ZaberOptions { device, axis: 1, microstep_um, limits: self.limits() };
-        Ok(Box::new(ZaberStage::connect(self.link(zaber::BAUD, Dialect::Zaber)?, options)?))
-    }
-
-    fn limits(&self) -> MotionLimits {
-        MotionLimits { tolerance_mm: self.profile.stage.tolerance_mm }
-    }
-
-    fn link(&self, baud: u32, dialect: Dialect) -> Result<Box<dyn Link>, LinkError> {
-        let link = open(&self.port()?, baud)?;
-        let Some(file) = &self.transcript else { return Ok(link) };
-        let file = file.try_clone().map_err(|error| LinkError::Io {
-            port: link.name().to_owned(),
-            action: "write its transcript",
-            detail: error.to_string(),
-        })?;
-        Ok(Box::new(Recorder::new(link, file, dialect.name())?))
-    }
+fn recorded(link: Box<dyn Link>, file: &File, dialect: &str) -> Result<Box<dyn Link>, LinkError> {
+    let file = file.try_clone().map_err(|error| LinkError::Io {
+        port: link.name().to_owned(),
+        action: "write its transcript",
+        detail: error.to_string(),
+    })?;
+    Ok(Box::new(Recorder::new(link, file, dialect)?))
 }
 
 impl StageSource for Stages<'_> {
     fn connect(&mut self) -> Result<Box<dyn Stage>, StageError> {
-        let profile = &self.profile.stage;
-        let stage = match profile.driver {
-            Driver::Sim => {
-                let stage = SimStage::seen_through(sim_config(self.profile), self.watch.clone());
-                Box::new(stage) as Box<dyn Stage>
-            }
-            Driver::Native => self.native()?,
-            Driver::Grbl => self.grbl()?,
-            // A profile of a Zaber stage has a microstep.
-            Driver::Zaber => self.zaber(profile.microstep_um.unwrap_or_default())?,
-        };
+        let stage = self.stage.connect()?;
+        stage.notes().iter().for_each(|note| self.talk.say(&format!("note: {note}")));
         interrupt::stops(stage.stop_switch());
-        Ok(Box::new(OneSided::new(stage, profile.approach_mm)))
-    }
-}
-
-/// The stage of a simulated rig.
-pub(in crate::cli) fn sim_config(profile: &Profile) -> SimStageConfig {
-    let stage = &profile.stage;
-    let ideal = SimStageConfig::ideal(stage.travel_mm.unwrap_or(SIMULATED_TRAVEL_MM));
-    SimStageConfig {
-        velocity_mm_s: stage.velocity_mm_s.unwrap_or(ideal.velocity_mm_s),
-        acceleration_mm_s2: stage.acceleration_mm_s2.unwrap_or(ideal.acceleration_mm_s2),
-        backlash_um: stage.backlash_um,
-        position_noise_um: stage.position_noise_um,
-        seed: profile.sim.seed,
-        ..ideal
+        Ok(stage)
     }
 }
 

@@ -1,19 +1,36 @@
 //! The keys of section `camera`; its controls are the camera's own.
 
-use super::super::parts::BAYER_USES;
-use super::super::quantity::{HZ, S, US};
-use super::{Allowed, Key, Kind, key, keys, measure, names};
+use epirig_core::choice::names;
+use epirig_core::settings::quantity::{HZ, S, US};
+use epirig_devices::camera::pixels::{BayerUse, FourCc};
+use epirig_devices::camera::{CameraChoice, Size};
+
+use super::{Allowed, Key, Kind, key, keys, measure};
+
+const CAMERA: &str = "a path such as /dev/video0, a name in /dev/v4l/by-id, usb:SERIAL, replay:FOLDER or sim";
+const FORMAT_CODE: &str = "a code of one to four characters, such as GREY or Y12";
+const SIZE_FORM: &str = "COLUMNSxROWS, such as 1280x720";
 
 keys!(
     "camera",
     DEVICE = key(
         "device",
-        Kind::Camera,
+        Kind::Form { allowed: CAMERA, is_valid: |text| text.parse::<CameraChoice>().is_ok() },
         "/dev/video0",
         "Which one; without it, the only camera. sim looks at the simulated object, replay:FOLDER gives the frames of a sequence",
     ),
-    FORMAT = key("format", Kind::Format, "GREY", "Pixel format; without it, the deepest uncompressed grey"),
-    SIZE = key("size", Kind::Size, "1024x768", "Columns and rows; without it, the largest size"),
+    FORMAT = key(
+        "format",
+        Kind::Form { allowed: FORMAT_CODE, is_valid: |text| text.parse::<FourCc>().is_ok() },
+        "GREY",
+        "Pixel format; without it, the deepest uncompressed grey"
+    ),
+    SIZE = key(
+        "size",
+        Kind::Form { allowed: SIZE_FORM, is_valid: |text| text.parse::<Size>().is_ok() },
+        "1024x768",
+        "Columns and rows; without it, the largest size"
+    ),
     RATE = key(
         "rate",
         measure(HZ, Allowed::Positive),
@@ -28,7 +45,7 @@ keys!(
     ),
     BAYER = key(
         "bayer",
-        Kind::Choice(&names(&BAYER_USES)),
+        Kind::Choice(names::<BayerUse>),
         "green",
         "What to make of a colour mosaic: the sum of the two green pixels of each cell, or of all four",
     ),

@@ -2,8 +2,8 @@
 
 /// Section `plan`.
 pub(in crate::profile) mod plan {
-    use super::super::super::quantity::{MM, MS};
     use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use epirig_core::settings::quantity::{MM, MS};
 
     keys!(
         "plan",
@@ -46,8 +46,8 @@ pub(in crate::profile) mod plan {
 
 /// Section `optics`.
 pub(in crate::profile) mod optics {
-    use super::super::super::quantity::{MM, PERCENT, PX};
     use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use epirig_core::settings::quantity::{MM, PERCENT, PX};
 
     keys!(
         "optics",
@@ -94,8 +94,8 @@ pub(in crate::profile) mod optics {
 
 /// Section `target`.
 pub(in crate::profile) mod target {
-    use super::super::super::quantity::MM;
     use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
+    use epirig_core::settings::quantity::MM;
 
     keys!(
         "target",
@@ -137,8 +137,8 @@ pub(in crate::profile) mod target {
 
 /// Section `board`.
 pub(in crate::profile) mod board {
-    use super::super::super::quantity::MM;
     use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
+    use epirig_core::settings::quantity::MM;
 
     keys!(
         "board",
@@ -160,8 +160,8 @@ pub(in crate::profile) mod board {
 
 /// Section `limits`.
 pub(in crate::profile) mod limits {
-    use super::super::super::quantity::{MIN, PERCENT, PX, UM};
     use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use epirig_core::settings::quantity::{MIN, PERCENT, PX, UM};
 
     keys!(
         "limits",

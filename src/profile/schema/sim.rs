@@ -1,12 +1,13 @@
 //! The keys of section `sim`: the simulator, and its faults.
 
 use super::super::parts::SceneName;
-use super::super::quantity::{DEG, DN, MM, PERCENT, UM};
-use super::{Allowed, Key, Kind, key, keys, measure, names};
+use super::{Allowed, Key, Kind, key, keys, measure};
+use epirig_core::choice::names;
+use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM};
 
 keys!(
     "sim",
-    SCENE = key("scene", Kind::Choice(&names(&SceneName::ALL)), "tile", "What the simulated camera looks at")
+    SCENE = key("scene", Kind::Choice(names::<SceneName>), "tile", "What the simulated camera looks at")
         .or("plane"),
     NOISE = key(
         "noise",

@@ -1,20 +1,15 @@
-//! The keys of section `stage`.
+//! The keys of section `stage`: those that all drivers have, and those that each driver brings.
 
-use super::super::parts::{AxisName, Driver};
-use super::super::quantity::{MM, MM_S, MM_S2, UM};
-use super::{Allowed, Key, Kind, key, keys, measure, names};
+use epirig_core::settings::quantity::MM;
+use epirig_devices::stage::{Driver, driver_keys, drivers};
 
-const GRBL: &[&str] = &["grbl"];
-const ZABER: &[&str] = &["zaber"];
-const SIM: &[&str] = &["sim"];
-const REAL: &[&str] = &["native", "grbl", "zaber"];
-const NATIVE_OR_SIM: &[&str] = &["native", "sim"];
+use super::{Allowed, Key, Kind, key, keys, measure};
 
 keys!(
     "stage",
     DRIVER = key(
         "driver",
-        Kind::Choice(&names(&Driver::ALL)),
+        Kind::Choice(|| drivers().iter().map(|driver| driver.name()).collect()),
         "grbl",
         "The language that it speaks: epirig's own firmware, GRBL 1.1, Zaber ASCII; sim is a stage in memory",
     )
@@ -24,23 +19,12 @@ keys!(
         Kind::Text,
         "/dev/ttyACM0",
         "Its port: a path, usb:SERIAL or usb:VID:PID; without it, the only USB serial port"
-    )
-    .only_with(REAL),
-    AXIS = key("axis", Kind::Choice(&names(&AxisName::ALL)), "x", "Its axis; without it, x").only_with(GRBL),
-    DEVICE = key("device", Kind::Whole(1, 99), "1", "Number of the device in its chain; without it, 1")
-        .only_with(ZABER),
-    MICROSTEP = key(
-        "microstep",
-        measure(UM, Allowed::Positive),
-        "0.047625 um",
-        "Length of a microstep, from its data sheet; needed",
-    )
-    .only_with(ZABER),
+    ),
     APPROACH = key(
         "approach",
         measure(MM, Allowed::ZeroOrMore),
         "0.5 mm",
-        "Come to every position from so far below, against backlash",
+        "Unidirectional approach against backlash: come to every position from this far below",
     )
     .or("0 mm"),
     TOLERANCE = key(
@@ -49,24 +33,27 @@ keys!(
         "0.01 mm",
         "How far the reported position may be off, beyond half a step",
     )
-    .or("0 mm")
-    .only_with(REAL),
-    TRAVEL =
-        key("travel", measure(MM, Allowed::Positive), "200 mm", "Positions go from 0 to this").only_with(SIM),
-    VELOCITY = key("velocity", measure(MM_S, Allowed::Positive), "5 mm/s", "Velocity of a long move")
-        .only_with(NATIVE_OR_SIM),
-    ACCELERATION =
-        key("acceleration", measure(MM_S2, Allowed::Positive), "20 mm/s2", "Acceleration and deceleration",)
-            .only_with(NATIVE_OR_SIM),
-    POSITION_NOISE = key(
-        "position_noise",
-        measure(UM, Allowed::ZeroOrMore),
-        "2 um",
-        "Standard deviation of the place where the carriage comes to rest",
-    )
-    .or("0 um")
-    .only_with(SIM),
-    BACKLASH = key("backlash", measure(UM, Allowed::ZeroOrMore), "10 um", "Play between screw and nut",)
-        .or("0 um")
-        .only_with(SIM),
+    .or("0 mm"),
 );
+
+/// The keys that drivers bring, each name once.
+pub(super) fn of_drivers() -> Vec<&'static Key> {
+    driver_keys().into_iter().map(|(key, _)| key).collect()
+}
+
+/// Whether a key of any section means something with `driver`.
+pub(in crate::profile) fn belongs_to(key: &Key, driver: Driver) -> bool {
+    if key.path() == PORT.path() {
+        return driver.has_line();
+    }
+    let is_common = key.section != "stage" || KEYS.iter().any(|common| common.name == key.name);
+    is_common || driver.keys().iter().any(|own| own.name == key.name)
+}
+
+/// The names of the drivers with which a key means something; empty for all.
+pub(in crate::profile) fn drivers_with(key: &Key) -> Vec<&'static str> {
+    let all = drivers();
+    let with: Vec<&str> =
+        all.iter().filter(|driver| belongs_to(key, **driver)).map(|driver| driver.name()).collect();
+    if with.len() == all.len() { Vec::new() } else { with }
+}

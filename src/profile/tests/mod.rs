@@ -6,11 +6,14 @@ use std::time::Duration;
 
 use proptest::prelude::*;
 
-use super::schema::{Key, SECTIONS};
+use super::schema::stage::drivers_with;
+use super::schema::{Key, SECTIONS, Section};
 use super::*;
 use epirig_calibration::lens::Distortion;
+use epirig_core::settings::{Setting, Settings};
 use epirig_devices::camera::Size;
 use epirig_devices::camera::pixels::BayerUse;
+use epirig_devices::stage::Driver;
 
 fn set(settings: &[&str]) -> Vec<Override> {
     settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect()
@@ -24,8 +27,10 @@ fn read(text: &str) -> Profile {
 fn the_simulated_rig_is_the_papers() {
     let profile = Profile::read(SIM, "sim.toml", &[]).unwrap();
     let stage = &profile.stage;
-    assert_eq!((stage.driver, stage.travel_mm), (Driver::Sim, Some(200.0)));
-    assert_eq!((stage.velocity_mm_s, stage.acceleration_mm_s2), (Some(5.0), Some(20.0)));
+    assert_eq!(stage.driver.name(), "sim");
+    for (name, number) in [("travel_mm", 200.0), ("velocity_mm_s", 5.0), ("acceleration_mm_s2", 20.0)] {
+        assert_eq!(stage.settings.get(name), Some(&Setting::Number(number)), "{name}");
+    }
     assert_eq!(profile.camera.device.as_deref(), Some("sim"));
     assert_eq!(profile.camera.size, Some(Size { columns: 1024, rows: 1024 }));
     assert_eq!(profile.plan.settle, Duration::from_millis(200));
@@ -100,18 +105,11 @@ fn what_is_left_out_has_the_promised_defaults() {
     let profile = Profile::of(&[]).unwrap();
     let expected = Profile {
         stage: StageProfile {
-            driver: Driver::Native,
+            driver: Driver::named("native").unwrap(),
             port: None,
-            axis: None,
-            device: None,
-            microstep_um: None,
             approach_mm: 0.0,
             tolerance_mm: 0.0,
-            travel_mm: None,
-            velocity_mm_s: None,
-            acceleration_mm_s2: None,
-            position_noise_um: 0.0,
-            backlash_um: 0.0,
+            settings: Settings::default(),
         },
         camera: CameraProfile {
             device: None,
@@ -230,8 +228,10 @@ fn every_section_is_read_in_any_spelling() {
     "#;
     let profile = read(text);
     let stage = &profile.stage;
-    assert_eq!((stage.driver, stage.port.as_deref(), stage.device), (Driver::Zaber, Some("usb:A1"), Some(2)));
-    assert_eq!((stage.microstep_um, stage.approach_mm, stage.tolerance_mm), (Some(0.047_625), 0.5, 0.01));
+    assert_eq!((stage.driver.name(), stage.port.as_deref()), ("zaber", Some("usb:A1")));
+    assert_eq!(stage.settings.get("device"), Some(&Setting::Whole(2)));
+    assert_eq!(stage.settings.get("microstep_um"), Some(&Setting::Number(0.047_625)));
+    assert_eq!((stage.approach_mm, stage.tolerance_mm), (0.5, 0.01));
     let camera = &profile.camera;
     assert_eq!((camera.rate_hz, camera.exposure_us, camera.mains_hz), (Some(25.0), Some(8000.0), Some(50.0)));
     assert_eq!((camera.bayer, camera.patience), (Some(BayerUse::Binned), Duration::from_secs(60)));
@@ -264,7 +264,7 @@ fn every_section_is_read_in_any_spelling() {
 /// What a key needs beside it to be allowed.
 fn surroundings(key: &Key) -> Vec<String> {
     let mut settings = Vec::new();
-    if let [driver, ..] = key.drivers {
+    if let Some(driver) = drivers_with(key).first() {
         settings.push(format!("stage.driver={driver}"));
         if *driver == "zaber" && key.name != "microstep" {
             settings.push("stage.microstep=1 um".to_owned());
@@ -313,7 +313,7 @@ fn of(settings: &[String]) -> Result<Profile, ProfileError> {
 
 #[test]
 fn no_key_is_without_effect_and_every_example_and_default_is_right() {
-    for key in SECTIONS.iter().flat_map(|section| section.keys) {
+    for key in SECTIONS.iter().flat_map(Section::keys) {
         let around = surroundings(key);
         let with = |value: &str| {
             let mut settings = around.clone();
@@ -361,10 +361,13 @@ fn what_belongs_to_a_driver_that_was_overridden_is_left_out() {
     let grbl = "[stage]\ndriver = \"grbl\"\nport = \"usb:A1\"\naxis = \"y\"\napproach = \"1 mm\"\n";
     let stage = |overrides: &[(&str, &str)]| Profile::read(grbl, "rig.toml", &from(overrides)).unwrap().stage;
     let simulated = stage(&[("stage.driver=sim", "--driver")]);
-    assert_eq!((simulated.driver, simulated.port, simulated.axis), (Driver::Sim, None, None));
+    assert_eq!(
+        (simulated.driver.name(), simulated.port, simulated.settings.get("axis")),
+        ("sim", None, None)
+    );
     assert_eq!(simulated.approach_mm, 1.0, "what every driver has stays");
     let native = stage(&[("stage.driver=native", "EPIRIG_DRIVER")]);
-    assert_eq!((native.port.as_deref(), native.axis), (Some("usb:A1"), None));
+    assert_eq!((native.port.as_deref(), native.settings.get("axis")), (Some("usb:A1"), None));
     // The command line counts more than the environment.
     let port = ("stage.port=/dev/ttyS0", "EPIRIG_PORT");
     assert_eq!(stage(&[port, ("stage.driver=sim", "--driver")]).port, None);
@@ -388,7 +391,8 @@ fn the_simulated_rig_can_be_given_a_real_stage_and_a_real_camera() {
     let read = |overrides: &[(&str, &str)]| Profile::read(SIM, "sim.toml", &from(overrides));
     let stage = ("stage.driver=native", "--set");
     let profile = read(&[stage]).unwrap();
-    assert_eq!((profile.stage.driver, profile.stage.travel_mm), (Driver::Native, None));
+    assert_eq!(profile.stage.driver.name(), "native");
+    assert_eq!(profile.stage.settings.get("travel_mm"), None);
     assert!(profile.camera.is_simulated());
     assert_eq!(profile.sim.scene, SceneName::Tile, "the camera looks at it still");
     let camera = ("camera.device=/dev/video0", "EPIRIG_CAMERA");

@@ -1,39 +1,50 @@
 //! The motorised linear stage.
 //!
-//! [`Stage`] is what the rest of the program knows. Behind it: [`NativeStage`] (epirig's own firmware), [`GrblStage`],
-//! [`ZaberStage`], and [`SimStage`], which exists in memory only. The drivers speak over a [`Link`](crate::link::Link); the
-//! devices of [`simulator`] speak the same dialects from the other side, with faults by script.
+//! [`Stage`] is what the rest of the program knows. A [`CheckedStage`] is one: it holds an [`Axis`], which speaks the dialect of
+//! a device, to rules that are the same for all. The [`drivers`](drivers()) are a table of [`StageDriver`]s: epirig's own
+//! firmware ([`native`]), [`grbl`], [`zaber`], and [`sim`], which exists in memory only. The devices of [`simulator`] speak the
+//! same dialects from the other side, with faults by script.
 
+mod axis;
+mod checked;
+mod consequence;
 pub mod decode;
+mod driver;
+mod drivers;
 mod error;
 pub mod grbl;
+pub mod keys;
+mod limits;
 pub mod native;
-mod one_sided;
-mod sim;
+pub mod sim;
 pub mod simulator;
 mod source;
 mod stop;
-mod tolerance;
+mod watch;
 pub mod zaber;
 
 use std::fmt;
 use std::time::Duration;
 
+pub use axis::{Axis, Homed, Kinematics, Motion};
+pub use checked::CheckedStage;
+pub use consequence::{Consequence, PositionAfter, Remedy};
+pub use driver::{Connection, Driver, StageDriver, add_drivers, driver_keys, drivers};
 pub use error::StageError;
 pub use grbl::GrblStage;
+pub use limits::MotionLimits;
 pub use native::NativeStage;
-pub use one_sided::OneSided;
-pub use sim::{SimStage, SimStageConfig, StagePosition};
+pub use sim::{SimStage, SimStageConfig};
 pub use source::StageSource;
 pub use stop::{StopSwitch, Urgency};
-pub use tolerance::MotionLimits;
+pub use watch::StagePosition;
 pub use zaber::ZaberStage;
 
 /// What a stage is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StageIdentity {
-    /// The dialect it speaks.
-    pub dialect: Dialect,
+    /// The name of its driver.
+    pub driver: &'static str,
     /// What it says of itself: model, version, build.
     pub description: String,
     /// Where it is connected, if it is.
@@ -45,31 +56,6 @@ impl fmt::Display for StageIdentity {
         match &self.port {
             Some(port) => write!(to, "{} at {port}", self.description),
             None => write!(to, "{}", self.description),
-        }
-    }
-}
-
-/// The languages that stages speak.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dialect {
-    /// epirig's own, see `firmware-protocol/PROTOCOL.md`.
-    Native,
-    /// GRBL 1.1.
-    Grbl,
-    /// Zaber ASCII.
-    Zaber,
-    /// None: a stage in memory.
-    Simulated,
-}
-
-impl Dialect {
-    /// Its name in commands and records.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Native => "native",
-            Self::Grbl => "grbl",
-            Self::Zaber => "zaber",
-            Self::Simulated => "simulated",
         }
     }
 }
@@ -147,6 +133,11 @@ pub trait Stage: Send {
     fn holds_at_rest(&self) -> Option<bool> {
         None
     }
+
+    /// What a person should know of it, though it can be used.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
 }
 
 impl<S: Stage + ?Sized> Stage for Box<S> {
@@ -189,13 +180,8 @@ impl<S: Stage + ?Sized> Stage for Box<S> {
     fn holds_at_rest(&self) -> Option<bool> {
         (**self).holds_at_rest()
     }
-}
 
-/// `position_mm` if it lies on a travel.
-fn on_travel(position_mm: f64, travel_mm: f64) -> Result<f64, StageError> {
-    if (0.0..=travel_mm).contains(&position_mm) {
-        Ok(position_mm)
-    } else {
-        Err(StageError::OutsideTravel { position_mm, travel_mm })
+    fn notes(&self) -> &[String] {
+        (**self).notes()
     }
 }

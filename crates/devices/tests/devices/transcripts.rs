@@ -8,7 +8,7 @@ use epirig_devices::stage::grbl::GrblOptions;
 use epirig_devices::stage::native::NativeOptions;
 use epirig_devices::stage::simulator::{GrblDevice, NativeDevice, ZaberDevice};
 use epirig_devices::stage::zaber::ZaberOptions;
-use epirig_devices::stage::{GrblStage, MotionLimits, NativeStage, Stage, StageError, ZaberStage};
+use epirig_devices::stage::{GrblStage, NativeStage, Stage, StageError, ZaberStage};
 
 /// Recorded from the Uno firmware, running in a simulated processor, with `epirig stage move 1.5 --home --transcript FILE`.
 const UNO_SESSION: &str = include_str!("data/native-uno-session.txt");
@@ -39,7 +39,7 @@ fn grbl(link: Box<dyn Link>) -> Result<Box<dyn Stage>, StageError> {
 
 fn zaber(link: Box<dyn Link>) -> Result<Box<dyn Stage>, StageError> {
     let microstep_um = ZaberDevice::MICROSTEP_UM;
-    let options = ZaberOptions { device: 1, axis: 1, microstep_um, limits: MotionLimits::default() };
+    let options = ZaberOptions { device: 1, axis: 1, microstep_um };
     Ok(Box::new(ZaberStage::connect(link, options)?))
 }
 

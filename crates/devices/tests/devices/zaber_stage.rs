@@ -3,7 +3,7 @@
 use epirig_devices::link::{LineNoise, LinkError, SimulatedLink};
 use epirig_devices::stage::simulator::{Plant, ZaberDevice};
 use epirig_devices::stage::zaber::ZaberOptions;
-use epirig_devices::stage::{MotionLimits, Stage, StageError, Urgency, ZaberStage};
+use epirig_devices::stage::{Stage, StageError, Urgency, ZaberStage};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -12,12 +12,7 @@ const MICROSTEP_MM: f64 = ZaberDevice::MICROSTEP_UM / 1000.0;
 fn connect(script: &str, noise: &LineNoise) -> (ZaberStage, Plant) {
     let device = ZaberDevice::new(script.parse().unwrap());
     let plant = device.plant();
-    let options = ZaberOptions {
-        device: 1,
-        axis: 1,
-        microstep_um: ZaberDevice::MICROSTEP_UM,
-        limits: MotionLimits::default(),
-    };
+    let options = ZaberOptions { device: 1, axis: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
     let link = SimulatedLink::with_noise(device, noise);
     (ZaberStage::connect(Box::new(link), options).unwrap(), plant)
 }
@@ -100,12 +95,7 @@ fn faults_are_told_apart() {
 fn a_lost_reference_is_seen_behind_another_warning() {
     let mut device = ZaberDevice::default();
     device.set_low_voltage(true);
-    let options = ZaberOptions {
-        device: 1,
-        axis: 1,
-        microstep_um: ZaberDevice::MICROSTEP_UM,
-        limits: MotionLimits::default(),
-    };
+    let options = ZaberOptions { device: 1, axis: 1, microstep_um: ZaberDevice::MICROSTEP_UM };
     let mut stage = ZaberStage::connect(Box::new(SimulatedLink::new(device)), options).unwrap();
     assert_eq!(stage.position_mm(), Err(StageError::NotHomed));
     assert_eq!(stage.move_to(3.0), Err(StageError::NotHomed));

@@ -4,19 +4,23 @@ use epirig_core::frame::full_scale;
 
 use super::{BayerPattern, SampleCoding, unpack};
 
-/// What is made of a colour filter mosaic: one grey pixel for each 2 x 2 cell, so half the rows and columns; an odd last
-/// row or column is dropped.
-///
-/// Both are sums, so that nothing is rounded away, except where a sum would need more than 16 bit: it is then halved until
-/// it does not, rounded to nearest (halves up). Pixel (0, 0) lies at row 0.5, column 0.5 of the mosaic, pixel (row, column)
-/// at (2 row + 0.5, 2 column + 0.5): the two greens of a cell lie on a diagonal, so that their centre is the cell's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BayerUse {
-    /// The sum of the two green pixels, one bit deeper than the mosaic: one colour of light, so no colour error of the lens
-    /// comes in.
-    Green,
-    /// The sum of all four pixels, two bits deeper than the mosaic: the most light.
-    Binned,
+epirig_core::choices! {
+    /// What is made of a colour filter mosaic: one grey pixel for each 2 x 2 cell, so half the rows and columns; an odd last
+    /// row or column is dropped.
+    ///
+    /// Both are sums, so that nothing is rounded away, except where a sum would need more than 16 bit: it is then halved until
+    /// it does not, rounded to nearest (halves up). Pixel (0, 0) lies at row 0.5, column 0.5 of the mosaic, pixel (row, column)
+    /// at (2 row + 0.5, 2 column + 0.5): the two greens of a cell lie on a diagonal, so that their centre is the cell's.
+    pub enum BayerUse {
+        /// The sum of the two green pixels of each cell.
+        ///
+        /// One bit deeper than the mosaic; one colour of light, so no colour error of the lens comes in.
+        Green = "green",
+        /// The sum of all four pixels of each cell.
+        ///
+        /// Two bits deeper than the mosaic: the most light.
+        Binned = "binned",
+    }
 }
 
 impl BayerUse {

@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
+use super::driver::NAME;
 use super::lines::{Heard, Lines};
 use super::response::{Response, State, Status};
 use super::settings::Settings;
 use super::texts::error_text;
 use super::{BOOT_PATIENCE, FEED_HOLD, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE, STATUS_QUERY, TRIES};
-use crate::stage::{Dialect, StageError};
+use crate::stage::StageError;
 
 /// After a reset in motion it says nothing for half a second before it starts.
 const RESET_PATIENCE: Duration = Duration::from_millis(1500);
@@ -124,7 +125,7 @@ pub(super) fn read_build(lines: &mut Lines) -> Result<BuildInfo, StageError> {
         (Some(version), _) => format!("its version is {version}"),
         (None, _) => "it does not tell its version".to_owned(),
     };
-    let (port, expected) = (lines.port().to_owned(), Dialect::Grbl.name());
+    let (port, expected) = (lines.port().to_owned(), NAME);
     Err(StageError::Foreign {
         port,
         expected,
@@ -152,7 +153,7 @@ pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
     }
     Err(StageError::Foreign {
         port: lines.port().to_owned(),
-        expected: Dialect::Grbl.name(),
+        expected: NAME,
         heard: "no two readings of its settings agree".to_owned(),
         hint: "the line is noisy: check cable and earth".to_owned(),
     })

@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use super::Response;
+use super::driver::NAME;
 use crate::link::{Inbox, Link, LinkError};
-use crate::stage::{Dialect, StageError};
+use crate::stage::StageError;
 
 /// GRBL's own lines are shorter; more without an end is noise.
 const LONGEST: usize = 256;
@@ -91,7 +92,7 @@ impl Lines {
         let heard = self.unknown.clone().or_else(|| (!partly.is_empty()).then_some(partly))?;
         Some(StageError::Foreign {
             port: self.port().to_owned(),
-            expected: Dialect::Grbl.name(),
+            expected: NAME,
             heard: format!("it says \"{}\"", heard.escape_default()),
             hint: "check its firmware, or choose another --driver".to_owned(),
         })

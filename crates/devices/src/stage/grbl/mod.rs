@@ -4,6 +4,7 @@
 //! barrier that answers when motion is done, and no move counts before the position has been read back twice.
 
 mod connect;
+mod driver;
 mod lines;
 mod motion;
 mod response;
@@ -13,13 +14,14 @@ mod texts;
 use std::time::Duration;
 
 use super::{
-    Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
+    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StageState, StopSwitch, Urgency,
 };
 use crate::link::Link;
 use connect::{ask, command, greet, hold, no_answer, read_build, read_settings, reset};
+pub use driver::Grbl;
 use lines::{Heard, Lines};
 pub use response::{Response, State, Status};
-pub use settings::Axis;
+pub use settings::AxisLetter;
 use settings::{ALWAYS_POWERED, AxisSettings, IDLE_DELAY};
 pub use texts::{alarm_text, error_text};
 
@@ -53,19 +55,30 @@ const NOT_HOMED_MARK: f64 = 1.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrblOptions {
     /// The axis that carries the object.
-    pub axis: Axis,
-    /// When a move counts as done.
-    pub limits: MotionLimits,
+    pub axis: AxisLetter,
 }
 
 impl Default for GrblOptions {
     fn default() -> Self {
-        Self { axis: Axis::X, limits: MotionLimits::default() }
+        Self { axis: AxisLetter::X }
     }
 }
 
-/// A stage that speaks GRBL 1.1.
-pub struct GrblStage {
+/// A stage that speaks GRBL 1.1, checked.
+pub type GrblStage = CheckedStage<GrblAxis>;
+
+impl GrblStage {
+    /// Connects to the controller at the other end of `link`.
+    ///
+    /// # Errors
+    /// As [`GrblAxis::connect`].
+    pub fn connect(link: Box<dyn Link>, options: GrblOptions) -> Result<Self, StageError> {
+        Ok(Self::over(GrblAxis::connect(link, options)?))
+    }
+}
+
+/// The axis of a stage that speaks GRBL 1.1.
+pub struct GrblAxis {
     lines: Lines,
     options: GrblOptions,
     version: String,
@@ -73,14 +86,12 @@ pub struct GrblStage {
     notes: Vec<String>,
     /// Machine coordinate of position 0, in mm; `None` if it is not homed, or no longer surely.
     home_mm: Option<f64>,
-    /// Where the last move ended, in mm from home: nobody else may have moved it since.
-    rest_mm: Option<f64>,
     /// Offset of work coordinates, which G-code is written in, in mm.
     work_offset_mm: f64,
     stop: StopSwitch,
 }
 
-impl GrblStage {
+impl GrblAxis {
     /// Connects to the controller at the other end of `link`, reads its settings and checks them; sets `$1=255`.
     ///
     /// # Errors
@@ -126,7 +137,6 @@ impl GrblStage {
             axis,
             notes,
             home_mm: None,
-            rest_mm: None,
             work_offset_mm: 0.0,
             stop: StopSwitch::default(),
         };
@@ -137,11 +147,6 @@ impl GrblStage {
             stage.home_mm = Some(stage.axis.home_mm);
         }
         Ok(stage)
-    }
-
-    /// What a person should know of the stage, though it can be used.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
     }
 
     fn marked_as_homed(&mut self) -> Result<bool, StageError> {
@@ -170,7 +175,7 @@ impl GrblStage {
 
     /// Forgets the position, here and for who connects next.
     fn distrust(&mut self) -> Result<(), StageError> {
-        (self.home_mm, self.rest_mm) = (None, None);
+        self.home_mm = None;
         self.mark(NOT_HOMED_MARK)
     }
 
@@ -218,8 +223,13 @@ impl GrblStage {
     }
 
     fn position_of(&self, status: &Status) -> Option<f64> {
+        self.from_home_mm(self.machine_mm(status)?)
+    }
+
+    /// The place of a machine coordinate, in mm from home; `None` if it is not homed.
+    fn from_home_mm(&self, machine_mm: f64) -> Option<f64> {
         // Never minus zero.
-        Some((self.machine_mm(status)? - self.home_mm?) * self.axis.outwards + 0.0)
+        Some((machine_mm - self.home_mm?) * self.axis.outwards + 0.0)
     }
 
     fn restarted(&mut self, during: &str) -> StageError {
@@ -236,25 +246,12 @@ impl GrblStage {
             fault: format!("{} (ALARM:{code})", alarm_text(code)),
         })
     }
-
-    fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
-        if self.stop.pressed().is_none() {
-            return Ok(());
-        }
-        let status = self.status()?;
-        Err(StageError::Stopped { position_mm: self.position_of(&status) })
-    }
 }
 
-/// Errors after which the stage may be elsewhere than it says.
-fn shakes_trust(error: &StageError) -> bool {
-    !matches!(error, StageError::OutsideTravel { .. } | StageError::Stopped { .. })
-}
-
-impl Stage for GrblStage {
+impl Axis for GrblAxis {
     fn identity(&self) -> StageIdentity {
         StageIdentity {
-            dialect: Dialect::Grbl,
+            driver: driver::NAME,
             description: format!(
                 "GRBL {}, axis {}, {} mm",
                 self.version,
@@ -269,8 +266,15 @@ impl Stage for GrblStage {
         self.axis.travel_mm
     }
 
-    fn home(&mut self) -> Result<(), StageError> {
-        self.refuse_if_stopped()?;
+    fn kinematics(&self) -> Kinematics {
+        self.axis.kinematics
+    }
+
+    fn is_homed(&self) -> bool {
+        self.home_mm.is_some()
+    }
+
+    fn home(&mut self) -> Result<Homed, StageError> {
         // Whatever it was doing or waiting for ends here.
         if !self.status().is_ok_and(|status| matches!(status.state, State::Idle | State::Alarm)) {
             reset(&mut self.lines)?;
@@ -296,22 +300,17 @@ impl Stage for GrblStage {
             });
         }
         self.home_mm = Some(machine_mm);
-        self.rest_mm = Some(0.0);
-        self.mark(HOMED_MARK)
+        self.mark(HOMED_MARK)?;
+        Ok(Homed { position_mm: 0.0, shift_mm: None })
     }
 
-    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
-        if self.home_mm.is_none() {
-            return Err(StageError::NotHomed);
-        }
-        let target_mm = on_travel(position_mm, self.axis.travel_mm)?;
-        self.refuse_if_stopped()?;
-        let moved = self.move_and_check(target_mm);
-        if moved.as_ref().is_err_and(shakes_trust) {
-            // What has failed may fail again; the first error is the one to tell.
-            let _ = self.distrust();
-        }
-        moved
+    fn position_at_rest_mm(&mut self, during: &str) -> Result<Option<f64>, StageError> {
+        let machine_mm = self.machine_mm_at_rest(during, BOOT_PATIENCE)?;
+        Ok(self.from_home_mm(machine_mm))
+    }
+
+    fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
+        self.run(motion)
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
@@ -332,8 +331,17 @@ impl Stage for GrblStage {
         self.stop.clone()
     }
 
-    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
-        Some(self.axis.kinematics.duration(distance_mm))
+    fn forget_position(&mut self) {
+        // What has failed may fail again; the first error is the one to tell.
+        let _ = self.distrust();
+    }
+
+    fn now(&self) -> Duration {
+        self.lines.now()
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     // Connecting sets and checks it ($1=255).

@@ -5,10 +5,16 @@ use std::time::Duration;
 use super::connect::{hold, no_answer, refused, reset};
 use super::lines::Heard;
 use super::response::{Response, State};
-use super::{BOOT_PATIENCE, GrblStage, HOMED_MARK, MILLIMETRES, POLL, REPLY_PATIENCE, STATUS_QUERY, TRIES};
-use crate::stage::{StageError, Urgency};
+use super::texts::error_text;
+use super::{BOOT_PATIENCE, GrblAxis, HOMED_MARK, MILLIMETRES, POLL, REPLY_PATIENCE, STATUS_QUERY, TRIES};
+use crate::stage::{Motion, StageError, Urgency};
 
-impl GrblStage {
+/// A refusal while something may be moving: the position is not sure any more.
+fn refused_in_motion(code: u8, during: &str) -> StageError {
+    StageError::Fault { during: during.to_owned(), fault: format!("{} (error:{code})", error_text(code)) }
+}
+
+impl GrblAxis {
     /// The machine position, once two answers in a row agree that it stands.
     pub(super) fn machine_mm_at_rest(&mut self, during: &str, patience: Duration) -> Result<f64, StageError> {
         let mut before = None;
@@ -45,7 +51,10 @@ impl GrblStage {
             }
             match self.lines.next(POLL)? {
                 Heard::Line(Response::Ok) => return Ok(()),
-                Heard::Line(Response::Error(code)) => return Err(refused(code)),
+                Heard::Line(Response::Error(code)) => match target_mm {
+                    Some(_) => return Err(refused_in_motion(code, during)),
+                    None => return Err(refused(code)),
+                },
                 Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
                 Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
                 Heard::Line(Response::Status(status)) => {
@@ -62,8 +71,9 @@ impl GrblStage {
                 }
                 // Homing says nothing of this kind: the order arrived as another one.
                 Heard::Line(Response::Feedback { kind, text }) if target_mm.is_none() => {
-                    return Err(StageError::Refused {
-                        reason: format!("it took the order for another one ([{kind}:{text}]); home it again"),
+                    return Err(StageError::Fault {
+                        during: during.to_owned(),
+                        fault: format!("it took the order for another one ([{kind}:{text}]); home it again"),
                     });
                 }
                 Heard::Line(_) => {}
@@ -79,7 +89,6 @@ impl GrblStage {
     /// Stops safely: hold, wait until it stands, reset, which keeps the position; or reset at once, which does not.
     pub(super) fn stop_motion(&mut self, urgency: Urgency) -> Result<StageError, StageError> {
         let home_mm = self.home_mm.take();
-        self.rest_mm = None;
         let stop = self.stop.clone();
         let at_once = || stop.pressed() == Some(Urgency::AtOnce);
         let held = urgency == Urgency::Soon && hold(&mut self.lines, at_once)?;
@@ -116,28 +125,13 @@ impl GrblStage {
         Err(last)
     }
 
-    pub(super) fn move_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
-        let during = format!("in the move to {target_mm:.3} mm");
+    pub(super) fn run(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
+        let Motion { from_mm, target_mm, patience, during } = motion;
         let Some(home_mm) = self.home_mm else { return Err(StageError::NotHomed) };
-        let mm_from_home = |machine_mm: f64, outwards: f64| (machine_mm - home_mm) * outwards;
-        let outwards = self.axis.outwards;
-        let from_mm = mm_from_home(self.machine_mm_at_rest(&during, BOOT_PATIENCE)?, outwards);
-        if let Some(rest_mm) = self.rest_mm.filter(|rest_mm| *rest_mm != from_mm) {
-            // It has been restarted or moved by somebody else.
-            return Err(StageError::Disagrees {
-                commanded_mm: rest_mm,
-                reported_mm: from_mm,
-                tolerance_mm: 0.0,
-            });
-        }
-        let machine_mm = home_mm + outwards * target_mm;
-        let patience = self.axis.kinematics.patience(target_mm - from_mm);
-        let began = self.lines.now();
-        self.begin_move(machine_mm, from_mm, &during)?;
-        self.barrier("G4 P0", &during, patience, Some(machine_mm))?;
-        let took = self.lines.now() - began;
-        let reported_mm = mm_from_home(self.machine_mm_at_rest(&during, patience)?, outwards);
-        self.rest_mm = Some(reported_mm);
-        self.options.limits.check(&self.axis.kinematics, from_mm, target_mm, reported_mm, took)
+        let machine_mm = home_mm + self.axis.outwards * target_mm;
+        self.begin_move(machine_mm, *from_mm, during)?;
+        self.barrier("G4 P0", during, *patience, Some(machine_mm))?;
+        let machine_mm = self.machine_mm_at_rest(during, *patience)?;
+        Ok(self.from_home_mm(machine_mm))
     }
 }

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::stage::StageError;
-use crate::stage::tolerance::Kinematics;
+use crate::stage::{Kinematics, StageError};
 
 const MINUTE_S: f64 = 60.0;
 
@@ -25,18 +24,19 @@ const RATE: u8 = 110;
 const ACCELERATION: u8 = 120;
 const TRAVEL: u8 = 130;
 
-/// One of GRBL's axes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// The first, as on a CNC shield.
-    X,
-    /// The second.
-    Y,
-    /// The third.
-    Z,
+epirig_core::choices! {
+    /// One of GRBL's axes.
+    pub enum AxisLetter {
+        /// The first, as on a CNC shield.
+        X = "x",
+        /// The second.
+        Y = "y",
+        /// The third.
+        Z = "z",
+    }
 }
 
-impl Axis {
+impl AxisLetter {
     pub(super) const fn index(self) -> usize {
         self as usize
     }
@@ -65,7 +65,7 @@ impl Settings {
     /// What the driver needs, or why the stage cannot be used.
     pub(super) fn check(
         &self,
-        axis: Axis,
+        axis: AxisLetter,
         home_is_origin: bool,
         port: &str,
     ) -> Result<AxisSettings, StageError> {

@@ -7,8 +7,9 @@ use firmware_protocol::frame::{
 };
 use firmware_protocol::message::{Identity, PROTOCOL_VERSION, Reply, Request};
 
+use super::driver::NAME;
 use crate::link::{Inbox, Link, LinkError};
-use crate::stage::{Dialect, StageError};
+use crate::stage::StageError;
 
 /// A board answers within some 10 ms, a USB adapter adds up to 32.
 const REPLY_PATIENCE: Duration = Duration::from_millis(60);
@@ -98,7 +99,7 @@ impl Conversation {
         };
         StageError::Foreign {
             port,
-            expected: Dialect::Native.name(),
+            expected: NAME,
             heard: format!("it says \"{}\"", text.escape_default()),
             hint: hint.to_owned(),
         }

@@ -1,6 +1,9 @@
 //! The driver of epirig's own firmware.
 
 mod conversation;
+mod decode;
+mod driver;
+mod texts;
 
 use std::time::Duration;
 
@@ -8,12 +11,13 @@ use firmware_protocol::message::{
     Fault, Identity, Outcome, PROTOCOL_VERSION, Refusal, Reply, Request, Settings, Status,
 };
 
-use super::tolerance::Kinematics;
 use super::{
-    Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
+    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StageState, StopSwitch, Urgency,
 };
 use crate::link::Link;
 use conversation::Conversation;
+pub use driver::Native;
+use texts::{fault_text, refusal_text};
 
 /// Speed of the serial line.
 pub const BAUD: u32 = 115_200;
@@ -33,26 +37,37 @@ const HOMING_PULL_OFFS: f64 = 6.0;
 pub struct NativeOptions {
     /// What the stage is told after each connection and boot; `None` leaves its own settings.
     pub settings: Option<Settings>,
-    /// When a move counts as done.
-    pub limits: MotionLimits,
 }
 
-/// A stage that runs epirig's own firmware.
+/// A stage that runs epirig's own firmware, checked.
+pub type NativeStage = CheckedStage<NativeAxis>;
+
+impl NativeStage {
+    /// Connects to the stage at the other end of `link`.
+    ///
+    /// # Errors
+    /// As [`NativeAxis::connect`].
+    pub fn connect(link: Box<dyn Link>, options: NativeOptions) -> Result<Self, StageError> {
+        Ok(Self::over(NativeAxis::connect(link, options)?))
+    }
+}
+
+/// The axis of a stage that runs epirig's own firmware.
 ///
 /// A move has an id and runs once however often its request arrives, so requests that got no answer are simply sent
 /// again. A move is done when the stage says so, is still the one that was homed (boot id), and reports the right place.
-pub struct NativeStage {
+pub struct NativeAxis {
     conversation: Conversation,
     options: NativeOptions,
     identity: Identity,
     settings: Settings,
-    /// Whether the position can be trusted: nothing has gone wrong since it was known.
-    trusted: bool,
-    home_shift_mm: Option<f64>,
+    /// Whether the stage moved for a host that has gone, so that it must be homed.
+    was_left_alone: bool,
+    is_homed: bool,
     stop: StopSwitch,
 }
 
-impl NativeStage {
+impl NativeAxis {
     /// Connects to the stage at the other end of `link`.
     ///
     /// # Errors
@@ -66,14 +81,16 @@ impl NativeStage {
             options,
             identity,
             settings: Settings::default(),
-            trusted: true,
-            home_shift_mm: None,
+            was_left_alone: false,
+            is_homed: false,
             stop: StopSwitch::default(),
         };
         stage.meet(identity)?;
         // What failed before we came (a pulled cable, another program's fault), or still runs without its host, is not to be
         // built upon.
-        stage.trusted &= !matches!(stage.status()?.outcome, Outcome::Failed | Outcome::Running);
+        let status = stage.status()?;
+        let is_trusted = !matches!(status.outcome, Outcome::Failed | Outcome::Running);
+        stage.is_homed = status.homed && is_trusted && !stage.was_left_alone;
         Ok(stage)
     }
 
@@ -83,7 +100,7 @@ impl NativeStage {
         if identity.version != PROTOCOL_VERSION {
             return Err(StageError::Foreign {
                 port: self.conversation.port(),
-                expected: Dialect::Native.name(),
+                expected: driver::NAME,
                 heard: format!("its firmware speaks version {} of the protocol", identity.version),
                 hint: format!("this epirig speaks version {PROTOCOL_VERSION}: update the older of the two"),
             });
@@ -105,7 +122,7 @@ impl NativeStage {
 
     /// Ends what still runs. Nobody else has the port, so it has lost its host: a program that was killed, a cable that was pulled.
     fn take_over(&mut self) -> Result<(), StageError> {
-        self.trusted = false;
+        self.was_left_alone = true;
         match self.stop() {
             // Then it has been stopped at once.
             Err(StageError::TooSlow { .. }) => Ok(()),
@@ -118,7 +135,7 @@ impl NativeStage {
             Reply::Refused(refusal) => StageError::Refused { reason: refusal_text(refusal).to_owned() },
             other => StageError::Foreign {
                 port: self.conversation.port(),
-                expected: Dialect::Native.name(),
+                expected: driver::NAME,
                 heard: format!("{other:?} to {request:?}"),
                 hint: "its firmware breaks the protocol: update it".to_owned(),
             },
@@ -147,14 +164,6 @@ impl NativeStage {
         }
     }
 
-    fn kinematics(&self) -> Kinematics {
-        Kinematics {
-            velocity_mm_s: f64::from(self.settings.velocity_nm_s) / NM_PER_MM,
-            acceleration_mm_s2: f64::from(self.settings.acceleration_nm_s2) / NM_PER_MM,
-            step_mm: 1.0 / f64::from(self.identity.steps_per_mm.max(1)),
-        }
-    }
-
     fn homing_patience(&self) -> Duration {
         let mm_s = |velocity_nm_s: u32| f64::from(velocity_nm_s.max(1)) / NM_PER_MM;
         let seconds = HOMING_SEARCH * self.travel_mm() / mm_s(self.settings.seek_velocity_nm_s)
@@ -174,7 +183,6 @@ impl NativeStage {
         patience: Duration,
         request: impl FnOnce(u32) -> Request,
     ) -> Result<Status, StageError> {
-        self.refuse_if_stopped()?;
         let id = self.identity.last_operation.saturating_add(1);
         self.conversation.forget_finished();
         let request = request(id);
@@ -255,51 +263,18 @@ impl NativeStage {
         self.stop()?;
         Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
     }
-
-    fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
-        if self.stop.pressed().is_none() {
-            return Ok(());
-        }
-        let status = self.status()?;
-        Err(StageError::Stopped { position_mm: position_mm(&status) })
-    }
-
-    fn move_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
-        let during = format!("in the move to {target_mm:.3} mm");
-        let before = self.status_of_this_boot(&during)?;
-        let Some(from_mm) = position_mm(&before) else { return Err(StageError::NotHomed) };
-        let target_nm = (target_mm * NM_PER_MM).round() as i64;
-        let kinematics = self.kinematics();
-        let began = self.conversation.now();
-        let patience = kinematics.patience(target_mm - from_mm);
-        let request = |id| Request::Move { id, position_nm: target_nm };
-        let status = self.operate(&during, target_nm, patience, request)?;
-        let took = self.conversation.now() - began;
-        let Some(reported_mm) = position_mm(&status) else { return Err(StageError::NotHomed) };
-        self.options.limits.check(&kinematics, from_mm, target_mm, reported_mm, took)
-    }
 }
 
 fn position_mm(status: &Status) -> Option<f64> {
     status.homed.then_some(status.position_nm as f64 / NM_PER_MM)
 }
 
-/// Errors after which the stage may be elsewhere than it says.
-fn shakes_trust(error: &StageError) -> bool {
-    !matches!(
-        error,
-        StageError::OutsideTravel { .. }
-            | StageError::Stopped { position_mm: Some(_) }
-            | StageError::Refused { .. }
-    )
-}
-
-impl Stage for NativeStage {
+impl Axis for NativeAxis {
     fn identity(&self) -> StageIdentity {
         let Identity { version, build, steps_per_mm, travel_nm, .. } = self.identity;
         let travel_mm = travel_nm as f64 / NM_PER_MM;
         StageIdentity {
-            dialect: Dialect::Native,
+            driver: driver::NAME,
             description: format!(
                 "epirig stage, protocol {version}, build {build}, {steps_per_mm} steps/mm, {travel_mm} mm"
             ),
@@ -311,38 +286,54 @@ impl Stage for NativeStage {
         self.identity.travel_nm as f64 / NM_PER_MM
     }
 
-    fn home(&mut self) -> Result<(), StageError> {
+    fn kinematics(&self) -> Kinematics {
+        Kinematics {
+            velocity_mm_s: f64::from(self.settings.velocity_nm_s) / NM_PER_MM,
+            acceleration_mm_s2: f64::from(self.settings.acceleration_nm_s2) / NM_PER_MM,
+            step_mm: 1.0 / f64::from(self.identity.steps_per_mm.max(1)),
+        }
+    }
+
+    fn is_homed(&self) -> bool {
+        self.is_homed
+    }
+
+    fn home(&mut self) -> Result<Homed, StageError> {
         // Whatever has happened since: from here on it is this boot that counts.
         let identity = self.conversation.hello()?;
         self.meet(identity)?;
-        (self.trusted, self.home_shift_mm) = (false, None);
         let patience = self.homing_patience();
         let before = self.status()?;
         if before.moving {
             self.take_over()?;
         }
-        let known_before = before.homed;
         let status = self.operate("while homing", 0, patience, |id| Request::Home { id })?;
-        self.home_shift_mm = known_before.then_some(status.home_shift_nm as f64 / NM_PER_MM);
-        self.trusted = true;
-        Ok(())
+        self.was_left_alone = false;
+        Ok(Homed {
+            position_mm: position_mm(&status).ok_or_else(|| StageError::Fault {
+                during: "while homing".to_owned(),
+                fault: "it says that it is done, and does not know where it is; home it again".to_owned(),
+            })?,
+            shift_mm: before.homed.then_some(status.home_shift_nm as f64 / NM_PER_MM),
+        })
     }
 
-    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
-        if !self.trusted {
-            return Err(StageError::NotHomed);
-        }
-        let target_mm = on_travel(position_mm, self.travel_mm())?;
-        let moved = self.move_and_check(target_mm);
-        self.trusted = !moved.as_ref().is_err_and(shakes_trust);
-        moved
+    fn position_at_rest_mm(&mut self, during: &str) -> Result<Option<f64>, StageError> {
+        Ok(position_mm(&self.status_of_this_boot(during)?))
+    }
+
+    fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
+        let target_nm = (motion.target_mm * NM_PER_MM).round() as i64;
+        let request = |id| Request::Move { id, position_nm: target_nm };
+        let status = self.operate(&motion.during, target_nm, motion.patience, request)?;
+        Ok(position_mm(&status))
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
         let status = self.status()?;
-        let known = self.trusted && status.boot_id == self.identity.boot_id;
+        let is_this_boot = status.boot_id == self.identity.boot_id;
         Ok(StageState {
-            position_mm: position_mm(&status).filter(|_| known),
+            position_mm: position_mm(&status).filter(|_| is_this_boot && !self.was_left_alone),
             moving: status.moving,
             at_limit: status.limits != 0,
         })
@@ -357,7 +348,6 @@ impl Stage for NativeStage {
         if let Err(error) = self.conversation.ask(Request::Stop) {
             // Perhaps it hears what it cannot answer.
             self.conversation.emergency_stop()?;
-            self.trusted = false;
             return Err(error);
         }
         while self.conversation.now() - since < patience {
@@ -368,7 +358,6 @@ impl Stage for NativeStage {
             self.conversation.finished(self.identity.last_operation, self.heartbeat())?;
         }
         self.conversation.emergency_stop()?;
-        self.trusted = false;
         Err(StageError::TooSlow { during: "stopping".to_owned(), patience_s: patience.as_secs_f64() })
     }
 
@@ -376,48 +365,12 @@ impl Stage for NativeStage {
         self.stop.clone()
     }
 
-    fn home_shift_mm(&self) -> Option<f64> {
-        self.home_shift_mm
-    }
-
-    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
-        Some(self.kinematics().duration(distance_mm))
+    fn now(&self) -> Duration {
+        self.conversation.now()
     }
 
     // The protocol demands it.
     fn holds_at_rest(&self) -> Option<bool> {
         Some(true)
-    }
-}
-
-fn refusal_text(refusal: Refusal) -> &'static str {
-    match refusal {
-        Refusal::Unknown => "it does not know the request; its firmware may be of another version",
-        Refusal::NotHomed => "it has not been homed; home it first",
-        Refusal::OutsideTravel => "the position lies outside its travel",
-        Refusal::Busy => "it is busy with another operation; stop it first",
-        Refusal::StaleId => "another program has given it orders; home it again",
-        Refusal::BadSettings => {
-            "it cannot keep these settings; lower velocity or acceleration (at most half a step a tick of its timer)"
-        }
-    }
-}
-
-fn fault_text(fault: Fault) -> &'static str {
-    match fault {
-        Fault::None => "it gives no reason; home it",
-        Fault::Watchdog => {
-            "it heard nothing of this program for too long and slowed down; check the cable, then home it"
-        }
-        Fault::HardLimit => {
-            "a limit switch closed, so steps were lost or the travel is set too long; home it"
-        }
-        Fault::EmergencyStop => "an emergency stop came, its position is lost; home it",
-        Fault::SwitchNeverClosed => {
-            "the home switch never closed; check the switch, its cable, and that the motor has power and turns the right way"
-        }
-        Fault::SwitchNeverOpened => {
-            "the home switch stayed closed; check the switch, its cable, and that the carriage moves off it"
-        }
     }
 }

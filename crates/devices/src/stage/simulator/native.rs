@@ -45,6 +45,9 @@ impl Default for NativeDevice {
 }
 
 impl NativeDevice {
+    /// Length of a step, in mm.
+    pub const STEP_MM: f64 = 1.0 / BUILD.steps_per_mm as f64;
+
     /// A stage that has just booted, with the faults of a script.
     pub fn new(script: FaultScript) -> Self {
         let troubles = Troubles::new(script);

@@ -71,7 +71,8 @@ impl Plant {
         self.with(|plant| plant.pressed = pressed);
     }
 
-    pub(super) fn step(&self, way: Way) {
+    /// The motor makes a step.
+    pub fn step(&self, way: Way) {
         self.with(|plant| {
             if !plant.stalled {
                 plant.carriage += if way == Way::Out { 1 } else { -1 };
@@ -83,7 +84,7 @@ impl Plant {
     }
 
     /// The switches; `home` is the low one.
-    pub(super) fn limits(&self) -> Limits {
+    pub fn limits(&self) -> Limits {
         self.with(|plant| Limits {
             home: plant.pressed || plant.switches_work && plant.carriage <= plant.low_switch_at,
             far: plant.pressed || plant.switches_work && plant.carriage >= plant.high_switch_at,

@@ -138,7 +138,7 @@ fn parse_fault(text: &str) -> Result<DeviceFault, String> {
 
 /// What a script means for a device at a moment.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Troubles {
+pub struct Troubles {
     script: FaultScript,
     moves: u32,
     moving: bool,
@@ -148,48 +148,57 @@ pub(super) struct Troubles {
     limit_for: Duration,
 }
 
-/// What happens to a device of a sudden.
+/// What happens to a device suddenly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mishap {
+pub enum Mishap {
+    /// It restarts.
     Reset,
+    /// A limit switch closes.
     LimitCloses,
+    /// The limit switch opens again.
     LimitOpens,
 }
 
 const LIMIT_CLOSED: Duration = Duration::from_secs(1);
 
 impl Troubles {
-    pub(super) fn new(script: FaultScript) -> Self {
+    /// The faults of a script, before anything has moved.
+    pub fn new(script: FaultScript) -> Self {
         Self { script, ..Self::default() }
     }
 
-    pub(super) fn switches_work(&self) -> bool {
+    /// Whether the limit switches work.
+    pub fn switches_work(&self) -> bool {
         !self.script.faults.contains(&DeviceFault::SwitchNeverCloses)
     }
 
-    pub(super) fn muted(&self) -> bool {
+    /// Whether what the device says is lost.
+    pub fn muted(&self) -> bool {
         !self.muted_for.is_zero()
     }
 
-    pub(super) fn connected(&self) -> bool {
+    /// Whether its cable is in.
+    pub fn connected(&self) -> bool {
         self.unplugged_for.is_zero()
     }
 
     /// Whether the move under way goes nowhere.
-    pub(super) fn no_motion(&self) -> bool {
+    pub fn no_motion(&self) -> bool {
         self.script
             .faults
             .iter()
             .any(|fault| matches!(fault, DeviceFault::NoMotion { from_move } if self.moves >= *from_move))
     }
 
-    pub(super) fn move_begins(&mut self) {
+    /// A move begins. Homing is not counted.
+    pub fn move_begins(&mut self) {
         self.moves += 1;
         self.moving = true;
         self.in_move = Duration::ZERO;
     }
 
-    pub(super) fn move_ends(&mut self) {
+    /// The move has ended.
+    pub fn move_ends(&mut self) {
         if !std::mem::take(&mut self.moving) {
             return;
         }
@@ -202,8 +211,8 @@ impl Troubles {
         }
     }
 
-    /// Time passes.
-    pub(super) fn advance(&mut self, time: Duration) -> Option<Mishap> {
+    /// Lets time pass; what happens in it comes back.
+    pub fn advance(&mut self, time: Duration) -> Option<Mishap> {
         self.muted_for = self.muted_for.saturating_sub(time);
         self.unplugged_for = self.unplugged_for.saturating_sub(time);
         if !self.limit_for.is_zero() {

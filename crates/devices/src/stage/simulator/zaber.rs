@@ -12,6 +12,8 @@ use crate::stage::zaber::command;
 
 /// Length of a microstep, in um.
 const MICROSTEP_UM: f64 = 0.49609375;
+/// Below the place where the carriage stands at the start, in microsteps.
+const HOME_SENSOR_AT: i64 = -4000;
 const TRAVEL_MICROSTEPS: i64 = 302_362;
 /// In the protocol's units: 2 mm/s, and 100 mm/s2.
 const MAX_SPEED: f64 = 6605.0;
@@ -45,10 +47,15 @@ impl ZaberDevice {
     /// Length of a microstep of this stage, in um.
     pub const MICROSTEP_UM: f64 = MICROSTEP_UM;
 
+    /// Where a carriage at `steps` of its [`Plant`] is, in mm from home.
+    pub fn mm_from_home(steps: i64) -> f64 {
+        (steps - HOME_SENSOR_AT) as f64 * MICROSTEP_UM / 1000.0
+    }
+
     /// A stage that has just been switched on, with the faults of a script.
     pub fn new(script: FaultScript) -> Self {
         let troubles = Troubles::new(script);
-        let plant = Plant::new(-4000, TRAVEL_MICROSTEPS);
+        let plant = Plant::new(HOME_SENSOR_AT, TRAVEL_MICROSTEPS);
         plant.set_switches_work(troubles.switches_work());
         Self {
             plant,

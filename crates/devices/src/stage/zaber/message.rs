@@ -2,6 +2,8 @@
 //!
 //! Crate `zproto` speaks it too, but builds serialport with libudev, a C library that a first build must not need.
 
+use crate::link::Side;
+
 /// The checksum of what stands between the first character of a message and its colon: the two's complement of the sum.
 fn checksum(text: &str) -> u8 {
     text.bytes().fold(0_u8, u8::wrapping_sub)
@@ -106,6 +108,20 @@ pub(super) fn rejection_text(reason: &str) -> String {
     format!("{text} (RJ {reason})")
 }
 
+/// A line of either side, as text.
+pub(super) fn line_text(side: Side, line: &str) -> String {
+    match (side, ZaberReply::parse(line)) {
+        (Side::Host, _) => format!("command {line:?}"),
+        (Side::Device, Some(reply)) => {
+            let ZaberReply { device, axis, id, accepted, busy, warning, data } = reply;
+            let verdict = if accepted { "OK" } else { "REJECTED" };
+            let state = if busy { "busy" } else { "idle" };
+            format!("#{id} device {device} axis {axis}: {verdict}, {state}, warning {warning}, {data}")
+        }
+        (Side::Device, None) => format!("no reply with id and checksum: {line:?}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,5 +133,13 @@ mod tests {
         // "1 1 0 home": 49+32+49+32+48+32+104+111+109+101 = 667, 667 mod 256 = 155, 256 - 155 = 101 = 0x65.
         assert_eq!(command(1, 1, 0, "home"), "/1 1 0 home:65\n");
         assert_eq!(command(1, 1, 0, ""), format!("/1 1 0:{:02X}\n", 256 - (49 + 32 + 49 + 32 + 48)));
+    }
+
+    #[test]
+    fn replies_are_explained() {
+        assert_eq!(
+            line_text(Side::Device, "@01 1 42 OK IDLE WR 0:B7"),
+            "#42 device 1 axis 1: OK, idle, warning WR, 0"
+        );
     }
 }

@@ -1,14 +1,15 @@
 //! The driver of stages that speak the Zaber ASCII protocol, version 3.
 
+mod driver;
 mod message;
 
 use std::time::Duration;
 
-use super::tolerance::Kinematics;
 use super::{
-    Dialect, MotionLimits, Stage, StageError, StageIdentity, StageState, StopSwitch, Urgency, on_travel,
+    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StageState, StopSwitch, Urgency,
 };
 use crate::link::{Inbox, Link};
+pub use driver::Zaber;
 pub use message::ZaberReply;
 pub(in crate::stage) use message::command;
 use message::{fault_text, rejection_text};
@@ -26,8 +27,6 @@ const HIGHEST_ID: u8 = 99;
 const LONGEST: usize = 256;
 /// Warnings after which its count of steps is not to be believed.
 const LOST: [&str; 5] = ["WR", "WM", "FS", "WS", "WL"];
-/// Homing ends at position 0, or beside it on a stage with an encoder.
-const HOME_WITHIN_MM: f64 = 0.1;
 
 /// The protocol's velocities are microsteps a second times this; its accelerations that over 10000 (protocol manual).
 const VELOCITY_UNIT: f64 = 1.6384;
@@ -42,15 +41,26 @@ pub struct ZaberOptions {
     pub axis: u8,
     /// Length of a microstep, in um: in the stage's data sheet.
     pub microstep_um: f64,
-    /// When a move counts as done; stages with encoders need a tolerance.
-    pub limits: MotionLimits,
 }
 
-/// A stage that speaks the Zaber ASCII protocol.
+/// A stage that speaks the Zaber ASCII protocol, checked. One with an encoder needs a position tolerance.
+pub type ZaberStage = CheckedStage<ZaberAxis>;
+
+impl ZaberStage {
+    /// Connects to the stage at the other end of `link`.
+    ///
+    /// # Errors
+    /// As [`ZaberAxis::connect`].
+    pub fn connect(link: Box<dyn Link>, options: ZaberOptions) -> Result<Self, StageError> {
+        Ok(Self::over(ZaberAxis::connect(link, options)?))
+    }
+}
+
+/// The axis of a stage that speaks the Zaber ASCII protocol.
 ///
 /// Commands carry ids and checksums, and replies are asked to. Moves are absolute, so a command that was not answered is sent
 /// again.
-pub struct ZaberStage {
+pub struct ZaberAxis {
     link: Box<dyn Link>,
     options: ZaberOptions,
     inbox: Inbox,
@@ -60,11 +70,10 @@ pub struct ZaberStage {
     description: String,
     travel_mm: f64,
     kinematics: Kinematics,
-    trusted: bool,
     stop: StopSwitch,
 }
 
-impl ZaberStage {
+impl ZaberAxis {
     /// Connects to the stage at the other end of `link`, switches checksums on and reads its limits.
     ///
     /// # Errors
@@ -80,7 +89,6 @@ impl ZaberStage {
             description: String::new(),
             travel_mm: 0.0,
             kinematics: Kinematics { velocity_mm_s: 1.0, acceleration_mm_s2: 1.0, step_mm: 0.0 },
-            trusted: true,
             stop: StopSwitch::default(),
         };
         let valid_microstep = options.microstep_um.is_finite() && options.microstep_um > 0.0;
@@ -115,7 +123,7 @@ impl ZaberStage {
 
     fn foreign(&self, heard: String) -> StageError {
         let hint = "check its protocol (ASCII, 115200 baud), or choose another --driver".to_owned();
-        StageError::Foreign { port: self.port(), expected: Dialect::Zaber.name(), heard, hint }
+        StageError::Foreign { port: self.port(), expected: driver::NAME, heard, hint }
     }
 
     /// Sends a command to the axis, or to the device as a whole (0), until it is answered.
@@ -146,7 +154,7 @@ impl ZaberStage {
         Err(match &self.heard {
             Some(line) if line.starts_with('@') => StageError::Foreign {
                 port: self.port(),
-                expected: Dialect::Zaber.name(),
+                expected: driver::NAME,
                 heard: format!("its reply \"{}\" is damaged", line.escape_default()),
                 hint: "the line is noisy: check cable and earth".to_owned(),
             },
@@ -198,13 +206,11 @@ impl ZaberStage {
         let microsteps: f64 =
             reply.data.parse().map_err(|_| self.foreign(format!("\"{}\" to \"get pos\"", reply.data)))?;
         let lost = warnings.iter().any(|warning| LOST.contains(&warning.as_str()));
-        let known = self.trusted && !lost;
-        Ok((known.then_some(microsteps * self.microstep_mm()), reply))
+        Ok(((!lost).then_some(microsteps * self.microstep_mm()), reply))
     }
 
     /// Starts an operation and waits until the axis is idle.
     fn operate(&mut self, words: &str, during: &str, patience: Duration) -> Result<(), StageError> {
-        self.refuse_if_stopped()?;
         self.ask(self.options.axis, words)?;
         let since = self.link.now();
         let mut stopped = None;
@@ -222,10 +228,7 @@ impl ZaberStage {
                     warnings.iter().find_map(|warning| fault_text(warning).map(|text| (text, warning)));
                 return match (stopped, fault) {
                     // A motor that is stopped dead may slip.
-                    (Some(Urgency::AtOnce), _) => {
-                        self.trusted = false;
-                        Err(StageError::Stopped { position_mm: None })
-                    }
+                    (Some(Urgency::AtOnce), _) => Err(StageError::Stopped { position_mm: None }),
                     (_, Some((text, warning))) => Err(StageError::Fault {
                         during: during.to_owned(),
                         fault: format!("{text} ({warning})"),
@@ -249,69 +252,46 @@ impl ZaberStage {
         self.ask(self.options.axis, "stop")?;
         Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
     }
-
-    fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
-        if self.stop.pressed().is_none() {
-            return Ok(());
-        }
-        Err(StageError::Stopped { position_mm: self.look()?.0 })
-    }
-
-    fn move_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
-        let during = format!("in the move to {target_mm:.3} mm");
-        let (Some(from_mm), _) = self.look()? else { return Err(StageError::NotHomed) };
-        let microsteps = (target_mm / self.microstep_mm()).round();
-        let began = self.link.now();
-        let patience = self.kinematics.patience(target_mm - from_mm);
-        self.operate(&format!("move abs {microsteps:.0}"), &during, patience)?;
-        let took = self.link.now() - began;
-        let (Some(reported_mm), _) = self.look()? else { return Err(StageError::NotHomed) };
-        self.options.limits.check(&self.kinematics, from_mm, target_mm, reported_mm, took)
-    }
 }
 
-impl Stage for ZaberStage {
+impl Axis for ZaberAxis {
     fn identity(&self) -> StageIdentity {
-        StageIdentity {
-            dialect: Dialect::Zaber,
-            description: self.description.clone(),
-            port: Some(self.port()),
-        }
+        StageIdentity { driver: driver::NAME, description: self.description.clone(), port: Some(self.port()) }
     }
 
     fn travel_mm(&self) -> f64 {
         self.travel_mm
     }
 
-    fn home(&mut self) -> Result<(), StageError> {
-        self.trusted = false;
+    fn kinematics(&self) -> Kinematics {
+        self.kinematics
+    }
+
+    /// Its warnings tell with each answer whether it has a reference.
+    fn is_homed(&self) -> bool {
+        true
+    }
+
+    fn home(&mut self) -> Result<Homed, StageError> {
         // What it has warned of stays in force until it is cleared, and so would this homing fail.
         self.ask(self.options.axis, "warnings clear")?;
         let patience = self.kinematics.patience(self.travel_mm).saturating_mul(4);
         self.operate("home", "while homing", patience)?;
-        self.trusted = true;
-        let (position_mm, _) = self.look()?;
-        self.trusted = position_mm.is_some_and(|position_mm| position_mm.abs() <= HOME_WITHIN_MM);
-        if self.trusted {
-            return Ok(());
-        }
-        Err(StageError::Fault {
+        let position_mm = self.look()?.0.ok_or_else(|| StageError::Fault {
             during: "while homing".to_owned(),
-            fault: "it says that it is done and is not at home; home it again".to_owned(),
-        })
+            fault: "it says that it is done, and has no reference; home it again".to_owned(),
+        })?;
+        Ok(Homed { position_mm, shift_mm: None })
     }
 
-    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
-        if !self.trusted {
-            return Err(StageError::NotHomed);
-        }
-        let target_mm = on_travel(position_mm, self.travel_mm)?;
-        let moved = self.move_and_check(target_mm);
-        let kept = |error: &StageError| {
-            matches!(error, StageError::Stopped { position_mm: Some(_) } | StageError::Refused { .. })
-        };
-        self.trusted = self.trusted && moved.as_ref().err().is_none_or(kept);
-        moved
+    fn position_at_rest_mm(&mut self, _during: &str) -> Result<Option<f64>, StageError> {
+        Ok(self.look()?.0)
+    }
+
+    fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
+        let microsteps = (motion.target_mm / self.microstep_mm()).round();
+        self.operate(&format!("move abs {microsteps:.0}"), &motion.during, motion.patience)?;
+        Ok(self.look()?.0)
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
@@ -332,7 +312,6 @@ impl Stage for ZaberStage {
             }
         }
         self.ask(self.options.axis, "estop")?;
-        self.trusted = false;
         Err(StageError::TooSlow { during: "stopping".to_owned(), patience_s: 10.0 })
     }
 
@@ -340,7 +319,7 @@ impl Stage for ZaberStage {
         self.stop.clone()
     }
 
-    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
-        Some(self.kinematics.duration(distance_mm))
+    fn now(&self) -> Duration {
+        self.link.now()
     }
 }

@@ -92,6 +92,15 @@ impl Default for GrblDevice {
 }
 
 impl GrblDevice {
+    /// Length of a step with the settings that it starts with, in mm.
+    pub const STEP_MM: f64 = 0.004;
+
+    /// Where a carriage at `steps` of its [`Plant`] is, in mm from home, with the settings that it starts with: it homes upwards
+    /// and goes 1 mm, 250 steps, down from the switch.
+    pub fn mm_from_home(steps: i64) -> f64 {
+        (HIGH_SWITCH_AT - 250 - steps) as f64 * Self::STEP_MM
+    }
+
     /// The stage of [`GrblDevice::default`], with the faults of a script.
     pub fn new(script: FaultScript) -> Self {
         let mut device = Self::factory(script);

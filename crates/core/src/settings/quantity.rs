@@ -2,21 +2,30 @@
 
 /// What is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Quantity {
+pub enum Quantity {
+    /// mm and its multiples.
     Length,
+    /// s and its multiples.
     Time,
+    /// Hz.
     Frequency,
+    /// mm/s.
     Velocity,
+    /// mm/s2.
     Acceleration,
+    /// A part of a whole, in %.
     Share,
+    /// deg or rad.
     Angle,
+    /// A length in an image, in px.
     Pixels,
+    /// Grey levels of 255, in DN.
     Levels,
 }
 
 impl Quantity {
     /// With its article, for messages.
-    pub(super) fn noun(self) -> &'static str {
+    pub fn noun(self) -> &'static str {
         match self {
             Self::Length => "a length",
             Self::Time => "a time",
@@ -31,7 +40,7 @@ impl Quantity {
     }
 
     /// The names of its units, for messages.
-    pub(super) fn unit_names(self) -> String {
+    pub fn unit_names(self) -> String {
         let names: Vec<&str> =
             UNITS.iter().filter(|unit| unit.quantity == self).map(|unit| unit.name).collect();
         names.join(", ")
@@ -40,12 +49,13 @@ impl Quantity {
 
 /// A unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Unit {
-    pub(super) quantity: Quantity,
+pub struct Unit {
+    /// What it measures.
+    pub quantity: Quantity,
     /// Behind a number: `mm/s`.
-    pub(super) name: &'static str,
+    pub name: &'static str,
     /// Behind a key and `_`: `mm_s`.
-    pub(super) suffix: &'static str,
+    pub suffix: &'static str,
     /// How many of the quantity's smallest unit it is. Of two units of a quantity the larger is a multiple of the smaller; not so of
     /// angles, whose size means nothing.
     size: u64,
@@ -55,43 +65,61 @@ const fn unit(quantity: Quantity, name: &'static str, suffix: &'static str, size
     Unit { quantity, name, suffix, size }
 }
 
-pub(super) const NM: Unit = unit(Quantity::Length, "nm", "nm", 1);
-pub(super) const UM: Unit = unit(Quantity::Length, "um", "um", 1_000);
-pub(super) const MM: Unit = unit(Quantity::Length, "mm", "mm", 1_000_000);
+/// Nanometre.
+pub const NM: Unit = unit(Quantity::Length, "nm", "nm", 1);
+/// Micrometre.
+pub const UM: Unit = unit(Quantity::Length, "um", "um", 1_000);
+/// Millimetre.
+pub const MM: Unit = unit(Quantity::Length, "mm", "mm", 1_000_000);
 const CM: Unit = unit(Quantity::Length, "cm", "cm", 10_000_000);
 const M: Unit = unit(Quantity::Length, "m", "m", 1_000_000_000);
-pub(super) const NS: Unit = unit(Quantity::Time, "ns", "ns", 1);
-pub(super) const US: Unit = unit(Quantity::Time, "us", "us", 1_000);
-pub(super) const MS: Unit = unit(Quantity::Time, "ms", "ms", 1_000_000);
-pub(super) const S: Unit = unit(Quantity::Time, "s", "s", 1_000_000_000);
-pub(super) const MIN: Unit = unit(Quantity::Time, "min", "min", 60_000_000_000);
+/// Nanosecond.
+pub const NS: Unit = unit(Quantity::Time, "ns", "ns", 1);
+/// Microsecond.
+pub const US: Unit = unit(Quantity::Time, "us", "us", 1_000);
+/// Millisecond.
+pub const MS: Unit = unit(Quantity::Time, "ms", "ms", 1_000_000);
+/// Second.
+pub const S: Unit = unit(Quantity::Time, "s", "s", 1_000_000_000);
+/// Minute.
+pub const MIN: Unit = unit(Quantity::Time, "min", "min", 60_000_000_000);
 const H: Unit = unit(Quantity::Time, "h", "h", 3_600_000_000_000);
-pub(super) const HZ: Unit = unit(Quantity::Frequency, "Hz", "hz", 1);
+/// Hertz.
+pub const HZ: Unit = unit(Quantity::Frequency, "Hz", "hz", 1);
 const KHZ: Unit = unit(Quantity::Frequency, "kHz", "khz", 1_000);
 const UM_S: Unit = unit(Quantity::Velocity, "um/s", "um_s", 1);
-pub(super) const MM_S: Unit = unit(Quantity::Velocity, "mm/s", "mm_s", 1_000);
+/// Millimetre a second.
+pub const MM_S: Unit = unit(Quantity::Velocity, "mm/s", "mm_s", 1_000);
 const M_S: Unit = unit(Quantity::Velocity, "m/s", "m_s", 1_000_000);
-pub(super) const MM_S2: Unit = unit(Quantity::Acceleration, "mm/s2", "mm_s2", 1);
-pub(super) const PERCENT: Unit = unit(Quantity::Share, "%", "percent", 1);
-pub(super) const DEG: Unit = unit(Quantity::Angle, "deg", "deg", 1);
-pub(super) const RAD: Unit = unit(Quantity::Angle, "rad", "rad", 1);
-pub(super) const PX: Unit = unit(Quantity::Pixels, "px", "px", 1);
-pub(super) const DN: Unit = unit(Quantity::Levels, "DN", "dn", 1);
+/// Millimetre a second squared.
+pub const MM_S2: Unit = unit(Quantity::Acceleration, "mm/s2", "mm_s2", 1);
+/// Per cent.
+pub const PERCENT: Unit = unit(Quantity::Share, "%", "percent", 1);
+/// Degree.
+pub const DEG: Unit = unit(Quantity::Angle, "deg", "deg", 1);
+/// Radian.
+pub const RAD: Unit = unit(Quantity::Angle, "rad", "rad", 1);
+/// Pixel.
+pub const PX: Unit = unit(Quantity::Pixels, "px", "px", 1);
+/// Grey level of 255.
+pub const DN: Unit = unit(Quantity::Levels, "DN", "dn", 1);
 
 /// All units.
-pub(super) const UNITS: &[Unit] =
+pub const UNITS: &[Unit] =
     &[NM, UM, MM, CM, M, NS, US, MS, S, MIN, H, HZ, KHZ, UM_S, MM_S, M_S, MM_S2, PERCENT, DEG, RAD, PX, DN];
 
 /// A number with a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Measure {
-    pub(super) value: f64,
-    pub(super) unit: Unit,
+pub struct Measure {
+    /// The number, as it was written.
+    pub value: f64,
+    /// The unit behind it.
+    pub unit: Unit,
 }
 
 impl Measure {
     /// The same in another unit of the quantity, rounded once.
-    pub(super) fn in_unit(self, other: Unit) -> f64 {
+    pub fn in_unit(self, other: Unit) -> f64 {
         let converted = match (self.unit, other) {
             (DEG, RAD) => self.value.to_radians(),
             (RAD, DEG) => self.value.to_degrees(),
@@ -105,7 +133,7 @@ impl Measure {
 
 /// Why a text is no number with a unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum NoMeasure {
+pub enum NoMeasure {
     /// It does not begin with a number.
     Number,
     /// There is a number and nothing behind it.
@@ -115,7 +143,7 @@ pub(super) enum NoMeasure {
 }
 
 /// A finite number: `1.5`, `-2`, `1e-3`.
-pub(super) fn number(text: &str) -> Option<f64> {
+pub fn number(text: &str) -> Option<f64> {
     // Words such as `inf` would pass as numbers.
     let of_digits = text.bytes().all(|byte| is_of_number(byte.into()));
     text.parse().ok().filter(|value: &f64| of_digits && value.is_finite())
@@ -126,7 +154,7 @@ fn is_of_number(character: char) -> bool {
 }
 
 /// A number with a unit: `1.5 mm`, `1.5mm`.
-pub(super) fn measure(text: &str) -> Result<Measure, NoMeasure> {
+pub fn measure(text: &str) -> Result<Measure, NoMeasure> {
     let text = text.trim();
     let end = text.find(|character| !is_of_number(character)).unwrap_or(text.len());
     let value = number(&text[..end]).ok_or(NoMeasure::Number)?;

@@ -1,14 +1,18 @@
 //! A stage that exists in memory only, with the faults of real ones.
 
-use std::sync::{Arc, Mutex, PoisonError};
+mod driver;
+
 use std::time::Duration;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::tolerance::Kinematics;
-use super::{Dialect, Stage, StageError, StageIdentity, StageState, StopSwitch, on_travel};
+use super::{
+    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StagePosition, StageState,
+    StopSwitch,
+};
+pub use driver::Simulated;
 
 const UM_PER_MM: f64 = 1000.0;
 const SECONDS_PER_HOUR: f64 = 3600.0;
@@ -59,7 +63,7 @@ impl SimStageConfig {
     }
 }
 
-/// The simulated stage. Time in it is simulated too: moves take none of ours.
+/// The simulated stage, checked. Time in it is simulated too: moves take none of ours.
 ///
 /// Others may watch where the carriage truly is, as the simulated camera does, which looks at what the stage carries.
 ///
@@ -73,8 +77,11 @@ impl SimStageConfig {
 /// assert_eq!(stage.position_mm()?, 10.0);
 /// # Ok::<(), epirig_devices::stage::StageError>(())
 /// ```
+pub type SimStage = CheckedStage<SimAxis>;
+
+/// The axis of a simulated stage.
 #[derive(Debug)]
-pub struct SimStage {
+pub struct SimAxis {
     config: SimStageConfig,
     random: ChaCha8Rng,
     homed: bool,
@@ -84,35 +91,9 @@ pub struct SimStage {
     nut_mm: f64,
     /// What slipping has cost since home, in mm.
     slipped_mm: f64,
-    home_shift_mm: Option<f64>,
     elapsed: Duration,
     carriage: StagePosition,
     stop: StopSwitch,
-}
-
-/// A view on where the carriage of a simulated stage truly is, and on the stage's time.
-#[derive(Debug, Clone, Default)]
-pub struct StagePosition(Arc<Mutex<(f64, Duration)>>);
-
-impl StagePosition {
-    /// Where the carriage is, in mm from home.
-    pub fn get_mm(&self) -> f64 {
-        self.get().0
-    }
-
-    /// Simulated time since the stage was made.
-    pub fn elapsed(&self) -> Duration {
-        self.get().1
-    }
-
-    /// Says where the carriage is, `elapsed` after the stage was made: for stages that are simulated elsewhere.
-    pub fn set(&self, position_mm: f64, elapsed: Duration) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = (position_mm, elapsed);
-    }
-
-    fn get(&self) -> (f64, Duration) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl SimStage {
@@ -123,6 +104,29 @@ impl SimStage {
 
     /// The same for watchers that have watched another stage until now, whose time goes on.
     pub fn seen_through(config: SimStageConfig, watch: StagePosition) -> Self {
+        Self::over(SimAxis::seen_through(config, watch))
+    }
+
+    /// A view on where the carriage truly is.
+    pub fn watch(&self) -> StagePosition {
+        self.axis.carriage.clone()
+    }
+
+    /// Simulated time since the stage was made.
+    pub fn elapsed(&self) -> Duration {
+        self.axis.elapsed
+    }
+
+    /// Lets simulated time pass at rest.
+    pub fn wait(&mut self, time: Duration) {
+        self.axis.elapsed = self.axis.elapsed.saturating_add(time);
+        self.axis.settle();
+    }
+}
+
+impl SimAxis {
+    /// An axis that is not yet homed; `watch` shows where its carriage truly is, and its time goes on.
+    pub fn seen_through(config: SimStageConfig, watch: StagePosition) -> Self {
         Self {
             random: ChaCha8Rng::seed_from_u64(config.seed),
             config,
@@ -130,41 +134,16 @@ impl SimStage {
             motor_mm: 0.0,
             nut_mm: 0.0,
             slipped_mm: 0.0,
-            home_shift_mm: None,
             elapsed: watch.elapsed(),
             carriage: watch,
             stop: StopSwitch::default(),
         }
     }
 
-    /// A view on where the carriage truly is.
-    pub fn watch(&self) -> StagePosition {
-        self.carriage.clone()
-    }
-
-    /// Simulated time since the stage was made.
-    pub fn elapsed(&self) -> Duration {
-        self.elapsed
-    }
-
-    /// Lets simulated time pass at rest.
-    pub fn wait(&mut self, time: Duration) {
-        self.elapsed = self.elapsed.saturating_add(time);
-        self.settle();
-    }
-
-    fn kinematics(&self) -> Kinematics {
-        Kinematics {
-            velocity_mm_s: self.config.velocity_mm_s,
-            acceleration_mm_s2: self.config.acceleration_mm_s2,
-            step_mm: self.config.step_um / UM_PER_MM,
-        }
-    }
-
     /// Turns the motor; the nut follows once the play is used up.
     fn turn_to(&mut self, motor_mm: f64) {
         let distance_mm = motor_mm - self.motor_mm;
-        self.elapsed = self.elapsed.saturating_add(self.kinematics().duration(distance_mm));
+        self.elapsed = self.elapsed.saturating_add(Axis::kinematics(self).duration(distance_mm));
         if distance_mm != 0.0
             && self.config.slip_probability > 0.0
             && self.random.random_bool(self.config.slip_probability.min(1.0))
@@ -186,17 +165,12 @@ impl SimStage {
         let astray_um = self.config.thermal_drift_um * warmth + self.config.position_noise_um * noise;
         self.carriage.set(self.nut_mm + astray_um / UM_PER_MM, self.elapsed);
     }
-
-    fn refuse_if_stopped(&self) -> Result<(), StageError> {
-        let position_mm = self.homed.then_some(self.motor_mm);
-        self.stop.pressed().map_or(Ok(()), |_| Err(StageError::Stopped { position_mm }))
-    }
 }
 
-impl Stage for SimStage {
+impl Axis for SimAxis {
     fn identity(&self) -> StageIdentity {
         StageIdentity {
-            dialect: Dialect::Simulated,
+            driver: driver::NAME,
             description: format!("simulated stage, {} mm", self.config.travel_mm),
             port: None,
         }
@@ -206,27 +180,36 @@ impl Stage for SimStage {
         self.config.travel_mm
     }
 
-    fn home(&mut self) -> Result<(), StageError> {
-        self.refuse_if_stopped()?;
+    fn kinematics(&self) -> Kinematics {
+        Kinematics {
+            velocity_mm_s: self.config.velocity_mm_s,
+            acceleration_mm_s2: self.config.acceleration_mm_s2,
+            step_mm: self.config.step_um / UM_PER_MM,
+        }
+    }
+
+    fn is_homed(&self) -> bool {
+        self.homed
+    }
+
+    fn home(&mut self) -> Result<Homed, StageError> {
         // To the switch, and off it upwards, so that the play is used up.
         self.turn_to(0.0);
-        self.home_shift_mm = self.homed.then_some(-self.slipped_mm);
+        let shift_mm = self.homed.then_some(-self.slipped_mm);
         (self.motor_mm, self.nut_mm, self.slipped_mm) = (0.0, 0.0, 0.0);
         self.homed = true;
         self.settle();
-        Ok(())
+        Ok(Homed { position_mm: 0.0, shift_mm })
     }
 
-    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
-        if !self.homed {
-            return Err(StageError::NotHomed);
-        }
-        let position_mm = on_travel(position_mm, self.config.travel_mm)?;
-        self.refuse_if_stopped()?;
-        let step_mm = self.config.step_um / UM_PER_MM;
-        let target_mm = if step_mm > 0.0 { (position_mm / step_mm).round() * step_mm } else { position_mm };
-        self.turn_to(target_mm);
-        Ok(())
+    fn position_at_rest_mm(&mut self, _during: &str) -> Result<Option<f64>, StageError> {
+        Ok(self.homed.then_some(self.motor_mm))
+    }
+
+    fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
+        let (step_mm, target_mm) = (self.config.step_um / UM_PER_MM, motion.target_mm);
+        self.turn_to(if step_mm > 0.0 { (target_mm / step_mm).round() * step_mm } else { target_mm });
+        Ok(Some(self.motor_mm))
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
@@ -241,12 +224,8 @@ impl Stage for SimStage {
         self.stop.clone()
     }
 
-    fn home_shift_mm(&self) -> Option<f64> {
-        self.home_shift_mm
-    }
-
-    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
-        Some(self.kinematics().duration(distance_mm))
+    fn now(&self) -> Duration {
+        self.elapsed
     }
 
     fn holds_at_rest(&self) -> Option<bool> {
@@ -257,7 +236,7 @@ impl Stage for SimStage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stage::Urgency;
+    use crate::stage::{Stage as _, Urgency};
 
     fn homed(config: SimStageConfig) -> (SimStage, StagePosition) {
         let mut stage = SimStage::new(config);

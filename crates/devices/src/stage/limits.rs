@@ -3,12 +3,10 @@
 use std::time::Duration;
 
 use super::StageError;
+use super::axis::Kinematics;
 
 /// Rounding of what a stage reports: dialects round to 1 um or finer.
-const REPORT_ROUNDING_MM: f64 = 0.0005;
-
-/// How long a motion may take beyond what its velocity and acceleration say.
-const GRACE: Duration = Duration::from_secs(5);
+pub(super) const REPORT_ROUNDING_MM: f64 = 0.0005;
 
 /// What a stage is held to: where a move must end, and how long it can have taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,34 +20,6 @@ impl Default for MotionLimits {
     /// 0: a stage without an encoder reports the very step that it was sent to, or something is wrong.
     fn default() -> Self {
         Self { tolerance_mm: 0.0 }
-    }
-}
-
-/// Velocity and acceleration of a stage, and the length of its steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Kinematics {
-    pub(super) velocity_mm_s: f64,
-    pub(super) acceleration_mm_s2: f64,
-    pub(super) step_mm: f64,
-}
-
-impl Kinematics {
-    /// How long a move takes, at best: a trapezoid of velocity, or a triangle if it is short.
-    pub(super) fn duration(&self, distance_mm: f64) -> Duration {
-        let (velocity, acceleration, distance) =
-            (self.velocity_mm_s, self.acceleration_mm_s2, distance_mm.abs());
-        let ramps_mm = velocity * velocity / acceleration;
-        let seconds = if distance < ramps_mm {
-            2.0 * (distance / acceleration).sqrt()
-        } else {
-            velocity / acceleration + distance / velocity
-        };
-        Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
-    }
-
-    /// When to give up waiting for a move.
-    pub(super) fn patience(&self, distance_mm: f64) -> Duration {
-        self.duration(distance_mm).saturating_mul(2).saturating_add(GRACE)
     }
 }
 
@@ -87,15 +57,6 @@ mod tests {
 
     const KINEMATICS: Kinematics =
         Kinematics { velocity_mm_s: 5.0, acceleration_mm_s2: 20.0, step_mm: 0.004 };
-
-    #[test]
-    fn durations_are_those_of_a_trapezoid() {
-        // 1.25 mm are the two ramps of 0.25 s; every further mm takes 0.2 s.
-        assert!((KINEMATICS.duration(1.25).as_secs_f64() - 0.5).abs() < 1e-9);
-        assert!((KINEMATICS.duration(-2.25).as_secs_f64() - 0.7).abs() < 1e-9);
-        // A quarter of the distance takes half of the time where there are ramps only.
-        assert!((KINEMATICS.duration(0.3125).as_secs_f64() - 0.25).abs() < 1e-9);
-    }
 
     #[test]
     fn a_wrong_place_and_a_miracle_are_errors() {

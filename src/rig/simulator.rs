@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::cli::CliError;
+use super::RigError;
 use crate::profile::{BoardProfile, PrintProfile, Profile, SceneName, SimFaults};
 use epirig_devices::camera::Size;
 use epirig_simulator::{Bands, HandBoard, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError};
@@ -12,8 +12,11 @@ const SIZE: Size = Size { columns: 640, rows: 480 };
 /// More than any sensor has, and less than would not fit into memory.
 const MOST_PIXELS: usize = 100_000_000;
 
-/// The simulator of a profile. Its lens, its distance and its chess-boards are those that the profile states, if it does.
-pub(in crate::cli) fn simulator_config(profile: &Profile) -> Result<SimulatorConfig, CliError> {
+/// What the simulated camera of a profile looks at. Lens, distance and chess-boards are those that the profile states, if it does.
+///
+/// # Errors
+/// [`RigError::OtherBands`] for chess-boards that the simulated tile cannot have.
+pub fn simulator_config(profile: &Profile) -> Result<SimulatorConfig, RigError> {
     let size = profile.camera.size.unwrap_or(SIZE);
     let frames = profile.plan.frames.unwrap_or(2);
     let mut config = match profile.sim.scene {
@@ -73,27 +76,25 @@ fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
 }
 
 /// The chess-boards of a simulated tile: along its upper and its lower edge.
-fn tile_bands(print: &PrintProfile, side_mm: f64) -> Result<Bands, CliError> {
+fn tile_bands(print: &PrintProfile, side_mm: f64) -> Result<Bands, RigError> {
     /// Far below what a ruler tells.
     const SAME_MM: f64 = 1e-6;
     let BoardProfile { square_mm, columns, rows } = print.board;
     let distance_mm = side_mm - (rows + 1) as f64 * square_mm;
     if print.band_distance_mm.is_none_or(|stated_mm| (stated_mm - distance_mm).abs() > SAME_MM) {
-        return Err(CliError::Usage(format!(
-            "the simulated tile has its chess-boards along its upper and its lower edge: set target.bands = 2 and target.band_distance = \
-             \"{distance_mm} mm\", or leave target.square, columns and rows out"
-        )));
+        return Err(RigError::OtherBands { band_distance_mm: distance_mm });
     }
     Ok(Bands { square_mm, columns: columns + 1, rows: rows + 1 })
 }
 
-/// A simulator of this make, if it can be.
-pub(in crate::cli) fn simulated_simulator(config: SimulatorConfig) -> Result<Arc<Simulator>, CliError> {
-    let Size { columns, rows } = Size { columns: config.optics.columns, rows: config.optics.rows };
+/// A simulator of this make.
+///
+/// # Errors
+/// [`RigError`] if it is too large, or cannot be.
+pub fn simulator(config: SimulatorConfig) -> Result<Arc<Simulator>, RigError> {
+    let (columns, rows) = (config.optics.columns, config.optics.rows);
     if columns.saturating_mul(rows) > MOST_PIXELS {
-        return Err(CliError::Usage(format!(
-            "a simulated camera of {columns}x{rows} is too large; take 10000x10000 or less"
-        )));
+        return Err(RigError::TooLarge { columns, rows });
     }
     Ok(Arc::new(Simulator::new(config)?))
 }
@@ -103,7 +104,7 @@ mod tests {
     use super::*;
     use crate::profile::{Override, REAL, SIM};
 
-    fn simulator_of(profile: &str, settings: &[&str]) -> Result<SimulatorConfig, CliError> {
+    fn simulator_of(profile: &str, settings: &[&str]) -> Result<SimulatorConfig, RigError> {
         let settings: Vec<Override> =
             settings.iter().map(|text| Override::parse(text, "--set").unwrap()).collect();
         simulator_config(&Profile::read(profile, "rig.toml", &settings).unwrap())

@@ -1,0 +1,175 @@
+//! Drivers of cameras as plug-ins: what the program knows of a kind of camera.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{
+    Camera, CameraChoice, CameraError, ReplayCamera, SimCamera, V4l2Camera, V4l2Device, ViewSwitch, cameras,
+    choose,
+};
+use crate::stage::StagePosition;
+use epirig_simulator::Simulator;
+
+/// A kind of camera: which names are its own, and how it is opened.
+///
+/// A driver is added by a file of its own and a line in the table of [`camera_drivers`]. A program that brings a driver of its
+/// own adds it at its start with [`add_camera_drivers`].
+pub trait CameraDriver: Sync {
+    /// Its name, in messages and the guide.
+    fn name(&self) -> &'static str;
+
+    /// Whether `device`, as a profile or the command line names a camera, is one of its cameras. The first driver of the table
+    /// that says so opens it.
+    fn claims(&self, device: &str) -> bool;
+
+    /// Whether it looks at a simulated object.
+    fn is_simulated(&self) -> bool {
+        false
+    }
+
+    /// Opens the camera; `None` is the only one there is.
+    ///
+    /// # Errors
+    /// [`CameraError`] if there is no such camera, or it cannot be opened.
+    fn open(&self, device: Option<&str>, around: &Surroundings) -> Result<OpenCamera, CameraError>;
+}
+
+/// What a simulated camera looks at.
+#[derive(Debug, Clone, Default)]
+pub struct Surroundings {
+    /// The simulated object; `None` before real cameras.
+    pub simulator: Option<Arc<Simulator>>,
+    /// Where the stage has carried it.
+    pub stage: StagePosition,
+    /// Whether frames take the time that real ones take.
+    pub in_real_time: bool,
+}
+
+/// A camera that is open.
+pub struct OpenCamera {
+    /// The camera.
+    pub camera: Box<dyn Camera>,
+    /// What puts something else before a simulated camera.
+    pub view: Option<ViewSwitch>,
+}
+
+/// `sim`: a camera before a simulated object.
+struct Simulated;
+
+impl CameraDriver for Simulated {
+    fn name(&self) -> &'static str {
+        "sim"
+    }
+
+    fn claims(&self, device: &str) -> bool {
+        device.parse() == Ok(CameraChoice::Simulated)
+    }
+
+    fn is_simulated(&self) -> bool {
+        true
+    }
+
+    fn open(&self, _device: Option<&str>, around: &Surroundings) -> Result<OpenCamera, CameraError> {
+        let simulator = around.simulator.clone().ok_or_else(|| CameraError::NotACamera {
+            camera: self.name().to_owned(),
+            reason: "there is no simulated object before it".to_owned(),
+        })?;
+        let mut camera = SimCamera::before_simulator(simulator, around.stage.clone());
+        if around.in_real_time {
+            camera.device().in_real_time();
+        }
+        let view = Some(camera.device().view());
+        Ok(OpenCamera { camera: Box::new(camera), view })
+    }
+}
+
+/// `replay:FOLDER`: the frames of a sequence.
+struct Replay;
+
+impl CameraDriver for Replay {
+    fn name(&self) -> &'static str {
+        "replay"
+    }
+
+    fn claims(&self, device: &str) -> bool {
+        matches!(device.parse(), Ok(CameraChoice::Replay(_)))
+    }
+
+    fn open(&self, device: Option<&str>, _around: &Surroundings) -> Result<OpenCamera, CameraError> {
+        let folder = device.and_then(|device| device.split_once(':')).map_or("", |(_, folder)| folder);
+        Ok(OpenCamera { camera: Box::new(ReplayCamera::open(Path::new(folder))?), view: None })
+    }
+}
+
+/// All other names: cameras of Linux.
+struct V4l2;
+
+impl CameraDriver for V4l2 {
+    fn name(&self) -> &'static str {
+        "v4l2"
+    }
+
+    fn claims(&self, _device: &str) -> bool {
+        true
+    }
+
+    fn open(&self, device: Option<&str>, _around: &Surroundings) -> Result<OpenCamera, CameraError> {
+        let not_a_name =
+            |reason| CameraError::NotACamera { camera: device.unwrap_or_default().to_owned(), reason };
+        let choice = device.map_or(Ok(CameraChoice::Any), str::parse).map_err(not_a_name)?;
+        let known = if matches!(choice, CameraChoice::Path(_)) { Ok(Vec::new()) } else { cameras() };
+        let known = known.map_err(|error| match error {
+            CameraError::NotBuilt { .. } => CameraError::NotBuilt { camera: choice.to_string() },
+            other => other,
+        })?;
+        let camera = V4l2Camera::new(V4l2Device::open(&choose(&choice, &known)?)?);
+        Ok(OpenCamera { camera: Box::new(camera), view: None })
+    }
+}
+
+/// The table of camera drivers. A driver of this crate adds one line, before the last, which claims all names.
+static BUILT_IN: [&dyn CameraDriver; 3] = [&Simulated, &Replay, &V4l2];
+
+/// Those that a program has added.
+static ADDED: Mutex<Vec<&dyn CameraDriver>> = Mutex::new(Vec::new());
+
+/// All drivers of cameras: those that the program has added, then those of this crate.
+pub fn camera_drivers() -> Vec<&'static dyn CameraDriver> {
+    let added = ADDED.lock().unwrap_or_else(PoisonError::into_inner);
+    added.iter().copied().chain(BUILT_IN).collect()
+}
+
+/// Adds drivers, for as long as the program runs. A driver whose name is known already is passed over.
+pub fn add_camera_drivers(more: &[&'static dyn CameraDriver]) {
+    for driver in more {
+        if camera_drivers().iter().all(|known| known.name() != driver.name()) {
+            ADDED.lock().unwrap_or_else(PoisonError::into_inner).push(*driver);
+        }
+    }
+}
+
+/// The driver of the camera that is named; `None` is the only one there is.
+pub fn camera_driver(device: Option<&str>) -> &'static dyn CameraDriver {
+    let claims = |driver: &&dyn CameraDriver| device.is_some_and(|device| driver.claims(device));
+    camera_drivers().into_iter().find(claims).unwrap_or(&V4l2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_name_has_one_driver() {
+        for (device, name) in [
+            (Some("sim"), "sim"),
+            (Some("replay:a/b"), "replay"),
+            (Some("/dev/video0"), "v4l2"),
+            (Some("usb:1A2B"), "v4l2"),
+            (None, "v4l2"),
+        ] {
+            assert_eq!(camera_driver(device).name(), name, "{device:?}");
+        }
+        assert!(camera_driver(Some("sim")).is_simulated());
+        assert!(camera_driver(Some("sim")).open(None, &Surroundings::default()).is_err());
+    }
+}

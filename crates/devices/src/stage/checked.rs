@@ -1,0 +1,197 @@
+//! A stage whose answers are checked: the same rules for all dialects.
+
+use std::time::Duration;
+
+use super::axis::{Axis, Homed, Motion};
+use super::limits::REPORT_ROUNDING_MM;
+use super::{MotionLimits, PositionAfter, Stage, StageError, StageIdentity, StageState, StopSwitch};
+
+/// Homing ends at position 0, or beside it on a stage with an encoder.
+const HOME_WITHIN_MM: f64 = 0.1;
+
+/// A stage that believes nothing which its axis cannot show.
+///
+/// - It moves only while the position is known: the device was homed, and no fault since has cost it
+///   ([`StageError::consequence`]).
+/// - Before a move the axis must be where the last one ended; otherwise something else has moved it.
+/// - A move ends at the commanded position, within [`MotionLimits`], and not sooner than velocity and acceleration allow.
+/// - With an approach every position is reached from below, so that the play of screw and nut is always on the same side.
+///
+/// ```
+/// use epirig_devices::stage::{SimStage, SimStageConfig, Stage};
+///
+/// let slack = SimStageConfig { backlash_um: 50.0, ..SimStageConfig::ideal(100.0) };
+/// let mut stage = SimStage::new(slack).approaching_by(0.5);
+/// let position = stage.watch();
+/// stage.home()?;
+/// stage.move_to(10.0)?;
+/// stage.move_to(5.0)?; // goes to 4.5 mm first
+/// assert!((position.get_mm() - 5.0).abs() < 1e-9);
+/// # Ok::<(), epirig_devices::stage::StageError>(())
+/// ```
+#[derive(Debug)]
+pub struct CheckedStage<A> {
+    pub(super) axis: A,
+    limits: MotionLimits,
+    approach_mm: f64,
+    /// Whether the position is known: the device knew it, and nothing has gone wrong since.
+    is_known: bool,
+    /// Where the last move ended, in mm from home: nothing else may have moved it since.
+    rest_mm: Option<f64>,
+    home_shift_mm: Option<f64>,
+}
+
+impl<A: Axis> CheckedStage<A> {
+    /// Holds `axis` to the default limits; every position is approached directly.
+    pub fn over(axis: A) -> Self {
+        Self {
+            is_known: axis.is_homed(),
+            axis,
+            limits: MotionLimits::default(),
+            approach_mm: 0.0,
+            rest_mm: None,
+            home_shift_mm: None,
+        }
+    }
+
+    /// The same, held to other limits.
+    pub fn with_limits(self, limits: MotionLimits) -> Self {
+        Self { limits, ..self }
+    }
+
+    /// The same, coming to each position from `approach_mm` or more below it; 0 lets the stage go directly.
+    pub fn approaching_by(self, approach_mm: f64) -> Self {
+        Self { approach_mm, ..self }
+    }
+
+    fn refuse_if_stopped(&mut self) -> Result<(), StageError> {
+        if self.axis.stop_switch().pressed().is_none() {
+            return Ok(());
+        }
+        Err(StageError::Stopped { position_mm: self.state()?.position_mm })
+    }
+
+    fn forget_position(&mut self) {
+        (self.is_known, self.rest_mm) = (false, None);
+        self.axis.forget_position();
+    }
+
+    /// What an order leaves of the position.
+    fn weigh<T>(&mut self, outcome: Result<T, StageError>) -> Result<T, StageError> {
+        if let Err(error) = &outcome {
+            self.rest_mm = None;
+            if error.consequence().position != PositionAfter::Kept {
+                self.forget_position();
+            }
+        }
+        outcome
+    }
+
+    fn go_to(&mut self, target_mm: f64) -> Result<(), StageError> {
+        self.refuse_if_stopped()?;
+        let moved = self.go_and_check(target_mm);
+        self.weigh(moved)
+    }
+
+    fn go_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
+        let during = format!("in the move to {target_mm:.3} mm");
+        let from_mm = self.axis.position_at_rest_mm(&during)?.ok_or(StageError::NotHomed)?;
+        if let Some(rest_mm) = self.rest_mm {
+            let tolerance_mm = self.limits.tolerance_mm + REPORT_ROUNDING_MM;
+            // It has been restarted, or something else has moved it.
+            if (from_mm - rest_mm).abs() > tolerance_mm {
+                return Err(StageError::Disagrees {
+                    commanded_mm: rest_mm,
+                    reported_mm: from_mm,
+                    tolerance_mm,
+                });
+            }
+        }
+        let kinematics = self.axis.kinematics();
+        let patience = kinematics.patience(target_mm - from_mm);
+        let began = self.axis.now();
+        let reported_mm = self.axis.go_to(&Motion { from_mm, target_mm, patience, during })?;
+        let took = self.axis.now().saturating_sub(began);
+        let reported_mm = reported_mm.ok_or(StageError::NotHomed)?;
+        self.rest_mm = Some(reported_mm);
+        self.limits.check(&kinematics, from_mm, target_mm, reported_mm, took)
+    }
+}
+
+impl<A: Axis> Stage for CheckedStage<A> {
+    fn identity(&self) -> StageIdentity {
+        self.axis.identity()
+    }
+
+    fn travel_mm(&self) -> f64 {
+        self.axis.travel_mm()
+    }
+
+    fn home(&mut self) -> Result<(), StageError> {
+        self.refuse_if_stopped()?;
+        (self.is_known, self.rest_mm, self.home_shift_mm) = (false, None, None);
+        let Homed { position_mm, shift_mm } = self.axis.home()?;
+        let is_at_home = position_mm.abs() <= HOME_WITHIN_MM;
+        if !is_at_home {
+            self.forget_position();
+            return Err(StageError::Fault {
+                during: "while homing".to_owned(),
+                fault: format!("it says that it is done, and stands at {position_mm:.4} mm; home it again"),
+            });
+        }
+        (self.is_known, self.rest_mm, self.home_shift_mm) = (true, Some(position_mm), shift_mm);
+        Ok(())
+    }
+
+    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
+        if !self.is_known {
+            return Err(StageError::NotHomed);
+        }
+        let travel_mm = self.axis.travel_mm();
+        if !(0.0..=travel_mm).contains(&position_mm) {
+            return Err(StageError::OutsideTravel { position_mm, travel_mm });
+        }
+        let approach_mm = self.approach_mm;
+        if approach_mm > 0.0 {
+            let below_mm = position_mm - approach_mm;
+            if below_mm < 0.0 {
+                return Err(StageError::NoApproach { position_mm, approach_mm });
+            }
+            if self.position_mm()? > below_mm {
+                self.go_to(below_mm)?;
+            }
+        }
+        self.go_to(position_mm)
+    }
+
+    fn state(&mut self) -> Result<StageState, StageError> {
+        let state = self.axis.state()?;
+        Ok(StageState { position_mm: state.position_mm.filter(|_| self.is_known), ..state })
+    }
+
+    fn stop(&mut self) -> Result<(), StageError> {
+        self.rest_mm = None;
+        let stopped = self.axis.stop();
+        self.weigh(stopped)
+    }
+
+    fn stop_switch(&self) -> StopSwitch {
+        self.axis.stop_switch()
+    }
+
+    fn home_shift_mm(&self) -> Option<f64> {
+        self.home_shift_mm
+    }
+
+    fn expected_duration(&self, distance_mm: f64) -> Option<Duration> {
+        Some(self.axis.kinematics().duration(distance_mm))
+    }
+
+    fn holds_at_rest(&self) -> Option<bool> {
+        self.axis.holds_at_rest()
+    }
+
+    fn notes(&self) -> &[String] {
+        self.axis.notes()
+    }
+}

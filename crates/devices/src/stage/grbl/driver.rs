@@ -1,0 +1,97 @@
+//! The GRBL driver in the table of drivers.
+
+use super::response::Response;
+use super::{AxisLetter, BAUD, FEED_HOLD, GrblAxis, GrblOptions, SOFT_RESET, STATUS_QUERY};
+use crate::link::Side;
+use crate::stage::decode::{Decoder, LineDecoder};
+use crate::stage::simulator::{FaultScript, GrblDevice, SimulatedStage};
+use crate::stage::{Axis, Connection, StageDriver, StageError};
+use epirig_core::choice::{Choice as _, names};
+use epirig_core::settings::{Key, Kind, Settings};
+
+pub(super) const NAME: &str = "grbl";
+
+const CYCLE_START: u8 = b'~';
+const JOG_CANCEL: u8 = 0x85;
+
+static AXIS: Key = Key::new("stage", "axis", Kind::Choice(names::<AxisLetter>), "x", "Its axis").or("x");
+
+/// Stages that speak GRBL 1.1.
+pub struct Grbl;
+
+impl StageDriver for Grbl {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn summary(&self) -> &'static str {
+        "GRBL 1.1"
+    }
+
+    fn page(&self) -> &'static str {
+        include_str!("README.md")
+    }
+
+    fn keys(&self) -> Vec<&'static Key> {
+        vec![&AXIS]
+    }
+
+    fn connect(
+        &self,
+        connection: &mut Connection<'_>,
+        settings: &Settings,
+    ) -> Result<Box<dyn Axis>, StageError> {
+        let axis = settings.text(&AXIS).and_then(AxisLetter::from_name).unwrap_or(AxisLetter::X);
+        Ok(Box::new(GrblAxis::connect(connection.line(BAUD)?, GrblOptions { axis })?))
+    }
+
+    fn decoder(&self) -> Option<Box<dyn Decoder>> {
+        Some(Box::new(LineDecoder::new(line_text).with_real_time(real_time_text)))
+    }
+
+    fn simulated(&self, faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
+        let device = GrblDevice::new(faults);
+        let plant = device.plant();
+        Some(SimulatedStage {
+            device: Box::new(device),
+            plant,
+            mm_from_home: GrblDevice::mm_from_home,
+            step_mm: GrblDevice::STEP_MM,
+            settings: Settings::default(),
+        })
+    }
+}
+
+fn line_text(side: Side, line: &str) -> String {
+    match side {
+        Side::Host => format!("line {line:?}"),
+        Side::Device => Response::parse(line).to_string(),
+    }
+}
+
+/// GRBL takes these bytes at once, wherever they come.
+fn real_time_text(side: Side, byte: u8) -> Option<&'static str> {
+    match (side, byte) {
+        (Side::Device, _) => None,
+        (_, STATUS_QUERY) => Some("status?"),
+        (_, FEED_HOLD) => Some("feed hold"),
+        (_, CYCLE_START) => Some("resume"),
+        (_, SOFT_RESET) => Some("soft reset"),
+        (_, JOG_CANCEL) => Some("jog cancel"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_explained() {
+        let mut decoder = Grbl.decoder().unwrap();
+        assert_eq!(decoder.push(Side::Host, b"?G90 G0 X-1\n"), ["status?", "line \"G90 G0 X-1\""]);
+        let texts = decoder.push(Side::Device, b"ALARM:9\r\n");
+        assert!(texts[0].starts_with("ALARM:9: homing never found the limit switch"), "{texts:?}");
+        assert_eq!(decoder.push(Side::Device, b"ok\r\n"), ["ok: accepted"]);
+    }
+}

@@ -1,0 +1,74 @@
+//! The Zaber driver in the table of drivers.
+
+use super::message::line_text;
+use super::{BAUD, ZaberAxis, ZaberOptions};
+use crate::stage::decode::{Decoder, LineDecoder};
+use crate::stage::simulator::{FaultScript, SimulatedStage, ZaberDevice};
+use crate::stage::{Axis, Connection, StageDriver, StageError};
+use epirig_core::settings::quantity::UM;
+use epirig_core::settings::{Allowed, Key, Kind, Setting, Settings};
+
+pub(super) const NAME: &str = "zaber";
+
+static DEVICE: Key =
+    Key::new("stage", "device", Kind::Whole(1, 99), "1", "Number of the device in its chain").or("1");
+
+static MICROSTEP: Key = Key::new(
+    "stage",
+    "microstep",
+    Kind::measure(UM, Allowed::Positive),
+    "0.047625 um",
+    "Length of a microstep, from its data sheet; needed",
+)
+.needed("it is in the stage's data sheet");
+
+/// Stages that speak the Zaber ASCII protocol.
+pub struct Zaber;
+
+impl StageDriver for Zaber {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn summary(&self) -> &'static str {
+        "Zaber ASCII"
+    }
+
+    fn page(&self) -> &'static str {
+        include_str!("README.md")
+    }
+
+    fn keys(&self) -> Vec<&'static Key> {
+        vec![&DEVICE, &MICROSTEP]
+    }
+
+    fn connect(
+        &self,
+        connection: &mut Connection<'_>,
+        settings: &Settings,
+    ) -> Result<Box<dyn Axis>, StageError> {
+        let device = settings.whole(&DEVICE).and_then(|number| u8::try_from(number).ok()).unwrap_or(1);
+        // Without a microstep there is no length: the driver refuses 0.
+        let microstep_um = settings.number(&MICROSTEP).unwrap_or(0.0);
+        let options = ZaberOptions { device, axis: 1, microstep_um };
+        Ok(Box::new(ZaberAxis::connect(connection.line(BAUD)?, options)?))
+    }
+
+    fn decoder(&self) -> Option<Box<dyn Decoder>> {
+        Some(Box::new(LineDecoder::new(line_text)))
+    }
+
+    fn simulated(&self, faults: FaultScript, _boot: u32) -> Option<SimulatedStage> {
+        let device = ZaberDevice::new(faults);
+        let plant = device.plant();
+        let mut settings = Settings::default();
+        settings.set(&MICROSTEP, Setting::Number(ZaberDevice::MICROSTEP_UM));
+        Some(SimulatedStage {
+            device: Box::new(device),
+            plant,
+            mm_from_home: ZaberDevice::mm_from_home,
+            step_mm: ZaberDevice::MICROSTEP_UM / 1000.0,
+            settings,
+        })
+    }
+}

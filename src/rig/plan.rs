@@ -1,0 +1,66 @@
+//! What a profile plans.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::{RigError, camera_settings, simulator_config};
+use crate::capture::{CaptureLimits, CapturePlan};
+use crate::profile::{self, Profile};
+use epirig_data::sequence::{FocalLength, NominalLens};
+
+/// What a profile plans.
+///
+/// # Errors
+/// [`RigError`] if the plan is not complete.
+pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
+    let positions_mm = profile.plan.positions_mm().ok_or_else(|| rig_missing(&profile.plan))?;
+    let limits = &profile.limits;
+    if profile.plan.board > 0 && profile.board.is_none() {
+        return Err(RigError::NoBoard);
+    }
+    let simulator =
+        if profile.camera.is_simulated() { Some(as_value(&simulator_config(profile)?)?) } else { None };
+    Ok(CapturePlan {
+        settle: profile.plan.settle,
+        camera: camera_settings(profile)?,
+        averaged: profile.plan.average,
+        dark: profile.plan.dark,
+        flat: profile.plan.flat,
+        board: profile.plan.board,
+        limits: CaptureLimits {
+            retakes: limits.retakes,
+            saturated: limits.saturated,
+            // What the driver is told to put up with, a scan does, too.
+            position_mm: limits.position_mm.max(profile.stage.tolerance_mm),
+            shift_px: limits.shift_px,
+            wait: limits.wait,
+        },
+        lens: nominal_lens(&profile.optics),
+        rig: Some(as_value(profile)?),
+        simulator,
+        ..CapturePlan::at(positions_mm)
+    })
+}
+
+/// Of a plan that does not say how far the stage is to go, and how often.
+fn rig_missing(plan: &profile::PlanProfile) -> RigError {
+    let lacks = match (plan.step_mm, plan.frames) {
+        (None, None) => "plan.step and plan.frames are",
+        (None, _) => "plan.step is",
+        _ => "plan.frames is",
+    };
+    RigError::NoPlan { lacks }
+}
+
+/// The lens as the profile states it; `None` if it does not state the focal length.
+pub fn nominal_lens(optics: &profile::OpticsProfile) -> Option<NominalLens> {
+    let focal_length = match optics.focal_length? {
+        profile::FocalLength::Px(px) => FocalLength::Px(px),
+        profile::FocalLength::Mm(length_mm) => FocalLength::ImageWidths(length_mm / optics.sensor_width_mm?),
+    };
+    Some(NominalLens { focal_length, principal_point_px: optics.principal_point_px })
+}
+
+fn as_value(part: &impl Serialize) -> Result<Value, RigError> {
+    serde_json::to_value(part).map_err(|error| RigError::Value { key: "profile", reason: error.to_string() })
+}

@@ -1,0 +1,73 @@
+//! The stage of a profile.
+
+use super::RigError;
+use crate::profile::Profile;
+use epirig_devices::link::{Link, LinkError, PortChoice, choose, open, ports};
+use epirig_devices::stage::{
+    CheckedStage, Connection, MotionLimits, Stage, StageError, StagePosition, StageSource,
+};
+
+/// What is put between a line and its driver, such as a [`Recorder`](epirig_devices::link::Recorder).
+pub type Tap<'a> = Box<dyn FnMut(Box<dyn Link>) -> Result<Box<dyn Link>, LinkError> + 'a>;
+
+/// The stage of a profile, connected as often as it takes, and [checked](CheckedStage).
+pub struct RigStage<'a> {
+    profile: &'a Profile,
+    port: PortChoice,
+    tap: Option<Tap<'a>>,
+    watch: StagePosition,
+}
+
+impl<'a> RigStage<'a> {
+    /// Connects to nothing yet.
+    ///
+    /// # Errors
+    /// [`RigError::Value`] if the port is none.
+    pub fn of(profile: &'a Profile) -> Result<Self, RigError> {
+        let port = profile.stage.port.as_deref().map_or(Ok(PortChoice::Any), str::parse);
+        let port = port.map_err(|reason| RigError::Value { key: "stage.port", reason })?;
+        Ok(Self { profile, port, tap: None, watch: StagePosition::default() })
+    }
+
+    /// The same with something between line and driver.
+    pub fn tapped(self, tap: Tap<'a>) -> Self {
+        Self { tap: Some(tap), ..self }
+    }
+
+    /// A view on where the carriage of a simulated stage truly is, whichever connection moves it.
+    pub fn watch(&self) -> StagePosition {
+        self.watch.clone()
+    }
+
+    /// The path of the port.
+    ///
+    /// # Errors
+    /// [`LinkError`] if no port, or more than one, is what the profile asks for.
+    pub fn port(&self) -> Result<String, LinkError> {
+        port(&self.port)
+    }
+}
+
+fn port(choice: &PortChoice) -> Result<String, LinkError> {
+    let known = if matches!(choice, PortChoice::Path(_)) { Vec::new() } else { ports()? };
+    choose(choice, &known)
+}
+
+impl StageSource for RigStage<'_> {
+    fn connect(&mut self) -> Result<Box<dyn Stage>, StageError> {
+        let Self { profile, port: choice, tap, watch } = self;
+        let mut open_line = |baud| {
+            let link = open(&port(choice)?, baud)?;
+            match tap {
+                Some(tap) => tap(link),
+                None => Ok(link),
+            }
+        };
+        let mut connection =
+            Connection { open_line: &mut open_line, watch: watch.clone(), seed: profile.sim.seed };
+        let stage = &profile.stage;
+        let axis = stage.driver.connect(&mut connection, &stage.settings)?;
+        let limits = MotionLimits { tolerance_mm: stage.tolerance_mm };
+        Ok(Box::new(CheckedStage::over(axis).with_limits(limits).approaching_by(stage.approach_mm)))
+    }
+}
