@@ -30,7 +30,7 @@ BOOK = ROOT / "docs/src"
 PAGES = [
     *(ROOT / name for name in ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "TESTING.md", "SECURITY.md", "CHANGELOG.md"]),
     *sorted((ROOT / "docs").glob("**/*.md")),
-    *sorted(ROOT.glob("crates/*/README.md")),
+    *sorted(ROOT.glob("crates/**/README.md")),
     *(ROOT / name for name in ["firmware-protocol/PROTOCOL.md", "firmware-protocol/uno/README.md"]),
     *(ROOT / name for name in ["fuzz/README.md", "benches/peers/README.md"]),
 ]
