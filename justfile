@@ -1,0 +1,56 @@
+# The commands of CONTRIBUTING.md. `just` lists them.
+
+_list:
+    @just --list --unsorted
+
+# The tests
+test:
+    cargo test --release --workspace
+
+# Lints, as CI has them
+lint:
+    cargo clippy --all-targets --workspace -- -D warnings
+
+# Formats the code
+format:
+    cargo fmt --all
+
+# Documentation: the book, its links, its commands, its words
+docs program="target/release/epirig":
+    python3 docs/check.py {{program}}
+
+# The book, to read in target/book
+book:
+    mdbook build docs
+
+# Kernels and the whole match beside plain references
+bench:
+    cargo bench --workspace
+
+# The whole match beside OpenCV, pyvale and Numba; see benches/peers/README.md
+peers:
+    benches/peers/compare.py
+
+# The Uno firmware, and the simulated board that its test runs on (Debian)
+firmware:
+    firmware-protocol/uno/build.sh
+
+# The tests on real kernel drivers, in a QEMU guest; see TESTING.md
+virtual-rig filter="":
+    tests/virtual-rig/run.sh {{filter}}
+
+# One fuzz target; see fuzz/README.md
+fuzz target="native_frames":
+    cargo +nightly fuzz run {{target}}
+
+# What dependencies may be: deny.toml
+deny:
+    cargo deny check licenses bans sources
+
+# THIRD-PARTY.txt, after each change of dependencies
+third-party:
+    cargo about generate .ci/third-party.hbs --output-file THIRD-PARTY.txt
+
+# All that a change must pass, as in CI
+ci:
+    bash .ci/run
