@@ -109,8 +109,8 @@ fn messages_name_the_line_and_what_to_write() {
             "line 2: stage.driver (zaber) needs stage.microstep; it is in the stage's data sheet",
         ),
         (
-            "[stage]\ndriver = \"sim\"\ntolerance_mm = 0.1",
-            r#"line 3: stage.tolerance means nothing with driver = "sim"; leave it out"#,
+            "[stage]\ndriver = \"sim\"\nmicrostep_um = 0.1",
+            r#"line 3: stage.microstep means nothing with driver = "sim"; leave it out"#,
         ),
         (
             "[sim]\nnoise = \"1 DN\"",

@@ -14,7 +14,7 @@ pub(super) const NAME: &str = "grbl";
 const CYCLE_START: u8 = b'~';
 const JOG_CANCEL: u8 = 0x85;
 
-static AXIS: Key = Key::new("stage", "axis", Kind::Choice(names::<AxisLetter>), "x", "Its axis").or("x");
+static AXIS: Key = Key::new("stage", "axis", Kind::Choice(names::<AxisLetter>), "y", "Its axis").or("x");
 
 /// Stages that speak GRBL 1.1.
 pub struct Grbl;

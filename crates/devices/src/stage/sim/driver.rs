@@ -17,7 +17,7 @@ static TRAVEL: Key = Key::new(
     "stage",
     "travel",
     Kind::measure(MM, Allowed::Positive),
-    "200 mm",
+    "150 mm",
     "Positions go from 0 to this",
 )
 .or("200 mm");

@@ -11,7 +11,7 @@ use epirig_core::settings::{Allowed, Key, Kind, Setting, Settings};
 pub(super) const NAME: &str = "zaber";
 
 static DEVICE: Key =
-    Key::new("stage", "device", Kind::Whole(1, 99), "1", "Number of the device in its chain").or("1");
+    Key::new("stage", "device", Kind::Whole(1, 99), "2", "Number of the device in its chain").or("1");
 
 static MICROSTEP: Key = Key::new(
     "stage",
