@@ -3,7 +3,8 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::progress::tell;
+use super::error::Failure;
+use super::progress::{answer_failure, tell};
 use crate::capture::PauseSwitch;
 use epirig_data::storage::abandon;
 use epirig_devices::stage::{StopSwitch, Urgency};
@@ -74,6 +75,7 @@ fn interrupted() {
     if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
         // Whatever becomes of the words, the scan must hear of it first.
         pause.press();
+        tracing::info!("interrupted: the scan is to end after the frame in hand");
         tell("stopping after this frame; press Ctrl-C again to stop the stage now");
         return;
     }
@@ -81,14 +83,14 @@ fn interrupted() {
     match switch.filter(|switch| switch.pressed() != Some(Urgency::AtOnce)) {
         Some(switch) => stop(&switch),
         None => {
-            tell(match abandon(DISK_PATIENCE) {
-                true => {
-                    "error: interrupted; a scan keeps the frames it has, and nothing else was left half-written"
-                }
+            let words = match abandon(DISK_PATIENCE) {
+                true => "interrupted; a scan keeps the frames it has, and nothing else was left half-written",
                 false => {
-                    "error: interrupted while the disk did not answer; hidden folders .epirig-* may be left, which the next command there removes"
+                    "interrupted while the disk did not answer; hidden folders .epirig-* may be left, which the next command there removes"
                 }
-            });
+            };
+            tell(&format!("error: {words}"));
+            answer_failure(&Failure::new(words.to_owned(), INTERRUPTED));
             std::process::exit(i32::from(INTERRUPTED));
         }
     }
@@ -98,9 +100,11 @@ fn interrupted() {
 fn stop(switch: &StopSwitch) {
     if switch.pressed().is_none() {
         switch.press(Urgency::Soon);
+        tracing::warn!("interrupted: the stage is to slow down and stop");
         tell("stopping; press Ctrl-C again to stop at once");
     } else {
         switch.press(Urgency::AtOnce);
+        tracing::warn!("interrupted: the stage is to stop at once");
         tell("stopping at once; press Ctrl-C again to leave without waiting for the stage");
     }
 }
