@@ -14,7 +14,7 @@ use epirig_devices::stage::grbl::{Axis, GrblOptions};
 use epirig_devices::stage::native::NativeOptions;
 use epirig_devices::stage::zaber::ZaberOptions;
 use epirig_devices::stage::{
-    Dialect, GrblStage, MotionLimits, NativeStage, OneSided, SimStage, SimStageConfig, Stage, StageError,
+    Dialect, GrblStage, LoggedStage, MotionLimits, NativeStage, OneSided, SimStage, SimStageConfig, Stage, StageError,
     StagePosition, StageSource, ZaberStage, grbl, native, zaber,
 };
 
@@ -196,7 +196,7 @@ impl StageSource for Stages<'_> {
             Driver::Zaber => self.zaber(profile.microstep_um.unwrap_or_default())?,
         };
         interrupt::stops(stage.stop_switch());
-        Ok(Box::new(OneSided::new(stage, profile.approach_mm)))
+        Ok(Box::new(LoggedStage::new(OneSided::new(stage, profile.approach_mm))))
     }
 }
 

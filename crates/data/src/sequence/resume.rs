@@ -1,5 +1,6 @@
 //! Going on with a sequence that was interrupted at any moment.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::path::Path;
 
@@ -31,7 +32,8 @@ impl SequenceWriter {
             removed.map_err(SequenceError::io("remove", &stop))?;
         }
         let frames = sequence.events().iter().filter_map(Event::frame);
-        let named = frames.map(|(kind, frame)| (kind, frame.index)).collect();
+        let named: BTreeSet<_> = frames.map(|(kind, frame)| (kind, frame.index)).collect();
+        tracing::info!(folder = %folder.display(), frames = named.len(), "sequence opened again");
         Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named })
     }
 }

@@ -7,6 +7,7 @@
 pub mod decode;
 mod error;
 pub mod grbl;
+mod logged;
 pub mod native;
 mod one_sided;
 mod sim;
@@ -21,6 +22,7 @@ use std::time::Duration;
 
 pub use error::StageError;
 pub use grbl::GrblStage;
+pub use logged::LoggedStage;
 pub use native::NativeStage;
 pub use one_sided::OneSided;
 pub use sim::{SimStage, SimStageConfig, StagePosition};
