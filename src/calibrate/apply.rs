@@ -51,6 +51,7 @@ pub(super) fn load(
     tau: Tau,
     progress: &dyn Progress,
 ) -> Result<Volume, CalibrateError> {
+    let _span = tracing::info_span!("rectification").entered();
     let rectifier = Rectifier::new(*mapping, correction)?;
     let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
     progress.begin("rectifying frames", sequence.frames().len() as u64);

@@ -94,7 +94,12 @@ pub fn calibrate(
         lens.estimate = found.stage_axis.lens.clone();
     }
     let (rows, columns) = size;
-    info!(roll_rad = direction.roll_rad, pan_rad = direction.pan_rad, target = found.is_some(), "stage axis known");
+    info!(
+        roll_rad = direction.roll_rad,
+        pan_rad = direction.pan_rad,
+        target = found.is_some(),
+        "stage axis known"
+    );
     let mapping = Mapping::fitting(lens.estimate.lens, direction.roll_rad, direction.pan_rad, rows, columns)?;
     let stage_axis = found.as_ref().map(|found| found.record(mapping.camera.focal_length_px));
 
@@ -128,7 +133,7 @@ pub fn calibrate(
     }
     info!(source = ?positions.source, baseline_mm = positions.baseline_mm, "positions known");
     remarks.notes.iter().for_each(|note| info!(note, "remark"));
-    remarks.needs.iter().for_each(|need| warn!(need, "something is lacking"));
+    remarks.needs.iter().for_each(|need| warn!(need, "the calibration lacks something"));
     let calibration = Calibration {
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),

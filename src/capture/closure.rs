@@ -102,7 +102,12 @@ impl Scan<'_, '_> {
         self.stage_now()?.home()?;
         let home_shift_mm = self.stage_now()?.home_shift_mm();
         let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
-        info!(home_shift_mm, moved_px, light = comparison.as_ref().map(|found| found.light), "rig compared with its beginning");
+        info!(
+            home_shift_mm,
+            moved_px,
+            light = comparison.as_ref().map(|found| found.light),
+            "rig compared with its beginning"
+        );
         self.closure = Some(ClosureRecord { home_shift_mm, comparison: comparison.clone() });
         comparison.map_or(Ok(()), |found| self.check_shift(&found))?;
         self.check_home_shift(home_shift_mm)

@@ -370,7 +370,12 @@ fn set_as_before(
     for pinned in &mut configuration.pinned {
         let wanted = before.controls.get(&pinned.name).filter(|wanted| **wanted != pinned.value);
         if let Some(wanted) = wanted {
-            info!(control = pinned.name, was = pinned.value, now = wanted, "control set as before the interruption");
+            info!(
+                control = pinned.name,
+                was = pinned.value,
+                now = wanted,
+                "control set as before the interruption"
+            );
             camera.set_control(&pinned.name, &wanted.to_string())?;
             pinned.value = *wanted;
             // It follows from a control.

@@ -28,7 +28,7 @@ impl Scan<'_, '_> {
             position_mm = before_mm,
             seconds = arrived.since(begun).as_secs_f64(),
             settle_s = self.plan.settle.as_secs_f64(),
-            "arrived; frames count once the stage has settled"
+            "arrived"
         );
         self.camera().at_stop(index);
         let (frame, exposures) = self.look(at_rest)?;

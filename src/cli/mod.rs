@@ -69,7 +69,7 @@ Examples:
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
-    /// Print the result as JSON on stdout, or a failure: {"error": {"message": ..., "kind": ..., "exit_code": ...}}
+    /// Print the result as JSON on stdout; a failure as {"error": {"message": ..., "kind": ..., "exit_code": N}}
     #[arg(long, global = true)]
     json: bool,
     /// Say nothing but errors and the result

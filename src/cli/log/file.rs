@@ -32,7 +32,10 @@ impl LogFile {
         if let Err(error) = self.add(line)
             && !std::mem::replace(&mut self.told, true)
         {
-            tell(&format!("note: {}: cannot write the log, which has gaps now: {error}", self.path.display()));
+            tell(&format!(
+                "note: {}: cannot write the log, which has gaps now: {error}",
+                self.path.display()
+            ));
         }
     }
 

@@ -28,11 +28,11 @@ const OF_A_SCAN: &str = "info,epirig::capture=debug,epirig_data::sequence=debug,
 
 #[derive(Debug, Args)]
 pub(super) struct LogArguments {
-    /// Log on stderr: -v steps and frames, -vv also moves, settings and frames passed over, -vvv also the bytes on lines
-    /// [env: EPIRIG_LOG, a filter in place of the level, such as debug or info,epirig_devices=trace]
+    /// Log to stderr: -v steps and frames, -vv also moves, settings and retries, -vvv also every byte and buffer [env: EPIRIG_LOG, a
+    /// filter in place of the level, such as debug or info,epirig_devices=trace]
     #[arg(long, short, global = true, action = ArgAction::Count)]
     verbose: u8,
-    /// Add the log to FILE as JSON lines: what -vv shows, or -vvv or EPIRIG_LOG if given
+    /// Add the log to FILE as JSON lines; as much as -vv shows, unless -vvv or EPIRIG_LOG says otherwise
     #[arg(long, global = true, value_name = "FILE")]
     log_file: Option<PathBuf>,
 }
@@ -46,7 +46,7 @@ pub(super) fn listen(arguments: &LogArguments, quiet: bool, scans: bool) -> Resu
     let chosen = |level: u8| filter(wanted.as_deref().unwrap_or(name(level)));
     let mut listeners: Vec<Listener> = Vec::new();
     if !quiet && (*verbose > 0 || wanted.is_some()) {
-        let lines = fmt::layer().with_ansi(false).with_timer(terminal::SinceStart::now());
+        let lines = fmt::layer().with_ansi(false).event_format(terminal::Line::since_now());
         let lines = lines.with_writer(|| terminal::Terminal).log_internal_errors(false);
         listeners.push(lines.with_filter(chosen(*verbose)?).boxed());
     }

@@ -34,7 +34,8 @@ pub(super) fn wait_for_folder() {
     *place() = Place::Waiting(None, Vec::new());
 }
 
-/// The scan goes into `folder`: one that is not there yet, or if it is resumed, a sequence that nobody writes. Into any other one nothing is logged.
+/// The scan goes into `folder`: one that is not there yet, or if it is resumed, a sequence that nobody writes. Into any other one
+/// nothing is logged.
 pub(in crate::cli) fn beside(folder: &Path, resumed: bool) {
     let usable = if resumed { refuse_busy(folder).is_ok() } else { refuse_existing(folder).is_ok() };
     let mut place = place();

@@ -14,8 +14,8 @@ use epirig_devices::stage::grbl::{Axis, GrblOptions};
 use epirig_devices::stage::native::NativeOptions;
 use epirig_devices::stage::zaber::ZaberOptions;
 use epirig_devices::stage::{
-    Dialect, GrblStage, LoggedStage, MotionLimits, NativeStage, OneSided, SimStage, SimStageConfig, Stage, StageError,
-    StagePosition, StageSource, ZaberStage, grbl, native, zaber,
+    Dialect, GrblStage, LoggedStage, MotionLimits, NativeStage, OneSided, SimStage, SimStageConfig, Stage,
+    StageError, StagePosition, StageSource, ZaberStage, grbl, native, zaber,
 };
 
 const NM_PER_MM: f64 = 1e6;

@@ -33,7 +33,8 @@ impl<S: Stage> Stage for LoggedStage<S> {
 
     fn home(&mut self) -> Result<(), StageError> {
         let begun = Instant::now();
-        let homed = debug_span!("home").in_scope(|| self.stage.home());
+        let _span = debug_span!("home").entered();
+        let homed = self.stage.home();
         let (device, seconds) = (&self.device, begun.elapsed().as_secs_f64());
         match &homed {
             Ok(()) => info!(device, seconds, home_shift_mm = self.stage.home_shift_mm(), "homed"),
@@ -44,7 +45,8 @@ impl<S: Stage> Stage for LoggedStage<S> {
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
         let begun = Instant::now();
-        let moved = debug_span!("move", position_mm).in_scope(|| self.stage.move_to(position_mm));
+        let _span = debug_span!("move").entered();
+        let moved = self.stage.move_to(position_mm);
         let (device, seconds) = (&self.device, begun.elapsed().as_secs_f64());
         match &moved {
             Ok(()) => debug!(device, position_mm, seconds, "moved"),

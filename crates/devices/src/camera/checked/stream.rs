@@ -172,7 +172,8 @@ impl<D: VideoDevice> CheckedCamera<D> {
             if !timed.fresh {
                 passed.stale += 1;
                 stream.latest = None;
-                debug!(sequence, reason = "too old", "frame passed over");
+                // At every stop there are as many as the move has taken; the next one that counts tells how many.
+                trace!(sequence, reason = "too old", "frame passed over");
                 self.device.requeue(buffer)?;
                 continue;
             }
@@ -222,7 +223,12 @@ impl<D: VideoDevice> CheckedCamera<D> {
                     passed.reason = Some(objection);
                 }
                 Some(Ok(difference)) => {
-                    debug!(sequence = buffer.sequence, difference_dn = difference.typical_dn, "frame accepted");
+                    debug!(
+                        sequence = buffer.sequence,
+                        difference_dn = difference.typical_dn,
+                        too_old = passed.stale,
+                        "frame accepted"
+                    );
                     let facts = FrameFacts {
                         requested: moment,
                         exposure_start: timed.exposure_start,

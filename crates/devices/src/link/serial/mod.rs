@@ -13,9 +13,7 @@ use rustix::process::{Pid, Signal};
 use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
 use serialport::{SerialPort, SerialPortType, TTYPort};
 
-use super::{
-    LineNoise, Link, LinkError, LoggedLink, PortFacts, PortLock, SimulatedDevice, UsbFacts, holder,
-};
+use super::{LineNoise, Link, LinkError, LoggedLink, PortFacts, PortLock, SimulatedDevice, UsbFacts, holder};
 
 pub use pty::PtyServer;
 
