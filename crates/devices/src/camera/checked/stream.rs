@@ -167,7 +167,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 stream.latest = None;
                 let missed = follows.saturating_sub(1).min(1 << 16);
                 passed.missed = passed.missed.saturating_add(missed);
-                debug!(sequence, missed, "the driver's count is not the next one");
+                debug!(sequence, missed, "the driver has lost frames");
             }
             if !timed.fresh {
                 passed.stale += 1;
