@@ -1,7 +1,6 @@
 //! The stations of a calibration, in their order.
 
 use rayon::prelude::*;
-use tracing::{info, info_span, warn};
 
 use super::apply::load;
 use super::lens::find_lens;
@@ -21,6 +20,7 @@ use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameKind, FrameRecord, Sequence};
+use tracing::{info, info_span, warn};
 
 /// A calibration and what pictures of it are drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -115,7 +115,8 @@ pub fn calibrate(
     };
     if gains_are_wanted || texture {
         let tau = Tau::from_positions(&positions.tau)?;
-        let mut volume = load(sequence, &mapping, correction, tau, progress)?;
+        let span = info_span!("rectification");
+        let mut volume = span.in_scope(|| load(sequence, &mapping, correction, tau, progress))?;
         if gains_are_wanted {
             gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
         }

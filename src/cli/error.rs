@@ -1,21 +1,10 @@
-//! Errors as a person and a script see them.
-//!
-//! A person reads a line on stderr. A script has the exit code, and with `--json` one object on stdout:
-//!
-//! ```json
-//! {"error": {"message": "seq exists already; choose another folder", "kind": "usage", "exit_code": 2}}
-//! ```
-//!
-//! `message` is the line of stderr without `error: `. `kind` stands for the exit code: `trouble` (1), `usage` (2), `no-device` (3),
-//! `device` (4), `data` (5), `rejected` (6), `resumable` (7), `interrupted` (130). stdout holds one object at most: a verb that has printed its
-//! result, as `verify` prints what it has found, prints no second one. Options that cannot be parsed are told on stderr only.
+//! Errors as a person and a script see them: a line on stderr, an exit code, and with `--json` a [`Failure`](super::failure::Failure).
 
 use std::path::PathBuf;
 
-use serde::Serialize;
 use thiserror::Error;
 
-use super::interrupt::INTERRUPTED;
+use super::failure::{DEVICE, INTEGRITY, INTERRUPTED, NO_DEVICE, REJECTED, RESUMABLE, TROUBLE, USAGE};
 use crate::calibrate::CalibrateError;
 use crate::capture::CaptureError;
 use crate::doctor::DoctorError;
@@ -34,47 +23,6 @@ use epirig_matcher::MatchError;
 use epirig_matcher::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
 use epirig_matcher::surface::SurfaceError;
 use epirig_simulator::SimulatorError;
-
-const TROUBLE: u8 = 1;
-const USAGE: u8 = 2;
-const NO_DEVICE: u8 = 3;
-const DEVICE: u8 = 4;
-const INTEGRITY: u8 = 5;
-const REJECTED: u8 = 6;
-const RESUMABLE: u8 = 7;
-
-/// A failure as `--json` prints it.
-#[derive(Debug, Serialize)]
-pub(super) struct Failure {
-    error: FailureFacts,
-}
-
-#[derive(Debug, Serialize)]
-struct FailureFacts {
-    message: String,
-    kind: &'static str,
-    exit_code: u8,
-}
-
-impl Failure {
-    pub(super) fn new(message: String, exit_code: u8) -> Self {
-        Self { error: FailureFacts { message, kind: kind(exit_code), exit_code } }
-    }
-}
-
-/// The kind of failure that an exit code stands for.
-pub(super) fn kind(exit_code: u8) -> &'static str {
-    match exit_code {
-        USAGE => "usage",
-        NO_DEVICE => "no-device",
-        DEVICE => "device",
-        INTEGRITY => "data",
-        REJECTED => "rejected",
-        RESUMABLE => "resumable",
-        INTERRUPTED => "interrupted",
-        _ => "trouble",
-    }
-}
 
 #[derive(Debug, Error)]
 pub(super) enum CliError {

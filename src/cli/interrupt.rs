@@ -3,7 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::error::Failure;
+use super::failure::{Failure, INTERRUPTED};
 use super::progress::{answer_failure, tell};
 use crate::capture::PauseSwitch;
 use epirig_data::storage::abandon;
@@ -17,9 +17,6 @@ static TO_STOP: Mutex<Option<StopSwitch>> = Mutex::new(None);
 
 /// How long an interruption waits for a step of the disk to end.
 const DISK_PATIENCE: Duration = Duration::from_secs(10);
-
-/// 128 + SIGINT, as shells have it.
-pub(super) const INTERRUPTED: u8 = 130;
 
 fn to_stop() -> MutexGuard<'static, Option<StopSwitch>> {
     TO_STOP.lock().unwrap_or_else(PoisonError::into_inner)

@@ -12,6 +12,7 @@ mod doctor;
 mod error;
 mod evaluate;
 mod export;
+mod failure;
 mod files;
 mod grab;
 mod import;
@@ -44,7 +45,8 @@ use std::time::Instant;
 use clap::{Parser, Subcommand};
 use tracing::{Span, error, info, info_span};
 
-use error::{CliError, Failure, kind};
+use error::CliError;
+use failure::{Failure, kind};
 use log::LogArguments;
 pub use memory::keep_memory;
 use progress::{Talk, answer_failure, tell};

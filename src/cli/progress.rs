@@ -9,7 +9,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::CliError;
-use super::error::Failure;
+use super::failure::Failure;
 use epirig_core::progress::Progress;
 
 /// The progress bar on the screen. All lines, those of a log too, go through [`tell`], which takes it away meanwhile.

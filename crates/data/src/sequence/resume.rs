@@ -1,6 +1,5 @@
 //! Going on with a sequence that was interrupted at any moment.
 
-use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::path::Path;
 
@@ -32,9 +31,10 @@ impl SequenceWriter {
             removed.map_err(SequenceError::io("remove", &stop))?;
         }
         let frames = sequence.events().iter().filter_map(Event::frame);
-        let named: BTreeSet<_> = frames.map(|(kind, frame)| (kind, frame.index)).collect();
-        tracing::info!(folder = %folder.display(), frames = named.len(), "sequence opened again");
-        Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named })
+        let named = frames.map(|(kind, frame)| (kind, frame.index)).collect();
+        let writer = Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named };
+        tracing::info!(folder = %folder.display(), frames = writer.named.len(), "sequence opened again");
+        Ok(writer)
     }
 }
 

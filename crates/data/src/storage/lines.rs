@@ -4,7 +4,9 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::kind;
+#[cfg(unix)]
+use super::read::WITHOUT_WAITING;
+use super::read::kind;
 
 /// Lines are shorter than this.
 const LONGEST_LINE: u64 = 1 << 16;
@@ -35,7 +37,7 @@ pub fn open_lines(path: &Path) -> io::Result<File> {
 fn options() -> OpenOptions {
     use std::os::unix::fs::OpenOptionsExt;
 
-    let flags = super::read::WITHOUT_WAITING | rustix::fs::OFlags::NOFOLLOW;
+    let flags = WITHOUT_WAITING | rustix::fs::OFlags::NOFOLLOW;
     let mut options = File::options();
     options.read(true).append(true).create(true).custom_flags(flags.bits() as i32);
     options
