@@ -67,11 +67,7 @@ impl Scan<'_, '_> {
                     exposure: records::exposure_record(&exposures),
                     ..FrameFacts::default()
                 };
-                info!(
-                    sequence = facts.camera_sequence,
-                    mean_dn = frame.samples().mean(),
-                    "calibration frame taken"
-                );
+                info!(sequence = facts.camera_sequence, "calibration frame taken");
                 archive.frame(kind, index, frame, facts)?;
                 if self.rig.pause.pressed() {
                     return Err(CaptureError::Paused);

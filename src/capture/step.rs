@@ -61,7 +61,6 @@ impl Scan<'_, '_> {
             position_mm = after_mm,
             sequence = last.map(|exposure| exposure.sequence),
             saturated_share = share,
-            mean_dn = frame.samples().mean(),
             "frame certified"
         );
         let certificate = CertificateRecord {

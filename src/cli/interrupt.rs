@@ -72,7 +72,6 @@ fn interrupted() {
     if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
         // Whatever becomes of the words, the scan must hear of it first.
         pause.press();
-        tracing::info!("interrupted: the scan is to end after the frame in hand");
         tell("stopping after this frame; press Ctrl-C again to stop the stage now");
         return;
     }
@@ -97,11 +96,9 @@ fn interrupted() {
 fn stop(switch: &StopSwitch) {
     if switch.pressed().is_none() {
         switch.press(Urgency::Soon);
-        tracing::warn!("interrupted: the stage is to slow down and stop");
         tell("stopping; press Ctrl-C again to stop at once");
     } else {
         switch.press(Urgency::AtOnce);
-        tracing::warn!("interrupted: the stage is to stop at once");
         tell("stopping at once; press Ctrl-C again to leave without waiting for the stage");
     }
 }

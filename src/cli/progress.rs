@@ -142,7 +142,9 @@ impl Progress for Talk {
         new.set_message(what.to_owned());
         *self.told.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         new.enable_steady_tick(Duration::from_millis(200));
-        *bar() = Some(new);
+        // Who draws may have to wait for the terminal, and nobody is to wait for that.
+        let former = bar().replace(new);
+        drop(former);
     }
 
     fn advance(&self, count: u64) {

@@ -11,6 +11,7 @@ use crate::cli::progress::tell;
 pub(super) struct LogFile {
     file: File,
     path: PathBuf,
+    /// Whether trouble with it has been told.
     told: bool,
 }
 

@@ -26,7 +26,7 @@ impl<L: Link> Link for LoggedLink<L> {
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
         let sent = self.link.send(bytes);
-        trace!(port = self.link.name(), bytes = %bytes.escape_ascii(), arrived = sent.is_ok(), "sent");
+        trace!(port = self.link.name(), bytes = %bytes.escape_ascii(), ok = sent.is_ok(), "sent");
         sent
     }
 
