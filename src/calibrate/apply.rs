@@ -33,7 +33,9 @@ pub fn load_calibrated(
     sequence.check_records()?;
     let correction = calibration.photometry.correction(maps).map_err(|error| bad(error.into()))?;
     let tau = Tau::from_positions(&calibration.positions.tau).map_err(|error| bad(error.into()))?;
-    let mut volume = load(sequence, &calibration.mapping, correction, tau, progress).map_err(bad)?;
+    let span = tracing::info_span!("rectification");
+    let loaded = span.in_scope(|| load(sequence, &calibration.mapping, correction, tau, progress));
+    let mut volume = loaded.map_err(bad)?;
     if let Some(gains) = calibration.frame_gains.applied() {
         set_gains(&mut volume, gains);
     }

@@ -20,6 +20,7 @@ use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameKind, FrameRecord, Sequence};
+use tracing::{info, info_span, warn};
 
 /// A calibration and what pictures of it are drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,18 +54,29 @@ pub fn calibrate(
     let mut remarks = Remarks::default();
     remarks.notes.extend(sequence.end_in_words());
 
+    let span = info_span!("photometry").entered();
     let dark =
         read_all(sequence, &sequence.calibration_frames(FrameKind::Dark), "reading dark frames", progress)?;
     let flat =
         read_all(sequence, &sequence.calibration_frames(FrameKind::Flat), "reading flat frames", progress)?;
     refuse_exchanged(&dark, &flat)?;
     let (photometry, maps) = Photometry::find(&dark, &flat, size, plan.photometry)?;
+    info!(
+        dark_frames = dark.len(),
+        flat_frames = flat.len(),
+        dark_level = photometry.dark.applied().is_some(),
+        flat_field = photometry.flat_field.applied().is_some(),
+        "light calibrated"
+    );
     drop((dark, flat));
     remarks.of_photometry(&photometry);
     let correction = photometry.correction(&maps)?;
     let linearity = judge_linearity(plan, record.bit_depth, &mut remarks);
 
-    let mut lens = find_lens(sequence, plan, &mut remarks, progress)?;
+    drop(span);
+    let mut lens = info_span!("lens").in_scope(|| find_lens(sequence, plan, &mut remarks, progress))?;
+    info!(source = ?lens.source, focal_length_px = lens.estimate.lens.focal_length_x_px, "lens known");
+    let span = info_span!("stage_axis").entered();
     let found = match &plan.target {
         Some(target) => Some(find_axis(sequence, target, &lens.estimate, &mut remarks, progress)?),
         None => {
@@ -76,14 +88,22 @@ pub fn calibrate(
             None
         }
     };
+    drop(span);
     let direction = found.as_ref().map(|found| found.stage_axis.direction).unwrap_or_default();
     if let Some(found) = &found {
         lens.estimate = found.stage_axis.lens.clone();
     }
     let (rows, columns) = size;
+    info!(
+        roll_rad = direction.roll_rad,
+        pan_rad = direction.pan_rad,
+        target = found.is_some(),
+        "stage axis known"
+    );
     let mapping = Mapping::fitting(lens.estimate.lens, direction.roll_rad, direction.pan_rad, rows, columns)?;
     let stage_axis = found.as_ref().map(|found| found.record(mapping.camera.focal_length_px));
 
+    let _span = info_span!("positions").entered();
     let mut positions = positions(sequence, plan, found.as_ref(), &mut remarks)?;
     let gains_are_wanted = plan.photometry.frame_gain && photometry.flat_field.applied().is_some();
     let mut gains = match (plan.photometry.frame_gain, gains_are_wanted) {
@@ -95,7 +115,8 @@ pub fn calibrate(
     };
     if gains_are_wanted || texture {
         let tau = Tau::from_positions(&positions.tau)?;
-        let mut volume = load(sequence, &mapping, correction, tau, progress)?;
+        let span = info_span!("rectification");
+        let mut volume = span.in_scope(|| load(sequence, &mapping, correction, tau, progress))?;
         if gains_are_wanted {
             gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
         }
@@ -111,6 +132,9 @@ pub fn calibrate(
             "heights in mm need the focal length: take board frames ([plan] board, [board]), or write focal_length into [optics]".to_owned(),
         );
     }
+    info!(source = ?positions.source, baseline_mm = positions.baseline_mm, "positions known");
+    remarks.notes.iter().for_each(|note| info!(note, "remark"));
+    remarks.needs.iter().for_each(|need| warn!(need, "the calibration lacks something"));
     let calibration = Calibration {
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),

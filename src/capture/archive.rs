@@ -34,7 +34,9 @@ pub(super) struct Archive {
 impl Archive {
     pub(super) fn new(writer: SequenceWriter) -> Self {
         let (jobs, received) = sync_channel(WAITING);
-        let thread = std::thread::spawn(move || work(writer, &received));
+        // What it tells belongs to the scan that it writes.
+        let span = tracing::Span::current();
+        let thread = std::thread::spawn(move || span.in_scope(|| work(writer, &received)));
         Self { jobs: Some(jobs), thread: Some(thread), writer: None }
     }
 

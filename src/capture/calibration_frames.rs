@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use tracing::{info, info_span, warn};
+
 use super::archive::Archive;
 use super::rig::Arrangement;
 use super::scan::{Scan, Trust, lost_trust};
@@ -52,6 +54,7 @@ impl Scan<'_, '_> {
         let mut arranged = Arrangement::Object;
         for kind in FrameKind::CALIBRATION {
             for index in present.lacking(self.plan, kind) {
+                let _span = info_span!("frame", kind = kind.folder(), index).entered();
                 let wanted = arrangement(self.plan, kind, index);
                 let (frame, exposures) = if wanted == arranged {
                     self.look_now()?
@@ -64,6 +67,7 @@ impl Scan<'_, '_> {
                     exposure: records::exposure_record(&exposures),
                     ..FrameFacts::default()
                 };
+                info!(sequence = facts.camera_sequence, "calibration frame taken");
                 archive.frame(kind, index, frame, facts)?;
                 if self.rig.pause.pressed() {
                     return Err(CaptureError::Paused);
@@ -84,6 +88,7 @@ impl Scan<'_, '_> {
                         && lost_trust(&error) == Some(Trust::CameraStopped)
                         && attempt <= self.plan.limits.retakes =>
                 {
+                    warn!(attempt, reason = %error, "the frame is taken again");
                     self.rig.progress.note(&format!("{}, attempt {attempt}: {error}", wanted.words()));
                     attempt += 1;
                 }

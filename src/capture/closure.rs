@@ -1,5 +1,7 @@
 //! Comparing the rig with what it was: after homing, and at the end.
 
+use tracing::{info, info_span, warn};
+
 use super::CaptureError;
 use super::scan::{GoodFrame, Scan};
 use epirig_calibration::registration::{ShiftError, shift_between};
@@ -55,6 +57,7 @@ impl Scan<'_, '_> {
     /// All frames are there by then, so a camera that fails now, or a line, costs the closure only. A stage that does not come home is
     /// another matter: perhaps it has not moved for long.
     pub(super) fn close(&mut self) -> Result<(), CaptureError> {
+        let _span = info_span!("closure").entered();
         let progress = self.rig.progress;
         match self.measure_closure() {
             Ok(()) => Ok(()),
@@ -67,6 +70,7 @@ impl Scan<'_, '_> {
                 Ok(())
             }
             Err(error) if is_silence(&error) => {
+                warn!(reason = %error, "what re-homing would show is not known");
                 progress.note(&format!(
                     "note: all frames are there, but what re-homing would show is not known: {error}"
                 ));
@@ -97,6 +101,13 @@ impl Scan<'_, '_> {
         let comparison = first.map_or(Ok(None), |first| self.measure_shift(&first))?;
         self.stage_now()?.home()?;
         let home_shift_mm = self.stage_now()?.home_shift_mm();
+        let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
+        info!(
+            home_shift_mm,
+            moved_px,
+            light = comparison.as_ref().map(|found| found.light),
+            "rig compared with its beginning"
+        );
         self.closure = Some(ClosureRecord { home_shift_mm, comparison: comparison.clone() });
         comparison.map_or(Ok(()), |found| self.check_shift(&found))?;
         self.check_home_shift(home_shift_mm)

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use tracing::{info, warn};
+
 use super::calibration_frames::Present;
 use super::records::camera_record;
 use super::rig::Rig;
@@ -61,6 +63,7 @@ pub fn resume(
         rig.progress.note("the scan is complete already: nothing is to be done");
         return Ok(sequence.stop().and_then(|stop| stop.closure.clone()));
     }
+    info!(good = found.len(), missing = missing.len(), "frames checked");
     for &index in &missing {
         let file = FrameKind::Scan.file(index);
         // A program that is killed between writing a frame and naming it leaves one such file.
@@ -75,6 +78,7 @@ pub fn resume(
         // What differs is for the person to judge, and for the picture.
         let now = [scan.stage_now()?.identity().to_string(), scan.camera().identity().to_string()];
         for (was, is) in [stage, camera].into_iter().zip(now).filter(|(was, is)| *was != is) {
+            warn!(was, now = is, "the scan was begun with another device");
             scan.rig.progress.note(&format!("note: the scan was begun with {was}; now it is {is}"));
         }
         if *set != camera_record(&scan.configuration, plan.averaged) {
@@ -134,6 +138,7 @@ fn good_frames(
         match sequence.read(&frame) {
             Ok(_) => good.push(frame),
             Err(error) if error.is_of_the_file() => {
+                warn!(file = frame.file, reason = %error, "the frame is taken again");
                 progress.note(&format!("{} is taken again: {error}", frame.file));
             }
             // A file that cannot be read now may be as good as ever, and one that contradicts a record may be right.

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use tracing::{debug, info, info_span, warn};
+
 use super::archive::Archive;
 use super::rig::Rig;
 use super::{CaptureError, CapturePlan};
@@ -85,6 +87,14 @@ impl<'a, 'r> Scan<'a, 'r> {
             return Err(CaptureError::Paused);
         }
         let ready = rig.camera.now();
+        debug!(
+            positions = plan.positions_mm.len(),
+            first_mm,
+            settle_s = plan.settle.as_secs_f64(),
+            averaged = plan.averaged,
+            resumed = before.is_some(),
+            "rig ready"
+        );
         let times = TimesRecord { moving_s: ready.since(began).as_secs_f64(), ..TimesRecord::default() };
         Ok(Self {
             rig,
@@ -129,6 +139,8 @@ impl<'a, 'r> Scan<'a, 'r> {
             Err(_) => ExitStatus::Failed,
         };
         let reason = closed.as_ref().err().map(ToString::to_string);
+        let TimesRecord { total_s, moving_s, settling_s, exposing_s } = self.times;
+        info!(exit_status = status.name(), reason, total_s, moving_s, settling_s, exposing_s, "scan ended");
         let facts = StopFacts { reason, closure: self.closure.clone(), times: Some(self.times) };
         let finished = archive.finish(status, facts);
         closed?;
@@ -139,6 +151,7 @@ impl<'a, 'r> Scan<'a, 'r> {
     fn frames(&mut self, indices: &[usize], archive: &mut Archive) -> Result<(), CaptureError> {
         for (position, &index) in indices.iter().enumerate() {
             if position > 0 && self.rig.pause.pressed() {
+                info!(next = index, "paused");
                 return Err(CaptureError::Paused);
             }
             self.frame(index, archive)?;
@@ -151,6 +164,7 @@ impl<'a, 'r> Scan<'a, 'r> {
     fn frame(&mut self, index: usize, archive: &mut Archive) -> Result<(), CaptureError> {
         let mut attempt = 1;
         loop {
+            let _span = info_span!("frame", index, attempt).entered();
             let taken = self.regain(archive).and_then(|()| self.step(index, attempt));
             let error = match taken {
                 Ok((frame, facts)) => {
@@ -163,7 +177,11 @@ impl<'a, 'r> Scan<'a, 'r> {
                 }
                 Err(error) => error,
             };
-            let Some(lost) = lost_trust(&error) else { return Err(error) };
+            let Some(lost) = lost_trust(&error) else {
+                debug!(reason = %error, "another attempt would be of no use");
+                return Err(error);
+            };
+            warn!(reason = %error, ?lost, "the frame is taken again");
             if lost > self.trust {
                 self.trust = lost;
             }
@@ -185,6 +203,9 @@ impl<'a, 'r> Scan<'a, 'r> {
 
     /// Makes the rig what it was, as far as that has been lost.
     fn regain(&mut self, archive: &mut Archive) -> Result<(), CaptureError> {
+        if self.trust != Trust::Whole {
+            warn!(lost = ?self.trust, reason = self.lost_by, steps_in_doubt = self.steps_in_doubt, "recovering the rig");
+        }
         match self.trust {
             Trust::Whole => return Ok(()),
             Trust::CameraStopped => {
@@ -227,6 +248,8 @@ impl<'a, 'r> Scan<'a, 'r> {
                 format!("frame {} taken again has moved by {moved_px:.3} px", found.frame)
             },
         );
+        let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
+        info!(after, home_shift_mm, moved_px, "the scan goes on");
         self.rig.progress.note(&format!("the scan goes on: the stage is homed; {words}"));
         Ok(ResumedRecord { after, home_shift_mm, comparison, at: now() })
     }
@@ -235,6 +258,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         /// How long a person who stops it waits, at most.
         const SLICE: Duration = Duration::from_secs(1);
         let wait = self.plan.limits.wait;
+        warn!(seconds = wait.as_secs_f64(), "waiting for the camera");
         self.rig.progress.note(&format!("waiting up to {:.0} s for the camera", wait.as_secs_f64()));
         let until = self.rig.camera.now().after(wait);
         loop {
@@ -275,6 +299,7 @@ impl<'a, 'r> Scan<'a, 'r> {
                 Err(error @ StageError::Stopped { .. }) => return Err(error.into()),
                 Err(error) => error,
             };
+            warn!(reason = %source, "the stage is not back");
             if source.consequence().remedy != Remedy::WaitThenHome {
                 // A motor that runs against its end again and again does not get better.
                 in_vain += 1;
@@ -310,6 +335,9 @@ impl<'a, 'r> Scan<'a, 'r> {
         /// More than any stage has of play that is worth a measurement.
         const CLEARANCE_MM: f64 = 1.0;
         let from_above = self.at_mm > position_mm;
+        if from_above {
+            debug!(from_mm = self.at_mm, position_mm, "approached from below");
+        }
         self.at_mm = position_mm;
         let stage = self.stage_now()?;
         if from_above {
@@ -341,6 +369,12 @@ fn set_as_before(
     for pinned in &mut configuration.pinned {
         let wanted = before.controls.get(&pinned.name).filter(|wanted| **wanted != pinned.value);
         if let Some(wanted) = wanted {
+            info!(
+                control = pinned.name,
+                was = pinned.value,
+                now = wanted,
+                "control set as before the interruption"
+            );
             camera.set_control(&pinned.name, &wanted.to_string())?;
             pinned.value = *wanted;
             // It follows from a control.

@@ -1,5 +1,7 @@
 //! One stop of the scan: move, settle, look, and certify.
 
+use tracing::{debug, info};
+
 use super::motion_watch::stands_still;
 use super::scan::Scan;
 use super::{CaptureError, records};
@@ -22,6 +24,12 @@ impl Scan<'_, '_> {
         let arrived = self.camera().now();
         self.times.moving_s += arrived.since(begun).as_secs_f64();
         let at_rest = arrived.after(self.plan.settle);
+        debug!(
+            position_mm = before_mm,
+            seconds = arrived.since(begun).as_secs_f64(),
+            settle_s = self.plan.settle.as_secs_f64(),
+            "arrived"
+        );
         self.camera().at_stop(index);
         let (frame, exposures) = self.look(at_rest)?;
         // Read again after the exposure: a stage that has crept away or restarted meanwhile spoils the frame.
@@ -48,6 +56,13 @@ impl Scan<'_, '_> {
                 return Err(CaptureError::NoMotion { index, step_mm });
             }
         }
+        info!(
+            commanded_mm,
+            position_mm = after_mm,
+            sequence = last.map(|exposure| exposure.sequence),
+            saturated_share = share,
+            "frame certified"
+        );
         let certificate = CertificateRecord {
             attempt,
             readings_mm: [before_mm, after_mm],

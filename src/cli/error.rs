@@ -1,10 +1,10 @@
-//! Errors as a person and a script see them.
+//! Errors as a person and a script see them: a line on stderr, an exit code, and with `--json` a [`Failure`](super::failure::Failure).
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::interrupt::INTERRUPTED;
+use super::failure::{DEVICE, INTEGRITY, INTERRUPTED, NO_DEVICE, REJECTED, RESUMABLE, TROUBLE, USAGE};
 use crate::calibrate::CalibrateError;
 use crate::capture::CaptureError;
 use crate::doctor::DoctorError;
@@ -25,14 +25,6 @@ use epirig_matcher::MatchError;
 use epirig_matcher::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
 use epirig_matcher::surface::SurfaceError;
 use epirig_simulator::SimulatorError;
-
-const TROUBLE: u8 = 1;
-const USAGE: u8 = 2;
-const NO_DEVICE: u8 = 3;
-const DEVICE: u8 = 4;
-const INTEGRITY: u8 = 5;
-const REJECTED: u8 = 6;
-const RESUMABLE: u8 = 7;
 
 #[derive(Debug, Error)]
 pub(super) enum CliError {

@@ -3,7 +3,8 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::progress::tell;
+use super::failure::{Failure, INTERRUPTED};
+use super::progress::{answer_failure, tell};
 use crate::capture::PauseSwitch;
 use epirig_data::storage::abandon;
 use epirig_devices::stage::{StopSwitch, Urgency};
@@ -16,9 +17,6 @@ static TO_STOP: Mutex<Option<StopSwitch>> = Mutex::new(None);
 
 /// How long an interruption waits for a step of the disk to end.
 const DISK_PATIENCE: Duration = Duration::from_secs(10);
-
-/// 128 + SIGINT, as shells have it.
-pub(super) const INTERRUPTED: u8 = 130;
 
 fn to_stop() -> MutexGuard<'static, Option<StopSwitch>> {
     TO_STOP.lock().unwrap_or_else(PoisonError::into_inner)
@@ -81,14 +79,14 @@ fn interrupted() {
     match switch.filter(|switch| switch.pressed() != Some(Urgency::AtOnce)) {
         Some(switch) => stop(&switch),
         None => {
-            tell(match abandon(DISK_PATIENCE) {
-                true => {
-                    "error: interrupted; a scan keeps the frames it has, and nothing else was left half-written"
-                }
+            let words = match abandon(DISK_PATIENCE) {
+                true => "interrupted; a scan keeps the frames it has, and nothing else was left half-written",
                 false => {
-                    "error: interrupted while the disk did not answer; hidden folders .epirig-* may be left, which the next command there removes"
+                    "interrupted while the disk did not answer; hidden folders .epirig-* may be left, which the next command there removes"
                 }
-            });
+            };
+            tell(&format!("error: {words}"));
+            answer_failure(&Failure::new(words.to_owned(), INTERRUPTED));
             std::process::exit(i32::from(INTERRUPTED));
         }
     }

@@ -12,6 +12,7 @@ mod doctor;
 mod error;
 mod evaluate;
 mod export;
+mod failure;
 mod files;
 mod grab;
 mod import;
@@ -19,6 +20,7 @@ mod init;
 mod interrupt;
 mod licences;
 mod linearity;
+mod log;
 mod match_arguments;
 mod matching;
 mod memory;
@@ -38,12 +40,16 @@ mod target;
 mod verify;
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::{Parser, Subcommand};
+use tracing::{Span, error, info, info_span};
 
 use error::CliError;
+use failure::{Failure, kind};
+use log::LogArguments;
 pub use memory::keep_memory;
-use progress::{Talk, tell};
+use progress::{Talk, answer_failure, tell};
 
 const EXIT_CODES: &str =
     "Exit codes: 0 done, 1 file, disk or memory trouble, 2 wrong use, 3 no device, 4 device fault, \
@@ -65,12 +71,14 @@ Examples:
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
-    /// Print the result as JSON on stdout
+    /// Print the result as JSON on stdout; a failure as {"error": {"message": ..., "kind": ..., "exit_code": N}}
     #[arg(long, global = true)]
     json: bool,
     /// Say nothing but errors and the result
     #[arg(long, short, global = true)]
     quiet: bool,
+    #[command(flatten)]
+    log: LogArguments,
 }
 
 /// The table of verbs: each has a file of its own, and is listed here in the order of the help.
@@ -86,6 +94,13 @@ macro_rules! verbs {
                 match self {
                     $(Self::$verb(verb) => verb.run(talk),)+
                 }
+            }
+
+            fn name(&self) -> String {
+                let name = match self {
+                    $(Self::$verb(_) => stringify!($verb),)+
+                };
+                name.to_lowercase()
             }
         }
     };
@@ -126,21 +141,48 @@ fn start_threads() {
     }
 }
 
+impl Verb {
+    /// Whether it may take frames, of which a log is kept.
+    fn scans(&self) -> bool {
+        matches!(self, Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Demo(_))
+    }
+
+    /// Does what it is for, within a span of its own.
+    fn run_logged(self, talk: &Talk) -> Result<(), CliError> {
+        let begun = Instant::now();
+        let span: Span = info_span!("verb", verb = self.name());
+        let _entered = span.enter();
+        info!(version = env!("CARGO_PKG_VERSION"), pid = std::process::id(), "begun");
+        let done = self.run(talk);
+        let seconds = begun.elapsed().as_secs_f64();
+        match &done {
+            Ok(()) => info!(seconds, "done"),
+            Err(failure) => {
+                let exit_code = failure.exit_code();
+                error!(seconds, exit_code, kind = kind(exit_code), reason = failure.in_words(), "failed");
+            }
+        }
+        done
+    }
+}
+
 /// Runs the program with the process's arguments. To be called while there is one thread.
 pub fn main() -> ExitCode {
     // Where it cannot, everything works, a little slower.
     keep_memory();
     let cli = Cli::parse();
     let talk = Talk::new(cli.json, cli.quiet);
+    let listening = log::listen(&cli.log, cli.quiet, cli.verb.scans());
     if let Err(error) = interrupt::install() {
         talk.say(&format!("note: Ctrl-C will leave hidden .epirig- folders behind: {error}"));
     }
     start_threads();
-    match cli.verb.run(&talk) {
+    match listening.and_then(|()| cli.verb.run_logged(&talk)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             talk.clear();
             tell(&format!("error: {}", error.in_words()));
+            answer_failure(&Failure::new(error.in_words(), error.exit_code()));
             ExitCode::from(error.exit_code())
         }
     }

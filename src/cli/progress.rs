@@ -1,18 +1,56 @@
 //! What the program says while it works: talk to stderr, data to stdout.
 
 use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use super::CliError;
+use super::failure::Failure;
 use epirig_core::progress::Progress;
 
-/// A line to stderr. Who has closed it, or let it fill up, does not want to hear; the work goes on.
+/// The progress bar on the screen. All lines, those of a log too, go through [`tell`], which takes it away meanwhile.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Whether stdout is to hold JSON, and whether it holds its one object.
+static JSON: AtomicBool = AtomicBool::new(false);
+static ANSWERED: AtomicBool = AtomicBool::new(false);
+
+fn bar() -> MutexGuard<'static, Option<ProgressBar>> {
+    BAR.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A line to stderr, above the progress bar. Who has closed it, or let it fill up, does not want to hear; the work goes on.
 pub(super) fn tell(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{}", harmless(line));
+    let write = || {
+        let _ = writeln!(std::io::stderr().lock(), "{}", harmless(line));
+    };
+    // Whoever has a line to tell while this one is written waits for the bar only.
+    let shown = bar().clone().filter(|bar| !bar.is_hidden());
+    match shown {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    }
+}
+
+/// A failure as the JSON object on stdout, if that is to hold JSON and holds none yet.
+pub(super) fn answer_failure(failure: &Failure) {
+    if JSON.load(Ordering::SeqCst)
+        && !ANSWERED.swap(true, Ordering::SeqCst)
+        && let Ok(line) = serde_json::to_string(failure)
+    {
+        // Whoever does not read it has the exit code, and the line on stderr.
+        let _ = print(&(line + "\n"));
+    }
+}
+
+/// Text to stdout as it is.
+fn print(text: &str) -> std::io::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())
 }
 
 /// A line without characters that a terminal would obey: words of a file or a device may stand in it.
@@ -23,9 +61,7 @@ fn harmless(line: &str) -> String {
 
 /// The program's voice.
 pub(super) struct Talk {
-    json: bool,
     quiet: bool,
-    bar: Mutex<Option<ProgressBar>>,
     /// Where there is no terminal to draw on: when the latest line about progress was written.
     told: Mutex<Instant>,
 }
@@ -35,17 +71,14 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 
 impl Talk {
     pub(super) fn new(json: bool, quiet: bool) -> Self {
-        Self { json, quiet, bar: Mutex::new(None), told: Mutex::new(Instant::now()) }
+        JSON.store(json, Ordering::SeqCst);
+        Self { quiet, told: Mutex::new(Instant::now()) }
     }
 
-    /// A line for the person, above the progress bar.
+    /// A line for the person.
     pub(super) fn say(&self, line: &str) {
         if !self.quiet {
-            // A hidden bar would swallow the line.
-            match self.bar().as_ref().filter(|bar| !bar.is_hidden()) {
-                Some(bar) => bar.println(harmless(line)),
-                None => tell(line),
-            }
+            tell(line);
         }
     }
 
@@ -55,49 +88,48 @@ impl Talk {
         data: &impl Serialize,
         text: impl FnOnce() -> String,
     ) -> Result<(), CliError> {
-        if self.json {
-            let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
-            self.print(&(line + "\n"))
-        } else {
-            self.print(&text())
+        if !JSON.load(Ordering::SeqCst) {
+            return self.print(&text());
+        }
+        let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
+        match ANSWERED.swap(true, Ordering::SeqCst) {
+            // An interruption has answered, and ends the program.
+            true => Ok(()),
+            false => self.print(&(line + "\n")),
         }
     }
 
     /// Text to stdout as it is.
     pub(super) fn print(&self, text: &str) -> Result<(), CliError> {
-        let mut stdout = std::io::stdout().lock();
-        match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        match print(text) {
             // Who has read enough, as `head` has, is not to hear of an error.
             Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             printed => Ok(printed?),
         }
     }
 
-    /// Does something with the screen to itself.
+    /// Does something with the screen to itself. Lines are told meanwhile, and wait for nobody.
     pub(super) fn aside<R>(&self, act: impl FnOnce() -> R) -> R {
-        match self.bar().as_ref() {
-            Some(bar) => bar.suspend(act),
-            None => act(),
-        }
+        let Some(hidden) = bar().take() else { return act() };
+        let done = hidden.suspend(act);
+        *bar() = Some(hidden);
+        done
     }
 
     /// Takes the progress bar off the screen.
     pub(super) fn clear(&self) {
-        if let Some(bar) = self.bar().take() {
+        let shown = bar().take();
+        if let Some(bar) = shown {
             bar.finish_and_clear();
         }
-    }
-
-    fn bar(&self) -> std::sync::MutexGuard<'_, Option<ProgressBar>> {
-        self.bar.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
 
 impl Progress for Talk {
     fn begin(&self, what: &str, total: u64) {
-        let bar = ProgressBar::new(total);
+        let new = ProgressBar::new(total);
         let silent = self.quiet || !std::io::stderr().is_terminal();
-        bar.set_draw_target(if silent { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
+        new.set_draw_target(if silent { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
         // A single step shows that it is alive; more show how long they will take.
         let template = if total > 1 {
             "{msg:>22} [{bar:32}] {pos}/{len}  {eta} left"
@@ -105,18 +137,20 @@ impl Progress for Talk {
             "{msg:>22} {spinner} {elapsed}"
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.progress_chars("=> "));
+            new.set_style(style.progress_chars("=> "));
         }
-        bar.set_message(what.to_owned());
-        *self.told.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Instant::now();
-        bar.enable_steady_tick(Duration::from_millis(200));
-        *self.bar() = Some(bar);
+        new.set_message(what.to_owned());
+        *self.told.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+        new.enable_steady_tick(Duration::from_millis(200));
+        // Who draws may have to wait for the terminal, and nobody is to wait for that.
+        let former = bar().replace(new);
+        drop(former);
     }
 
     fn advance(&self, count: u64) {
-        let Some(bar) = self.bar().clone() else { return };
+        let Some(bar) = bar().clone() else { return };
         bar.inc(count);
-        let mut told = self.told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         if bar.is_hidden() && !self.quiet && told.elapsed() >= LINE_EVERY {
             *told = Instant::now();
             let (done, all, left) = (bar.position(), bar.length().unwrap_or_default(), bar.eta());

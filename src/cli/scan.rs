@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::rig::{Hands, Stages};
-use super::{CliError, Talk, interrupt};
+use super::{CliError, Talk, interrupt, log};
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
 use crate::profile::Profile;
 use crate::rig::{capture_plan, open_camera};
@@ -64,6 +64,7 @@ pub(super) fn scan(
     course: Course,
     talk: &Talk,
 ) -> Result<Captured, CliError> {
+    log::beside(folder, course == Course::Resumed);
     let pause = PauseSwitch::default();
     interrupt::pauses(pause.clone());
     let mut rig = Rig {

@@ -1,5 +1,7 @@
 //! Everything that is to be found out, in its order.
 
+use tracing::{info, info_span, warn};
+
 use super::motion::measure_motion;
 use super::prediction::{Prediction, Prospect};
 use super::repeatability::{RETURNS, measure_repeatability};
@@ -34,10 +36,17 @@ pub fn examine(
     if plan.scan.positions_mm.len() < 2 {
         return Err(DoctorError::EmptyPlan(plan.scan.positions_mm.len()));
     }
+    let _span = info_span!("examination").entered();
     progress.begin("examining", PARTS);
     let found = examine_parts(stage, camera, plan, progress);
     progress.end();
     let report = found?;
+    for Check { name, verdict, finding, advice } in &report.checks {
+        match verdict {
+            Verdict::Good | Verdict::Unknown => info!(check = name, ?verdict, finding, "checked"),
+            Verdict::Warning | Verdict::Bad => warn!(check = name, ?verdict, finding, advice, "checked"),
+        }
+    }
     camera.stop()?;
     Ok(report)
 }

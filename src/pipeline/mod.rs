@@ -10,6 +10,7 @@ use epirig_core::statistics::upper_median;
 use std::time::Instant;
 
 use thiserror::Error;
+use tracing::{info, info_span};
 
 pub use calibration::calibrate_sequence;
 
@@ -75,10 +76,14 @@ pub fn load(
     calibration: Option<&(Calibration, Maps)>,
     progress: &dyn Progress,
 ) -> Result<Volume, PipelineError> {
-    Ok(match calibration {
+    let _span = info_span!("reading", rectified = calibration.is_some()).entered();
+    let volume = match calibration {
         Some((calibration, maps)) => load_calibrated(sequence, calibration, maps, progress)?,
         None => load_volume(sequence, progress)?,
-    })
+    };
+    let (frames, rows, columns) = (volume.frames(), volume.rows(), volume.columns());
+    info!(folder = %sequence.folder().display(), frames, rows, columns, "frames read");
+    Ok(volume)
 }
 
 /// What pictures show.
@@ -109,16 +114,24 @@ pub fn measure(
     let frames: Vec<usize> = (0..volume.frames()).collect();
     let epi = volume.selected(&[y], &frames, volume.tau().clone());
     let begun = Instant::now();
+    let span = info_span!("matching").entered();
     let matcher = Matcher::new(volume, options.clone())?;
     let maps = matcher.matched(progress)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let heights =
-        geometry(sequence, calibration).and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
+    info!(seconds, answered = maps.share(Answer::Found), reference = maps.reference, "matched");
+    drop(span);
+    let heights = info_span!("surface").in_scope(|| {
+        let heights = geometry(sequence, calibration)
+            .and_then(|geometry| heights(geometry, &maps.disparity, &maps.sigma));
+        info!(distance_mm = heights.as_ref().map(|heights| heights.distance_mm), "heights found");
+        heights
+    });
     let lines = Lines::new(epi.tau(), maps.reference, epi.columns());
     let mut summary = summarise(sequence, &lines, &maps, options, heights.as_ref(), seconds);
     summary.calibration = calibration.map(Calibration::hash);
     summary.positions = positions_name(calibration.map(|calibration| calibration.positions.source));
 
+    let _span = info_span!("results").entered();
     progress.begin("writing results", 1);
     write_maps(folder, &maps, heights.as_ref())?;
     let (candidates, costs) = matcher.row_costs(y, &maps);
@@ -128,6 +141,7 @@ pub fn measure(
     }
     folder.write_summary(&summary)?;
     progress.end();
+    info!("results written");
     Ok(Measurement { maps, heights, summary })
 }
 

@@ -63,7 +63,7 @@ pub fn rectify_sequence(
         }
         Frame::new(volume.rows(), volume.columns(), BIT_DEPTH, Samples::U16(samples))
     };
-    write_derived(out, derived.clone(), frame, progress)?;
+    tracing::info_span!("rectification").in_scope(|| write_derived(out, derived.clone(), frame, progress))?;
     Ok(derived)
 }
 

@@ -11,6 +11,7 @@ mod hostile_files;
 mod independent_readers;
 #[cfg(unix)]
 mod killed_scans;
+mod logging;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
 mod pixel_locking;

@@ -267,3 +267,22 @@ fn stop_stops_the_stage_of_a_scan_in_mid_move_and_the_scan_can_be_resumed() {
     let ended = sequence.stop().map(|stop| stop.exit_status);
     assert_eq!(ended, Some(epirig_data::sequence::ExitStatus::Aborted));
 }
+
+#[test]
+fn the_log_has_what_goes_over_the_line_and_what_has_failed() {
+    let stage = simulated("grbl", &[]);
+    let output =
+        epirig(stage.path(), &["stage", "move", "9999", "--driver", "grbl", "--port", "port", "-vvv"]);
+    assert_eq!(output.status.code(), Some(2));
+    let log = String::from_utf8(output.stderr).unwrap();
+    for words in [
+        "DEBUG line opened port=\"port\"",
+        "TRACE sent port=\"port\" bytes=$I\\n ok=true",
+        "TRACE received port=\"port\" bytes=[VER:1.1h",
+        "INFO stage connected device=\"GRBL 1.1h",
+        "WARN move: move failed device=\"GRBL 1.1h",
+        "ERROR failed ",
+    ] {
+        assert!(log.contains(words), "{words}: {log}");
+    }
+}

@@ -13,8 +13,9 @@ use epirig_simulator::{Simulator, SimulatorConfig};
 /// Runs the program and waits for it.
 pub fn epirig(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("epirig");
-    // A profile of whoever runs the tests is not to be met.
-    command.current_dir(folder).env("XDG_CONFIG_HOME", folder).args(arguments).output().unwrap()
+    // Profile and wishes of whoever runs the tests are not to be met.
+    command.current_dir(folder).env("XDG_CONFIG_HOME", folder).env_remove("EPIRIG_LOG");
+    command.args(arguments).output().unwrap()
 }
 
 /// Runs the program, which must succeed, and gives what it prints.

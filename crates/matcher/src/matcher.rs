@@ -1,6 +1,7 @@
 //! The stations of the matcher in their order: range, costs, mapping, sub-pixel fit, verdict for each pixel.
 
 use rayon::prelude::*;
+use tracing::{debug, debug_span};
 
 use super::cost::{Band, CostTable, band_costs};
 use super::edge_refinement::refine_edges;
@@ -114,6 +115,17 @@ fn matched(
     let rule = SeenRule { minimum_frames, ..seen_rule(volume, options, ordering) };
 
     let rows = volume.rows();
+    debug!(
+        minimum_px = range.minimum_px,
+        maximum_px = range.maximum_px,
+        range_found,
+        candidates = candidates.count(),
+        %ordering,
+        minimum_frames,
+        quick,
+        "range and ordering"
+    );
+    let pass = debug_span!("search").entered();
     progress.begin("matching", halved.as_ref().map_or(rows, Halved::rows) as u64);
     let task = Task { volume, lines: &lines, range, ordering, rule, options };
     let Searched { mut guess, cost, confidence, answer: searched, deviation_share } = {
@@ -129,6 +141,8 @@ fn matched(
         // A free search has windows that lie to one side of a pixel.
         refine_edges(task, &mut guess, 1 + options.window_px / 2);
     }
+    debug!(deviation_share, "searched");
+    drop(pass);
     let steps = match (&halved, options.refine) {
         (_, false) => 0,
         // One was taken at half the resolution.
@@ -144,10 +158,13 @@ fn matched(
         rule,
         deviation_share,
     };
+    let pass = debug_span!("fit").entered();
     progress.begin("refining", (rows * steps.max(1)) as u64);
     let found = fit(volume, &lines, guess, fit_options, || progress.advance(1));
     let FitResult { disparity, sigma, outliers, locking_px, locking } = found;
     progress.end();
+    debug!(steps, pixel_locking = locking_px.is_some(), "fitted");
+    drop(pass);
 
     let mut maps = DisparityMaps {
         disparity,

@@ -25,7 +25,7 @@ pub use load::load_volume;
 pub use nominal_lens::{FocalLength, NominalLens};
 pub use pixels::{DecodedImage, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header};
 pub use positions::read_positions;
-pub use reader::Sequence;
+pub use reader::{JOURNAL, Sequence};
 pub use record::{
     CameraRecord, CertificateRecord, ClosureRecord, ComparisonRecord, Event, ExitStatus, ExposureRecord,
     FORMAT_VERSION, FrameKind, FrameRecord, Intrinsics, Origin, ResumedRecord, RetakeRecord, SequenceRecord,

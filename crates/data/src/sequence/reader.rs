@@ -15,8 +15,8 @@ use epirig_core::tau::Tau;
 
 /// The start record.
 pub(super) const START: &str = "sequence.json";
-/// What happened.
-pub(super) const JOURNAL: &str = "journal.jsonl";
+/// Name of the journal in a sequence's folder: what happened, a line for each event.
+pub const JOURNAL: &str = "journal.jsonl";
 /// The final record.
 pub(super) const STOP: &str = "stop.json";
 

@@ -32,7 +32,9 @@ impl SequenceWriter {
         }
         let frames = sequence.events().iter().filter_map(Event::frame);
         let named = frames.map(|(kind, frame)| (kind, frame.index)).collect();
-        Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named })
+        let writer = Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named };
+        tracing::info!(folder = %folder.display(), frames = writer.named.len(), "sequence opened again");
+        Ok(writer)
     }
 }
 

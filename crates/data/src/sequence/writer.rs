@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+use tracing::{debug, info};
+
 use super::error::SequenceError;
 use super::pixels::encode_png;
 use super::reader::{JOURNAL, START, STOP, Sequence};
@@ -88,6 +90,7 @@ impl SequenceWriter {
         write_record(&mut *disk, &building.join(START), record)?;
         publish(&mut *disk, &building, folder)?;
         let lock = lock(folder)?;
+        info!(folder = %folder.display(), uid = record.uid, frames = record.frames, "sequence begun");
         Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes: 0, named: BTreeSet::new() })
     }
 
@@ -202,6 +205,7 @@ impl SequenceWriter {
             FrameKind::Board => Event::Board(record),
         })?;
         self.named.insert((kind, index));
+        debug!(kind = kind.folder(), index, bytes = encoded.len(), "frame written");
         Ok(())
     }
 
@@ -238,7 +242,10 @@ impl SequenceWriter {
             times: facts.times,
             stopped: now(),
         };
-        write_record(&mut *self.disk, &self.folder.join(STOP), &record)
+        write_record(&mut *self.disk, &self.folder.join(STOP), &record)?;
+        let (exit_status, frames, reason) = (exit_status.name(), record.frames, record.reason);
+        info!(folder = %self.folder.display(), exit_status, frames, reason, "sequence ended");
+        Ok(())
     }
 }
 

@@ -13,6 +13,7 @@ mod disk;
 mod faulty;
 mod inside;
 mod interruption;
+mod lines;
 mod read;
 mod record;
 mod replace;
@@ -22,6 +23,7 @@ pub use disk::{Disk, RealDisk, is_in_the_making, is_of_the_system, is_own_folder
 pub use faulty::{DiskFault, FaultyDisk};
 pub use inside::read_inside;
 pub use interruption::{Step, abandon};
+pub use lines::open_lines;
 pub use read::kind;
 pub use read::{ReadError, open_file, read_file, read_named, read_text};
 pub use record::{RecordError, RecordFault, parse_record, parse_value, read_record};

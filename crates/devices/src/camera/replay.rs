@@ -32,7 +32,9 @@ impl ReplayCamera {
     /// [`CameraError::Sequence`] if it cannot be opened.
     pub fn open(folder: &Path) -> Result<Self, CameraError> {
         let sequence = Sequence::open(folder)?;
-        Ok(Self { sequence, next: 0, started: false, now: Moment::from_ns(1), asked: None })
+        let camera = Self { sequence, next: 0, started: false, now: Moment::from_ns(1), asked: None };
+        tracing::info!(device = %camera.identity(), "camera opened");
+        Ok(camera)
     }
 
     fn name(&self) -> String {

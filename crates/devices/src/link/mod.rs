@@ -7,6 +7,7 @@ mod choice;
 mod error;
 mod inbox;
 mod lock;
+mod logged;
 #[cfg(not(feature = "serial"))]
 mod no_serial;
 mod replay;
@@ -21,6 +22,7 @@ pub use choice::{PortChoice, PortFacts, UsbFacts, choose};
 pub use error::LinkError;
 pub use inbox::Inbox;
 pub use lock::{PortLock, holder};
+pub use logged::LoggedLink;
 #[cfg(not(feature = "serial"))]
 pub use no_serial::{PtyServer, ask_holder_to_stop, open, ports, serve};
 pub use replay::Replay;

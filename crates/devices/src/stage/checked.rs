@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use tracing::{debug, debug_span, info, warn};
+
 use super::axis::{Axis, Homed, Motion};
 use super::limits::REPORT_ROUNDING_MM;
 use super::{MotionLimits, PositionAfter, Stage, StageError, StageIdentity, StageState, StopSwitch};
@@ -44,6 +46,7 @@ pub struct CheckedStage<A> {
 impl<A: Axis> CheckedStage<A> {
     /// Holds `axis` to the default limits; every position is approached directly.
     pub fn over(axis: A) -> Self {
+        info!(device = %axis.identity(), travel_mm = axis.travel_mm(), is_homed = axis.is_homed(), "stage connected");
         Self {
             is_known: axis.is_homed(),
             axis,
@@ -118,16 +121,8 @@ impl<A: Axis> CheckedStage<A> {
     }
 }
 
-impl<A: Axis> Stage for CheckedStage<A> {
-    fn identity(&self) -> StageIdentity {
-        self.axis.identity()
-    }
-
-    fn travel_mm(&self) -> f64 {
-        self.axis.travel_mm()
-    }
-
-    fn home(&mut self) -> Result<(), StageError> {
+impl<A: Axis> CheckedStage<A> {
+    fn home_and_check(&mut self) -> Result<(), StageError> {
         self.refuse_if_stopped()?;
         (self.is_known, self.rest_mm, self.home_shift_mm) = (false, None, None);
         let Homed { position_mm, shift_mm } = self.axis.home()?;
@@ -143,7 +138,7 @@ impl<A: Axis> Stage for CheckedStage<A> {
         Ok(())
     }
 
-    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
+    fn approach(&mut self, position_mm: f64) -> Result<(), StageError> {
         if !self.is_known {
             return Err(StageError::NotHomed);
         }
@@ -163,6 +158,40 @@ impl<A: Axis> Stage for CheckedStage<A> {
         }
         self.go_to(position_mm)
     }
+}
+
+impl<A: Axis> Stage for CheckedStage<A> {
+    fn identity(&self) -> StageIdentity {
+        self.axis.identity()
+    }
+
+    fn travel_mm(&self) -> f64 {
+        self.axis.travel_mm()
+    }
+
+    fn home(&mut self) -> Result<(), StageError> {
+        let _span = debug_span!("home").entered();
+        let began = self.axis.now();
+        let homed = self.home_and_check();
+        let (device, seconds) = (self.identity(), self.axis.now().saturating_sub(began).as_secs_f64());
+        match &homed {
+            Ok(()) => info!(%device, seconds, home_shift_mm = self.home_shift_mm, "homed"),
+            Err(reason) => warn!(%device, seconds, %reason, "homing failed"),
+        }
+        homed
+    }
+
+    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
+        let _span = debug_span!("move", position_mm).entered();
+        let began = self.axis.now();
+        let moved = self.approach(position_mm);
+        let (device, seconds) = (self.identity(), self.axis.now().saturating_sub(began).as_secs_f64());
+        match &moved {
+            Ok(()) => debug!(%device, position_mm, seconds, "moved"),
+            Err(reason) => warn!(%device, position_mm, seconds, %reason, "move failed"),
+        }
+        moved
+    }
 
     fn state(&mut self) -> Result<StageState, StageError> {
         let state = self.axis.state()?;
@@ -172,6 +201,10 @@ impl<A: Axis> Stage for CheckedStage<A> {
     fn stop(&mut self) -> Result<(), StageError> {
         self.rest_mm = None;
         let stopped = self.axis.stop();
+        match &stopped {
+            Ok(()) => info!(device = %self.identity(), "stopped"),
+            Err(reason) => warn!(device = %self.identity(), %reason, "the stage could not be stopped"),
+        }
         self.weigh(stopped)
     }
 

@@ -4,6 +4,8 @@ mod stream;
 
 use std::time::Duration;
 
+use tracing::{debug, info, warn};
+
 use super::automatic::exposure_unit;
 use super::configure::{configure, layout, write_and_compare};
 use super::control::{Control, find_control};
@@ -56,6 +58,7 @@ struct Configured {
 impl<D: VideoDevice> CheckedCamera<D> {
     /// A camera that is neither configured nor started.
     pub fn new(device: D) -> Self {
+        info!(device = %device.identity(), "camera opened");
         Self { device, configured: None, stream: None }
     }
 
@@ -96,9 +99,11 @@ impl<D: VideoDevice> CheckedCamera<D> {
                     if tries > RESTARTS || !error.is_mended_by_restart() {
                         return Err(error);
                     }
+                    warn!(device = self.name(), tries, reason = %error, "the stream does not start; it is tried again");
                 }
             }
         };
+        debug!(device = self.name(), buffers = made, interval_s = interval.as_secs_f64(), "stream started");
         self.stream = Some(Stream::new(Timing::new(interval, exposure, made)));
         self.settle(deadline)?;
         self.check_controls()
@@ -136,7 +141,8 @@ impl<D: VideoDevice> CheckedCamera<D> {
     }
 
     /// Stops, configures as before, and starts.
-    fn restart(&mut self, deadline: Moment) -> Result<(), CameraError> {
+    fn restart(&mut self, reason: &CameraError, deadline: Moment) -> Result<(), CameraError> {
+        warn!(device = self.name(), %reason, "the stream is set up anew");
         self.stream = None;
         // A stream that has broken down may refuse to be stopped; starting it tells.
         let _ = self.device.stop();
@@ -146,6 +152,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
 
     /// Whatever comes after an error must start from a known state.
     fn give_up(&mut self, error: &CameraError) {
+        warn!(device = self.name(), reason = %error, "the camera is stopped");
         self.stream = None;
         if matches!(error, CameraError::Gone { .. }) {
             self.device.let_go();
@@ -242,6 +249,10 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
                 reason: format!("the format {} is not understood", configuration.format.four_cc),
             }
         })?;
+        info!(device = self.name(), %configuration, "camera configured");
+        for Pinned { name, value, .. } in &configuration.pinned {
+            debug!(device = self.name(), control = name, value, "control set and watched");
+        }
         let layout = layout(&configuration.format, pixels, settings);
         self.configured =
             Some(Configured { settings: settings.clone(), configuration: configuration.clone(), layout });
@@ -258,7 +269,7 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
             if restarts > RESTARTS || !error.is_mended_by_restart() || self.device.now() >= deadline {
                 break;
             }
-            started = self.restart(deadline);
+            started = self.restart(error, deadline);
         }
         if let Err(error) = &started {
             self.give_up(error);
@@ -279,7 +290,7 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
             if hopeless || self.device.now() >= deadline {
                 break;
             }
-            attempt = match self.restart(deadline) {
+            attempt = match self.restart(error, deadline) {
                 Ok(()) => self.take_and_confirm(moment, deadline, &mut passed),
                 Err(error) => Err(error),
             };
@@ -304,7 +315,11 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
                 self.configure_as_before()?;
                 self.start()
             });
-            let Err(error) = attempt else { return Ok(()) };
+            let Err(error) = attempt else {
+                warn!(device = self.name(), "the camera is back");
+                return Ok(());
+            };
+            debug!(device = self.name(), reason = %error, "the camera is not back");
             // Another camera in its place stays another one.
             if matches!(error, CameraError::AnotherCamera { .. }) {
                 return Err(error);

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use tracing::{debug, trace};
+
 use super::CheckedCamera;
 use crate::camera::device::{FilledBuffer, VideoDevice};
 use crate::camera::moment::Moment;
@@ -91,6 +93,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                     self.device.check_signal()?;
                     agreeing.clear();
                     passed.unsteady += 1;
+                    debug!(sequence = buffer.sequence, reason = objection, "not steady yet");
                     passed.reason = Some(objection);
                 }
             }
@@ -100,6 +103,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         }
         // The median: settings may have taken effect between two frames of the first few.
         agreeing.sort_by(f64::total_cmp);
+        debug!(frames, difference_dn = agreeing.get(agreeing.len() / 2), "the picture is steady");
         if let Some(stream) = &mut self.stream {
             stream.steady_dn = agreeing.get(agreeing.len() / 2).copied();
             // Some drivers leave the number at zero.
@@ -142,6 +146,16 @@ impl<D: VideoDevice> CheckedCamera<D> {
             let camera = self.name();
             let Some(stream) = &mut self.stream else { return Err(CameraError::NotStarted { camera }) };
             let timed = stream.timing.judge(&buffer);
+            let sequence = buffer.sequence;
+            trace!(
+                buffer = buffer.index,
+                sequence,
+                bytes = buffer.bytes_used,
+                stamp_ns = buffer.stamp.as_ns(),
+                received_ns = buffer.received.as_ns(),
+                flags = buffer.flags,
+                "buffer"
+            );
             let ahead =
                 stream.sequence.replace(buffer.sequence).map(|before| buffer.sequence.wrapping_sub(before));
             let follows = match (ahead, stream.numbered) {
@@ -151,11 +165,15 @@ impl<D: VideoDevice> CheckedCamera<D> {
             if follows != 1 {
                 // Whatever is compared with the next frame must be its neighbour.
                 stream.latest = None;
-                passed.missed = passed.missed.saturating_add(follows.saturating_sub(1).min(1 << 16));
+                let missed = follows.saturating_sub(1).min(1 << 16);
+                passed.missed = passed.missed.saturating_add(missed);
+                debug!(sequence, missed, "the driver has lost frames");
             }
             if !timed.fresh {
                 passed.stale += 1;
                 stream.latest = None;
+                // At every stop there are as many as the move has taken; the next one that counts tells how many.
+                trace!(sequence, reason = "too old", "frame passed over");
                 self.device.requeue(buffer)?;
                 continue;
             }
@@ -165,6 +183,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 Ok(frame) => return Ok(Some((frame, buffer, timed))),
                 Err(Damage::Frame(reason)) => {
                     passed.damaged += 1;
+                    debug!(sequence, reason, "frame passed over");
                     passed.reason = Some(reason);
                     if let Some(stream) = &mut self.stream {
                         stream.latest = None;
@@ -200,9 +219,16 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 Some(Err(objection)) => {
                     self.device.check_signal()?;
                     passed.unsteady += 1;
+                    debug!(sequence = buffer.sequence, reason = objection, "frame passed over");
                     passed.reason = Some(objection);
                 }
                 Some(Ok(difference)) => {
+                    debug!(
+                        sequence = buffer.sequence,
+                        difference_dn = difference.typical_dn,
+                        too_old = passed.stale,
+                        "frame accepted"
+                    );
                     let facts = FrameFacts {
                         requested: moment,
                         exposure_start: timed.exposure_start,

@@ -13,7 +13,7 @@ use rustix::process::{Pid, Signal};
 use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
 use serialport::{SerialPort, SerialPortType, TTYPort};
 
-use super::{LineNoise, Link, LinkError, PortFacts, PortLock, SimulatedDevice, UsbFacts, holder};
+use super::{LineNoise, Link, LinkError, LoggedLink, PortFacts, PortLock, SimulatedDevice, UsbFacts, holder};
 
 pub use pty::PtyServer;
 
@@ -92,7 +92,7 @@ fn keep_control_lines(path: &str) -> Result<(), LinkError> {
 /// # Errors
 /// [`LinkError`] if there is no such port, another process has it, or the user may not open it.
 pub fn open(path: &str, baud: u32) -> Result<Box<dyn Link>, LinkError> {
-    Ok(Box::new(SerialLink::open(path, baud)?))
+    Ok(Box::new(LoggedLink::new(SerialLink::open(path, baud)?)))
 }
 
 /// Puts a simulated device behind a pseudo-terminal; see [`PtyServer::start`].

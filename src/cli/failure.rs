@@ -1,0 +1,63 @@
+//! Exit codes, and what `--json` prints of a failure.
+
+use serde::Serialize;
+
+/// Trouble with a file, a disk or memory.
+pub(super) const TROUBLE: u8 = 1;
+/// Wrong use.
+pub(super) const USAGE: u8 = 2;
+/// No such device, or no access to it.
+pub(super) const NO_DEVICE: u8 = 3;
+/// A device failed.
+pub(super) const DEVICE: u8 = 4;
+/// Data are bad or damaged.
+pub(super) const INTEGRITY: u8 = 5;
+/// Frames do not give a calibration.
+pub(super) const REJECTED: u8 = 6;
+/// A scan has ended too early, and can be resumed.
+pub(super) const RESUMABLE: u8 = 7;
+/// 128 + SIGINT, as shells have it.
+pub(super) const INTERRUPTED: u8 = 130;
+
+/// A failure as `--json` prints it on stdout:
+///
+/// ```json
+/// {"error": {"message": "there is no row 90 to draw; the last is 23", "kind": "usage", "exit_code": 2}}
+/// ```
+///
+/// `message` is the line of stderr without `error: `. `kind` stands for the exit code: `trouble` (1), `usage` (2), `no-device` (3),
+/// `device` (4), `data` (5), `rejected` (6), `resumable` (7), `interrupted` (130).
+///
+/// stdout holds one object at most. A verb that has printed its result, as `verify` prints what it has found, prints no second one. Options
+/// that cannot be parsed are told on stderr only.
+#[derive(Debug, Serialize)]
+pub(super) struct Failure {
+    error: FailureFacts,
+}
+
+#[derive(Debug, Serialize)]
+struct FailureFacts {
+    message: String,
+    kind: &'static str,
+    exit_code: u8,
+}
+
+impl Failure {
+    pub(super) fn new(message: String, exit_code: u8) -> Self {
+        Self { error: FailureFacts { message, kind: kind(exit_code), exit_code } }
+    }
+}
+
+/// The kind of failure that an exit code stands for.
+pub(super) fn kind(exit_code: u8) -> &'static str {
+    match exit_code {
+        USAGE => "usage",
+        NO_DEVICE => "no-device",
+        DEVICE => "device",
+        INTEGRITY => "data",
+        REJECTED => "rejected",
+        RESUMABLE => "resumable",
+        INTERRUPTED => "interrupted",
+        _ => "trouble",
+    }
+}

@@ -1,0 +1,92 @@
+//! The log of a scan, beside its journal.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::file::LogFile;
+use crate::cli::progress::tell;
+use epirig_data::sequence::{JOURNAL, refuse_busy, refuse_existing};
+use epirig_data::storage::{is_there, open_lines};
+
+/// Its name in the folder of the sequence.
+const NAME: &str = "log.jsonl";
+
+/// Lines that wait for the folder, at most, in bytes; what comes then is lost.
+const MOST_WAITING: usize = 1 << 20;
+
+/// Where the lines go.
+enum Place {
+    Nowhere,
+    /// A new scan has no folder until the rig has shown that it works. `None`: not even its name is known.
+    Waiting(Option<PathBuf>, Vec<u8>),
+    File(LogFile),
+}
+
+static PLACE: Mutex<Place> = Mutex::new(Place::Nowhere);
+
+fn place() -> MutexGuard<'static, Place> {
+    PLACE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// From now on lines wait until it is known where the scan goes.
+pub(super) fn wait_for_folder() {
+    *place() = Place::Waiting(None, Vec::new());
+}
+
+/// The scan goes into `folder`: one that is not there yet, or if it is resumed, a sequence that nobody writes. Into any other one
+/// nothing is logged.
+pub(in crate::cli) fn beside(folder: &Path, resumed: bool) {
+    let usable = if resumed { refuse_busy(folder).is_ok() } else { refuse_existing(folder).is_ok() };
+    let mut place = place();
+    match &mut *place {
+        Place::Waiting(known, _) if usable => *known = Some(folder.to_owned()),
+        place => *place = Place::Nowhere,
+    }
+}
+
+/// Takes whole lines.
+pub(super) struct ScanLog;
+
+impl Write for ScanLog {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        place().take(line);
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Place {
+    fn take(&mut self, line: &[u8]) {
+        match self {
+            Self::Nowhere => {}
+            Self::File(file) => file.put(line),
+            Self::Waiting(folder, lines) => {
+                if lines.len() + line.len() <= MOST_WAITING {
+                    lines.extend_from_slice(line);
+                }
+                let made = |folder: &mut PathBuf| is_there(&folder.join(JOURNAL)).unwrap_or(false);
+                if let Some(folder) = folder.take_if(made) {
+                    *self = Self::opened(&folder.join(NAME), lines);
+                }
+            }
+        }
+    }
+
+    fn opened(path: &Path, lines: &[u8]) -> Self {
+        match open_lines(path) {
+            Ok(file) => {
+                let mut file = LogFile::new(file, path.to_owned());
+                file.put(lines);
+                Self::File(file)
+            }
+            Err(error) => {
+                tell(&format!("note: {}: the scan goes on without a log: {error}", path.display()));
+                Self::Nowhere
+            }
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The log on the terminal.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::time::Instant;
+
+use tracing::{Event, Subscriber};
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields, FormattedFields};
+use tracing_subscriber::registry::LookupSpan;
+
+use crate::cli::progress::tell;
+
+/// Takes whole lines, and shares the terminal with the progress bar.
+pub(super) struct Terminal;
+
+impl Write for Terminal {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        // Words of a device may hold anything; a line stays one.
+        tell(&String::from_utf8_lossy(line).trim_end().replace('\n', "\u{fffd}"));
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// An event as a line: seconds since the program began, level, spans, message and fields, and the part of the program that a filter
+/// names. The span of the verb is left out: whoever has typed it knows it.
+pub(super) struct Line {
+    began: Instant,
+}
+
+impl Line {
+    pub(super) fn since_now() -> Self {
+        Self { began: Instant::now() }
+    }
+}
+
+impl<S, N> FormatEvent<S, N> for Line
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(
+        &self,
+        context: &FmtContext<'_, S, N>,
+        mut to: Writer<'_>,
+        event: &Event<'_>,
+    ) -> fmt::Result {
+        let metadata = event.metadata();
+        write!(to, "{:8.3} {:>5} ", self.began.elapsed().as_secs_f64(), metadata.level())?;
+        for span in context.event_scope().into_iter().flat_map(|scope| scope.from_root().skip(1)) {
+            to.write_str(span.name())?;
+            if let Some(fields) = span.extensions().get::<FormattedFields<N>>()
+                && !fields.is_empty()
+            {
+                write!(to, "{{{fields}}}")?;
+            }
+            to.write_str(": ")?;
+        }
+        context.format_fields(to.by_ref(), event)?;
+        writeln!(to, " [{}]", metadata.target())
+    }
+}
