@@ -30,9 +30,7 @@ impl<'a> Devices<'a> {
     ) -> Result<Self, CliError> {
         let plan = capture_plan(profile)?;
         if profile.camera.is_simulated() && !profile.stage.is_simulated() {
-            return Err(CliError::Usage(
-                "--camera sim looks at the stage in memory; add --driver sim".to_owned(),
-            ));
+            talk.say("note: the camera is simulated, and shows the object where the stage says that it is: a rehearsal");
         }
         let stages = Stages::new(profile, transcript, talk)?;
         let OpenCamera { camera, view } = open_camera(profile, &stages.watch())?;

@@ -1,21 +1,22 @@
-//! `epirig stage home`, `move`, `position` and `stop`.
+//! `epirig stage home`, `move`, `position`, `stop` and `drivers`.
 
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
-use super::rig::{Options, RigArgument, StageArguments, Stages, home};
+use super::rig::{Options, RigArgument, StageArguments, Stages, driver, home};
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use epirig_devices::link::{LinkError, ask_holder_to_stop};
-use epirig_devices::stage::{Stage, StageSource};
+use epirig_devices::stage::{Driver, Stage, StageSource, drivers};
 
-/// Move the stage: home it, send it to a position, ask for its position, stop it
+/// Move the stage: home it, send it to a position, ask for its position, stop it; list its drivers
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage home
   epirig stage move 12.5
   epirig stage position --json
-  epirig stage stop")]
+  epirig stage stop
+  epirig stage drivers grbl")]
 pub(super) struct StageVerb {
     #[command(subcommand)]
     what: What,
@@ -27,6 +28,7 @@ enum What {
     Move(Move),
     Position(Position),
     Stop(Stop),
+    Drivers(Drivers),
 }
 
 impl StageVerb {
@@ -36,6 +38,7 @@ impl StageVerb {
             What::Move(verb) => verb.run(talk),
             What::Position(verb) => verb.run(talk),
             What::Stop(verb) => verb.run(talk),
+            What::Drivers(verb) => verb.run(talk),
         }
     }
 }
@@ -92,6 +95,43 @@ struct Stop {
 struct Position {
     #[command(flatten)]
     stage: WhichStage,
+}
+
+/// List the drivers of stages, or print the page of one
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig stage drivers
+  epirig stage drivers zaber                            its settings, and what to know of it")]
+struct Drivers {
+    /// The driver whose page is wanted
+    #[arg(value_parser = driver(|_| true))]
+    name: Option<Driver>,
+}
+
+#[derive(Serialize)]
+struct DriverOutput {
+    name: &'static str,
+    summary: &'static str,
+    /// The keys of section `stage` that are its own.
+    keys: Vec<String>,
+    page: &'static str,
+}
+
+impl Drivers {
+    fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let wanted = self.name.map_or_else(drivers, |driver| vec![driver]);
+        let output = |driver: &Driver| DriverOutput {
+            name: driver.name(),
+            summary: driver.summary(),
+            keys: driver.keys().iter().map(|key| key.path()).collect(),
+            page: driver.page(),
+        };
+        let found: Vec<DriverOutput> = wanted.iter().map(output).collect();
+        talk.result(&found, || match self.name {
+            Some(driver) => driver.page().to_owned(),
+            None => found.iter().map(|driver| format!("{:8}{}\n", driver.name, driver.summary)).collect(),
+        })
+    }
 }
 
 /// The stage of a rig.

@@ -8,7 +8,7 @@ use super::record;
 use epirig_calibration::lens::{Distortion, Lens};
 use epirig_core::settings::Settings;
 use epirig_devices::camera::pixels::BayerUse;
-use epirig_devices::camera::{CameraChoice, Size};
+use epirig_devices::camera::{Size, camera_driver};
 use epirig_devices::stage::Driver;
 
 epirig_core::choices! {
@@ -75,7 +75,7 @@ pub struct CameraProfile {
 impl CameraProfile {
     /// Whether it is the simulated camera, which looks at the simulator.
     pub fn is_simulated(&self) -> bool {
-        self.device.as_ref().is_some_and(|text| text.parse() == Ok(CameraChoice::Simulated))
+        camera_driver(self.device.as_deref()).is_simulated()
     }
 }
 

@@ -18,6 +18,7 @@
 mod camera;
 mod error;
 mod plan;
+mod shown;
 mod simulator;
 mod stage;
 

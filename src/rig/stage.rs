@@ -1,6 +1,7 @@
 //! The stage of a profile.
 
 use super::RigError;
+use super::shown::Shown;
 use crate::profile::Profile;
 use epirig_devices::link::{Link, LinkError, PortChoice, choose, open, ports};
 use epirig_devices::stage::{
@@ -34,7 +35,8 @@ impl<'a> RigStage<'a> {
         Self { tap: Some(tap), ..self }
     }
 
-    /// A view on where the carriage of a simulated stage truly is, whichever connection moves it.
+    /// Where a simulated camera sees the carriage, whichever connection moves it: where a stage in memory truly is, or where a stage
+    /// over a line says that it is.
     pub fn watch(&self) -> StagePosition {
         self.watch.clone()
     }
@@ -68,6 +70,11 @@ impl StageSource for RigStage<'_> {
         let stage = &profile.stage;
         let axis = stage.driver.connect(&mut connection, &stage.settings)?;
         let limits = MotionLimits { tolerance_mm: stage.tolerance_mm };
-        Ok(Box::new(CheckedStage::over(axis).with_limits(limits).approaching_by(stage.approach_mm)))
+        let checked = CheckedStage::over(axis).with_limits(limits).approaching_by(stage.approach_mm);
+        // A stage in memory shows where it truly is.
+        if profile.camera.is_simulated() && !stage.is_simulated() {
+            return Ok(Box::new(Shown::new(checked, watch.clone())));
+        }
+        Ok(Box::new(checked))
     }
 }
