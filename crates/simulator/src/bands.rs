@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
 use super::chess::Chess;
+use super::error::SimulatorError;
 
 /// Chess-boards along the upper and the lower edge of a tile: `columns` x `rows` squares each, in the middle between left and right. There
 /// the tile has no hollows. To the left and to the right of the squares it is white paper. Edges of squares are soft by 0.45 px of the

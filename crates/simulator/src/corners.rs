@@ -1,6 +1,6 @@
 //! Where the corners of chess-boards truly lie in the simulator's frames.
 
-use super::Simulator;
+use super::simulator::Simulator;
 
 /// An inner corner of a band on the tile, in a frame as the camera gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,10 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::chess::{Chess, SOFTNESS_PX, step};
+use super::error::SimulatorError;
+use super::optics::Optics;
 use super::rays::Rays;
 use super::render::{self, GROUND};
 use super::sight::Sight;
-use super::{Optics, SimulatorError};
 use epirig_core::grid::Grid;
 
 /// Least and largest tilt of the board against the image plane, in rad: 20 and 35 degrees.
@@ -108,7 +109,7 @@ impl HandBoard {
         let filled = between(FILLED, van_der_corput(pose, 7));
         let [axis_u, axis_v] = axes(tilt_rad, direction_rad, roll_rad);
 
-        let sight = Sight::new(optics);
+        let sight = optics.sight();
         let (right, bottom) = (optics.columns as f64 - 1.0, optics.rows as f64 - 1.0);
         let margin = (MARGIN * right.min(bottom)).max(LEAST_MARGIN_PX);
         let (share_x, share_y) = PLACES[pose % PLACES.len()];
@@ -159,7 +160,7 @@ impl HandBoard {
 
     /// Inner corners of the board in a pose: (column, row, x, y).
     pub(super) fn corners(&self, optics: &Optics, pose: &BoardPose) -> Vec<(usize, usize, f64, f64)> {
-        let sight = Sight::new(optics);
+        let sight = optics.sight();
         let projected = |(column, row, u, v)| {
             let (x, y) = sight.raw_pixel(pose.ray(u, v));
             (column, row, x, y)
@@ -169,7 +170,7 @@ impl HandBoard {
 
     /// The light on the sensor with the board in a pose, as a share of full scale at reflectance 1.
     pub(super) fn irradiance(&self, optics: &Optics, pose: BoardPose) -> Grid<f32> {
-        let sight = Sight::new(optics);
+        let sight = optics.sight();
         let softness_mm = SOFTNESS_PX * pose.centre_mm[2] / optics.focal_length_px;
         let chess = self.chess(softness_mm);
         let (half_u, half_v) = self.half_plate_mm();
@@ -244,7 +245,7 @@ mod tests {
                 assert!((0.819..=0.9398).contains(&facing), "pose {number}: {facing}");
                 assert!(dot(pose.axis_u, pose.axis_v).abs() < 1e-12);
                 for (u, v) in [(-96.0, -72.0), (96.0, -72.0), (96.0, 72.0), (-96.0, 72.0)] {
-                    let (x, y) = Sight::new(&optics).raw_pixel(pose.ray(u, v));
+                    let (x, y) = optics.sight().raw_pixel(pose.ray(u, v));
                     assert!(
                         x > 3.0 && x < right - 3.0 && y > 3.0 && y < bottom - 3.0,
                         "pose {number}: ({x}, {y})"

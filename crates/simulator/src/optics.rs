@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
 use super::distortion::Distortion;
+use super::error::SimulatorError;
 use super::pinhole::Pinhole;
 use super::sight::Sight;
 
@@ -72,7 +72,7 @@ impl Optics {
         if self.pan_rad.is_nan() || self.pan_rad.abs() >= MOST_PAN_RAD {
             return bad("pan in rad", self.pan_rad, "between -0.5 and 0.5");
         }
-        let sight = Sight::new(self);
+        let sight = self.sight();
         for (x, y) in self.border() {
             let raw = sight.raw_ray(x, y);
             if raw.0.is_nan() || !self.distortion.unfolded_up_to(raw) {
@@ -89,16 +89,26 @@ impl Optics {
         Ok(())
     }
 
+    /// The camera's geometry, made ready for many pixels.
+    pub(super) fn sight(&self) -> Sight {
+        Sight::new(
+            self.focal_length_px,
+            (self.principal_point_x_px, self.principal_point_y_px),
+            self.distortion,
+            (self.roll_rad, self.pan_rad),
+        )
+    }
+
     /// Direction (X / Z, Y / Z), in the rectified frame, of the ray through image point (x, y), to 1e-13. NaN for points far outside
     /// of the image where the lens shows nothing.
     pub fn ray(&self, x: f64, y: f64) -> (f64, f64) {
-        Sight::new(self).ray(x, y)
+        self.sight().ray(x, y)
     }
 
     /// Image point of the ray (X / Z, Y / Z) of the rectified frame; the inverse of [`ray`](Self::ray). It may lie outside of the
     /// image. NaN for rays that do not come from ahead of the camera.
     pub fn pixel(&self, ray: (f64, f64)) -> (f64, f64) {
-        Sight::new(self).pixel(ray)
+        self.sight().pixel(ray)
     }
 
     /// The ideal pinhole with this focal length, principal point and image: what the rectified view would be at its simplest.
@@ -130,7 +140,7 @@ impl Optics {
             );
         }
         // An image that does not fold has its steepest rays on its border.
-        let sight = Sight::new(self);
+        let sight = self.sight();
         self.border().map(|(x, y)| sight.ray(x, y)).fold((0.0, 0.0), |(steepest_a, steepest_b), (a, b)| {
             (a.abs().max(steepest_a), b.abs().max(steepest_b))
         })

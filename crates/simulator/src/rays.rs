@@ -1,6 +1,6 @@
 //! The rays of many points of an image row: a lens bends them so smoothly that few need be solved for.
 
-use super::Optics;
+use super::optics::Optics;
 
 /// Solved rays lie this share of the focal length apart: the angle that a stretch between two of them sees, in rad.
 const STRETCH_RAD: f64 = 1.0 / 256.0;
@@ -89,7 +89,6 @@ impl Cubic {
 #[cfg(test)]
 mod tests {
     use super::super::distortion::Distortion;
-    use super::super::sight::Sight;
     use super::*;
 
     #[test]
@@ -105,7 +104,7 @@ mod tests {
                 distortion,
                 ..Optics::square(512, focal_length_px)
             };
-            let sight = Sight::new(&optics);
+            let sight = optics.sight();
             let rays = Rays::new(&optics, |x, y| sight.ray(x, y));
             let x = |index: usize| (index as f64 - 7.0) / 3.0;
             let mut row = vec![(0.0, 0.0); 512 * 3];

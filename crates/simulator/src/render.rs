@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Optics;
+use super::optics::Optics;
 use super::rays::Rays;
 use epirig_core::grid::Grid;
 

@@ -6,8 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
 use super::bands::Bands;
+use super::error::SimulatorError;
 
 /// A surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

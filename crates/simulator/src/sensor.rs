@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
+use super::error::SimulatorError;
 use epirig_core::frame::{Frame, Samples, full_scale};
 use epirig_core::grid::Grid;
 

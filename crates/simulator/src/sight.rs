@@ -1,6 +1,5 @@
-//! From pixel to ray and back: what [`Optics`] state, made ready for many pixels.
+//! From pixel to ray and back: a camera's geometry, made ready for many pixels.
 
-use super::Optics;
 use super::distortion::Distortion;
 use super::turn::Turn;
 
@@ -14,13 +13,19 @@ pub(super) struct Sight {
 }
 
 impl Sight {
-    pub(super) fn new(optics: &Optics) -> Self {
-        let turned = optics.roll_rad != 0.0 || optics.pan_rad != 0.0;
+    /// The geometry of a camera with this focal length and principal point (column, row), turned by this roll and pan.
+    pub(super) fn new(
+        focal_length_px: f64,
+        principal_point_px: (f64, f64),
+        distortion: Distortion,
+        (roll_rad, pan_rad): (f64, f64),
+    ) -> Self {
+        let turned = roll_rad != 0.0 || pan_rad != 0.0;
         Self {
-            focal_length_px: optics.focal_length_px,
-            principal_point_px: (optics.principal_point_x_px, optics.principal_point_y_px),
-            distortion: (!optics.distortion.is_none()).then_some(optics.distortion),
-            turn: turned.then(|| Turn::new(optics.roll_rad, optics.pan_rad)),
+            focal_length_px,
+            principal_point_px,
+            distortion: (!distortion.is_none()).then_some(distortion),
+            turn: turned.then(|| Turn::new(roll_rad, pan_rad)),
         }
     }
 
