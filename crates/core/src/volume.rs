@@ -1,6 +1,7 @@
 //! The rectified spatio-temporal block f(x, y, t), laid out so that an EPI is contiguous.
 
 mod halved;
+mod means;
 mod refilled;
 
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use thiserror::Error;
 
 use crate::frame::{Frame, Samples, full_scale};
 use crate::tau::Tau;
-use halved::copy_means;
+use means::copy_means;
 
 /// Why a frame does not go into a volume.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

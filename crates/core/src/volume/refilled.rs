@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Samples, Volume, full_scale};
+use super::Volume;
+use crate::frame::{Samples, full_scale};
 
 impl Volume {
     /// The volume with samples that `fill` makes of those that it had, in DN of `bit_depth`; [fine](Self::fine) if asked for. They take the place of
