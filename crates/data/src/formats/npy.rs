@@ -2,7 +2,7 @@
 
 use npyz::{NpyFile, Order, WriterBuilder};
 
-use super::{FormatError, malformed};
+use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};
 
 pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {

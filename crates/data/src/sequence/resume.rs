@@ -1,13 +1,14 @@
 //! Going on with a sequence that was interrupted at any moment.
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::path::Path;
 
-use super::SequenceError;
+use super::error::SequenceError;
+use super::lock::lock;
 use super::reader::{JOURNAL, LARGEST_JOURNAL, STOP, Sequence, event};
 use super::record::{Event, FrameKind};
 use super::writer::SequenceWriter;
-use crate::storage::{Disk, is_in_the_making, open_file, read_file};
+use crate::storage::{Disk, is_in_the_making, read_file};
 
 impl SequenceWriter {
     /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files in the making and the
@@ -34,14 +35,6 @@ impl SequenceWriter {
         let named = frames.map(|(kind, frame)| (kind, frame.index)).collect();
         Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named })
     }
-}
-
-/// Refuses a sequence that another program writes now.
-///
-/// # Errors
-/// [`SequenceError::Busy`], or that its journal cannot be opened.
-pub fn refuse_busy(folder: &Path) -> Result<(), SequenceError> {
-    lock(folder).map(drop)
 }
 
 /// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's length.
@@ -76,15 +69,4 @@ fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> 
         }
     }
     Ok(())
-}
-
-/// Keeps other programs from writing the same sequence, where the file system knows locks.
-pub fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
-    let path = folder.join(JOURNAL);
-    let journal = open_file(&path)?;
-    match journal.try_lock() {
-        Ok(()) => Ok(Some(journal)),
-        Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),
-        Err(TryLockError::Error(_)) => Ok(None),
-    }
 }

@@ -5,13 +5,13 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::error::SequenceError;
+use super::lock::lock;
 use super::pixels::encode_png;
 use super::reader::{JOURNAL, START, STOP, Sequence};
 use super::record::{
     CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
     FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
 };
-use super::resume::lock;
 use crate::storage::{Disk, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
 use epirig_core::frame::Frame;
 

@@ -17,13 +17,14 @@ mod read;
 mod record;
 mod replace;
 mod scratch;
+mod step;
 
 pub use disk::{Disk, RealDisk, is_in_the_making, is_of_the_system, is_own_folder, is_there, write_whole};
 pub use faulty::{DiskFault, FaultyDisk};
 pub use inside::read_inside;
-pub use interruption::{Step, abandon};
-pub use read::kind;
-pub use read::{ReadError, open_file, read_file, read_named, read_text};
+pub use interruption::abandon;
+pub use read::{ReadError, kind, open_file, read_file, read_named, read_text};
 pub use record::{RecordError, RecordFault, parse_record, parse_value, read_record};
 pub use replace::{put_in_place, recover};
 pub use scratch::{Scratch, is_scratch, is_writing, parent};
+pub use step::Step;

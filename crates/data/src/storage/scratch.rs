@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::Step;
+use super::step::Step;
 
 /// How names of scratch folders begin.
 const PREFIX: &str = ".epirig-";
