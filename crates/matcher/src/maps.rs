@@ -1,7 +1,7 @@
 //! What the matcher hands on.
 
+use super::candidates::DisparityRange;
 use super::locking::PixelLocking;
-use super::options::DisparityRange;
 use epirig_core::grid::Grid;
 
 /// Whether a pixel has an answer, and if not, why.

@@ -2,15 +2,15 @@
 
 use rayon::prelude::*;
 
+use super::candidates::Candidates;
+use super::candidates::DisparityRange;
 use super::cost::{Band, CostTable, band_costs};
 use super::edge_refinement::refine_edges;
-use super::lines::{Candidates, Lines, SeenRule};
+use super::lines::{Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{
-    DisparityRange, Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint,
-};
+use super::options::{Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, fit};

@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
+use super::candidates::{Candidates, DisparityRange};
 use super::interpolation::Interpolation;
-use super::lines::Candidates;
 use epirig_core::volume::Volume;
 
 epirig_core::choices! {
@@ -111,15 +111,6 @@ epirig_core::choices! {
         /// One side without the ordering constraint, none with it.
         Automatic = "auto",
     }
-}
-
-/// A closed interval of disparities, in pixels over the whole baseline.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DisparityRange {
-    /// Smallest disparity, in px.
-    pub minimum_px: f64,
-    /// Largest disparity, in px.
-    pub maximum_px: f64,
 }
 
 /// Most candidates that are searched for a pixel: their indices and the tables of a band must fit.

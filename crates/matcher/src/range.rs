@@ -5,9 +5,11 @@
 
 use rayon::prelude::*;
 
+use super::candidates::Candidates;
+use super::candidates::DisparityRange;
 use super::cost::{Band, band_costs};
-use super::lines::{Candidates, Lines, SeenRule};
-use super::options::{DisparityRange, MatchOptions, Occlusion, OrderingConstraint, Search};
+use super::lines::{Lines, SeenRule};
+use super::options::{MatchOptions, Occlusion, OrderingConstraint, Search};
 use super::search::survey::RowSurvey;
 use super::winner::{confidences, winners};
 use epirig_core::tau::Tau;

@@ -1,8 +1,9 @@
 //! The costs against their definitions, written down plainly in f64: no rows, no running sums, no shared samples.
 
 use super::{Band, band_costs};
+use crate::candidates::Candidates;
 use crate::interpolation::Interpolation;
-use crate::lines::{Candidates, Lines, SeenRule};
+use crate::lines::{Lines, SeenRule};
 use crate::{DisparityRange, MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;

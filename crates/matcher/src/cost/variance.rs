@@ -2,7 +2,9 @@
 
 use fearless_simd::Level;
 
-use super::{Band, best_side, kernels};
+use super::band::Band;
+use super::kernels;
+use super::sides::best_side;
 use crate::interpolation::Interpolation;
 use crate::lines::{Lines, SeenRule, Sightings};
 

@@ -9,8 +9,9 @@ mod tests;
 
 use std::ops::Range;
 
+use super::candidates::DisparityRange;
 use super::lines::{Lines, SeenRule};
-use super::options::{DisparityRange, LARGEST_WINDOW_PX, MatchError, MatchOptions};
+use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
 use super::refine::stepped;
 use super::search::{Searched, Task, search};

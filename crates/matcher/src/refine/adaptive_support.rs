@@ -7,8 +7,8 @@
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::Fit;
 use super::creases::decide_creases;
+use super::fit::Fit;
 use super::foreshortening::take_off_drift;
 use super::neighbours::take_neighbours;
 use super::planes::{ObservationPlanes, SparePlanes, SurfacePlanes};

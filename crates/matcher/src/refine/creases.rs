@@ -8,7 +8,8 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 
 use super::carried::CarriedPlane;
-use super::planes::{PAD, SurfacePlanes};
+use super::padded::PAD;
+use super::planes::SurfacePlanes;
 
 /// Planes this far from a pixel are those of the faces, in px: windows reach 3 px, ...
 const BESIDE_PX: RangeInclusive<isize> = 3..=6;

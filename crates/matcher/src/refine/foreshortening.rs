@@ -8,7 +8,8 @@
 
 use rayon::prelude::*;
 
-use super::planes::{ObservationPlanes, PAD, SurfacePlanes};
+use super::padded::PAD;
+use super::planes::{ObservationPlanes, SurfacePlanes};
 
 /// The largest variance of a blur that is believed, in px^2: a point spread of sigma 2 px.
 const LARGEST_BLUR: f64 = 4.0;

@@ -17,6 +17,7 @@
 mod adaptive_support;
 mod carried;
 mod creases;
+mod fit;
 mod foreshortening;
 mod gains;
 mod in_view;
@@ -26,6 +27,7 @@ mod moments;
 mod neighbours;
 mod observations;
 mod outlier_test;
+mod padded;
 mod planes;
 mod smoothing;
 mod spline;
@@ -38,42 +40,19 @@ use rayon::prelude::*;
 
 use super::lines::{Lines, SeenRule};
 use super::locking::LockingAmplitudes;
-use super::options::Effort;
 use adaptive_support::join_observations;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
+pub use fit::Fit;
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use outlier_test::outliers_of_row;
-use planes::{PAD, Padded};
+use padded::{PAD, Padded};
 use spline::SLOPE_NOISE_GAIN;
 use steps::{Steps, extremes};
 use visibility::visible_intervals;
 
-/// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
-const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
 /// Texture must raise the mean squared gradient this far above what noise alone does.
 const TEXTURE_OVER_NOISE: f64 = 4.0;
-/// The noise is averaged over this reach, in px.
-const NOISE_REACH: usize = 3;
-
-/// How the fit is done.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fit {
-    /// Side of the smallest window, in px, odd.
-    pub window_px: usize,
-    /// Where a window leaves a larger sigma than this, in px, it grows as far as it has to, up to 11 px, and on surfaces without relief
-    /// up to 21 px.
-    pub wanted_sigma_px: f64,
-    /// With [`Effort::Quick`] windows are the smallest, centred on the pixel or beside it, and no other are tried.
-    pub effort: Effort,
-    /// Gauss-Newton steps; 0 leaves the disparity and only states its sigma.
-    pub steps: usize,
-    /// Which frames count.
-    pub rule: SeenRule,
-    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
-    pub deviation_share: Option<f32>,
-}
-
 /// What the fit found: planes of rows x columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitResult {

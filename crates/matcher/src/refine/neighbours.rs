@@ -5,7 +5,8 @@
 use rayon::prelude::*;
 
 use super::carried::CarriedPlane;
-use super::planes::{PAD, Padded, SurfacePlanes};
+use super::padded::{PAD, Padded};
+use super::planes::SurfacePlanes;
 use super::window_growth::LEAST_GAIN;
 
 /// Planes are taken from this far along rows and columns, in px: as far as square windows that straddle reach.

@@ -2,7 +2,8 @@
 //! both surfaces at once.
 
 use super::mixed_pixels::{APART_PX, BESIDE_PX};
-use super::planes::{ObservationPlanes, PAD};
+use super::padded::PAD;
+use super::planes::ObservationPlanes;
 use crate::contrast::contrast;
 use crate::lines::Lines;
 use epirig_core::grid::Grid;
@@ -43,7 +44,7 @@ fn is_beside_another(guesses: &[f32], x: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::refine::planes::Padded;
+    use crate::refine::padded::Padded;
     use epirig_core::tau::Tau;
 
     const COLUMNS: usize = 40;

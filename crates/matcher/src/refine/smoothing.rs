@@ -16,7 +16,8 @@ mod tests;
 
 use rayon::prelude::*;
 
-use super::planes::{PAD, Padded, SurfacePlanes};
+use super::padded::{PAD, Padded};
+use super::planes::SurfacePlanes;
 use super::support::APART_BY_CHANCE;
 use pools::{Excess, pooled};
 

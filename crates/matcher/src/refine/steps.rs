@@ -9,14 +9,19 @@ use super::mixed_pixels::RowSamples;
 use super::observations::{
     FramesAsked, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
 };
-use super::planes::{ObservationPlanes, PAD};
+use super::padded::PAD;
+use super::planes::ObservationPlanes;
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::visible_intervals;
-use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::lines::{Lines, SeenRule};
 use crate::options::{Effort, Occlusion};
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
+
+/// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
+const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
+/// The noise is averaged over this reach, in px.
+const NOISE_REACH: usize = 3;
 
 /// Frames that the steps before the last look at.
 const COARSE_FRAMES: usize = 33;

@@ -6,6 +6,7 @@
 //! 2006), and its slants, where they are known, are the pixel's. On one plane everything within reach takes part, so nothing of the information is lost; at a step or
 //! a ridge the support ends.
 
+mod rule;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -13,32 +14,16 @@ mod tests;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
-use super::planes::{ObservationPlanes, PAD, Padded, PlaneRow, SurfacePlanes};
+use super::padded::{PAD, Padded};
+use super::planes::{ObservationPlanes, PlaneRow, SurfacePlanes};
+use rule::LEAST_SLANT_SPREAD;
+pub(super) use rule::SupportRule;
 use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 
-/// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
-/// px^2: the mean square of u in windows 3 px wide. Wider ones would hand slants on across what they do not see.
-const LEAST_SLANT_SPREAD: f32 = 2.0 / 3.0;
 /// On a plane the windows that compete lie off the best one by this many of its variances, in the mean square: measured as 5.8 to 6.0 at three noises.
 pub(super) const APART_BY_CHANCE: f32 = 6.0;
 /// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
 const EXPECTED_SLANT: f32 = 0.1;
-
-/// Which observations are joined, and how.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SupportRule {
-    /// Neighbours up to this many columns and rows away take part.
-    pub(super) reach: (usize, usize),
-    /// Two disparities belong to one plane if they differ by less than this many of their common sigmas.
-    pub(super) belongs_sigmas: f32,
-    /// A plane's variance grows from the pixel by the squared distance over this, in px^2.
-    pub(super) slant_spread: f32,
-    /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
-    pub(super) slack: (f32, f32),
-    /// Whether the map's planes have slants that are known as well as wider windows know them. Then neighbours of another slant do not belong, and slants cost a window next to nothing of what its observations
-    /// tell of the disparity: of a square one a fifth in variance, where textures are uneven, and more of a small one.
-    pub(super) slants_known: bool,
-}
 
 /// Joins the observations around each pixel of row `y`, as far as the planes of `map` say that they belong to its surface, into the row `after`.
 /// With `wanted`, pixels whose variance in `after` is at most that, in px^2, keep what it holds.

@@ -4,7 +4,8 @@
 //! where pools of many pixels (see `smoothing`) show nothing: neither that what competed for the pixels disagreed, nor that narrow supports have lost what small windows see, nor
 //! that wide supports differ from narrow ones.
 
-use super::planes::{Padded, SurfacePlanes};
+use super::padded::Padded;
+use super::planes::SurfacePlanes;
 use super::smoothing::{LEAST_SPARE, missed_by_small};
 use crate::options::LARGEST_FIT_WINDOW_PX;
 
@@ -43,7 +44,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::refine::planes::PAD;
+    use crate::refine::padded::PAD;
 
     const ROWS: usize = 200;
     const COLUMNS: usize = 240;

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
+use super::answers::{RowAnswers, bracketed, rival_distance};
+use super::band_groups::{Groups, groups_of_bands, penalties, searched_groups};
 use super::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
-use super::{
-    Groups, RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups,
-};
+use super::task::Task;
+use crate::candidates::Candidates;
 use crate::cost::{Band, CostTable, band_costs};
-use crate::lines::Candidates;
 use crate::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
 use crate::maps::OrderingUsed;
 use crate::options::MatchError;

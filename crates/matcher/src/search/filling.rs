@@ -6,10 +6,12 @@
 
 use rayon::prelude::*;
 
+use super::answers::Searched;
 use super::limits::{NOISE_OF_FRAMES, limits};
 use super::plan::Plan;
+use super::rows::bands;
+use super::task::Task;
 use super::tolerance::Tolerance;
-use super::{Searched, Task, bands};
 use crate::linear_epi::LinearEpi;
 use crate::lines::Lines;
 use crate::maps::Answer;

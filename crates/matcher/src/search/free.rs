@@ -9,14 +9,15 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
+use super::answers::{RowAnswers, bracketed, rival_distance};
 use super::best::Best;
 use super::kernels;
 use super::limits::{NOISE_OF_GROUPS, limits};
 use super::plan::Plan;
 use super::semi_global::{Aggregated, Aggregation, PathAggregation, Span};
 use super::sweep::{Consumer, Window, sweep};
+use super::task::Task;
 use super::tolerance::Tolerance;
-use super::{RowAnswers, Task, bracketed, rival_distance};
 use crate::maps::Answer;
 
 /// What is searched.

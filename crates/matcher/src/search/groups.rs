@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use crate::lines::{Candidates, Lines};
+use crate::candidates::Candidates;
+use crate::lines::Lines;
 
 /// Groups that there are at least, frames permitting: what is occluded is left out by whole groups.
 const LEAST_GROUPS: usize = 12;

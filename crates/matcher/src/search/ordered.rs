@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use fearless_simd::Level;
 
+use super::answers::{RowAnswers, bracketed, rival_distance};
 use super::kernels;
 use super::plan::Plan;
 use super::semi_global::{Aggregated, PathAggregation};
 use super::sweep::Consumer;
-use super::{RowAnswers, bracketed, rival_distance};
 use crate::cost::CostTable;
 use crate::lines::Lines;
 use crate::mapping::{OrderingLimits, optimal_mapping};

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::groups::Groups;
-use crate::lines::{Candidates, Lines, SeenRule, Shift, Sightings};
+use crate::candidates::Candidates;
+use crate::lines::{Lines, SeenRule, Shift, Sightings};
 use crate::options::Occlusion;
 
 /// Pixels that rows are continued by beyond each border. A sample at the border is interpolated between a line in view and its neighbour,

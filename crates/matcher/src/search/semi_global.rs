@@ -20,7 +20,7 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::{BAND_ROWS, sampled_rows};
+use super::rows::{BAND_ROWS, sampled_rows};
 use crate::options::MatchError;
 use epirig_core::volume::Volume;
 

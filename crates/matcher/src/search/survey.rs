@@ -4,7 +4,8 @@ use super::best::Best;
 use super::kernels;
 use super::plan::Plan;
 use super::row_costs::RowCosts;
-use crate::lines::{Candidates, Lines, SeenRule};
+use crate::candidates::Candidates;
+use crate::lines::{Lines, SeenRule};
 use crate::options::Method;
 use epirig_core::volume::Volume;
 

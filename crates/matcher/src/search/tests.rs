@@ -2,10 +2,16 @@
 
 use super::sweep::{Consumer, Window, sweep};
 use super::*;
+use crate::candidates::DisparityRange;
+use crate::lines::{Lines, SeenRule};
+use crate::maps::Answer;
+use crate::options::MatchOptions;
 use crate::options::{Method, OrderingConstraint, ReferenceFrame};
 use epirig_core::frame::{Frame, Samples};
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
 
 /// A texture without end: values at lattice points `grain` px apart from a hash of place and `seed`, joined by cosines.
 pub(super) fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {

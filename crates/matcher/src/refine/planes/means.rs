@@ -3,7 +3,7 @@
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::Padded;
+use super::super::padded::Padded;
 
 /// Rows whose means are found together.
 const BAND_ROWS: usize = 16;

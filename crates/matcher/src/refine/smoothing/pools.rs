@@ -6,7 +6,8 @@
 
 use rayon::prelude::*;
 
-use crate::refine::planes::{PAD, Padded, SurfacePlanes};
+use crate::refine::padded::{PAD, Padded};
+use crate::refine::planes::SurfacePlanes;
 
 /// Pools reach this far to both sides, in px.
 pub(super) const POOL_REACH: usize = 40;

@@ -5,9 +5,10 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
-use super::{LEAST_SLANT_SPREAD, SupportRule};
+use super::rule::{LEAST_SLANT_SPREAD, SupportRule};
 use crate::options::LARGEST_FIT_WINDOW_PX;
-use crate::refine::planes::{ObservationPlanes, Padded, SurfacePlanes};
+use crate::refine::padded::Padded;
+use crate::refine::planes::{ObservationPlanes, SurfacePlanes};
 
 /// Lines of the longest window.
 pub(super) const LONGEST: usize = LARGEST_FIT_WINDOW_PX;

@@ -3,9 +3,11 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::lines::{Candidates, SeenRule};
+use crate::candidates::Candidates;
+use crate::candidates::DisparityRange;
+use crate::lines::SeenRule;
 use crate::maps::OrderingUsed;
-use crate::options::{DisparityRange, MatchOptions, Occlusion};
+use crate::options::{MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 

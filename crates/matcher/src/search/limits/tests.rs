@@ -5,8 +5,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::lines::{Candidates, Lines, SeenRule};
-use crate::options::{DisparityRange, Occlusion};
+use crate::candidates::Candidates;
+use crate::candidates::DisparityRange;
+use crate::lines::{Lines, SeenRule};
+use crate::options::Occlusion;
 use epirig_core::tau::Tau;
 
 const COLUMNS: usize = 400;

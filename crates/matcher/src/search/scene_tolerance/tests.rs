@@ -6,9 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::lines::{Candidates, Lines, SeenRule};
+use crate::candidates::Candidates;
+use crate::candidates::DisparityRange;
+use crate::lines::{Lines, SeenRule};
 use crate::maps::OrderingUsed;
-use crate::options::{DisparityRange, MatchOptions, Occlusion};
+use crate::options::{MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -28,7 +30,7 @@ fn wave(x: f64) -> f64 {
     AMPLITUDE * (std::f64::consts::TAU * x / PERIOD_PX + 0.4).sin()
 }
 
-/// What [`Tolerance::measured`] finds where the wave stands still and each sample deviates from it by `deviation` of column and frame, in DN.
+/// What [`measured_tolerance`] finds where the wave stands still and each sample deviates from it by `deviation` of column and frame, in DN.
 fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     let mut volume = Volume::fine(ROWS, COLUMNS, 8, Tau::equidistant(FRAMES).unwrap());
     for (index, count) in volume.fine_counts_mut().unwrap().iter_mut().enumerate() {
@@ -44,7 +46,7 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     let options = MatchOptions::default();
     let task =
         Task { volume: &volume, lines: &lines, range, ordering: OrderingUsed::Off, rule, options: &options };
-    Tolerance::measured(task, &plan, Window { rows: 1, columns: 1 })
+    measured_tolerance(task, &plan, Window { rows: 1, columns: 1 })
 }
 
 fn alternating(t: usize) -> f64 {

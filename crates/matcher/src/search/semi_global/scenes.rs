@@ -1,7 +1,8 @@
 //! What aggregation across rows does to scenes whose truth is known in closed form.
 
+use crate::candidates::DisparityRange;
 use crate::lines::{Lines, SeenRule};
-use crate::options::{DisparityRange, MatchError, MatchOptions, Occlusion, Search};
+use crate::options::{MatchError, MatchOptions, Occlusion, Search};
 use crate::search::tests::{searched, texture, volume};
 use crate::search::{OrderingUsed, Searched, Task, search};
 use epirig_core::grid::Grid;

@@ -5,6 +5,7 @@
 
 mod depth;
 mod levels;
+mod options;
 mod regions;
 #[cfg(test)]
 mod tests;
@@ -15,10 +16,12 @@ use super::SurfaceError;
 use super::blocks::Correlation;
 use super::height::Heights;
 use super::smooth::{SIGMA_OF_MEDIAN, mean_around, quantile, without_spikes};
-use super::trend::{Field, Trend, TrendKind};
+use super::trend::{Field, Trend};
+pub use depth::{Depth, Part};
 use depth::{Fit, fit, parts};
 use epirig_core::grid::Grid;
 use levels::{Levels, Point, two_levels};
+pub use options::StepsOptions;
 use regions::{Level, clear_of_walls, without_small_parts};
 
 /// Smoothing that is tried, as the reach to each side in px: as little as will do, since it takes the edges off narrow hollows.
@@ -40,66 +43,6 @@ const MORE_MARGIN: usize = 2;
 const SPIKE: f64 = 8.0;
 /// Share of the pixels clear of the walls that a larger margin has to leave: with fewer the noise is doubled.
 const ROOM: f64 = 0.25;
-
-/// What of the matcher and the object the search has to know.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepsOptions {
-    /// What is under the levels.
-    pub trend: TrendKind,
-    /// Pixels nearer than this to the other level are left out: half the matcher's window and half a wall.
-    pub margin_px: usize,
-    /// Pixels nearer than this are left out, too, where enough remain; at least `margin_px`.
-    pub grown_margin_px: usize,
-    /// Hollows of fewer pixels are taken for noise.
-    pub least_area_px: usize,
-}
-
-impl StepsOptions {
-    /// For a matcher whose windows have this side, and walls of up to two pixels.
-    pub fn for_window(trend: TrendKind, window_px: usize) -> Self {
-        let margin_px = window_px / 2 + 1;
-        // Twice as wide and high as the smallest that a pixel clear of the walls fits in.
-        Self { trend, margin_px, grown_margin_px: margin_px, least_area_px: (2 * (2 * margin_px + 1)).pow(2) }
-    }
-
-    /// For a matcher whose windows grow to this side where noise asks for it.
-    #[must_use]
-    pub fn with_grown_window(self, window_px: usize) -> Self {
-        Self { grown_margin_px: self.margin_px.max(window_px / 2 + 1), ..self }
-    }
-}
-
-/// A depth and how well it is known.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Depth {
-    /// How far the lower level lies below the upper one, in mm.
-    pub depth_mm: f64,
-    /// Standard deviation from the scatter between independent parts of the field, in mm; `None` if there are too few.
-    pub sigma_mm: Option<f64>,
-    /// From how many independent differences it is known.
-    pub degrees_of_freedom: Option<f64>,
-    /// Half the width of the interval that holds the depth with 95 % confidence, in mm (Student's t).
-    pub half_width_95_mm: Option<f64>,
-    /// What an uncertain scale (focal length, baseline) adds, as a standard deviation in mm: the same share for all depths.
-    pub scale_sigma_mm: f64,
-}
-
-/// A hollow, or what stands on the ground.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Part {
-    /// Middle of its pixels, column.
-    pub centre_x_px: f64,
-    /// Middle of its pixels, row.
-    pub centre_y_px: f64,
-    /// Its pixels.
-    pub area_px: usize,
-    /// Its area, in mm^2.
-    pub area_mm2: f64,
-    /// Its pixels that lie clear of the walls.
-    pub used_px: usize,
-    /// Its depth against what lies around it, or its height over that.
-    pub depth: Depth,
-}
 
 /// The depth that pixels at least so far from the walls show.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
