@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use super::board::{BoardCorner, ChessBoard, FoundBoard};
 use super::detect::Scene;
 use super::lattice::{LEAST_CORNERS, Lattice, lattices};
 use super::refine::{Corner, EdgeCross, refine_corner};
 use super::sampling::halved;
-use super::{BoardCorner, ChessBoard, FoundBoard};
 use epirig_core::grid::Grid;
 
 /// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch it.

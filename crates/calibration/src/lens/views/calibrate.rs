@@ -1,13 +1,17 @@
 //! From views to the lens.
 
+use super::calibration::{LensCalibration, PointName, PointResidual, ViewFit};
+use super::error::LensError;
 use super::findings::{coverage, largest_angle, warnings};
 use super::homography::MEDIAN_NORM;
+use super::point::{PlanarPoint, View};
+use super::pose::BoardPose;
 use super::problem::ViewsProblem;
+use super::residual::{ROUNDING_PX, residual, squared_distance};
 use super::start::start;
-use super::{
-    BoardPose, Lens, LensCalibration, LensError, LensEstimate, PlanarPoint, PointName, PointResidual, Terms,
-    View, ViewFit,
-};
+use super::terms::Terms;
+use crate::lens::estimate::LensEstimate;
+use crate::lens::model::Lens;
 use epirig_core::least_squares::{Loss, Minimum, minimise};
 use epirig_core::statistics::upper_median;
 
@@ -23,8 +27,6 @@ const REJECTED: f64 = 4.5;
 const SETTLED: f64 = 0.01;
 /// Rounds of weighing, and of rejecting; each ends long before, unless it goes to and fro.
 const ROUNDS: usize = 20;
-/// Residuals below this are rounding, not errors of measurement, in px.
-pub(super) const ROUNDING_PX: f64 = 1e-7;
 /// A focal length that is known worse than this is not calibrated: what is engraved on a lens is as good.
 const FOCAL_LENGTH_SHARE: f64 = 0.05;
 
@@ -144,22 +146,6 @@ fn spread(views: &[View], solution: &Solution, terms: Terms) -> f64 {
         ROUNDING_PX / views.iter().flatten().map(|point| point.sigma_px).fold(f64::INFINITY, f64::min);
     (upper_median(&mut norms).unwrap_or(f64::NAN) / MEDIAN_NORM * (residuals / free.max(1.0)).sqrt())
         .max(rounding)
-}
-
-/// Seen less predicted, in px. NaN for what would lie behind the camera.
-fn residual(lens: &Lens, pose: &BoardPose, point: &PlanarPoint) -> (f64, f64) {
-    let [x, y, z] = pose.point_mm(point.x_mm, point.y_mm);
-    if z <= 0.0 {
-        return (f64::NAN, f64::NAN);
-    }
-    let (x_px, y_px) = lens.pixel(x / z, y / z);
-    (point.x_px - x_px, point.y_px - y_px)
-}
-
-/// Squared distance between point and prediction, in px2.
-pub(super) fn squared_distance(lens: &Lens, pose: &BoardPose, point: &PlanarPoint) -> f64 {
-    let (dx, dy) = residual(lens, pose, point);
-    dx * dx + dy * dy
 }
 
 /// Norms of the residuals over their stated standard deviations.

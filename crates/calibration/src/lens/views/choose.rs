@@ -1,8 +1,15 @@
 //! Which terms of the distortion the views support.
 
-use super::board_pose::refine_pose;
-use super::calibrate::{Solution, Used, check, solve, squared_distance};
-use super::{BoardPose, HeldOut, Lens, LensCalibration, LensError, PlanarPoint, Terms, View, calibrate};
+use super::calibrate::calibrate;
+use super::calibrate::{Solution, Used, check, solve};
+use super::calibration::{HeldOut, LensCalibration};
+use super::error::LensError;
+use super::fit_pose::refine_pose;
+use super::point::{PlanarPoint, View};
+use super::pose::BoardPose;
+use super::residual::squared_distance;
+use super::terms::Terms;
+use crate::lens::model::Lens;
 use epirig_core::least_squares::Loss;
 
 /// Views needed, so that three are left when one is held out.

@@ -3,8 +3,10 @@
 use epirig_core::statistics::upper_median;
 use nalgebra::Vector3;
 
-use super::calibrate::ROUNDING_PX;
-use super::{BoardPose, Coverage, LensWarning, PointResidual, ViewFit};
+use super::calibration::{Coverage, PointResidual, ViewFit};
+use super::error::LensWarning;
+use super::pose::BoardPose;
+use super::residual::ROUNDING_PX;
 
 /// Cells of the grid along a side.
 const CELLS: usize = 10;

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{BoardPose, Lens, PlanarPoint, View};
+use super::point::{PlanarPoint, View};
+use super::pose::BoardPose;
+use crate::lens::model::Lens;
 use epirig_core::least_squares::{Block, Problem};
 
 /// Numbers of a pose: rotation, translation.

@@ -3,10 +3,13 @@
 use epirig_core::statistics::upper_median;
 use nalgebra::Matrix3;
 
-use super::board_pose::middle;
-use super::calibrate::squared_distance;
+use super::error::LensError;
+use super::fit_pose::middle;
 use super::homography::{Pair, homography};
-use super::{BoardPose, Lens, LensError, View};
+use super::point::View;
+use super::pose::BoardPose;
+use super::residual::squared_distance;
+use crate::lens::model::Lens;
 
 /// Lens and poses by Zhang's (2000) constraints, with square pixels and the principal point in the middle of the frame: all five
 /// parameters of the general form are poorly determined where the perspective is weak, and a start need not have them.

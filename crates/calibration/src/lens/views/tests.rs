@@ -8,6 +8,7 @@ use rand_distr::StandardNormal;
 
 use super::*;
 use crate::lens::Distortion;
+use crate::lens::{Lens, LensEstimate};
 
 const ROWS: usize = 480;
 const COLUMNS: usize = 640;

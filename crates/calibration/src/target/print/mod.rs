@@ -5,7 +5,8 @@ mod svg;
 #[cfg(test)]
 mod tests;
 
-use super::{Target, TargetError};
+use super::board::Target;
+use super::error::TargetError;
 
 /// Printers leave this much of a page white, in mm.
 const MARGIN_MM: f64 = 10.0;

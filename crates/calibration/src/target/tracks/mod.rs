@@ -12,7 +12,8 @@ mod views;
 
 use std::collections::BTreeSet;
 
-use super::{FoundBoard, Target, TargetError};
+use super::board::{FoundBoard, Target};
+use super::error::TargetError;
 use motion::{Line, solve};
 use plane_map::PlaneMap;
 use views::{View, views};
