@@ -3,8 +3,8 @@
 use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
-use super::find::Remarks;
 use super::lens::MOST_BLUR_PX;
+use super::remarks::Remarks;
 use super::{CalibrateError, StageAxisRecord};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::stage_axis::{StageAxis, baseline_by_target, find};

@@ -1,10 +1,10 @@
 //! Comparing the rig with what it was: after homing, and at the end.
 
 use super::CaptureError;
+use super::error::is_unheard;
 use super::scan::{GoodFrame, Scan};
 use epirig_calibration::registration::{ShiftError, shift_between};
 use epirig_data::sequence::{ClosureRecord, ComparisonRecord};
-use epirig_devices::stage::StageError;
 
 impl Scan<'_, '_> {
     /// Takes a good frame again and compares it with what it was. `None` if it shows too little to tell.
@@ -110,9 +110,4 @@ fn is_silence(error: &CaptureError) -> bool {
         CaptureError::Stage(error) => is_unheard(error),
         _ => false,
     }
-}
-
-/// Errors of a stage that is not heard, or has not been until now.
-pub(super) fn is_unheard(error: &StageError) -> bool {
-    matches!(error, StageError::Link(_) | StageError::NoAnswer { .. } | StageError::Restarted { .. })
 }

@@ -195,3 +195,8 @@ impl CaptureError {
         )
     }
 }
+
+/// Errors of a stage that is not heard, or has not been until now.
+pub(super) fn is_unheard(error: &StageError) -> bool {
+    matches!(error, StageError::Link(_) | StageError::NoAnswer { .. } | StageError::Restarted { .. })
+}

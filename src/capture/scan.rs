@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::archive::Archive;
-use super::closure::is_unheard;
+use super::error::is_unheard;
 use super::rig::Rig;
 use super::{CaptureError, CapturePlan};
 use epirig_core::frame::Frame;
