@@ -5,6 +5,7 @@ pub mod frame;
 pub mod grid;
 pub mod least_squares;
 pub mod progress;
+pub mod spline;
 pub mod statistics;
 pub mod tau;
 pub mod volume;

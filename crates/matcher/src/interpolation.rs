@@ -3,6 +3,7 @@
 //! Within an EPI the shift of frame t under a disparity is the same for all x, so a shifted row is the row convolved with
 //! four constant weights: no gathers, no table per pixel.
 
+use epirig_core::spline::cubic;
 use epirig_core::volume::Volume;
 
 epirig_core::choices! {
@@ -21,7 +22,7 @@ epirig_core::choices! {
 }
 
 /// Number of neighbours that a sample is made of.
-pub const TAPS: usize = 4;
+pub const TAPS: usize = cubic::TAPS;
 
 impl Interpolation {
     /// Weights of the neighbours at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset 0.
@@ -35,34 +36,9 @@ impl Interpolation {
                 f * (0.5 + f * (2.0 - 1.5 * f)),
                 f * f * (-0.5 + 0.5 * f),
             ],
-            Self::BSpline => {
-                let g = 1.0 - f;
-                [
-                    g * g * g / 6.0,
-                    (4.0 + f * f * (3.0 * f - 6.0)) / 6.0,
-                    (4.0 + g * g * (3.0 * g - 6.0)) / 6.0,
-                    f * f * f / 6.0,
-                ]
-            }
+            Self::BSpline => cubic::weights(f),
         };
         weights.map(|weight| weight as f32)
-    }
-
-    /// Weights of the same neighbours for the derivative of the cubic B-spline at `fraction`, per px.
-    pub fn bspline_gradient_weights(fraction: f32) -> [f32; TAPS] {
-        let (f, g) = (fraction, 1.0 - fraction);
-        [-0.5 * g * g, 0.5 * f * (3.0 * f - 4.0), 0.5 * g * (4.0 - 3.0 * g), 0.5 * f * f]
-    }
-
-    /// Weights of the same neighbours for the value of the cubic B-spline at `fraction`.
-    pub fn bspline_weights(fraction: f32) -> [f32; TAPS] {
-        let (f, g) = (fraction, 1.0 - fraction);
-        [
-            g * g * g / 6.0,
-            (4.0 + f * f * (3.0 * f - 6.0)) / 6.0,
-            (4.0 + g * g * (3.0 * g - 6.0)) / 6.0,
-            f * f * f / 6.0,
-        ]
     }
 }
 
@@ -87,7 +63,7 @@ impl SampledEpi {
         for (t, row) in coefficients.chunks_exact_mut(stride).enumerate() {
             volume.copy_row(y, t, &mut row[margin..margin + columns]);
             if interpolation == Interpolation::BSpline {
-                bspline_coefficients(&mut row[margin..margin + columns]);
+                cubic::filter_row(&mut row[margin..margin + columns]);
             }
             for offset in 1..=margin {
                 row[margin - offset] = row[margin + offset];
@@ -106,35 +82,6 @@ impl SampledEpi {
         let start = (self.margin as isize + x - 1) as usize;
         assert!(start + count + TAPS - 1 <= stride, "the sample lies beyond the prepared reach");
         &self.coefficients[t * stride + start..t * stride + start + count + TAPS - 1]
-    }
-}
-
-/// Replaces the samples of a row by the coefficients of the cubic B-spline through them, with mirrored borders
-/// (Unser 1999, box 2).
-fn bspline_coefficients(row: &mut [f32]) {
-    let pole = 3.0_f64.sqrt() - 2.0;
-    let count = row.len();
-    // 28 terms: |pole|^28 is below the resolution of f32.
-    let horizon = count.min(28);
-    let mut power = 1.0;
-    let mut sum = 0.0;
-    for &value in &row[..horizon] {
-        sum += power * f64::from(value);
-        power *= pole;
-    }
-    let mut previous = sum;
-    row[0] = (6.0 * previous) as f32;
-    for value in &mut row[1..] {
-        previous = f64::from(*value) + pole * previous;
-        *value = (6.0 * previous) as f32;
-    }
-    let last = f64::from(row[count - 1]);
-    let before = f64::from(row[count - 2]);
-    let mut next = pole / (pole * pole - 1.0) * (last + pole * before);
-    row[count - 1] = next as f32;
-    for value in row[..count - 1].iter_mut().rev() {
-        next = pole * (next - f64::from(*value));
-        *value = next as f32;
     }
 }
 
@@ -198,7 +145,7 @@ mod tests {
         for step in 0..100 {
             let position = 10.05 + f64::from(step) * 0.1;
             let whole = position.floor();
-            let weights = Interpolation::bspline_gradient_weights((position - whole) as f32);
+            let weights = cubic::gradient_weights((position - whole) as f32);
             let gradient: f32 = weights.iter().zip(epi.taps(0, whole as isize, 1)).map(|(w, c)| w * c).sum();
             let h = 0.01;
             let difference = (value(&epi, Interpolation::BSpline, position + h)

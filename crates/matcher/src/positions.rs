@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::interpolation::{Interpolation, SampledEpi};
 use super::lines::Lines;
 use super::maps::{Answer, DisparityMaps};
+use epirig_core::spline::cubic;
 use epirig_core::volume::Volume;
 
 /// A frame of which so little is known beside the others is not connected with them.
@@ -139,8 +140,8 @@ fn sums_of_row(volume: &Volume, maps: &DisparityMaps, lines: &Lines, y: usize) -
             let sum = |weights: [f32; 4]| -> f64 {
                 weights.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum()
             };
-            values[t] = sum(Interpolation::bspline_weights(fraction));
-            slope += sum(Interpolation::bspline_gradient_weights(fraction));
+            values[t] = sum(cubic::weights(fraction));
+            slope += sum(cubic::gradient_weights(fraction));
             // A point moves to one side, so the frames that see it follow each other.
             (first, end) = (first.min(t), t + 1);
         }

@@ -8,7 +8,7 @@ use std::array;
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::spline::{POLES, TAPS, weights};
+use epirig_core::spline::quintic::{POLES, TAPS, weights};
 
 /// Frames that are worked on together.
 pub(super) const LANES: usize = 8;

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 
 use super::correction::{Replaced, apply, prepared};
 use super::kernels::{self, LANES, Pixel, Taps};
-use super::spline::{HORIZON, TAPS, filter_gain};
+use super::spline::{HORIZON, filter_gain};
 use super::{Mapping, RectifyError};
 use crate::photometry::Correction;
 use epirig_core::frame::{Frame, Samples};
+use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -23,7 +24,7 @@ const PAD: usize = HORIZON + TAPS;
 /// What a place on the border of the raw image may seem to lie outside by, in px.
 const ROUNDING_PX: f64 = 1e-6;
 /// Coefficients before the pixel of a sample.
-const BEFORE: usize = TAPS / 2 - 1;
+const BEFORE: usize = TAPS_BEFORE;
 
 /// Puts frames, corrected and resampled, into a volume.
 ///

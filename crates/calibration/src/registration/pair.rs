@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::spline::{TAPS, along_line, semi_global, slope_weights, to_coefficients, weights};
+use super::spline::{combine_along, combine_rows, gradient_weights, weights};
 use epirig_core::grid::Grid;
+use epirig_core::spline::cubic::{TAPS, filter_image};
 
 /// Pixels left out at the borders: where a spline is mirrored it depends on where the border is, by 0.27^distance.
 pub(super) const BORDER: usize = 4;
@@ -76,7 +77,7 @@ impl Pair {
     /// A pair of images (not coefficients) of one shape.
     pub(super) fn new(first: &Grid<f32>, second: &Grid<f32>, weights: Option<[Grid<f32>; 2]>) -> Self {
         let [mut first, mut second] = [first.clone(), second.clone()];
-        rayon::join(|| to_coefficients(&mut first), || to_coefficients(&mut second));
+        rayon::join(|| filter_image(&mut first), || filter_image(&mut second));
         Self { first, second, weights }
     }
 
@@ -157,14 +158,14 @@ impl Pair {
     fn look_up(&self, overlap: &Overlap, y: usize, lines: &mut Lines) {
         let Overlap { left, fraction, width, .. } = *overlap;
         let Lines { wide, a, gradient, b, weight, .. } = lines;
-        semi_global(&self.first, y, left - 1, weights(0.0), wide);
-        along_line(wide, weights(0.0), a);
-        along_line(wide, slope_weights(0.0), &mut gradient[0]);
-        semi_global(&self.first, y, left - 1, slope_weights(0.0), wide);
-        along_line(wide, weights(0.0), &mut gradient[1]);
+        combine_rows(&self.first, y, left - 1, weights(0.0), wide);
+        combine_along(wide, weights(0.0), a);
+        combine_along(wide, gradient_weights(0.0), &mut gradient[0]);
+        combine_rows(&self.first, y, left - 1, gradient_weights(0.0), wide);
+        combine_along(wide, weights(0.0), &mut gradient[1]);
         let (start, row) = overlap.in_second(y);
-        semi_global(&self.second, row, start - 1, weights(fraction[1]), wide);
-        along_line(wide, weights(fraction[0]), b);
+        combine_rows(&self.second, row, start - 1, weights(fraction[1]), wide);
+        combine_along(wide, weights(fraction[0]), b);
         if let Some([of_first, of_second]) = &self.weights {
             // The pixel that is nearest, if the shift lies between two.
             let nearest = fraction.map(|fraction| usize::from(fraction > 0.5));
@@ -179,10 +180,10 @@ impl Pair {
         let [across, down] = overlap.fraction;
         let (start, row) = overlap.in_second(y);
         let Lines { wide, second_gradient, .. } = lines;
-        semi_global(&self.second, row, start - 1, weights(down), wide);
-        along_line(wide, slope_weights(across), &mut second_gradient[0]);
-        semi_global(&self.second, row, start - 1, slope_weights(down), wide);
-        along_line(wide, weights(across), &mut second_gradient[1]);
+        combine_rows(&self.second, row, start - 1, weights(down), wide);
+        combine_along(wide, gradient_weights(across), &mut second_gradient[0]);
+        combine_rows(&self.second, row, start - 1, gradient_weights(down), wide);
+        combine_along(wide, weights(across), &mut second_gradient[1]);
     }
 }
 

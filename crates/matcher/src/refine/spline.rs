@@ -5,12 +5,10 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use epirig_core::spline::quintic::{self, basis};
+pub(super) use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::volume::Volume;
 
-/// Neighbours that a sample is made of.
-pub(super) const TAPS: usize = 6;
-/// Neighbours to the left of the sample's whole pixel.
-pub(super) const TAPS_BEFORE: usize = 2;
 /// Tabulated fractions of a pixel.
 pub(super) const FRACTIONS: usize = 512;
 /// Columns beyond both borders for which coefficients are held.
@@ -50,37 +48,17 @@ impl Spline {
                 })
             })
             .collect();
-        Self { weights, prefilter: prefilter().map(|value| value as f32), level: Level::new() }
+        Self {
+            weights,
+            prefilter: quintic::impulse_response().map(|value| value as f32),
+            level: Level::new(),
+        }
     }
 
     /// The weights at fraction `index` / [`FRACTIONS`].
     pub(super) fn weights(&self, index: usize) -> &Weights {
         &self.weights[index]
     }
-}
-
-/// The quintic B-spline or its derivative of `order` 1 or 2 (with respect to where it is evaluated, hence the sign) at
-/// `offset` = neighbour - position (Unser 1999, equation 4).
-fn basis(offset: f64, order: usize) -> f64 {
-    let factors = [1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0];
-    let binomials = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
-    let x = -offset;
-    let term = |(k, binomial): (usize, &f64)| binomial * (x + 3.0 - k as f64).max(0.0).powi(5 - order as i32);
-    factors[order] * binomials.iter().enumerate().map(term).sum::<f64>()
-}
-
-/// Impulse response of the filter that turns samples into coefficients, from the middle outwards: the inverse of the
-/// B-spline's samples (1, 26, 66, 26, 1) / 120, by its frequency response.
-fn prefilter() -> [f64; PREFILTER_REACH + 1] {
-    let steps = 256;
-    std::array::from_fn(|n| {
-        let term = |k: usize| {
-            let omega = std::f64::consts::TAU * k as f64 / steps as f64;
-            let response = (66.0 + 52.0 * omega.cos() + 2.0 * (2.0 * omega).cos()) / 120.0;
-            (omega * n as f64).cos() / response
-        };
-        (0..steps).map(term).sum::<f64>() / steps as f64
-    })
 }
 
 /// The coefficients of one EPI: frames x (columns + 2 margins).
@@ -291,7 +269,7 @@ mod tests {
     /// Squared frequency response of `order` at `omega`, mean over the positions between pixels.
     fn mean_power(omega: f64, order: usize) -> f64 {
         let positions = 64;
-        let prefilter = 120.0 / (66.0 + 52.0 * omega.cos() + 2.0 * (2.0 * omega).cos());
+        let prefilter = 1.0 / quintic::samples_response(omega);
         let power = |index: usize| {
             let fraction = (index as f64 + 0.5) / positions as f64;
             let (mut real, mut imaginary) = (0.0, 0.0);
