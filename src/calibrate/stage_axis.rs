@@ -84,11 +84,7 @@ fn longest_px(tracks: &Tracks) -> f64 {
 
 fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
     let mut blur: Vec<f64> = found.iter().flatten().map(|board| board.blur_px).collect();
-    if blur.is_empty() {
-        return Ok(());
-    }
-    let middle = blur.len() / 2;
-    let blur_px = *blur.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let Some(blur_px) = upper_median(&mut blur) else { return Ok(()) };
     match blur_px > MOST_BLUR_PX {
         true => Err(CalibrateError::TargetBlurred { blur_px, limit_px: MOST_BLUR_PX }),
         false => Ok(()),

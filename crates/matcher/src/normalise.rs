@@ -14,6 +14,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::volume::Volume;
 
 /// Levels that a local standard deviation becomes, and the level of the local mean. What is four deviations away is clipped; in 8 bit a level is as
@@ -181,9 +182,8 @@ fn noise_variance(volume: &Volume) -> f64 {
         calm.extend(sums.iter().filter(|(_, count)| *count > 0).map(|(sum, count)| sum / f64::from(*count)));
     }
     calm.sort_unstable_by(f64::total_cmp);
-    let place = (CALM_SHARE * calm.len() as f64) as usize;
     let quantisation = f64::from(volume.frame_gain(t)).powi(2) / 12.0;
-    calm.get(place).copied().unwrap_or(0.0).max(quantisation)
+    quantile_of_sorted(&calm, CALM_SHARE).unwrap_or(0.0).max(quantisation)
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::grid::CellGrid;
 use super::polynomial::{HIGHEST_ORDER, Patch, Polynomial};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::mean;
 
 /// Of the cells one in so many is left out at a time.
 const FOLDS: usize = 5;
@@ -129,7 +130,6 @@ pub(super) fn trials_over_cells(grid: &CellGrid, rows: usize, columns: usize) ->
 
 /// Compares each model with the best, cell by cell.
 fn judge(errors: &[Errors]) -> Vec<Trial> {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let best = errors.iter().min_by(|one, other| mean(&one.squares).total_cmp(&mean(&other.squares)));
     let Some(best) = best else { return Vec::new() };
     let trial = |errors: &Errors| {

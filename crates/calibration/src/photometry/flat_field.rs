@@ -11,6 +11,7 @@ use super::polynomial::{HIGHEST_ORDER, Polynomial};
 use super::{DarkFrame, DarkModel, PhotometryError};
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
+use epirig_core::statistics::{mean, root_mean_square};
 
 /// A pixel's gain departs from its neighbours' by more than this share, or the pixel may be used: less drowns in a frame's noise of about 1 %.
 const LEAST_GAIN_DEPARTURE: f64 = 0.02;
@@ -177,7 +178,7 @@ fn take_up(frames: &[Frame], dark: Option<&DarkFrame>) -> Result<Flat, Photometr
 /// Variance of a sample that comes from the brightness of the frames as wholes, in squared DN.
 fn lamp_variance_dn2(frames: &[Frame]) -> f64 {
     let levels: Vec<f64> = frames.iter().map(|frame| frame.samples().mean()).collect();
-    let mean = levels.iter().sum::<f64>() / levels.len().max(1) as f64;
+    let mean = mean(&levels);
     levels.iter().map(|level| (level - mean).powi(2)).sum::<f64>()
         / levels.len().saturating_sub(1).max(1) as f64
 }
@@ -207,7 +208,7 @@ fn residuals_percent(grid: &CellGrid, gain: &Grid<f32>) -> Vec<f64> {
             cell.mean * (cell.rows.len() * cell.columns.len()) as f64 / sum
         })
         .collect();
-    let mean = left.iter().sum::<f64>() / left.len().max(1) as f64;
+    let mean = mean(&left);
     left.iter().map(|left| 100.0 * (left / mean - 1.0)).collect()
 }
 
@@ -248,8 +249,4 @@ fn vignetting_percent(model: &Polynomial) -> f64 {
 
 fn mean_of(plane: &Grid<f32>) -> f64 {
     plane.values().iter().map(|&value| f64::from(value)).sum::<f64>() / plane.values().len().max(1) as f64
-}
-
-fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }

@@ -13,7 +13,7 @@
 //! What cannot be told from flicker: a vignetting that is left in the frames and grows along the way of the surface. It is to be corrected
 //! before.
 
-use epirig_core::statistics::upper_median;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -25,8 +25,6 @@ use epirig_core::volume::Volume;
 
 /// Residuals beyond so many standard deviations have linear loss (Huber).
 const ROBUST_FROM: f64 = 2.0;
-/// The median absolute deviation of Gaussian noise, as a share of its standard deviation, inverted.
-const MAD_TO_SIGMA: f64 = 1.4826;
 /// Times the weights are found anew.
 const REWEIGHTINGS: usize = 12;
 /// Windows that have to see a frame, so that their scatter says how well its gain is known.
@@ -238,7 +236,7 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
         .map(|residuals| {
             let seen =
                 residuals.iter().filter(|residual| residual.is_finite()).map(|residual| residual.abs());
-            MAD_TO_SIGMA * upper_median(&mut seen.collect::<Vec<_>>()).unwrap_or(0.0)
+            SIGMA_OF_MEDIAN_4 * upper_median(&mut seen.collect::<Vec<_>>()).unwrap_or(0.0)
         })
         .collect();
     let typical = upper_median(&mut scatter.clone()).unwrap_or(0.0).max(LEAST_SIGMA);
@@ -271,7 +269,7 @@ pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
     let disparities: Vec<f64> = disparities.collect::<Result<_, GainError>>()?;
     let disparity_px = upper_median(&mut disparities.clone()).unwrap_or(0.0);
     let mut deviations: Vec<f64> = disparities.iter().map(|other| (other - disparity_px).abs()).collect();
-    let scatter_px = MAD_TO_SIGMA * upper_median(&mut deviations).unwrap_or(0.0);
+    let scatter_px = SIGMA_OF_MEDIAN_4 * upper_median(&mut deviations).unwrap_or(0.0);
     if scatter_px > MOST_SCATTER_PX.max(MOST_SCATTER * disparity_px.abs()) {
         return Err(GainError::NoneDominates { disparity_px, scatter_px });
     }

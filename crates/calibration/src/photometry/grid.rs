@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::polynomial::{Patch, Polynomial};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 
 /// Cells across and down, as in the paper. Smaller images have a cell for each pixel.
 const CELLS: usize = 10;
@@ -11,8 +12,6 @@ const CELLS: usize = 10;
 /// a ramp; the median absolute deviation of a ramp is a quarter of its height, so that it keeps 1.9 times its height to either side, and
 /// is never cut. Of Gaussian noise one in two million is lost, on either side alike.
 const CUT: f64 = 5.0;
-/// The median absolute deviation of Gaussian noise, as a share of its standard deviation, inverted.
-const MAD_TO_SIGMA: f64 = 1.4826;
 /// Where most pixels of a cell have one value, the standard deviation is taken to be this, in units of the image: half a DN.
 const LEAST_SIGMA: f64 = 0.5;
 
@@ -123,14 +122,10 @@ impl CellGrid {
 
 /// Mean of the values that lie within the cut around their median, and how many they are. NaN if there are none.
 fn mean_without_outliers(values: &mut [f32]) -> (f64, usize) {
-    if values.is_empty() {
-        return (f64::NAN, 0);
-    }
-    let half = values.len() / 2;
-    let median = *values.select_nth_unstable_by(half, f32::total_cmp).1;
+    let Some(median) = upper_median(values) else { return (f64::NAN, 0) };
     let mut departures: Vec<f32> = values.iter().map(|value| (value - median).abs()).collect();
-    let typical = f64::from(*departures.select_nth_unstable_by(half, f32::total_cmp).1);
-    let limit = CUT * (MAD_TO_SIGMA * typical).max(LEAST_SIGMA);
+    let typical = upper_median(&mut departures).map_or(0.0, f64::from);
+    let limit = CUT * (SIGMA_OF_MEDIAN_4 * typical).max(LEAST_SIGMA);
     let kept = values
         .iter()
         .map(|&value| f64::from(value))

@@ -6,6 +6,7 @@ use thiserror::Error;
 use super::CellGrid;
 use super::average::as_plane;
 use epirig_core::frame::Frame;
+use epirig_core::statistics::upper_median;
 
 /// Cells from this share of full scale on do not count: noise begins to be cut off there. Standard EMVA 1288 judges linearity up to
 /// the same share.
@@ -138,11 +139,8 @@ pub fn linearity(
             }
         }
     }
-    if offsets.is_empty() {
-        return Err(LinearityError::TooFewExposures { least: LEAST_EXPOSURES, percent: 100.0 * MOST_LEVEL });
-    }
-    let middle = offsets.len() / 2;
-    let offset_dn = *offsets.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let too_few = LinearityError::TooFewExposures { least: LEAST_EXPOSURES, percent: 100.0 * MOST_LEVEL };
+    let offset_dn = upper_median(&mut offsets).ok_or(too_few)?;
     Ok(Linearity {
         offset_dn,
         largest_departure_percent: 100.0 * largest / full_scale_dn,

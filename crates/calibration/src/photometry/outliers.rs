@@ -1,6 +1,6 @@
 //! Single pixels that are unlike their neighbours, and what is put in their place.
 
-use epirig_core::statistics::upper_median;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 use serde::{Deserialize, Serialize};
 
 use epirig_core::grid::Grid;
@@ -8,8 +8,6 @@ use epirig_core::grid::Grid;
 /// Beyond so many robust standard deviations a pixel is an outlier: among ten million pixels with Gaussian noise there is one in fifty
 /// images.
 const SIGMAS: f64 = 6.0;
-/// The median absolute deviation of Gaussian noise, as a share of its standard deviation, inverted.
-const MAD_TO_SIGMA: f64 = 1.4826;
 
 /// How a pixel differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,7 +53,7 @@ pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(u
     }
     let mut sizes: Vec<f32> = departures.values().iter().map(|departure| departure.abs()).collect();
     let typical = upper_median(&mut sizes).map_or(0.0, f64::from);
-    let limit = (SIGMAS * MAD_TO_SIGMA * typical).max(least);
+    let limit = (SIGMAS * SIGMA_OF_MEDIAN_4 * typical).max(least);
     let all = departures.values().iter().enumerate();
     all.filter(|&(_, &departure)| f64::from(departure.abs()) > limit)
         .map(|(index, &departure)| (index % columns, index / columns, departure.into()))

@@ -9,6 +9,7 @@ use super::lattice::{LEAST_CORNERS, Lattice, lattices};
 use super::refine::{Corner, EdgeCross, refine_corner};
 use super::sampling::halved;
 use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
 
 /// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch it.
 const WINDOW: f64 = 0.45;
@@ -262,8 +263,7 @@ impl<'a> Labelled<'a> {
         };
         let median = |of: fn(&Corner) -> f64| {
             let mut values: Vec<f64> = corners.values().map(of).collect();
-            values.sort_by(f64::total_cmp);
-            values[values.len() / 2]
+            upper_median(&mut values).unwrap_or(f64::NAN)
         };
         let (blur_px, contrast_dn) = (median(|corner| corner.blur_px), median(|corner| corner.contrast_dn));
         let mut labelled: Vec<BoardCorner> = corners
@@ -291,8 +291,7 @@ fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
                 .filter_map(|(dc, dr)| corners.get(&(column + dc, row + dr)))
                 .map(|other| other.contrast_dn)
                 .collect();
-            around.sort_by(f64::total_cmp);
-            around.get(around.len() / 2).is_some_and(|&usual| corner.contrast_dn < CONTRAST * usual)
+            upper_median(&mut around).is_some_and(|usual| corner.contrast_dn < CONTRAST * usual)
         })
         .map(|(&at, _)| at)
         .collect();

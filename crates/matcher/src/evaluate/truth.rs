@@ -4,6 +4,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
 
 /// The maps to be compared do not cover the same pixels.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -97,8 +98,7 @@ pub fn median_step(map: &Grid<f32>, truth: &Grid<f32>, low: f32, high: f32, tole
         let values = map.values().iter().zip(truth.values());
         let chosen = values.filter(|(value, truth)| !value.is_nan() && (*truth - level).abs() <= tolerance);
         let mut values: Vec<f32> = chosen.map(|(&value, _)| value).collect();
-        let middle = values.len() / 2;
-        (!values.is_empty()).then(|| f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1))
+        upper_median(&mut values).map(f64::from)
     };
     Some(median(low)? - median(high)?)
 }

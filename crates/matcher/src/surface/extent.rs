@@ -9,8 +9,9 @@ use serde::Serialize;
 use super::SurfaceError;
 use super::connected::connected;
 use super::height::Heights;
-use super::smooth::{count_around, quantile};
+use super::smooth::count_around;
 use epirig_core::grid::Grid;
+use epirig_core::statistics::quantile;
 
 /// Pixels whose sigma is this many times the median are left out. Texture makes sigma differ by a factor of two or three over one surface, and where a step of 0.1 px
 /// lies is uncertain by six times the sigma of flat places (0.1 / sqrt(12) and 0.005 px); beside an object it is dozens of times as large.

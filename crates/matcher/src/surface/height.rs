@@ -1,6 +1,7 @@
 //! From disparity to metric height.
 
 use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
 
 /// What turns a disparity into a distance: an ideal pinhole camera and the length of its way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,11 +95,7 @@ pub fn heights(geometry: Geometry, disparity: &Grid<f32>, sigma: &Grid<f32>) -> 
     let distance = |disparity: f32| reach / f64::from(disparity.abs());
     let mut distances: Vec<f64> =
         disparity.values().iter().map(|&d| distance(d)).filter(|distance| distance.is_finite()).collect();
-    if distances.is_empty() {
-        return None;
-    }
-    let middle = distances.len() / 2;
-    let distance_mm = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let distance_mm = upper_median(&mut distances)?;
     let finite = |value: f64| if value.is_finite() { value as f32 } else { f32::NAN };
     let height_mm = disparity.map(|d| finite(distance_mm - distance(d)));
     let mut sigma_mm = sigma.clone();

@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::SurfaceError;
 use super::normal::Normal;
-use super::smooth::quantile;
 use super::trend::{Field, Sample};
+use epirig_core::statistics::quantile;
 
 /// The best share of the field decides, so that up to a quarter may be wrong. Half would leave the choice between a trend of one level and one
 /// through the middle of two to chance where as much is hollow as not.

@@ -6,8 +6,8 @@ use super::SurfaceError;
 use super::blocks::{Blocks, Correlation, Scatter};
 use super::height::Heights;
 use super::normal::{Normal, Solution};
-use super::smooth::{SIGMA_OF_MEDIAN, quantile};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
 /// Residuals beyond so many standard deviations do not count, and nearer ones the less the larger they are: Tukey's biweight, which loses 5 %
 /// with Gaussian errors. Weights that only fall, as Huber's, let a rim of wrong answers pull a quadric after it, since nothing holds it there.

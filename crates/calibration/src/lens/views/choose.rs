@@ -11,6 +11,7 @@ use super::residual::squared_distance;
 use super::terms::Terms;
 use crate::lens::model::Lens;
 use epirig_core::least_squares::Loss;
+use epirig_core::statistics::mean;
 
 /// Views needed, so that three are left when one is held out.
 const VIEWS: usize = 4;
@@ -100,7 +101,6 @@ fn crossed(lens: &Lens, points: &[PlanarPoint], start: BoardPose) -> Option<f64>
 }
 
 fn compare(errors: &[(Terms, Vec<f64>)]) -> Vec<HeldOut> {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let Some((_, best)) = errors.iter().min_by(|(_, a), (_, b)| mean(a).total_cmp(&mean(b))) else {
         return Vec::new();
     };

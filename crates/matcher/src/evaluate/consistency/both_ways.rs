@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
-use super::{quantile, share};
+use super::share;
 use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
+use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::volume::Volume;
 
 /// Neighbours whose disparities differ by more than this, in px, are two surfaces, between which nothing is interpolated.
@@ -73,7 +74,7 @@ fn compared(first: &DisparityMaps, last: &DisparityMaps) -> BothWaysReport {
         within_3_sigma: share(within_3_sigma, differences.len()),
         within_0_1_px: within(0.1),
         within_1_px: within(1.0),
-        median_px: quantile(&differences, 0.5),
+        median_px: quantile_of_sorted(&differences, 0.5).unwrap_or(0.0),
     }
 }
 

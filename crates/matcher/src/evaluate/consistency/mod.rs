@@ -9,12 +9,6 @@ mod split_half;
 pub use both_ways::{BothWaysReport, both_ways};
 pub use split_half::{Differences, SplitHalfError, SplitHalfReport, split_half};
 
-/// The value below which the share `share` (0 to 1) of the `sorted` numbers lie; 0 if there are none.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = (share * sorted.len() as f64) as usize;
-    sorted.get(place.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0)
-}
-
 /// `count` of `of`, 0 to 1.
 fn share(count: usize, of: usize) -> f64 {
     count as f64 / of.max(1) as f64

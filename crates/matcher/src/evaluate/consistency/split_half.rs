@@ -3,9 +3,10 @@
 use serde::Serialize;
 use thiserror::Error;
 
-use super::{quantile, share};
+use super::share;
 use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, ReferenceFrame, match_volume};
 use epirig_core::progress::Progress;
+use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::tau::{Tau, TauError};
 use epirig_core::volume::Volume;
 
@@ -174,10 +175,10 @@ fn differences(pairs: &[Pair], pixels: usize) -> Differences {
     let within = |limit: f64| share(normalised.partition_point(|&value| value <= limit), pairs.len());
     Differences {
         pixels: share(pairs.len(), pixels),
-        median_px: quantile(&absolute, 0.5),
-        percentile_68_px: quantile(&absolute, 0.68),
-        percentile_95_px: quantile(&absolute, 0.95),
-        spread: quantile(&normalised, WITHIN_ONE_SIGMA),
+        median_px: quantile_of_sorted(&absolute, 0.5).unwrap_or(0.0),
+        percentile_68_px: quantile_of_sorted(&absolute, 0.68).unwrap_or(0.0),
+        percentile_95_px: quantile_of_sorted(&absolute, 0.95).unwrap_or(0.0),
+        spread: quantile_of_sorted(&normalised, WITHIN_ONE_SIGMA).unwrap_or(0.0),
         within_1_sigma: within(1.0),
         within_2_sigma: within(2.0),
     }

@@ -5,11 +5,11 @@ use serde::Serialize;
 use super::super::blocks::{Blocks, Correlation, Scatter, student_t_95};
 use super::super::error::SurfaceError;
 use super::super::normal::{Normal, Solution};
-use super::super::smooth::{SIGMA_OF_MEDIAN, quantile};
 use super::super::trend::{Field, Sample, Trend};
 use super::levels::Levels;
 use super::options::StepsOptions;
 use super::regions::{Level, Region, regions};
+use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
 use epirig_core::grid::Grid;
 

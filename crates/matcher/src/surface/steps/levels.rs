@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::super::normal::{Normal, Solution};
-use super::super::smooth::{SIGMA_OF_MEDIAN, quantile};
+use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
 /// So many rounds settle whatever has two levels; what has one may wander for longer, and is refused later.
 const ROUNDS: usize = 60;
