@@ -21,6 +21,7 @@ pub mod range;
 pub mod refine;
 mod search;
 pub mod surface;
+mod window_sums;
 mod winner;
 
 pub use candidates::DisparityRange;

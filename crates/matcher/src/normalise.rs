@@ -102,7 +102,7 @@ impl Window {
             }
             paths = wanted;
             for (sums, by_column) in self.sums.iter_mut().zip(&self.by_column) {
-                box_sums(by_column, 2 * self.halves.0 + 1, sums);
+                window_sums(by_column, 2 * self.halves.0 + 1, sums);
             }
             let [sums, squares] = &self.sums;
             deviations(row(y), [sums, squares, &self.covered], (paths.len() as f64, floor), out);
@@ -119,19 +119,6 @@ impl Window {
             let value = f64::from(row[x]);
             sums[x] += sign * value;
             squares[x] += sign * value * value;
-        }
-    }
-}
-
-/// `out[x] = sum of values[x .. x + side]`; `values` is `side - 1` longer than `out`.
-#[inline(always)]
-fn box_sums(values: &[f64], side: usize, out: &mut [f64]) {
-    let count = out.len();
-    out.copy_from_slice(&values[..count]);
-    for offset in 1..side {
-        let shifted = &values[offset..offset + count];
-        for x in 0..count {
-            out[x] += shifted[x];
         }
     }
 }

@@ -255,18 +255,7 @@ pub(super) fn box_means(level: Level, values: &[f32], half: usize, out: &mut [f3
 fn box_row_means<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]) {
     let count = values.len();
     let out = &mut out[..count];
-    out.copy_from_slice(values);
-    for offset in 1..=half.min(count.saturating_sub(1)) {
-        let rest = count - offset;
-        let (right, left) = (&values[offset..], &values[..rest]);
-        for i in 0..rest {
-            out[i] += right[i];
-        }
-        let out = &mut out[offset..];
-        for i in 0..rest {
-            out[i] += left[i];
-        }
-    }
+    fold_windows(values, half, out, |sum, value| sum + value);
     let scale = 1.0 / (2 * half + 1) as f32;
     let inner = half.min(count)..count.saturating_sub(half).max(half.min(count));
     out[inner.clone()].iter_mut().for_each(|value| *value *= scale);
@@ -277,11 +266,12 @@ fn box_row_means<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]
 
 /// `out[x] = least of values[x - half ..= x + half]`, of those that there are.
 pub(super) fn box_minima(level: Level, values: &[f32], half: usize, out: &mut [f32]) {
-    dispatch!(level, simd => box_row_minima(simd, values, half, out));
+    dispatch!(level, _simd => fold_windows(values, half, out, lesser));
 }
 
+/// `out[x] = values[x]` joined by `join` with all of values[x - half ..= x + half] that there are, the nearer ones first.
 #[inline(always)]
-fn box_row_minima<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]) {
+fn fold_windows(values: &[f32], half: usize, out: &mut [f32], join: impl Fn(f32, f32) -> f32) {
     let count = values.len();
     let out = &mut out[..count];
     out.copy_from_slice(values);
@@ -289,11 +279,11 @@ fn box_row_minima<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32
         let rest = count - offset;
         let (right, left) = (&values[offset..], &values[..rest]);
         for i in 0..rest {
-            out[i] = lesser(out[i], right[i]);
+            out[i] = join(out[i], right[i]);
         }
         let out = &mut out[offset..];
         for i in 0..rest {
-            out[i] = lesser(out[i], left[i]);
+            out[i] = join(out[i], left[i]);
         }
     }
 }
