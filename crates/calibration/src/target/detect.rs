@@ -115,12 +115,12 @@ fn candidates(smooth: &Grid<f32>) -> Vec<Candidate> {
 fn candidate(smooth: &Grid<f32>, column: usize, row: usize, strength: f64) -> Option<Candidate> {
     let [xx, xy, yy] = second_derivatives(smooth, column, row);
     let at = |x: usize, y: usize| f64::from(smooth.at(x, y));
-    let slope_x = 0.5 * (at(column + 1, row) - at(column - 1, row));
-    let slope_y = 0.5 * (at(column, row + 1) - at(column, row - 1));
+    let gradient_x = 0.5 * (at(column + 1, row) - at(column - 1, row));
+    let gradient_y = 0.5 * (at(column, row + 1) - at(column, row - 1));
     // The saddle lies where the gradient vanishes.
     let determinant = xx * yy - xy * xy;
-    let dx = (-(yy * slope_x - xy * slope_y) / determinant).clamp(-1.0, 1.0);
-    let dy = (-(xx * slope_y - xy * slope_x) / determinant).clamp(-1.0, 1.0);
+    let dx = (-(yy * gradient_x - xy * gradient_y) / determinant).clamp(-1.0, 1.0);
+    let dy = (-(xx * gradient_y - xy * gradient_x) / determinant).clamp(-1.0, 1.0);
     let (x, y) = (column as f64 + dx, row as f64 + dy);
     if !has_four_sectors(smooth, x, y) {
         return None;

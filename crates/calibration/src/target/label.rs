@@ -303,19 +303,19 @@ fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
 /// Removes corners that are in fewer straight lines of three than in crooked ones, until there are none: the edges of a board are straight.
 fn drop_crooked(corners: &mut BTreeMap<Label, Corner>) {
     loop {
-        let mut votes: BTreeMap<Label, i32> = corners.keys().map(|&at| (at, 0)).collect();
+        let mut scores: BTreeMap<Label, i32> = corners.keys().map(|&at| (at, 0)).collect();
         for (&(column, row), middle) in corners.iter() {
             for (dc, dr) in [(1, 0), (0, 1)] {
                 let (before, after) = ((column - dc, row - dr), (column + dc, row + dr));
                 if let (Some(a), Some(b)) = (corners.get(&before), corners.get(&after)) {
-                    let vote = if is_straight(a, middle, b) { 1 } else { -1 };
+                    let score = if is_straight(a, middle, b) { 1 } else { -1 };
                     for at in [before, (column, row), after] {
-                        *votes.entry(at).or_default() += vote;
+                        *scores.entry(at).or_default() += score;
                     }
                 }
             }
         }
-        let worst = votes.into_iter().min_by_key(|&(_, vote)| vote).filter(|&(_, vote)| vote < 0);
+        let worst = scores.into_iter().min_by_key(|&(_, score)| score).filter(|&(_, score)| score < 0);
         let Some((label, _)) = worst else { return };
         corners.remove(&label);
     }
