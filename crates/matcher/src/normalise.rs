@@ -14,6 +14,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use crate::window_sums::window_sums;
 use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::volume::Volume;
 

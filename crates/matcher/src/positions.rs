@@ -128,7 +128,7 @@ fn sums_of_row(volume: &Volume, maps: &DisparityMaps, lines: &Lines, y: usize) -
     let mut sums = Sums::default();
     for x in (0..volume.columns()).filter(|&x| maps.answer.at(x, y) == Answer::Found) {
         let disparity = f64::from(maps.disparity.at(x, y));
-        let (mut first, mut end, mut slope) = (tau.len(), 0, 0.0);
+        let (mut first, mut end, mut gradient) = (tau.len(), 0, 0.0);
         for (t, offset) in lines.offsets().iter().enumerate() {
             let place = x as f64 + disparity * offset;
             if !(0.0..=last).contains(&place) {
@@ -141,14 +141,14 @@ fn sums_of_row(volume: &Volume, maps: &DisparityMaps, lines: &Lines, y: usize) -
                 weights.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum()
             };
             values[t] = sum(cubic::weights(fraction));
-            slope += sum(cubic::gradient_weights(fraction));
+            gradient += sum(cubic::gradient_weights(fraction));
             // A point moves to one side, so the frames that see it follow each other.
             (first, end) = (first.min(t), t + 1);
         }
         if end < first + 4 {
             continue;
         }
-        let per_tau = disparity * slope / (end - first) as f64;
+        let per_tau = disparity * gradient / (end - first) as f64;
         sums.add(first..end, per_tau, &values, tau);
         sums.disparity += disparity.abs();
         sums.pixels += 1.0;
@@ -173,12 +173,13 @@ impl Sums {
         let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / count;
         let (value, middle) = (mean(values), mean(tau));
         let spread: f64 = tau.iter().map(|tau| (tau - middle).powi(2)).sum();
-        let slope = values.iter().zip(tau).map(|(v, tau)| (v - value) * (tau - middle)).sum::<f64>() / spread;
+        let gradient =
+            values.iter().zip(tau).map(|(v, tau)| (v - value) * (tau - middle)).sum::<f64>() / spread;
         let class = self.class(seen.start, seen.end);
         class.weight += per_tau * per_tau;
         let mut energy = 0.0;
         for ((moment, v), tau) in class.moments.iter_mut().zip(values).zip(tau) {
-            let residual = v - value - slope * (tau - middle);
+            let residual = v - value - gradient * (tau - middle);
             *moment -= per_tau * residual;
             energy += residual * residual;
         }

@@ -35,7 +35,7 @@ const NEAR_PX: f64 = 4.0;
 /// A crossing of points counts if this many pixels on each side of it agree.
 const SUPPORT: usize = 3;
 /// A jump hides what lies between two surfaces if no more than this share of the columns between them is left at the end of the baseline.
-const HIDING_SHARE: f64 = 0.4;
+const OCCLUDED_SHARE: f64 = 0.4;
 /// Crossings make a scene unordered if this share of the rows, and at least two, hold one.
 const UNORDERED_SHARE: f64 = 0.05;
 
@@ -221,8 +221,8 @@ fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64),
             let crosses_first = columns - (rise - slack) * lines.tau_before() <= 0.0;
             // A jump that closes most of the columns between two surfaces hides what lies there in a part of the frames.
             let left_over = (columns + rise * lines.tau_after()).min(columns - rise * lines.tau_before());
-            let hides = rise.abs() > 2.0 * slack && left_over <= HIDING_SHARE * columns;
-            (crosses_last || crosses_first || hides) && agree(left, a.1) && agree(right, b.1)
+            let occludes = rise.abs() > 2.0 * slack && left_over <= OCCLUDED_SHARE * columns;
+            (crosses_last || crosses_first || occludes) && agree(left, a.1) && agree(right, b.1)
         })
     };
     let unordered = disparities.iter().filter(|row| crosses(row)).count();

@@ -19,9 +19,11 @@ pub enum SimulatorError {
         /// The values allowed.
         expected: &'static str,
     },
-    /// Part of the surface could be hidden by another part in some frame, and its truth has no closed form then.
-    #[error("the simulator's scene would hide part of itself in some frame: {0}; make it flatter or farther")]
-    HidesItself(&'static str),
+    /// Part of the surface could be occluded by another part in some frame, and its truth has no closed form then.
+    #[error(
+        "the simulator's scene would occlude part of itself in some frame: {0}; make it flatter or farther"
+    )]
+    OccludesItself(&'static str),
     /// Positions that make no baseline.
     #[error(transparent)]
     Tau(#[from] TauError),

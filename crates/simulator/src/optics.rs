@@ -35,7 +35,7 @@ pub struct Optics {
     /// How far the camera is panned; less than 0.5 either way.
     #[serde(default)]
     pub pan_rad: f64,
-    /// How the lens bends rays.
+    /// The distortion of the lens.
     #[serde(default)]
     pub distortion: Distortion,
 }
@@ -122,7 +122,7 @@ impl Optics {
         }
     }
 
-    /// Whether the camera is its own pinhole: the scene moves along rows, and the lens bends nothing.
+    /// Whether the camera is its own pinhole: the scene moves along rows, and the lens has no distortion.
     pub fn is_rectified(&self) -> bool {
         self.roll_rad == 0.0 && self.pan_rad == 0.0 && self.distortion.is_none()
     }

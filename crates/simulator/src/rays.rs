@@ -2,8 +2,8 @@
 
 use super::optics::Optics;
 
-/// Solved rays lie this share of the focal length apart: the angle that a stretch between two of them sees, in rad.
-const STRETCH_RAD: f64 = 1.0 / 256.0;
+/// Solved rays lie this share of the focal length apart: the angle that a section between two of them sees, in rad.
+const SECTION_RAD: f64 = 1.0 / 256.0;
 /// Between solved rays a cubic is trusted if it is off by less than this, in px; else every ray is solved for.
 const TRUSTED_PX: f64 = 1e-7;
 /// A cubic through four values at 0, 1, 2, 3 is off by the fourth derivative times at most max |t (t - 1) (t - 2) (t - 3)| / 4!
@@ -11,7 +11,7 @@ const TRUSTED_PX: f64 = 1e-7;
 const CUBIC: f64 = 1.0 / 24.0;
 /// Values that tell the fourth difference.
 const KNOTS: usize = 5;
-/// A stretch of fewer points is not worth a cubic.
+/// A section of fewer points is not worth a cubic.
 const SHORTEST: usize = 4;
 
 type Ray = (f64, f64);
@@ -36,13 +36,13 @@ impl<F: Fn(f64, f64) -> Ray> Rays<F> {
                 *ray = (self.ray)(x(first + index), y);
             }
         };
-        let stretch = (STRETCH_RAD * self.focal_length_px * density) as usize;
-        let knots = row.len().checked_div(stretch).unwrap_or(0) + 2;
-        if !self.smooth || stretch < SHORTEST || knots < KNOTS {
+        let section = (SECTION_RAD * self.focal_length_px * density) as usize;
+        let knots = row.len().checked_div(section).unwrap_or(0) + 2;
+        if !self.smooth || section < SHORTEST || knots < KNOTS {
             return solve(0, row);
         }
-        let solved: Vec<Ray> = (0..knots).map(|knot| (self.ray)(x(knot * stretch), y)).collect();
-        for (number, part) in row.chunks_mut(stretch).enumerate() {
+        let solved: Vec<Ray> = (0..knots).map(|knot| (self.ray)(x(knot * section), y)).collect();
+        for (number, part) in row.chunks_mut(section).enumerate() {
             let first = number.saturating_sub(1).min(knots - 4);
             let near = &solved[first.min(knots - KNOTS)..][..KNOTS];
             let off = fourth_difference(near, |ray| ray.0).max(fourth_difference(near, |ray| ray.1));
@@ -51,11 +51,11 @@ impl<F: Fn(f64, f64) -> Ray> Rays<F> {
                     (Cubic::new(&solved[first..], |ray| ray.0), Cubic::new(&solved[first..], |ray| ray.1));
                 let start = (number - first) as f64;
                 for (index, ray) in part.iter_mut().enumerate() {
-                    let t = start + index as f64 / stretch as f64;
+                    let t = start + index as f64 / section as f64;
                     *ray = (a.at(t), b.at(t));
                 }
             } else {
-                solve(number * stretch, part);
+                solve(number * section, part);
             }
         }
     }

@@ -36,7 +36,7 @@ impl Sight {
         let seen = ((x - self.principal_point_px.0) / f, (y - self.principal_point_px.1) / f);
         match &self.distortion {
             None => seen,
-            Some(distortion) => distortion.straighten(seen).unwrap_or((f64::NAN, f64::NAN)),
+            Some(distortion) => distortion.undistort(seen).unwrap_or((f64::NAN, f64::NAN)),
         }
     }
 
@@ -49,7 +49,7 @@ impl Sight {
 
     /// The image point of an undistorted ray of the camera's own frame.
     pub(super) fn raw_pixel(&self, raw: (f64, f64)) -> (f64, f64) {
-        let seen = self.distortion.map_or(raw, |distortion| distortion.bend(raw));
+        let seen = self.distortion.map_or(raw, |distortion| distortion.distort(raw));
         let f = self.focal_length_px;
         (f * seen.0 + self.principal_point_px.0, f * seen.1 + self.principal_point_px.1)
     }

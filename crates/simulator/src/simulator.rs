@@ -93,7 +93,7 @@ impl Simulator {
     /// A simulator of this make.
     ///
     /// # Errors
-    /// [`SimulatorError`] if a number makes no sense or the scene could hide part of itself.
+    /// [`SimulatorError`] if a number makes no sense or the scene could occlude part of itself.
     pub fn new(config: SimulatorConfig) -> Result<Self, SimulatorError> {
         let positive = |what, value: f64| {
             let fine = value.is_finite() && value > 0.0;

@@ -12,7 +12,7 @@ pub struct Truth {
     pub disparity: Grid<f32>,
     /// Height towards the camera over the scene's nearest level, in mm; NaN as above.
     pub height_mm: Grid<f32>,
-    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 where there is none. The simulator's scenes hide no
+    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 where there is none. The simulator's scenes occlude no
     /// part of themselves, so a point in the image is a point seen.
     pub visible_frames: Grid<u16>,
     /// Index of the first of them.

@@ -71,15 +71,15 @@ impl Distortion {
     pub(super) fn distorted(&self, a: f64, b: f64) -> Distorted {
         let r2 = a * a + b * b;
         let radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3));
-        let slope = 2.0 * (self.k1 + r2 * (2.0 * self.k2 + 3.0 * r2 * self.k3));
+        let by_r2 = 2.0 * (self.k1 + r2 * (2.0 * self.k2 + 3.0 * r2 * self.k3));
         let (x, y) = self.apply(a, b);
-        let mixed = a * b * slope + 2.0 * self.p1 * a + 2.0 * self.p2 * b;
+        let mixed = a * b * by_r2 + 2.0 * self.p1 * a + 2.0 * self.p2 * b;
         Distorted {
             a: x,
             b: y,
             by_ray: [
-                [radial + a * a * slope + 2.0 * self.p1 * b + 6.0 * self.p2 * a, mixed],
-                [mixed, radial + b * b * slope + 6.0 * self.p1 * b + 2.0 * self.p2 * a],
+                [radial + a * a * by_r2 + 2.0 * self.p1 * b + 6.0 * self.p2 * a, mixed],
+                [mixed, radial + b * b * by_r2 + 6.0 * self.p1 * b + 2.0 * self.p2 * a],
             ],
             by_terms: [
                 [a * r2, a * r2 * r2, 2.0 * a * b, r2 + 2.0 * a * a, a * r2 * r2 * r2],

@@ -28,10 +28,10 @@ pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), Ph
 }
 
 /// A frame as DN.
-pub(super) fn as_plane(frame: &Frame) -> Grid<f32> {
-    let mut plane = Grid::filled(frame.rows(), frame.columns(), 0.0);
-    frame.samples().copy_to_f32(0, plane.values_mut());
-    plane
+pub(super) fn as_grid(frame: &Frame) -> Grid<f32> {
+    let mut image = Grid::filled(frame.rows(), frame.columns(), 0.0);
+    frame.samples().copy_to_f32(0, image.values_mut());
+    image
 }
 
 impl Sums {

@@ -84,7 +84,7 @@ pub(super) fn trials_between_halves(halves: &Halves) -> Vec<Trial> {
     let mut errors: Vec<Errors> = (0..=HIGHEST_ORDER)
         .map_while(|order| {
             let fit = |patches: &[Patch]| Polynomial::fit(order, one.rows(), one.columns(), patches);
-            let (of_a, of_b) = (fit(&halves.patches[0])?.plane(), fit(&halves.patches[1])?.plane());
+            let (of_a, of_b) = (fit(&halves.patches[0])?.image(), fit(&halves.patches[1])?.image());
             let (of_a, of_b) = (of_a.values(), of_b.values());
             let square = |index: usize| {
                 let (b_left, a_left) = (f64::from(b[index] - of_a[index]), f64::from(a[index] - of_b[index]));

@@ -16,7 +16,7 @@ const MOST_ZEROS: f64 = 0.1;
 const LEAST_DEPARTURE_DN: f64 = 1.0;
 /// ... and by more than this over the root of the number of frames: six times half a DN, which noise may have where rounding hides it from
 /// the robust standard deviation.
-const HIDDEN_DEPARTURE_DN: f64 = 3.0;
+const ROUNDED_DEPARTURE_DN: f64 = 3.0;
 
 /// What is subtracted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -63,7 +63,7 @@ pub fn dark_frame(frames: &[Frame]) -> Result<DarkFrame, PhotometryError> {
     let (rows, columns) = (frames[0].rows(), frames[0].columns());
     let sums = Sums::of(rows, columns, frames.iter());
     let mean = sums.mean();
-    let least_dn = LEAST_DEPARTURE_DN.max(HIDDEN_DEPARTURE_DN / (frames.len() as f64).sqrt());
+    let least_dn = LEAST_DEPARTURE_DN.max(ROUNDED_DEPARTURE_DN / (frames.len() as f64).sqrt());
     let outliers: Vec<Outlier> = departing(&mean, least_dn, false)
         .into_iter()
         .map(|(x, y, by)| Outlier { x, y, kind: if by > 0.0 { OutlierKind::Hot } else { OutlierKind::Cold } })

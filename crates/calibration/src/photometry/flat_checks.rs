@@ -1,7 +1,7 @@
 //! Flat frames that say nothing, or something wrong, are refused.
 
 use super::PhotometryError;
-use super::average::as_plane;
+use super::average::as_grid;
 use super::grid::{Cell, CellGrid};
 use super::polynomial::{HIGHEST_ORDER, Polynomial};
 use epirig_core::frame::Frame;
@@ -56,7 +56,7 @@ pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> 
         return Ok(());
     }
     let shares: Vec<Vec<f64>> =
-        frames.iter().map(|frame| shares_of(&CellGrid::of_all_pixels(&as_plane(frame)), grid)).collect();
+        frames.iter().map(|frame| shares_of(&CellGrid::of_all_pixels(&as_grid(frame)), grid)).collect();
     let levels: Vec<f64> =
         shares.iter().map(|shares| median(&mut shares.to_vec()).unwrap_or(f64::NAN)).collect();
     let typical = median(&mut levels.clone()).unwrap_or(f64::NAN);

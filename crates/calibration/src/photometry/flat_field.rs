@@ -116,7 +116,7 @@ pub fn flat_field(
             (FlatModel::PerPixel, (0..=HIGHEST_ORDER).rev().find_map(fit), Some(map))
         }
     };
-    let gain = map.clone().or_else(|| smooth.as_ref().map(Polynomial::plane));
+    let gain = map.clone().or_else(|| smooth.as_ref().map(Polynomial::image));
     let positive = |gain: &Grid<f32>| gain.values().iter().all(|&gain| gain > 0.0 && gain.is_finite());
     let Some(gain) = gain.filter(positive) else { return Err(PhotometryError::NotPositive) };
     let residuals = residuals_percent(&flat.grid, &gain);
@@ -243,10 +243,10 @@ fn vignetting_percent(model: &Polynomial) -> f64 {
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
     let darkest = corners.map(|(x, y)| model.at(x, y)).into_iter().fold(f64::INFINITY, f64::min);
     let brightest =
-        model.plane().values().iter().fold(f64::MIN_POSITIVE, |most, &value| most.max(value.into()));
+        model.image().values().iter().fold(f64::MIN_POSITIVE, |most, &value| most.max(value.into()));
     100.0 * (1.0 - darkest / brightest)
 }
 
-fn mean_of(plane: &Grid<f32>) -> f64 {
-    plane.values().iter().map(|&value| f64::from(value)).sum::<f64>() / plane.values().len().max(1) as f64
+fn mean_of(image: &Grid<f32>) -> f64 {
+    image.values().iter().map(|&value| f64::from(value)).sum::<f64>() / image.values().len().max(1) as f64
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::CellGrid;
-use super::average::as_plane;
+use super::average::as_grid;
 use epirig_core::frame::Frame;
 use epirig_core::statistics::upper_median;
 
@@ -26,7 +26,7 @@ pub struct ExposureLevel {
 impl ExposureLevel {
     /// Of a flat frame.
     pub fn of(relative_exposure: f64, frame: &Frame) -> Self {
-        let grid = CellGrid::of(&as_plane(frame));
+        let grid = CellGrid::of(&as_grid(frame));
         Self { relative_exposure, cells_dn: grid.cells().iter().map(|cell| cell.mean).collect() }
     }
 }

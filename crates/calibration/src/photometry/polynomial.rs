@@ -184,10 +184,10 @@ impl Polynomial {
     }
 
     /// The values at all pixels. For each row the powers of v are summed up once, so a pixel costs n multiplications.
-    pub fn plane(&self) -> Grid<f32> {
+    pub fn image(&self) -> Grid<f32> {
         let order = self.order();
         let across: Vec<f64> = (0..self.columns).map(|x| normalised(x as f64, self.columns)).collect();
-        let mut plane = Grid::filled(self.rows, self.columns, 0.0);
+        let mut image = Grid::filled(self.rows, self.columns, 0.0);
         let mut of_row = vec![0.0; order + 1];
         for y in 0..self.rows {
             let v = normalised(y as f64, self.rows);
@@ -195,11 +195,11 @@ impl Polynomial {
             for (coefficient, (i, j)) in self.coefficients.iter().zip(powers(order)) {
                 of_row[i] += coefficient * v.powi(j as i32);
             }
-            for (out, u) in plane.row_mut(y).iter_mut().zip(&across) {
+            for (out, u) in image.row_mut(y).iter_mut().zip(&across) {
                 *out = of_row.iter().rev().fold(0.0, |sum, coefficient| sum * u + coefficient) as f32;
             }
         }
-        plane
+        image
     }
 }
 
@@ -280,12 +280,12 @@ mod tests {
             for (found, truth) in found.coefficients().iter().zip(truth.coefficients()) {
                 prop_assert!((found - truth).abs() < 1e-8, "{found} {truth}");
             }
-            let plane = found.plane();
+            let image = found.image();
             for (x, y) in [(0, 0), (columns - 1, 0), (columns / 2, rows - 1), (columns / 3, rows / 2)] {
                 // f32 at a value of up to 45.
-                prop_assert!((f64::from(plane.at(x, y)) - truth.at(x as f64, y as f64)).abs() < 4e-6);
+                prop_assert!((f64::from(image.at(x, y)) - truth.at(x as f64, y as f64)).abs() < 4e-6);
             }
-            let mean = plane.values().iter().map(|&value| f64::from(value)).sum::<f64>() / (rows * columns) as f64;
+            let mean = image.values().iter().map(|&value| f64::from(value)).sum::<f64>() / (rows * columns) as f64;
             prop_assert!((found.mean() - mean).abs() < 1e-6);
         }
     }

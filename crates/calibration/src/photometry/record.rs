@@ -198,7 +198,7 @@ impl Photometry {
                 if (polynomial.rows(), polynomial.columns()) != (rows, columns) {
                     return Err(PhotometryError::MapMissing { what: "flat field", columns, rows });
                 }
-                Some(polynomial.plane())
+                Some(polynomial.image())
             }
             None => None,
         };

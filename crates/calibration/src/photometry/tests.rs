@@ -26,7 +26,7 @@ fn series(frames: u64, seed: u64, noise_dn: f64, light: impl Fn(usize, usize) ->
     (0..frames).map(|frame| noisy(noise_dn, 1000 * seed + frame, &light)).collect()
 }
 
-fn darkened(vignetting: f64) -> Optics {
+fn with_vignetting(vignetting: f64) -> Optics {
     Optics { vignetting, ..SimulatorConfig::textured_plane(COLUMNS, ROWS, 3).optics }
 }
 
@@ -37,7 +37,7 @@ fn flats(optics: &Optics, frames: u64, seed: u64) -> Vec<Frame> {
 /// The gain that a found field has.
 fn gain(found: &(FlatField, Option<Grid<f32>>)) -> Grid<f32> {
     match (&found.0.model, &found.1) {
-        (FlatModel::Polynomial(polynomial), None) => polynomial.plane(),
+        (FlatModel::Polynomial(polynomial), None) => polynomial.image(),
         (FlatModel::PerPixel, Some(map)) => map.clone(),
         other => panic!("{other:?}"),
     }
@@ -57,7 +57,7 @@ fn worst_percent(gain: &Grid<f32>, optics: &Optics) -> f64 {
 fn less_than_three_thousandths_of_the_vignetting_are_left() {
     for (index, vignetting) in [0.0, 0.15, 0.25, 0.4].into_iter().enumerate() {
         for frames in [4, 16] {
-            let optics = darkened(vignetting);
+            let optics = with_vignetting(vignetting);
             let found =
                 flat_field(&flats(&optics, frames, index as u64), None, FlatMethod::Automatic).unwrap();
             let gain = gain(&found);
@@ -85,7 +85,7 @@ fn less_than_three_thousandths_of_the_vignetting_are_left() {
 #[test]
 fn the_paper_s_polynomial_will_do_for_little_vignetting_and_not_for_much() {
     let worst = |vignetting: f64| {
-        let optics = darkened(vignetting);
+        let optics = with_vignetting(vignetting);
         let found = flat_field(&flats(&optics, 8, 3), None, FlatMethod::Polynomial(3)).unwrap();
         assert!(found.0.trials.is_empty() && found.0.residual_percent.len() == 10);
         (worst_percent(&gain(&found), &optics), found.0.residual_rms_percent)
@@ -101,7 +101,7 @@ fn the_paper_s_polynomial_will_do_for_little_vignetting_and_not_for_much() {
 
 #[test]
 fn a_single_flat_frame_is_enough_for_a_polynomial() {
-    let optics = darkened(0.25);
+    let optics = with_vignetting(0.25);
     let found = flat_field(&flats(&optics, 1, 5), None, FlatMethod::Automatic).unwrap();
     let worst = worst_percent(&gain(&found), &optics);
     // A cell is known to 0.05 %; a fit of up to 45 coefficients to 100 cells has in the corners about twice that, and four times again.
@@ -185,7 +185,7 @@ fn flat_frames_that_will_not_do_are_refused_with_the_reason() {
 #[test]
 fn flicker_and_dust_are_no_reason_to_refuse() {
     // A lamp that changes by 3 %, and a grain that takes 20 % over 7 px.
-    let optics = darkened(0.2);
+    let optics = with_vignetting(0.2);
     let light = |x: usize, y: usize| {
         let grain = if (40..47).contains(&x) && (50..57).contains(&y) { 0.8 } else { 1.0 };
         grain * optics.transmission(x as f64, y as f64)
@@ -256,7 +256,7 @@ fn pixels_that_only_flat_frames_show_are_found_and_replaced() {
 
 #[test]
 fn the_record_makes_the_same_correction_again() {
-    let optics = darkened(0.3);
+    let optics = with_vignetting(0.3);
     let flat = series(6, 8, 1.4, |x, y| 12.0 + 180.0 * optics.transmission(x as f64, y as f64));
     for (dark, method) in [
         (series(6, 9, 1.4, |_, _| 12.0), FlatMethod::Automatic),

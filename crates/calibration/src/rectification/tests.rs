@@ -75,29 +75,29 @@ fn a_texture_is_found_where_the_lens_puts_it() {
             let (raw_x, raw_y) = mapping.raw(x, y);
             scene(raw_x, raw_y)
         };
-        // Error and slope along x of every pixel.
+        // Error and gradient along x of every pixel.
         let mut values = Grid::filled(found.rows(), found.columns(), (0.0, 0.0));
         let mut squares = 0.0;
         for y in 0..found.rows() {
             for x in 0..found.columns() {
                 let (u, v) = (x as f64, y as f64);
-                let slope = (truth(u + 1e-3, v) - truth(u - 1e-3, v)) / 2e-3;
-                values.row_mut(y)[x] = (f64::from(found.at(x, y)) - truth(u, v), slope);
-                squares += slope * slope;
+                let gradient = (truth(u + 1e-3, v) - truth(u - 1e-3, v)) / 2e-3;
+                values.row_mut(y)[x] = (f64::from(found.at(x, y)) - truth(u, v), gradient);
+                squares += gradient * gradient;
             }
         }
-        let slope = (squares / values.values().len() as f64).sqrt();
+        let gradient = (squares / values.values().len() as f64).sqrt();
         let largest = values.values().iter().map(|(error, _)| error.abs()).fold(0.0, f64::max);
-        // As a shift of a typical slope.
-        assert!(largest / slope < 0.002, "{} px", largest / slope);
+        // As a shift of a typical gradient.
+        assert!(largest / gradient < 0.002, "{} px", largest / gradient);
         let side = 9;
         for y in (0..=found.rows() - side).step_by(side) {
             for x in (0..=found.columns() - side).step_by(side) {
                 let window = values.cropped(x..x + side, y..y + side);
                 let (mut product, mut energy) = (0.0, 0.0);
-                window.values().iter().for_each(|(error, slope)| {
-                    product += error * slope;
-                    energy += slope * slope;
+                window.values().iter().for_each(|(error, gradient)| {
+                    product += error * gradient;
+                    energy += gradient * gradient;
                 });
                 assert!((product / energy).abs() < 0.001, "({x}, {y}): {} px", product / energy);
             }
@@ -108,16 +108,17 @@ fn a_texture_is_found_where_the_lens_puts_it() {
 #[test]
 fn a_ramp_is_followed_up_to_the_border_that_is_kept() {
     let mapping = rig();
-    let slope = 300.0;
-    let volume = rectified(mapping, Correction::default(), &[frame(16, |x, y| 500.0 + slope * x + 10.0 * y)]);
+    let gradient = 300.0;
+    let volume =
+        rectified(mapping, Correction::default(), &[frame(16, |x, y| 500.0 + gradient * x + 10.0 * y)]);
     let found = plane(&volume, 0);
     for y in 0..found.rows() {
         for x in 0..found.columns() {
             let (raw_x, raw_y) = mapping.raw(x as f64, y as f64);
             assert!(raw_x >= BORDER_PX && raw_x <= (COLUMNS - 1) as f64 - BORDER_PX);
-            let error = f64::from(found.at(x, y)) - (500.0 + slope * raw_x + 10.0 * raw_y);
-            // 0.0002 px of either slope, half a count of 2 DN, and the rounding of sums of 32 bit floats up to 65535.
-            assert!(error.abs() < 0.0002 * (slope + 10.0) + 1.05, "({x}, {y}): {error}");
+            let error = f64::from(found.at(x, y)) - (500.0 + gradient * raw_x + 10.0 * raw_y);
+            // 0.0002 px of either gradient, half a count of 2 DN, and the rounding of sums of 32 bit floats up to 65535.
+            assert!(error.abs() < 0.0002 * (gradient + 10.0) + 1.05, "({x}, {y}): {error}");
         }
     }
 }

@@ -175,7 +175,7 @@ fn sample(epi: &SampledEpi, t: usize, position: f64, columns: usize) -> Option<f
 /// of the largest |disparity|, is seen.
 fn carry(disparity: &[f32], offset: f64) -> Vec<f32> {
     // Neighbours belong to one surface while it is not stretched to more than twice its width.
-    const LARGEST_STRETCH: f64 = 2.0;
+    const LARGEST_ELONGATION: f64 = 2.0;
     let mut carried = vec![f32::NAN; disparity.len()];
     let mut see = |column: f64, value: f32| {
         if column >= 0.0 && column < carried.len() as f64 {
@@ -193,7 +193,7 @@ fn carry(disparity: &[f32], offset: f64) -> Vec<f32> {
         }
         see(here.round(), disparity[x]);
         let Some(next) = (x + 1 < disparity.len()).then(|| place(x + 1)) else { continue };
-        if next > here && next - here <= LARGEST_STRETCH {
+        if next > here && next - here <= LARGEST_ELONGATION {
             let mut column = here.ceil();
             while column <= next {
                 let share = ((column - here) / (next - here)) as f32;

@@ -1,6 +1,6 @@
 //! From half the resolution to the whole one.
 //!
-//! On one surface disparities are interpolated. Where several lie around a pixel, it decides for itself ([`edge_refinement`](crate::settling)).
+//! On one surface disparities are interpolated. Where several lie around a pixel, it decides for itself ([`edge_refinement`](crate::edge_refinement)).
 
 use rayon::prelude::*;
 
@@ -10,12 +10,12 @@ use epirig_core::grid::Grid;
 
 /// What was found at half the resolution, for each pixel of `task`: disparities twice as large, settled where surfaces meet; cost, confidence and the reason of no answer
 /// are those of the halved pixel that holds it. `reach` is how far from a surface its disparity may be found, in px of the halved frames.
-pub(super) fn settled(task: Task<'_>, coarse: &Searched, reach: usize) -> Searched {
+pub(super) fn refined(task: Task<'_>, coarse: &Searched, reach: usize) -> Searched {
     let (rows, columns) = (task.volume.rows(), task.volume.columns());
     let mut guess = Grid::filled(rows, columns, f32::NAN);
     let around = Around::new(&coarse.guess, 2.0, reach);
-    let settling = guess.values_mut().par_chunks_mut(columns).enumerate();
-    settling.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
+    let guesses = guess.values_mut().par_chunks_mut(columns).enumerate();
+    guesses.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
     Searched {
         guess,
         cost: doubled(&coarse.cost, (rows, columns)),

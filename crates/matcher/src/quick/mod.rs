@@ -15,7 +15,7 @@ use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
 use super::refine::stepped;
 use super::search::{Searched, Task, search};
-use doubling::settled;
+use doubling::refined;
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -128,7 +128,7 @@ impl Halved {
         if options.refine {
             found.guess = stepped(volume, lines, found.guess, rule, || ());
         }
-        Ok(settled(task, &found, options.window_px / 2))
+        Ok(refined(task, &found, options.window_px / 2))
     }
 
     /// Rows that are searched.

@@ -11,7 +11,7 @@ use super::creases::decide_creases;
 use super::fit::Fit;
 use super::foreshortening::take_off_drift;
 use super::neighbours::take_neighbours;
-use super::planes::{ObservationPlanes, SparePlanes, SurfacePlanes};
+use super::planes::{ObservationMaps, SpareMaps, SurfacePlanes};
 use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told, told_by_both};
 use super::support::{SupportRule, join_nested_row, join_row, nested_reaches, take_best_window};
 use super::window_growth::{WIDE_REACHES, take_better, take_wide};
@@ -48,7 +48,7 @@ const NO_SLACK: (f32, f32) = (0.0, 0.0);
 /// The surface through the observations: supports of the smallest window, or as `options` say.
 pub(super) fn join_observations(
     level: Level,
-    observations: &mut ObservationPlanes,
+    observations: &mut ObservationMaps,
     guess: &Grid<f32>,
     origin: f32,
     options: Option<Fit>,
@@ -66,21 +66,16 @@ pub(super) fn join_observations(
         slack,
         slants_known: slack == NO_SLACK,
     };
-    let join = |observations: &ObservationPlanes,
-                map: &SurfacePlanes,
-                rule: SupportRule,
-                mut next: SurfacePlanes| {
-        next.par_rows().enumerate().for_each(|(y, out)| {
-            join_row(level, (observations, map), rule, y, None, out);
-        });
-        next
-    };
-    let mut spare = SparePlanes::none(rows, columns);
+    let join =
+        |observations: &ObservationMaps, map: &SurfacePlanes, rule: SupportRule, mut next: SurfacePlanes| {
+            next.par_rows().enumerate().for_each(|(y, out)| {
+                join_row(level, (observations, map), rule, y, None, out);
+            });
+            next
+        };
+    let mut spare = SpareMaps::none(rows, columns);
     let guesses = SurfacePlanes::of_guesses(observations, guess, origin);
-    let survey = |observations: &ObservationPlanes,
-                  square,
-                  long: &[(usize, usize)],
-                  spare: &mut SparePlanes| {
+    let survey = |observations: &ObservationMaps, square, long: &[(usize, usize)], spare: &mut SpareMaps| {
         let mut map = spare.unknown();
         let mut take_best = |windows: &SurfacePlanes, reach| {
             map.par_rows()
@@ -112,7 +107,7 @@ pub(super) fn join_observations(
     let least = options.window_px / 2;
     let side = |reach: usize| 2 * reach + 1;
     let [smallest, small] = SMALL_REACHES;
-    let join_small = |observations: &ObservationPlanes, reach: usize, planes: SurfacePlanes| {
+    let join_small = |observations: &ObservationMaps, reach: usize, planes: SurfacePlanes| {
         let mut small = join(observations, &guesses, rule((reach, reach), GUESS_SLACK), planes);
         small.forget_fit();
         small

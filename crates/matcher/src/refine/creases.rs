@@ -20,7 +20,7 @@ const CHANGE_SIGMAS: f32 = 6.0;
 /// Slants are those of one face if they differ by less than this share of the change. Of a surface that is curved evenly they would differ by a half of it.
 const ONE_FACE: f32 = 0.25;
 /// A pixel's plane is its face's if neither disparity nor slant differ by more than this many standard deviations; chance exceeds it once in four hundred.
-const SETTLED_SIGMAS: f32 = 3.0;
+const ALIKE_SIGMAS: f32 = 3.0;
 
 /// In which direction the faces follow each other.
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +59,7 @@ struct Beside {
     place: usize,
     face: Face,
     /// Whether the pixel has the face's plane already.
-    settled: bool,
+    decided: bool,
 }
 
 /// Gives pixels beside creases the planes of their faces, and tells where such pixels lie: places of the padded row, for each row. Where planes are carried, their variance grows by
@@ -77,12 +77,12 @@ pub(super) fn decide_creases(map: &mut SurfacePlanes, share: f32) -> Vec<Vec<usi
             (PAD..map.disparity.row(y).len() - PAD).filter_map(any).collect()
         })
         .collect();
-    let unsettled = |row: &Vec<Beside>| {
-        row.iter().filter(|pixel| !pixel.settled).map(|pixel| (pixel.place, pixel.face.plane)).collect()
+    let undecided = |row: &Vec<Beside>| {
+        row.iter().filter(|pixel| !pixel.decided).map(|pixel| (pixel.place, pixel.face.plane)).collect()
     };
-    map.take(&beside.iter().map(unsettled).collect::<Vec<_>>());
+    map.take(&beside.iter().map(undecided).collect::<Vec<_>>());
     map.texture.par_rows().zip(&beside).for_each(|(texture, row)| {
-        row.iter().filter(|pixel| !pixel.settled).for_each(|pixel| texture[pixel.place] = pixel.face.texture);
+        row.iter().filter(|pixel| !pixel.decided).for_each(|pixel| texture[pixel.place] = pixel.face.texture);
     });
     beside.into_iter().map(|row| row.into_iter().map(|pixel| pixel.place).collect()).collect()
 }
@@ -150,12 +150,11 @@ fn face_beside_crease(
         }
     }
     let (own, face) = (face(0), if crease > 0.0 { before } else { after });
-    let alike = |difference: f32, variance: f32| {
-        difference * difference <= SETTLED_SIGMAS * SETTLED_SIGMAS * variance
-    };
-    let settled = alike(slant(&own) - slant(&face), own.plane.slant_variance + face.plane.slant_variance)
+    let alike =
+        |difference: f32, variance: f32| difference * difference <= ALIKE_SIGMAS * ALIKE_SIGMAS * variance;
+    let decided = alike(slant(&own) - slant(&face), own.plane.slant_variance + face.plane.slant_variance)
         && alike(own.plane.disparity - face.plane.disparity, own.plane.variance + face.plane.variance);
-    Some(Beside { place: pixel.0, face, settled })
+    Some(Beside { place: pixel.0, face, decided })
 }
 
 #[cfg(test)]

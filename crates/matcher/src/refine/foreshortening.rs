@@ -9,14 +9,14 @@
 use rayon::prelude::*;
 
 use super::padded::PAD;
-use super::planes::{ObservationPlanes, SurfacePlanes};
+use super::planes::{ObservationMaps, SurfacePlanes};
 
 /// The largest variance of a blur that is believed, in px^2: a point spread of sigma 2 px.
 const LARGEST_BLUR: f64 = 4.0;
 
 /// Finds the variance of the blur, in px^2, from the observations and the planes through them, and takes its effect off the observations' moments. Without slants nothing is
 /// found and nothing changes.
-pub(super) fn take_off_drift(observations: &mut ObservationPlanes, map: &SurfacePlanes) {
+pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePlanes) {
     let rows = observations.rows();
     // Numerator and denominator of the regression, row by row: the order of sums is fixed.
     let sums: Vec<(f64, f64)> = (0..rows)
@@ -53,7 +53,7 @@ pub(super) fn take_off_drift(observations: &mut ObservationPlanes, map: &Surface
 }
 
 /// What a blur of variance 1 adds to the moments of row `y`: S g (p I_xx + q I_xy).
-fn drift_row(observations: &ObservationPlanes, map: &SurfacePlanes, y: usize) -> Vec<f32> {
+fn drift_row(observations: &ObservationMaps, map: &SurfacePlanes, y: usize) -> Vec<f32> {
     let (weight, gradient, curvature) =
         (observations.weight.row(y), observations.gradient.row(y), observations.curvature.row(y));
     let (first, last) = (y.saturating_sub(1), (y + 1).min(observations.rows() - 1));
@@ -103,8 +103,8 @@ mod tests {
 
     /// Observations on a surface whose slants are `scale` times the formula's, seen through a blur of variance `blur`, with noise of `sigma` DN; and the true
     /// surface, unknown in the first and last row, which have no neighbour on one side.
-    fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationPlanes, SurfacePlanes) {
-        let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+    fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationMaps, SurfacePlanes) {
+        let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
         let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
         let mut random = ChaCha8Rng::seed_from_u64(11);
         for y in 0..ROWS {

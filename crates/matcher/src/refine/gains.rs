@@ -17,7 +17,7 @@ const SAMPLED_ROWS: usize = 64;
 /// The same for a first look, if they hold enough points: a thousand leave less than a tenth of a percent.
 const SAMPLED_ROWS_OF_QUICK: usize = 16;
 const ENOUGH_POINTS: usize = 1000;
-/// Every so manieth column is: nearer ones show the same texture.
+/// Every n-th column is: nearer ones show the same texture.
 const COLUMN_STEP: usize = 4;
 /// Darker points than this share of full scale say little of a factor.
 const LEAST_LIGHT: f32 = 1.0 / 32.0;

@@ -1,6 +1,6 @@
 //! Which frames see a block of pixels, and where.
 
-use super::moments::{FrameSample, LANES, SeenStretch};
+use super::moments::{FrameSample, LANES, VisibleInterval};
 use super::spline::FRACTIONS;
 use crate::lines::Lines;
 
@@ -16,7 +16,7 @@ pub(super) fn in_view(
     shown: &[(usize, f64)],
     visible: Option<&[(f32, f32)]>,
     samples: &mut Vec<FrameSample>,
-) -> Option<SeenStretch> {
+) -> Option<VisibleInterval> {
     // The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
     let (low, high) = (1.0, (lines.columns() - 2) as f64);
     let moved = [-lines.tau_before(), lines.tau_after()].map(|tau| common * tau);
@@ -29,7 +29,7 @@ pub(super) fn in_view(
         samples.extend(shown.iter().map(|&(t, tau)| sample(start, common, t, tau)));
         return None;
     }
-    let mut seen = SeenStretch { first: [f32::INFINITY; LANES], last: [f32::NEG_INFINITY; LANES] };
+    let mut seen = VisibleInterval { first: [f32::INFINITY; LANES], last: [f32::NEG_INFINITY; LANES] };
     let (mut earliest, mut latest) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut everywhere = true;
     for lane in (0..LANES).filter(|&lane| served[lane]) {

@@ -29,7 +29,7 @@ use crate::lines::Lines;
 
 /// Rows that are looked at, spread over the image.
 const SAMPLED_ROWS: usize = 32;
-/// Every so manieth column is: nearer ones show the same texture.
+/// Every n-th column is: nearer ones show the same texture.
 const COLUMN_STEP: usize = 4;
 /// Points whose residuals vary by more than this many times those of a good one of their row, the lower quartile (in squares), count as much less.
 const BELIEVED: f64 = 6.0;
@@ -151,26 +151,26 @@ impl RowLines<'_> {
         if (2..TERMS).any(|term| inverse[(term, term)] > WELL_SPREAD * even) {
             return None;
         }
-        let (mut values, mut slopes) = (Terms::zeros(), Terms::zeros());
+        let (mut values, mut gradients) = (Terms::zeros(), Terms::zeros());
         let mut residuals = Vec::with_capacity(count);
         for sighting in &sightings {
             let taps = epi.taps(sighting.frame, sighting.column);
-            let [value, slope, _] = spline.weights(sighting.fraction);
+            let [value, gradient, _] = spline.weights(sighting.fraction);
             let dot =
                 |weights: &[f32]| weights.iter().zip(taps).map(|(weight, tap)| weight * tap).sum::<f32>();
-            let (value, slope) = (f64::from(dot(value)), f64::from(dot(slope)));
+            let (value, gradient) = (f64::from(dot(value)), f64::from(dot(gradient)));
             let terms = turns.terms(sighting.tau, sighting.fraction);
             values += terms * value;
-            slopes += terms * slope;
+            gradients += terms * gradient;
             residuals.push(value);
         }
-        (values, slopes) = (inverse * values, inverse * slopes);
+        (values, gradients) = (inverse * values, inverse * gradients);
         for (residual, sighting) in residuals.iter_mut().zip(&sightings) {
             *residual -= values.dot(&turns.terms(sighting.tau, sighting.fraction));
         }
         let spread = residuals.iter().map(|residual| residual * residual).sum::<f64>();
-        let products = Products::of(&values, &slopes, 1.0);
-        Some(Point { sightings, residuals, products, gradient: slopes[0], spread })
+        let products = Products::of(&values, &gradients, 1.0);
+        Some(Point { sightings, residuals, products, gradient: gradients[0], spread })
     }
 
     /// What the row's points tell.
@@ -227,14 +227,14 @@ impl RowLines<'_> {
             weights.iter().zip(&weights[lag..]).map(|(one, other)| f64::from(one * other)).sum::<f64>()
         };
         let kernel: [f64; TAPS] = std::array::from_fn(|lag| correlation(&own, lag) - correlation(&half, lag));
-        let slope = &spline.weights(0)[1];
+        let gradient = &spline.weights(0)[1];
         let (mut lost, mut square) = (0.0, 0.0);
         for (one, other) in pairs {
             let middle = f64::from(one[TAPS]);
             let lags = (1..TAPS).map(|lag| kernel[lag] * f64::from(other[TAPS - lag] + other[TAPS + lag]));
             lost += middle * (kernel[0] * f64::from(other[TAPS]) + lags.sum::<f64>());
             let gradient = |taps: &[f32]| {
-                slope.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum::<f64>()
+                gradient.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum::<f64>()
             };
             square += gradient(one) * gradient(other);
         }

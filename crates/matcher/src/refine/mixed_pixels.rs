@@ -28,7 +28,7 @@ pub(super) struct RowSamples<'a> {
     pub(super) spline: &'a Spline,
     pub(super) epi: &'a SplineEpi,
     pub(super) lines: &'a Lines,
-    /// Only every so manieth frame from the reference frame on is there.
+    /// Only every n-th frame from the reference frame on is there.
     pub(super) every: usize,
 }
 

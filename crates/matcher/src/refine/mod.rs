@@ -47,7 +47,7 @@ pub use fit::Fit;
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use outlier_test::outliers_of_row;
 use padded::{PAD, Padded};
-use spline::SLOPE_NOISE_GAIN;
+use spline::GRADIENT_NOISE_GAIN;
 use steps::{Steps, extremes};
 use visibility::visible_intervals;
 
@@ -156,5 +156,5 @@ fn texture_of_noise(lines: &Lines) -> f64 {
     let count = lines.frames() as f64;
     let mean = lines.offsets().iter().sum::<f64>() / count;
     let spread: f64 = lines.offsets().iter().map(|tau| (tau - mean).powi(2)).sum();
-    SLOPE_NOISE_GAIN / count * spread
+    GRADIENT_NOISE_GAIN / count * spread
 }

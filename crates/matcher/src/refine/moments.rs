@@ -48,7 +48,7 @@ pub(super) struct FrameSample {
 
 /// The interval of tau' in which each pixel of a block is seen.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SeenStretch {
+pub(super) struct VisibleInterval {
     pub(super) first: [f32; LANES],
     pub(super) last: [f32; LANES],
 }
@@ -61,7 +61,7 @@ pub(super) fn block_moments<'w>(
     samples: &[FrameSample],
     weights: impl Fn(usize) -> &'w Weights,
     anchor: &[f32; LANES],
-    seen: Option<&SeenStretch>,
+    seen: Option<&VisibleInterval>,
 ) -> Moments {
     match seen {
         None => dispatch!(level, simd => sum_all(simd, epi, samples, &weights, anchor)),
@@ -98,7 +98,7 @@ fn sum_seen<'w, S: Simd>(
     samples: &[FrameSample],
     weights: &impl Fn(usize) -> &'w Weights,
     anchor: &[f32; LANES],
-    seen: &SeenStretch,
+    seen: &VisibleInterval,
 ) -> Moments {
     let zero = f32x16::splat(simd, 0.0);
     let anchor = f32x16::from_slice(simd, anchor);
@@ -287,13 +287,13 @@ mod tests {
         let spline = Spline::new();
         let (epi, samples) = (epi_without_order(&spline), samples());
         let anchor = [120.0; LANES];
-        let moments = |samples: &[FrameSample], seen: Option<&SeenStretch>| {
+        let moments = |samples: &[FrameSample], seen: Option<&VisibleInterval>| {
             block_moments(Level::new(), &epi, samples, |index| spline.weights(index), &anchor, seen)
         };
         // Lane by lane less is seen, at last nothing.
         let first: [f32; LANES] = std::array::from_fn(|lane| -0.5 + 0.04 * lane as f32);
         let last: [f32; LANES] = std::array::from_fn(|lane| 0.5 - 0.04 * lane as f32);
-        let masked = moments(&samples, Some(&SeenStretch { first, last }));
+        let masked = moments(&samples, Some(&VisibleInterval { first, last }));
         for lane in 0..LANES {
             let is_seen = |sample: &&FrameSample| (first[lane]..=last[lane]).contains(&sample.tau);
             let seen: Vec<FrameSample> = samples.iter().filter(is_seen).copied().collect();

@@ -37,7 +37,7 @@ pub(super) const UNOBSERVED: Observation =
 pub(super) struct FramesAsked<'a> {
     /// A pixel seen in fewer frames has no observation.
     pub(super) minimum_frames: usize,
-    /// Only every so manieth frame from the reference frame on is looked at.
+    /// Only every n-th frame from the reference frame on is looked at.
     pub(super) every: usize,
     /// How far the series is used, in px of shift in the frame farthest from the reference.
     pub(super) series_reach_px: f32,

@@ -3,7 +3,7 @@
 
 use super::mixed_pixels::{APART_PX, BESIDE_PX};
 use super::padded::PAD;
-use super::planes::ObservationPlanes;
+use super::planes::ObservationMaps;
 use crate::contrast::contrast;
 use crate::lines::Lines;
 use epirig_core::grid::Grid;
@@ -19,7 +19,7 @@ const RESIDUAL_NOISE: f32 = 4.0;
 pub(super) fn outliers_of_row(
     volume: &Volume,
     lines: &Lines,
-    (observations, guess): (&ObservationPlanes, &Grid<f32>),
+    (observations, guess): (&ObservationMaps, &Grid<f32>),
     deviation_share: f32,
     y: usize,
     outliers: &mut [bool],
@@ -63,7 +63,7 @@ mod tests {
             *count = 128 * if (y, t) == (1, 2) { stripes } else { 50 };
         }
         let lines = Lines::new(volume.tau(), 2, COLUMNS);
-        let mut observations = ObservationPlanes::empty(3, COLUMNS);
+        let mut observations = ObservationMaps::empty(3, COLUMNS);
         for x in 0..COLUMNS {
             observations.residual.row_mut(1)[PAD + x] = residual(x);
         }

@@ -16,18 +16,18 @@ const EXCEEDS_WHOLLY: f32 = 1.25;
 
 /// What the observations of all pixels are. Disparities are counted from a common origin.
 #[derive(Debug, Clone)]
-pub(super) struct ObservationPlanes {
+pub(super) struct ObservationMaps {
     pub(super) weight: Padded,
     /// Weight times observed disparity.
     pub(super) moment: Padded,
     /// One over the weight; 0 where there is none.
     pub(super) inverse: Padded,
-    /// Variance of the noise around the pixel, in DN^2, once it is settled.
+    /// Variance of the noise around the pixel, in DN^2, once it is known.
     pub(super) noise: Padded,
     /// Derivatives of the template along x.
     pub(super) gradient: Padded,
     pub(super) curvature: Padded,
-    /// Variance of the pixel's own residuals, as noise, in DN^2, once the noise is settled.
+    /// Variance of the pixel's own residuals, as noise, in DN^2, once the noise is known.
     pub(super) residual: Padded,
 }
 
@@ -51,7 +51,7 @@ impl ObservationRow<'_> {
     }
 }
 
-impl ObservationPlanes {
+impl ObservationMaps {
     pub(super) fn empty(rows: usize, columns: usize) -> Self {
         let plane = || Padded::filled(rows, columns, 0.0);
         Self {
@@ -188,7 +188,7 @@ impl SurfacePlanes {
     }
 
     /// The guesses that the observations are counted from, as planes without slant.
-    pub(super) fn of_guesses(observations: &ObservationPlanes, guess: &Grid<f32>, origin: f32) -> Self {
+    pub(super) fn of_guesses(observations: &ObservationMaps, guess: &Grid<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
         let plane = |value| Padded::filled(rows, columns, value);
         let mut planes = Self {
@@ -257,13 +257,13 @@ impl SurfacePlanes {
 
 /// Planes that are no longer needed, kept for those that will be: to fetch memory takes longer than many a computation into it.
 #[derive(Debug)]
-pub(super) struct SparePlanes {
+pub(super) struct SpareMaps {
     rows: usize,
     columns: usize,
     spare: Vec<SurfacePlanes>,
 }
 
-impl SparePlanes {
+impl SpareMaps {
     pub(super) fn none(rows: usize, columns: usize) -> Self {
         Self { rows, columns, spare: Vec::new() }
     }

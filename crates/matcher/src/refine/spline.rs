@@ -22,7 +22,7 @@ pub(super) const VALUE_NOISE_GAIN: f64 = 0.918;
 /// The same for noise that was resampled by such splines once before, along x and along y: rectified frames.
 pub(super) const RESAMPLED_NOISE_GAIN: f64 = 0.793;
 /// The same for its derivative, per px^2.
-pub(super) const SLOPE_NOISE_GAIN: f64 = 2.678;
+pub(super) const GRADIENT_NOISE_GAIN: f64 = 2.678;
 
 /// Weights of the six neighbours for value, first and second derivative at a fraction of a pixel.
 pub(super) type Weights = [[f32; TAPS]; 3];
@@ -296,7 +296,7 @@ mod tests {
         let value = over_frequencies(|omega| mean_power(omega, 0));
         assert!((value - VALUE_NOISE_GAIN).abs() < 0.001, "{value}");
         let gradient = over_frequencies(|omega| mean_power(omega, 1));
-        assert!((gradient - SLOPE_NOISE_GAIN).abs() < 0.001, "{gradient}");
+        assert!((gradient - GRADIENT_NOISE_GAIN).abs() < 0.001, "{gradient}");
         // Resampled along x before it is sampled along x, and along y.
         let twice = over_frequencies(|omega| mean_power(omega, 0).powi(2));
         assert!((twice * value - RESAMPLED_NOISE_GAIN).abs() < 0.001, "{}", twice * value);

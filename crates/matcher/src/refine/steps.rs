@@ -10,7 +10,7 @@ use super::observations::{
     FramesAsked, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
 };
 use super::padded::PAD;
-use super::planes::ObservationPlanes;
+use super::planes::ObservationMaps;
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::visible_intervals;
 use crate::lines::{Lines, SeenRule};
@@ -84,15 +84,15 @@ impl<'a> Steps<'a> {
         self.rule.occlusion == Occlusion::OneSide
     }
 
-    /// The observations of all pixels around `current`, by every so manieth frame, and what `look` makes of each row, in their order.
+    /// The observations of all pixels around `current`, by every n-th frame, and what `look` makes of each row, in their order.
     pub(super) fn observations<T: Send>(
         &self,
         current: &Grid<f32>,
         every: usize,
         look: impl Fn(ObservedRow<'_>) -> T + Sync,
-    ) -> (ObservationPlanes, Vec<T>) {
+    ) -> (ObservationMaps, Vec<T>) {
         let (rows, columns) = (current.rows(), current.columns());
-        let mut planes = ObservationPlanes::empty(rows, columns);
+        let mut planes = ObservationMaps::empty(rows, columns);
         let looked = planes.par_rows().enumerate().map_init(
             || (SplineEpi::default(), vec![UNOBSERVED; columns]),
             |(epi, observations), (y, out)| {

@@ -15,7 +15,7 @@ use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
 use super::padded::{PAD, Padded};
-use super::planes::{ObservationPlanes, PlaneRow, SurfacePlanes};
+use super::planes::{ObservationMaps, PlaneRow, SurfacePlanes};
 use rule::LEAST_SLANT_SPREAD;
 pub(super) use rule::SupportRule;
 use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
@@ -29,7 +29,7 @@ const EXPECTED_SLANT: f32 = 0.1;
 /// With `wanted`, pixels whose variance in `after` is at most that, in px^2, keep what it holds.
 pub(super) fn join_row(
     level: Level,
-    planes: (&ObservationPlanes, &SurfacePlanes),
+    planes: (&ObservationMaps, &SurfacePlanes),
     rule: SupportRule,
     y: usize,
     wanted: Option<f32>,
@@ -57,7 +57,7 @@ pub(super) fn nested_reaches(widest: (usize, usize)) -> [(usize, usize); 3] {
 /// or columns and longer across; [`nested_reaches`] tells those of all, in the order of `after`.
 pub(super) fn join_nested_row(
     level: Level,
-    planes: (&ObservationPlanes, &SurfacePlanes),
+    planes: (&ObservationMaps, &SurfacePlanes),
     rule: SupportRule,
     y: usize,
     after: [PlaneRow<'_>; 3],
@@ -73,7 +73,7 @@ pub(super) fn join_nested_row(
 #[inline(always)]
 fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bool>(
     simd: S,
-    planes: (&ObservationPlanes, &SurfacePlanes),
+    planes: (&ObservationMaps, &SurfacePlanes),
     rule: SupportRule,
     y: usize,
     wanted: Option<f32>,
@@ -88,18 +88,18 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
     let mut start = PAD;
     while start + PAD < after[0][0].len() {
         let block = start..start + LANES;
-        let unsettled = |variance: &f32| wanted.is_none_or(|wanted| *variance > wanted);
-        if after[0][3][block.clone()].iter().any(unsettled) {
+        let wanting = |variance: &f32| wanted.is_none_or(|wanted| *variance > wanted);
+        if after[0][3][block.clone()].iter().any(wanting) {
             sums.take::<TURNED>(simd, planes, &allowances, y, start);
             for (window, out) in after.iter_mut().enumerate() {
                 let slants_known = rule.slants_known;
                 let joined = solve(simd, &sums.of_window::<TURNED>(window), planes, slants_known, (y, start));
                 let variances = f32x16::from_slice(simd, &out[3][block.clone()]);
-                let settled = wanted.map(|wanted| variances.simd_le(f32x16::splat(simd, wanted)));
+                let kept = wanted.map(|wanted| variances.simd_le(f32x16::splat(simd, wanted)));
                 for (plane, value) in out.iter_mut().zip(joined).filter(|(plane, _)| !plane.is_empty()) {
                     let place = &mut plane[block.clone()];
                     let old = f32x16::from_slice(simd, place);
-                    settled.map_or(value, |settled| settled.select(old, value)).store_slice(place);
+                    kept.map_or(value, |kept| kept.select(old, value)).store_slice(place);
                 }
             }
         }
@@ -112,7 +112,7 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
 fn solve<S: Simd>(
     simd: S,
     sums: &WindowSums<'_, S>,
-    (observations, map): (&ObservationPlanes, &SurfacePlanes),
+    (observations, map): (&ObservationMaps, &SurfacePlanes),
     slants_known: bool,
     (y, start): (usize, usize),
 ) -> [f32x16<S>; 7] {

@@ -13,10 +13,10 @@ fn image_of(optics: &Optics, point: Vector3<f64>) -> (f64, f64) {
     let Distortion { k1, k2, p1, p2, k3 } = optics.distortion;
     let r2 = a * a + b * b;
     let radial = 1.0 + k1 * r2 + k2 * r2.powi(2) + k3 * r2.powi(3);
-    let bent_a = a * radial + 2.0 * p1 * a * b + p2 * (r2 + 2.0 * a * a);
-    let bent_b = b * radial + p1 * (r2 + 2.0 * b * b) + 2.0 * p2 * a * b;
+    let distorted_a = a * radial + 2.0 * p1 * a * b + p2 * (r2 + 2.0 * a * a);
+    let distorted_b = b * radial + p1 * (r2 + 2.0 * b * b) + 2.0 * p2 * a * b;
     let f = optics.focal_length_px;
-    (f * bent_a + optics.principal_point_x_px, f * bent_b + optics.principal_point_y_px)
+    (f * distorted_a + optics.principal_point_x_px, f * distorted_b + optics.principal_point_y_px)
 }
 
 /// The saddle of a picture near (x, y): a quadratic surface fitted under a Gaussian window, which moves to the fit's saddle until it

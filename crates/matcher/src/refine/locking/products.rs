@@ -93,12 +93,12 @@ impl Products {
         let gradient = gradients[0];
         let harmonic = |index: usize| {
             let (cos, sin) = (values[2 + 2 * index], values[3 + 2 * index]);
-            let (cos_slope, sin_slope) = (gradients[2 + 2 * index], gradients[3 + 2 * index]);
+            let (cos_gradient, sin_gradient) = (gradients[2 + 2 * index], gradients[3 + 2 * index]);
             [
                 weight * gradient * sin,
-                weight * (sin_slope * cos - cos_slope * sin),
-                weight * gradient * cos_slope,
-                weight * (cos_slope * cos_slope + sin_slope * sin_slope),
+                weight * (sin_gradient * cos - cos_gradient * sin),
+                weight * gradient * cos_gradient,
+                weight * (cos_gradient * cos_gradient + sin_gradient * sin_gradient),
             ]
         };
         Self { square: weight * gradient * gradient, harmonics: std::array::from_fn(harmonic) }

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::*;
 use crate::refine::observations::UNOBSERVED;
 
-fn put(observations: &mut ObservationPlanes, rows: &[Vec<Observation>], origin: f32) {
+fn put(observations: &mut ObservationMaps, rows: &[Vec<Observation>], origin: f32) {
     observations.par_rows().zip(rows).for_each(|(row, observations)| row.put(observations, origin));
 }
 
@@ -16,7 +16,7 @@ fn put(observations: &mut ObservationPlanes, rows: &[Vec<Observation>], origin: 
 fn observations_are_counted_from_the_origin() {
     let observation =
         Observation { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, curvature: -6.0 };
-    let mut observations = ObservationPlanes::empty(2, 3);
+    let mut observations = ObservationMaps::empty(2, 3);
     put(&mut observations, &[vec![UNOBSERVED; 3], vec![UNOBSERVED, observation, UNOBSERVED]], 5.0);
     // It observations for 7.5 px, 2.5 px from the origin.
     assert_eq!(observations.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
@@ -31,8 +31,8 @@ fn observations_with(
     rows: usize,
     columns: usize,
     mut variance: impl FnMut(usize, usize) -> f64,
-) -> ObservationPlanes {
-    let mut observations = ObservationPlanes::empty(rows, columns);
+) -> ObservationMaps {
+    let mut observations = ObservationMaps::empty(rows, columns);
     let mut observation = |x: usize, y: usize| {
         let variance = variance(x, y) as f32;
         if variance > 0.0 {
@@ -51,7 +51,7 @@ fn observations_with(
 fn noise_is_the_mean_of_the_observed_around() {
     let observation = |variance| Observation { weight: 1.0, variance, ..UNOBSERVED };
     let silent = Observation { variance: 1000.0, ..UNOBSERVED };
-    let mut observations = ObservationPlanes::empty(2, 4);
+    let mut observations = ObservationMaps::empty(2, 4);
     let first = vec![observation(4.0), observation(5.0), silent, silent];
     put(&mut observations, &[first, vec![observation(3.0), silent, silent, silent]], 0.0);
     observations.estimate_noise(1, 2.0, 0.5, 98.0);
@@ -203,7 +203,7 @@ proptest! {
 
 #[test]
 fn guesses_are_planes_as_well_known_as_their_observations() {
-    let mut observations = ObservationPlanes::empty(1, 3);
+    let mut observations = ObservationMaps::empty(1, 3);
     let observation = Observation { weight: 4.0, variance: 3.0, ..UNOBSERVED };
     put(&mut observations, &[vec![observation, UNOBSERVED, UNOBSERVED]], 0.0);
     observations.estimate_noise(1, 1.0, 0.5, 40.0);
@@ -225,7 +225,7 @@ fn more_variance_is_added_pixel_by_pixel() {
 
 #[test]
 fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
-    let mut spare = SparePlanes::none(3, 5);
+    let mut spare = SpareMaps::none(3, 5);
     let mut planes = spare.windows();
     planes.par_rows().for_each(|row| {
         let fit = [row.misfit, row.texture, row.slant_variance];

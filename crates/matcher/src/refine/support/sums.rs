@@ -8,7 +8,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 use super::rule::{LEAST_SLANT_SPREAD, SupportRule};
 use crate::options::LARGEST_FIT_WINDOW_PX;
 use crate::refine::padded::Padded;
-use crate::refine::planes::{ObservationPlanes, SurfacePlanes};
+use crate::refine::planes::{ObservationMaps, SurfacePlanes};
 
 /// Lines of the longest window.
 pub(super) const LONGEST: usize = LARGEST_FIT_WINDOW_PX;
@@ -123,7 +123,7 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
     pub(super) fn take<const TURNED: bool>(
         &mut self,
         simd: S,
-        (observations, map): (&ObservationPlanes, &SurfacePlanes),
+        (observations, map): (&ObservationMaps, &SurfacePlanes),
         allowances: &Allowances,
         y: usize,
         start: usize,
@@ -212,7 +212,7 @@ impl<S: Simd> Block<S> {
     fn belonging(
         &self,
         simd: S,
-        (observations, map): (&ObservationPlanes, &SurfacePlanes),
+        (observations, map): (&ObservationMaps, &SurfacePlanes),
         (u, v): (f32, f32),
         (row, place): (usize, usize),
         allowance: Allowance,

@@ -23,8 +23,8 @@ const NOISE: f64 = 1.5;
 fn observations_for(
     disparity: impl Fn(usize, usize) -> f64,
     weight: impl Fn(usize, usize) -> f64,
-) -> ObservationPlanes {
-    let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+) -> ObservationMaps {
+    let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
     observations.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     for y in 0..ROWS {
         for x in 0..COLUMNS {
@@ -50,7 +50,7 @@ fn map_of(disparity: impl Fn(usize, usize) -> f64, (p, q): (f64, f64), variance:
     map
 }
 
-fn joined(observations: &ObservationPlanes, map: &SurfacePlanes, rule: SupportRule) -> SurfacePlanes {
+fn joined(observations: &ObservationMaps, map: &SurfacePlanes, rule: SupportRule) -> SurfacePlanes {
     let mut planes = SurfacePlanes::unknown(ROWS, COLUMNS);
     planes
         .par_rows()
@@ -129,7 +129,7 @@ fn the_other_face_of_a_crease_does_not_belong_by_its_slant() {
 }
 
 #[test]
-fn joining_solves_the_normal_equations() {
+fn the_plane_solves_the_normal_equations() {
     // A shallow bowl, so that the observations lie on no plane; within what is allowed for.
     let bowl = |x: usize, y: usize| {
         slanted(x, y) + 0.0004 * ((x as f64 - 20.0).powi(2) + 0.7 * (y as f64 - 12.0).powi(2))
@@ -280,7 +280,7 @@ fn of_observations_at_the_limit_half_counts() {
 }
 
 #[test]
-fn settled_pixels_keep_what_they_have() {
+fn known_pixels_keep_their_planes() {
     let observations = observations_for(slanted, |_, _| 800.0);
     let map = map_of(slanted, (P, Q), 1e-4);
     let mut surface = map_of(|_, _| 9.0, (0.0, 0.0), 1e-3);
@@ -305,7 +305,7 @@ fn settled_pixels_keep_what_they_have() {
 
 #[test]
 fn where_nothing_observations_nothing_is_known() {
-    let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+    let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
     observations.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     let surface = joined(
         &observations,
@@ -317,7 +317,7 @@ fn where_nothing_observations_nothing_is_known() {
 }
 
 /// The best windows of reach 3 for `observations`, whose windows reach across steps as guesses do.
-fn best_windows(observations: &ObservationPlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
+fn best_windows(observations: &ObservationMaps, guesses: &SurfacePlanes) -> SurfacePlanes {
     let windows = joined(observations, guesses, SupportRule { reach: (3, 3), slack: (0.5, 0.3), ..RULE });
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()

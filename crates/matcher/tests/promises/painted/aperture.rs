@@ -4,7 +4,7 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 
 /// Beyond this many sigma the Gaussian holds 6e-7 of its light.
 const REACH_SIGMA: f64 = 5.0;
-/// Longest stretch that one Gauss-Legendre rule integrates, in px: the integrand has no detail finer than 1 px.
+/// Longest interval that one Gauss-Legendre rule integrates, in px: the integrand has no detail finer than 1 px.
 const PANEL_PX: f64 = 0.25;
 /// Gauss-Legendre rule of 5 points on [-1, 1]: nodes and weights.
 const RULE: [(f64, f64); 5] = [

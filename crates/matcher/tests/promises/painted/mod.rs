@@ -4,7 +4,7 @@
 //! of a plane in space is. In a frame at tau a point (u, y) lies at u + (tau - 1/2) d(u, y), which is an affine map of the strip; a wave of its
 //! texture stays a wave, with another wave vector, and the pixel's square and the point spread multiply it by the transform of both. So
 //! pixels within a strip are exact whatever its slant. Pixels that see an edge of a strip mix the light on both sides as they cover it; the
-//! integral along x is done numerically there, to 1e-4 DN. Later strips hide earlier ones.
+//! integral along x is done numerically there, to 1e-4 DN. Later strips occlude earlier ones.
 
 #![allow(dead_code, reason = "each test program uses a part of this")]
 #![allow(unreachable_pub, reason = "a module of test programs has no outside")]
@@ -249,12 +249,12 @@ impl Painting {
         self.strips.iter().rposition(|strip| strip.contains(strip.column(x, y, from_middle)))
     }
 
-    /// The stretches along x where such a frame shows strip `index`.
+    /// The visible intervals along x where such a frame shows strip `index`.
     fn bare(&self, index: usize, from_middle: f64) -> Vec<(f64, f64)> {
         let strip = &self.strips[index];
         let endless = strip.columns.0 == f64::NEG_INFINITY && strip.columns.1 == f64::INFINITY;
         assert!(endless || strip.slant.1 == 0.0, "the ends of a strip are upright");
-        assert!(self.strips.len() == 1 || strip.slant.1 == 0.0, "whatever hides a strip is upright");
+        assert!(self.strips.len() == 1 || strip.slant.1 == 0.0, "whatever occludes a strip is upright");
         let mut bare = vec![strip.extent(from_middle)];
         for before in &self.strips[index + 1..] {
             let (from, to) = before.extent(from_middle);
@@ -295,8 +295,8 @@ impl Seen {
         let (real, imaginary) = if whole {
             (self.aperture.response(self.across), 0.0)
         } else {
-            bare.iter().fold((0.0, 0.0), |sum, &stretch| {
-                let part = self.aperture.part_response(self.across, x, stretch);
+            bare.iter().fold((0.0, 0.0), |sum, &interval| {
+                let part = self.aperture.part_response(self.across, x, interval);
                 (sum.0 + part.0, sum.1 + part.1)
             })
         };
