@@ -1,10 +1,11 @@
 //! A two-dimensional array of values, one for each pixel.
 
-/// Most pixels of an image: 16384 x 16384, more than any sensor has, and few enough that no size of a few of them overflows.
+/// Most pixels of an image: 16384 x 16384, more than any sensor has, and few enough that no size of a few of
+/// them overflows.
 pub const MOST_PIXELS: usize = 1 << 28;
 
-/// Pixels of an image of `rows` x `columns`; `None` if there are none, or more than [`MOST_PIXELS`]. Whoever takes a size from a file asks this
-/// first.
+/// Pixels of an image of `rows` x `columns`; `None` if there are none, or more than [`MOST_PIXELS`]. Whoever
+/// takes a size from a file asks this first.
 ///
 /// ```
 /// use epirig_core::grid::area;

@@ -1,4 +1,4 @@
-//! How long-running work tells whoever waits for it how far it is.
+//! Progress of long-running work, as it is reported to a caller.
 
 /// A listener to work that takes a while. Methods are called from any thread.
 pub trait Progress: Sync {

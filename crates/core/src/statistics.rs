@@ -49,8 +49,8 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// The value of rank `share` (0 to 1) from the least to the largest, the nearest that there is; `None` of none. The
-/// values get another order.
+/// The value of rank `share` (0 to 1) from the least to the largest, the nearest that there is; `None` of
+/// none. The values get another order.
 ///
 /// ```
 /// use epirig_core::statistics::quantile;
@@ -85,10 +85,10 @@ pub fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// The standard deviation of Gaussian values over the median of their absolute values: one over the quantile 3/4 of the
-/// normal distribution, which is 0.67449.
+/// The standard deviation of Gaussian values over the median of their absolute values: one over the quantile
+/// 3/4 of the normal distribution, which is 0.67449.
 pub const SIGMA_OF_MEDIAN: f64 = 1.482_602;
 
-/// [`SIGMA_OF_MEDIAN`] to the four digits with which photometry's limits have been computed so far: another digit would
-/// change calibrations.
+/// [`SIGMA_OF_MEDIAN`] to the four digits with which photometry's limits have been computed so far: another
+/// digit would change calibrations.
 pub const SIGMA_OF_MEDIAN_4: f64 = 1.4826;

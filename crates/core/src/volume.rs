@@ -59,12 +59,14 @@ pub enum VolumeError {
 /// Counts of a fine volume from 0 to full scale: half of what 16 bit hold.
 const FINE_COUNTS: f32 = 32768.0;
 
-/// All frames of a sequence: rows x frames x columns samples, so that row y of all frames, the EPI, is one slice.
+/// All frames of a sequence: rows x frames x columns samples, so that row y of all frames, the EPI, is one
+/// slice.
 ///
 /// Clones share their samples until one of them is written.
 ///
-/// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used. Frames that were resampled go
-/// into a [fine](Self::fine) volume, which keeps what lies between the camera's levels.
+/// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used. Frames
+/// that were resampled go into a [fine](Self::fine) volume, which keeps what lies between the camera's
+/// levels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Volume {
     rows: usize,
@@ -94,8 +96,9 @@ impl Volume {
 
     /// A volume of zeros for resampled frames of a camera of `bit_depth` bits.
     ///
-    /// A sample is 16 bit wide and counts (full scale + 1) / 32768 DN, 1/128 DN for 8 bit; so the camera's levels up to 15 bit are
-    /// whole counts, and there is room up to twice full scale for what corrections brighten and splines overshoot.
+    /// A sample is 16 bit wide and counts (full scale + 1) / 32768 DN, 1/128 DN for 8 bit; so the camera's
+    /// levels up to 15 bit are whole counts, and there is room up to twice full scale for what corrections
+    /// brighten and splines overshoot.
     pub fn fine(rows: usize, columns: usize, bit_depth: u8, tau: Tau) -> Self {
         Self::of_zeros(rows, columns, bit_depth, tau, true)
     }
@@ -158,7 +161,8 @@ impl Volume {
     /// Puts the counts of a [fine](Self::fine) volume, as samples of 16 bit, at place `index`.
     ///
     /// # Errors
-    /// [`VolumeError`] if the samples are not 16 bit wide or of another size, the volume is not fine, or the index is not in it.
+    /// [`VolumeError`] if the samples are not 16 bit wide or of another size, the volume is not fine, or the
+    /// index is not in it.
     pub fn insert_counts(&mut self, index: usize, counts: &Frame) -> Result<(), VolumeError> {
         let (frames, columns) = (self.frames(), self.columns);
         if index >= frames {
@@ -212,12 +216,14 @@ impl Volume {
         self.fine || self.halved
     }
 
-    /// What a step of a stored sample is worth before the frame's gain, in DN: 1 but for a [fine](Self::fine) volume.
+    /// What a step of a stored sample is worth before the frame's gain, in DN: 1 but for a [fine](Self::fine)
+    /// volume.
     pub fn dn_per_count(&self) -> f32 {
         if self.fine { (f32::from(full_scale(self.bit_depth)) + 1.0) / FINE_COUNTS } else { 1.0 }
     }
 
-    /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other volume.
+    /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other
+    /// volume.
     pub fn fine_counts_mut(&mut self) -> Option<&mut [u16]> {
         let fine = self.is_fine();
         match self.own_samples() {
@@ -243,7 +249,8 @@ impl Volume {
         self.frame_gains[t]
     }
 
-    /// Multiplies whatever is read of frame `t` by `gain`, for a lamp that flickers; it replaces the gain set before.
+    /// Multiplies whatever is read of frame `t` by `gain`, for a lamp that flickers; it replaces the gain set
+    /// before.
     ///
     /// # Panics
     /// If `t` lies outside the volume.
@@ -274,7 +281,8 @@ impl Volume {
         }
     }
 
-    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains; of means of pixels, a [fine](Self::fine) one.
+    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains; of means of
+    /// pixels, a [fine](Self::fine) one.
     ///
     /// # Panics
     /// If a row or frame lies outside the volume, or `tau` has another number of frames.

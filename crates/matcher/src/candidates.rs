@@ -9,7 +9,7 @@ pub struct DisparityRange {
     pub maximum_px: f64,
 }
 
-/// The disparities that are tried: equidistant from the smallest on.
+/// The disparity candidates: equidistant from the smallest on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidates {
     minimum_px: f64,
@@ -18,14 +18,15 @@ pub struct Candidates {
 }
 
 impl Candidates {
-    /// Multiples of `disparity_step_px` that cover `range`, so that a candidate does not depend on where the range begins.
+    /// Multiples of `disparity_step_px` that cover `range`, so that a candidate does not depend on where the
+    /// range begins.
     pub fn covering(range: DisparityRange, disparity_step_px: f64) -> Self {
         let first = (range.minimum_px / disparity_step_px + 1e-9).floor();
         let last = (range.maximum_px / disparity_step_px - 1e-9).ceil().max(first);
         Self { minimum_px: first * disparity_step_px, disparity_step_px, count: (last - first) as usize + 1 }
     }
 
-    /// How many there are; at least one.
+    /// Number of candidates; at least one.
     pub fn count(&self) -> usize {
         self.count
     }

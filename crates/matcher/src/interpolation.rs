@@ -1,7 +1,7 @@
 //! Sampling an EPI between its pixels.
 //!
-//! Within an EPI the shift of frame t under a disparity is the same for all x, so a shifted row is the row convolved with
-//! four constant weights: no gathers, no table per pixel.
+//! Within an EPI the shift of frame t under a disparity is the same for all x, so a shifted row is the row
+//! convolved with four constant weights: no gathers, no table per pixel.
 
 use epirig_core::spline::cubic;
 use epirig_core::volume::Volume;
@@ -9,8 +9,8 @@ use epirig_core::volume::Volume;
 epirig_core::choices! {
     /// How intensities between pixel centres are found.
     ///
-    /// Worst bias of a disparity over 100 frames by interpolation alone, for texture blurred by 0.7 px: linear 0.044 px,
-    /// cubic 0.005 px, B-spline 0.0016 px (measured on simulated EPIs).
+    /// Worst bias of a disparity over 100 frames by interpolation alone, for texture blurred by 0.7 px:
+    /// linear 0.044 px, cubic 0.005 px, B-spline 0.0016 px (measured on simulated EPIs).
     pub enum Interpolation {
         /// Straight line between the two neighbours.
         Linear = "linear",
@@ -25,7 +25,8 @@ epirig_core::choices! {
 pub const TAPS: usize = cubic::TAPS;
 
 impl Interpolation {
-    /// Weights of the neighbours at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset 0.
+    /// Weights of the neighbours at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset
+    /// 0.
     pub fn weights(self, fraction: f64) -> [f32; TAPS] {
         let f = fraction;
         let weights = match self {
@@ -51,7 +52,8 @@ pub struct SampledEpi {
 }
 
 impl SampledEpi {
-    /// Prepares row `y` of `volume`. Samples up to `reach` px beyond the borders can be asked for; they mirror the image.
+    /// Prepares row `y` of `volume`. Samples up to `reach` px beyond the borders can be asked for; they
+    /// mirror the image.
     ///
     /// # Panics
     /// If `y` lies outside the volume.
@@ -119,8 +121,8 @@ mod tests {
 
     #[test]
     fn smooth_functions_are_followed_to_the_order_of_the_interpolation() {
-        // A sinusoid of period 16 px: the relative error of linear interpolation is at most (2 pi / 16)^2 / 8 = 1.9 %,
-        // of Keys' cubic (error of third order) and of the B-spline (fourth order) much less.
+        // A sinusoid of period 16 px: the relative error of linear interpolation is at most (2 pi / 16)^2 / 8
+        // = 1.9 %, of Keys' cubic (error of third order) and of the B-spline (fourth order) much less.
         let amplitude = 10_000.0;
         let wave = |x: f64| amplitude * (1.0 + (x * std::f64::consts::TAU / 16.0).sin());
         let values: Vec<u16> = (0..64).map(|x| wave(f64::from(x)).round() as u16).collect();

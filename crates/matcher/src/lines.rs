@@ -8,18 +8,19 @@ use epirig_core::tau::Tau;
 pub struct Shift {
     /// Whole pixels of the shift, towards the smaller.
     pub whole: isize,
-    /// What is left of it, in [0, 1) px.
+    /// Rest of the shift, in [0, 1) px.
     pub fraction: f64,
     /// First column of the reference frame whose sample lies inside the frame.
     pub first: usize,
-    /// One past the last such column; equal to `first` if there is none.
+    /// One past the last such column; equal to `first` if no column is.
     pub end: usize,
 }
 
 impl Shift {
     /// The shift by `exact` px in images `columns` wide.
     pub(super) fn by(exact: f64, columns: usize) -> Self {
-        // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the image by that.
+        // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the
+        // image by that.
         let nearest = exact.round();
         let shift = if (exact - nearest).abs() < 1e-6 { nearest } else { exact };
         let whole = shift.floor();
@@ -86,7 +87,8 @@ impl Lines {
     }
 }
 
-/// How many frames see each pixel's candidate under one disparity; the reference frame counts on both sides.
+/// Number of frames that see each pixel's candidate under one disparity; the reference frame counts on both
+/// sides.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sightings {
     /// Frames up to and with the reference frame, for each column.
@@ -113,7 +115,7 @@ impl Sightings {
     }
 }
 
-/// The rule by which a candidate counts as seen.
+/// The rule that a candidate is seen by enough frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenRule {
     /// Frames that must see the candidate; at least 3, for two always lie on a line.

@@ -1,4 +1,5 @@
-//! tau of every frame from the texture itself: what the lines' residuals have in common within a frame is the frame's own error of position.
+//! tau of every frame from the texture itself: residuals that all lines of a frame share are the frame's
+//! error of position.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
@@ -10,20 +11,21 @@ use super::maps::{Answer, DisparityMaps};
 use epirig_core::spline::cubic;
 use epirig_core::volume::Volume;
 
-/// A frame of which so little is known beside the others is not connected with them.
+/// A frame whose pivot is less than this share of the others' is not connected with them.
 const PIVOT: f64 = 1e-9;
 
-/// Bias of a place between pixels by the cubic B-spline, root mean square over all places: its worst for texture blurred by 0.7 px is 0.0016 px
-/// ([`Interpolation`]), and it goes up and down once a pixel, as a sine does. All pixels of a frame whose disparities are alike have it in common, so it
-/// does not average out.
+/// Bias of a place between pixels by the cubic B-spline, root mean square over all places: its worst for
+/// texture blurred by 0.7 px is 0.0016 px ([`Interpolation`]), and it goes up and down once a pixel, as a
+/// sine does. All pixels of a frame whose disparities are alike have it in common, so it does not average
+/// out.
 const INTERPOLATION_BIAS_PX: f64 = 0.0016 * std::f64::consts::FRAC_1_SQRT_2;
 
-/// What is to be added to the tau of a frame.
+/// The correction of the tau of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TauCorrection {
     /// tau less the volume's; without the part that is linear in tau, which disparities take up.
     pub correction: f64,
-    /// Its standard deviation, from the scatter of the pixels and from what interpolation may do to all of them.
+    /// Its standard deviation, from the scatter of the pixels and from the bias of interpolation.
     pub sigma: f64,
 }
 
@@ -35,13 +37,13 @@ pub struct FramesApart {
     pub frame: usize,
 }
 
-/// Pixels that are seen in the same frames, summed up.
+/// Sums over pixels that the same frames see.
 #[derive(Clone)]
 struct Class {
     first: usize,
     end: usize,
     weight: f64,
-    /// Weight times the error of tau that each frame's intensity speaks for.
+    /// Weight times the error of tau that each frame's intensity shows.
     moments: Vec<f64>,
 }
 
@@ -58,9 +60,11 @@ struct Sums {
 
 /// Corrections of all tau, jointly with the disparities of all pixels (one Gauss-Newton step).
 ///
-/// If a frame truly stands at tau + e, a line of disparity d through texture of gradient g meets it e d px too early, and its intensity there is g d e
-/// too low. Each pixel has taken up what is constant in its frames (its intensity) and what is linear in tau (its disparity); that is
-/// eliminated, pixel by pixel, over the frames that see it. Match with the corrected tau and repeat, until corrections are small against their sigma.
+/// If a frame truly stands at tau + e, a line of disparity d through texture of gradient g meets it e d px
+/// too early, and its intensity there is g d e too low. Each pixel's intensity takes up the part that is
+/// constant over its frames, and its disparity the part that is linear in tau. Both are eliminated, pixel by
+/// pixel, over the frames that see it. Match with the corrected tau and repeat, until corrections are small
+/// against their sigma.
 ///
 /// # Errors
 /// [`FramesApart`] if a frame is connected with the others by too little texture.
@@ -201,7 +205,8 @@ impl Sums {
 }
 
 impl Class {
-    /// Adds weight (I - Q), Q the projection on what is constant and linear over these frames, to `matrix`, and the moments to `right`.
+    /// Adds weight (I - Q) to `matrix` and the moments to `right`, where Q projects on constant and linear
+    /// functions over these frames.
     fn add(&self, tau: &[f64], matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) {
         let taken = gauge(&tau[self.first..self.end]);
         let count = self.end - self.first;

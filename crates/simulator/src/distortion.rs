@@ -1,14 +1,15 @@
-//! The distortion of the simulated lens. Written for the simulator alone, so that what is tested against it shares no code with it.
+//! The distortion of the simulated lens. Written for the simulator alone, so that what is tested against it
+//! shares no code with it.
 
 use serde::{Deserialize, Serialize};
 
-/// Newton's iteration ends with a step that is shorter than this, in units of X / Z: what it leaves is the square of it times the
-/// curvature of the lens, at most a few times 1e-14.
+/// Newton's iteration ends with a step that is shorter than this, in units of X / Z: what it leaves is the
+/// square of it times the curvature of the lens, at most a few times 1e-14.
 const SHORT: f64 = 1e-7;
 /// Newton doubles the digits with each step; where it has not ended after so many, there is nothing to find.
 const STEPS: usize = 40;
-/// An area may shrink to this share of what a pinhole would make of it. Lenses stay above a half; where it reaches zero the
-/// image folds over itself.
+/// An area may shrink to this share of what a pinhole would make of it. Lenses stay above a half; where it
+/// reaches zero the image folds over itself.
 const LEAST_AREA: f64 = 0.1;
 /// Places along the way from the axis to a ray where the area is looked at.
 const ALONG: usize = 32;
@@ -50,7 +51,8 @@ impl Distortion {
         )
     }
 
-    /// The undistorted ray that the lens puts at (a, b): Newton's iteration from there. `None` where it finds none.
+    /// The undistorted ray that the lens puts at (a, b): Newton's iteration from there. `None` where it finds
+    /// none.
     pub(super) fn undistort(&self, (a, b): (f64, f64)) -> Option<(f64, f64)> {
         let mut ray = (a, b);
         for _ in 0..STEPS {

@@ -1,4 +1,4 @@
-//! Why a simulator cannot be made or asked.
+//! Why a simulator cannot be made, or has no answer.
 
 use thiserror::Error;
 
@@ -19,7 +19,8 @@ pub enum SimulatorError {
         /// The values allowed.
         expected: &'static str,
     },
-    /// Part of the surface could be occluded by another part in some frame, and its truth has no closed form then.
+    /// Part of the surface could be occluded by another part in some frame, and its truth has no closed form
+    /// then.
     #[error(
         "the simulator's scene would occlude part of itself in some frame: {0}; make it flatter or farther"
     )]

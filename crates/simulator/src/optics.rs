@@ -1,4 +1,4 @@
-//! The simulator's lens and pixel grid, and how the camera is mounted.
+//! The simulated lens and pixel grid, and how the camera is mounted.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,11 +7,12 @@ use super::error::SimulatorError;
 use super::pinhole::Pinhole;
 use super::sight::Sight;
 
-/// The camera may be panned by less than this, in rad: more is a mistake, and the scene would be seen from the side.
+/// The camera may be panned by less than this, in rad: more is a mistake, and the scene would be seen from
+/// the side.
 const MOST_PAN_RAD: f64 = 0.5;
 
-/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, turned against the stage axis, blurred and
-/// darkened as stated.
+/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, turned against the stage axis,
+/// blurred and darkened as stated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Optics {
     /// Rows of the image.
@@ -28,8 +29,8 @@ pub struct Optics {
     pub point_spread_sigma_px: f64,
     /// Light lost in the corner farthest from the principal point, 0 to less than 1; the loss follows cos^4.
     pub vignetting: f64,
-    /// How far the camera is rolled about its optical axis: r' = Ry(pan) Rz(roll) r takes a ray r of the camera into the
-    /// rectified frame, in which the scene moves exactly along x.
+    /// How far the camera is rolled about its optical axis: r' = Ry(pan) Rz(roll) r takes a ray r of the
+    /// camera into the rectified frame, in which the scene moves exactly along x.
     #[serde(default)]
     pub roll_rad: f64,
     /// How far the camera is panned; less than 0.5 either way.
@@ -99,19 +100,20 @@ impl Optics {
         )
     }
 
-    /// Direction (X / Z, Y / Z), in the rectified frame, of the ray through image point (x, y), to 1e-13. NaN for points far outside
-    /// of the image where the lens shows nothing.
+    /// Direction (X / Z, Y / Z), in the rectified frame, of the ray through image point (x, y), to 1e-13. NaN
+    /// for points far outside of the image where the lens shows nothing.
     pub fn ray(&self, x: f64, y: f64) -> (f64, f64) {
         self.sight().ray(x, y)
     }
 
-    /// Image point of the ray (X / Z, Y / Z) of the rectified frame; the inverse of [`ray`](Self::ray). It may lie outside of the
-    /// image. NaN for rays that do not come from ahead of the camera.
+    /// Image point of the ray (X / Z, Y / Z) of the rectified frame; the inverse of [`ray`](Self::ray). It
+    /// may lie outside of the image. NaN for rays that do not come from ahead of the camera.
     pub fn pixel(&self, ray: (f64, f64)) -> (f64, f64) {
         self.sight().pixel(ray)
     }
 
-    /// The ideal pinhole with this focal length, principal point and image: what the rectified view would be at its simplest.
+    /// The ideal pinhole with this focal length, principal point and image: what the rectified view would be
+    /// at its simplest.
     pub fn pinhole(&self) -> Pinhole {
         Pinhole {
             rows: self.rows,
@@ -127,7 +129,8 @@ impl Optics {
         self.roll_rad == 0.0 && self.pan_rad == 0.0 && self.distortion.is_none()
     }
 
-    /// Largest |X / Z| and |Y / Z|, in the rectified frame, of any ray that a pixel can receive, the point spread included.
+    /// Largest |X / Z| and |Y / Z|, in the rectified frame, of any ray that a pixel can receive, the point
+    /// spread included.
     pub(super) fn steepest_ray(&self) -> (f64, f64) {
         if self.is_rectified() {
             let reach = self.reach_px();
@@ -163,8 +166,8 @@ impl Optics {
         level.chain(along(bottom).flat_map(move |y| [(-reach, y), (right, y)]))
     }
 
-    /// Share of the light that pixel (x, y) receives: 1 / (1 + k r^2)^2, which is cos^4 of the ray's angle to the axis for
-    /// the k that loses `vignetting` in the farthest corner.
+    /// Share of the light that pixel (x, y) receives: 1 / (1 + k r^2)^2, which is cos^4 of the ray's angle to
+    /// the axis for the k that loses `vignetting` in the farthest corner.
     pub fn transmission(&self, x: f64, y: f64) -> f64 {
         self.transmissions()(x, y)
     }
@@ -200,7 +203,8 @@ mod tests {
 
     #[test]
     fn roll_and_pan_turn_rays_as_their_definition_says() {
-        // Rz(roll) takes (1, 0, .) to (cos, sin, .): what lies to the right of a rolled camera lies to the right and below.
+        // Rz(roll) takes (1, 0, .) to (cos, sin, .): what lies to the right of a rolled camera lies to the
+        // right and below.
         let rolled = Optics { roll_rad: 0.01, ..Optics::square(101, 100.0) };
         let (a, b) = rolled.ray(100.0, 50.0);
         assert!((a - 0.5 * 0.01_f64.cos()).abs() < 1e-15 && (b - 0.5 * 0.01_f64.sin()).abs() < 1e-15);

@@ -1,13 +1,16 @@
-//! The rays of many points of an image row: a lens bends them so smoothly that few need be solved for.
+//! The rays of the points of an image row. Distortion is smooth, so few rays are solved for and the others
+//! interpolated.
 
 use super::optics::Optics;
 
-/// Solved rays lie this share of the focal length apart: the angle that a section between two of them sees, in rad.
+/// Solved rays lie this share of the focal length apart: the angle that a section between two of them sees,
+/// in rad.
 const SECTION_RAD: f64 = 1.0 / 256.0;
-/// Between solved rays a cubic is trusted if it is off by less than this, in px; else every ray is solved for.
+/// Between solved rays a cubic is trusted if it is off by less than this, in px; else every ray is solved
+/// for.
 const TRUSTED_PX: f64 = 1e-7;
-/// A cubic through four values at 0, 1, 2, 3 is off by the fourth derivative times at most max |t (t - 1) (t - 2) (t - 3)| / 4!
-/// in between, and the fourth difference of five values is a mean of that derivative.
+/// A cubic through four values at 0, 1, 2, 3 is off by the fourth derivative times at most max |t (t - 1) (t
+/// - 2) (t - 3)| / 4! in between, and the fourth difference of five values is a mean of that derivative.
 const CUBIC: f64 = 1.0 / 24.0;
 /// Values that tell the fourth difference.
 const KNOTS: usize = 5;
@@ -29,7 +32,8 @@ impl<F: Fn(f64, f64) -> Ray> Rays<F> {
         Self { ray, smooth: !optics.is_rectified(), focal_length_px: optics.focal_length_px }
     }
 
-    /// The rays of the points (x(0), y), (x(1), y), ..., which are `density` to the pixel, to 1e-7 px of the image.
+    /// The rays of the points (x(0), y), (x(1), y), ..., which are `density` to the pixel, to 1e-7 px of the
+    /// image.
     pub(super) fn fill(&self, row: &mut [Ray], x: impl Fn(usize) -> f64, y: f64, density: f64) {
         let solve = |first: usize, part: &mut [Ray]| {
             for (index, ray) in part.iter_mut().enumerate() {

@@ -1,8 +1,8 @@
 //! What the simulator's camera looks at: surfaces whose intersections with a ray have a closed form.
 //!
-//! Scene coordinates: u along x, v along y, both from the scene's origin; depth Z along the optical axis. With the scene
-//! displaced by s, a ray (a, b) = (X / Z, Y / Z) meets the surface at u = a Z - s, v = b Z. Translation along x changes no
-//! point's depth, so a point's disparity is f (s_last - s_first) / Z.
+//! Scene coordinates: u along x, v along y, both from the scene's origin; depth Z along the optical axis.
+//! With the scene displaced by s, a ray (a, b) = (X / Z, Y / Z) meets the surface at u = a Z - s, v = b Z.
+//! Translation along x changes no point's depth, so a point's disparity is f (s_last - s_first) / Z.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,8 +29,8 @@ pub enum Scene {
         /// Change of depth along |u|; 1 for faces at 45 degrees.
         slope: f64,
     },
-    /// The reverse side of a square tile (paper, section 5.2): stripes along v, hollow and raised in turn, on a dark,
-    /// featureless ground.
+    /// The reverse side of a square tile (paper, section 5.2): stripes along v, hollow and raised in turn, on
+    /// a dark, featureless ground.
     Tile {
         /// Depth of the raised stripes, in mm.
         distance_mm: f64,
@@ -75,7 +75,8 @@ impl Scene {
         }
     }
 
-    /// Whether every ray with |X / Z|, |Y / Z| up to `steepest` meets the surface once, in front of the camera.
+    /// Whether every ray with |X / Z|, |Y / Z| up to `steepest` meets the surface once, in front of the
+    /// camera.
     pub(super) fn check(&self, steepest: (f64, f64)) -> Result<(), SimulatorError> {
         let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
         let distance_mm = self.distance_mm();
@@ -136,7 +137,8 @@ impl Scene {
                         "the walls before the bands are steeper than the view",
                     ));
                 }
-                // Along a ray the bow's depth changes by this much per mm of depth, and a wall of the tile multiplies that.
+                // Along a ray the bow's depth changes by this much per mm of depth, and a wall of the tile
+                // multiplies that.
                 let bowed = 4.0 * bow_mm.abs() / side_mm * (steepest.0 + steepest.1);
                 if bowed.is_nan() || bowed >= 0.5 * (1.0 - wall * steepest_wall) {
                     return Err(SimulatorError::OccludesItself(
@@ -148,8 +150,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Where the ray (a, b) meets the surface when the scene is displaced by `offset_mm`; `None` where it meets only the
-    /// featureless ground.
+    /// Where the ray (a, b) meets the surface when the scene is displaced by `offset_mm`; `None` where it
+    /// meets only the featureless ground.
     pub fn hit(&self, (a, b): (f64, f64), offset_mm: f64) -> Option<Hit> {
         match *self {
             Self::Plane { distance_mm, slope_x, slope_y } => {
@@ -186,11 +188,11 @@ impl Scene {
         }
     }
 
-    /// Depth at which the ray meets the tile; NaN if it passes the bowl of a bowed one. Beyond the tile's edges, where nothing is, the bow
-    /// goes on.
+    /// Depth at which the ray meets the tile; NaN if it passes the bowl of a bowed one. Beyond the tile's
+    /// edges, where nothing is, the bow goes on.
     ///
-    /// The depth of a hollow is that of its stripe or of the wall before the band, whichever is less deep, and the ray meets
-    /// the two where it meets the surface of each.
+    /// The depth of a hollow is that of its stripe or of the wall before the band, whichever is less deep,
+    /// and the ray meets the two where it meets the surface of each.
     fn tile_depth(&self, (a, b): (f64, f64), offset_mm: f64) -> f64 {
         let Self::Tile { distance_mm, side_mm, hollow_depth_mm, wall_mm, bow_mm, bands, .. } = *self else {
             return self.distance_mm();
@@ -215,7 +217,8 @@ impl Scene {
         if hollow_depth_mm > 0.0 { stripe_mm.min(end_mm) } else { stripe_mm.max(end_mm) }
     }
 
-    /// Depth at which the ray meets the tile's stripes as if they were endless; it meets the bottom of hollows at `bottom_mm`.
+    /// Depth at which the ray meets the tile's stripes as if they were endless; it meets the bottom of
+    /// hollows at `bottom_mm`.
     ///
     /// The one stretch that contains its own solution is the one that is hit.
     fn stripe_depth(&self, met: &Met, bottom_mm: f64) -> f64 {
@@ -263,9 +266,9 @@ impl Met {
         if self.curvature == 0.0 { self.distance_mm + deeper_mm } else { self.depth(deeper_mm, 0.0, 0.0) }
     }
 
-    /// Where the ray meets the surface of depth distance + c + m u + n |v| + curvature (u^2 + v^2), in mm: with u = a Z - s and |v| = |b| Z the
-    /// nearer root of steep Z^2 - (1 - m a - n |b| + 2 curvature a s) Z + distance + c - m s + curvature s^2 = 0, in the form that
-    /// holds without bow as well.
+    /// Where the ray meets the surface of depth distance + c + m u + n |v| + curvature (u^2 + v^2), in mm:
+    /// with u = a Z - s and |v| = |b| Z the nearer root of steep Z^2 - (1 - m a - n |b| + 2 curvature a s) Z
+    /// + distance + c - m s + curvature s^2 = 0, in the form that holds without bow as well.
     fn depth(&self, c: f64, m: f64, n: f64) -> f64 {
         let (a, s) = (self.a, self.offset_mm);
         let linear = 1.0 - m * a - n * self.b + 2.0 * self.curvature * a * s;
@@ -310,7 +313,8 @@ mod tests {
         }
     }
 
-    /// The depth at which the ray meets the surface, by bisection on the definition: independent of the closed forms.
+    /// The depth at which the ray meets the surface, by bisection on the definition: independent of the
+    /// closed forms.
     fn bisected(scene: &Scene, (a, b): (f64, f64), offset: f64) -> f64 {
         let behind = |z: f64| z - depth(scene, a * z - offset, b * z);
         let (mut near, mut far) = (1.0, 5000.0);

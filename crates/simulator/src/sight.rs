@@ -13,7 +13,8 @@ pub(super) struct Sight {
 }
 
 impl Sight {
-    /// The geometry of a camera with this focal length and principal point (column, row), turned by this roll and pan.
+    /// The geometry of a camera with this focal length and principal point (column, row), turned by this roll
+    /// and pan.
     pub(super) fn new(
         focal_length_px: f64,
         principal_point_px: (f64, f64),

@@ -155,7 +155,8 @@ impl Simulator {
         self.true_tau.clone()
     }
 
-    /// Where the scene's origin truly lies along x in the rectified frame when the stage says that it is at `position_mm`, in mm.
+    /// Where the scene's origin truly lies along x in the rectified frame when the stage says that it is at
+    /// `position_mm`, in mm.
     pub fn scene_offset_mm(&self, position_mm: f64) -> f64 {
         let travelled = self.true_position_mm(position_mm) - self.config.scan.middle_mm();
         match self.config.carried {
@@ -164,13 +165,14 @@ impl Simulator {
         }
     }
 
-    /// The frame that the camera takes with the stage at `position_mm`. `exposure` numbers the exposures: it seeds the
-    /// noise, so the same number at the same position gives the same frame.
+    /// The frame that the camera takes with the stage at `position_mm`. `exposure` numbers the exposures: it
+    /// seeds the noise, so the same number at the same position gives the same frame.
     pub fn expose(&self, position_mm: f64, exposure: u32) -> Frame {
         self.digitise(&self.irradiance(position_mm), exposure)
     }
 
-    /// The light on the sensor with the stage at `position_mm`, as a share of what is full scale at reflectance 1; rows x columns.
+    /// The light on the sensor with the stage at `position_mm`, as a share of what is full scale at
+    /// reflectance 1; rows x columns.
     pub fn irradiance(&self, position_mm: f64) -> Grid<f32> {
         self.irradiance_at_offset(self.scene_offset_mm(position_mm))
     }
@@ -197,9 +199,10 @@ impl Simulator {
         }
     }
 
-    /// The light on the sensor with the board held before the camera, in pose number `pose` of an endless list that shows it tilted by 20 to
-    /// 35 degrees, rolled, nearer and farther, at all parts of the image, and always wholly in view. In the units of
-    /// [`irradiance`](Self::irradiance); only the dark ground if the simulator has no board.
+    /// The light on the sensor with the board held before the camera, in pose number `pose` of an endless
+    /// list that shows it tilted by 20 to 35 degrees, rolled, nearer and farther, at all parts of the image,
+    /// and always wholly in view. In the units of [`irradiance`](Self::irradiance); only the dark ground if
+    /// the simulator has no board.
     pub fn board_irradiance(&self, pose: usize) -> Grid<f32> {
         let optics = &self.config.optics;
         match self.config.board {
@@ -227,7 +230,8 @@ impl Simulator {
         light
     }
 
-    /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise and the lamp, as in [`expose`](Self::expose).
+    /// The frame that the sensor makes of `irradiance`; `exposure` seeds the noise and the lamp, as in
+    /// [`expose`](Self::expose).
     pub fn digitise(&self, irradiance: &Grid<f32>, exposure: u32) -> Frame {
         let lamp = lamp::gain(self.config.flicker, self.config.sensor.seed, exposure);
         self.config.sensor.digitise(irradiance, lamp, exposure)
@@ -262,11 +266,12 @@ impl Simulator {
         self.truth_seen_by(&self.config.optics.pinhole(), reference)
     }
 
-    /// What is true of the scan for the pixels of frame `reference`, as an ideal pinhole camera in the rectified frame sees it. It may
-    /// see more than the simulator's own camera does.
+    /// What is true of the scan for the pixels of frame `reference`, as an ideal pinhole camera in the
+    /// rectified frame sees it. It may see more than the simulator's own camera does.
     ///
     /// # Errors
-    /// [`SimulatorError::NoSuchFrame`]; [`SimulatorError::BadNumber`] for a focal length that is not positive.
+    /// [`SimulatorError::NoSuchFrame`]; [`SimulatorError::BadNumber`] for a focal length that is not
+    /// positive.
     pub fn truth_seen_by(&self, camera: &Pinhole, reference: usize) -> Result<Truth, SimulatorError> {
         let last = self.config.scan.frames - 1;
         if reference > last {

@@ -1,27 +1,28 @@
-//! What is true of a simulated scan, in closed form.
+//! The truth of a simulated scan, in closed form.
 
 use super::pinhole::Pinhole;
 use super::scene::Scene;
 use epirig_core::grid::Grid;
 
-/// The truth for the pixels of one reference frame, seen by an ideal pinhole in the rectified frame; rows x columns each. It is told
-/// for the places where the carriage truly stood.
+/// The truth for the pixels of one reference frame, seen by an ideal pinhole in the rectified frame; rows x
+/// columns each. It is told for the places where the carriage truly stood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// Disparity in px over the whole true baseline, signed; NaN where a pixel's middle sees the featureless ground.
+    /// Disparity in px over the whole true baseline, signed; NaN where a pixel's middle sees the featureless
+    /// ground.
     pub disparity: Grid<f32>,
     /// Height towards the camera over the scene's nearest level, in mm; NaN as above.
     pub height_mm: Grid<f32>,
-    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 where there is none. The simulator's scenes occlude no
-    /// part of themselves, so a point in the image is a point seen.
+    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 where there is none.
+    /// The simulator's scenes occlude no part of themselves, so a point in the image is a point seen.
     pub visible_frames: Grid<u16>,
     /// Index of the first of them.
     first_visible: Grid<u16>,
 }
 
 impl Truth {
-    /// Whether frame `t` sees the surface point of pixel (x, y). A point moves to one side only, so that the frames that
-    /// see it follow each other.
+    /// Whether frame `t` sees the surface point of pixel (x, y). A point moves to one side only, so that the
+    /// frames that see it follow each other.
     ///
     /// # Panics
     /// If the pixel lies outside the image.

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// Distortion after Brown (1966) and Conrady (1919), in the terms and the order of OpenCV.
 ///
-/// With r2 = a^2 + b^2 the ray (a, b, 1) is seen at
-/// a (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 a b + p2 (r2 + 2 a^2), and likewise for b with p1 and p2 exchanged.
+/// With r2 = a^2 + b^2 the ray (a, b, 1) is seen at a (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 a b + p2 (r2 + 2
+/// a^2), and likewise for b with p1 and p2 exchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Distortion {
@@ -42,8 +42,8 @@ impl Distortion {
         )
     }
 
-    /// The ray that is seen at (a, b), by Newton's method; `None` where the distortion cannot be undone: beyond the radius at which
-    /// it folds the image back on itself.
+    /// The ray that is seen at (a, b), by Newton's method; `None` where the distortion cannot be undone:
+    /// beyond the radius at which it folds the image back on itself.
     pub fn remove(&self, a: f64, b: f64) -> Option<(f64, f64)> {
         if *self == Self::default() {
             return Some((a, b));

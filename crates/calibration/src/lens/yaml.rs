@@ -70,7 +70,8 @@ pub enum LensFileError {
     },
 }
 
-/// Names under which programs write the matrix of the camera: OpenCV's samples for one camera (two), for a pair.
+/// Names under which programs write the matrix of the camera: OpenCV's samples for one camera (two), for a
+/// pair.
 const MATRIX: &[&str] = &["camera_matrix", "cameraMatrix", "M1"];
 const DISTORTION: &[&str] = &["distortion_coefficients", "dist_coeffs", "distCoeffs", "D1"];
 const ROWS: &[&str] = &["image_height"];
@@ -201,7 +202,8 @@ fn check_depth(file: &str) -> Result<(), LensFileError> {
     Ok(())
 }
 
-/// OpenCV begins its files with a directive in the manner of YAML 1.0, at which parsers stop; as a comment it keeps its line.
+/// OpenCV begins its files with a directive in the manner of YAML 1.0, at which parsers stop; as a comment it
+/// keeps its line.
 fn standard(file: &str) -> Cow<'_, str> {
     match file.strip_prefix("%YAML:") {
         Some(rest) => Cow::Owned(format!("#YAML:{rest}")),
@@ -275,7 +277,8 @@ fn terms(entry: &Entry<'_>) -> Result<[f64; 5], LensFileError> {
     Ok(std::array::from_fn(|index| numbers.get(index).copied().unwrap_or(0.0)))
 }
 
-/// A number that comes back to the last bit, in a form that YAML 1.0 and 1.1, whose numbers need a point and a signed exponent, know.
+/// A number that comes back to the last bit, in a form that YAML 1.0 and 1.1, whose numbers need a point and
+/// a signed exponent, know.
 pub(super) fn number(value: f64) -> String {
     let text = format!("{value:?}");
     match text.split_once('e') {

@@ -1,4 +1,4 @@
-//! Sums over frames, taken up one after the other: mean and noise of every pixel.
+//! Mean and noise of every pixel over frames, summed up one frame after the other.
 
 use super::PhotometryError;
 use epirig_core::frame::{Frame, Samples};
@@ -84,8 +84,8 @@ impl Sums {
         mean
     }
 
-    /// Mean over the pixels of the variance of one frame's samples, in squared DN; pixels listed in `without` do not count. `None` for a
-    /// single frame.
+    /// Mean over the pixels of the variance of one frame's samples, in squared DN; pixels listed in `without`
+    /// do not count. `None` for a single frame.
     pub(super) fn variance_dn2(&self, without: &[(usize, usize)]) -> Option<f64> {
         if self.frames < 2 {
             return None;

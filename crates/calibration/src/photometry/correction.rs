@@ -1,10 +1,11 @@
-//! What a frame is corrected by.
+//! The correction of a frame: dark level and gain.
 
 use super::outliers::replace;
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
-/// A pixel's light is (value - subtract) * multiply; pixels in `defective` have the mean of their good neighbours, corrected, instead.
+/// A pixel's light is (value - subtract) * multiply; pixels in `defective` have the mean of their good
+/// neighbours, corrected, instead.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Correction {
     /// Dark level, in DN. `None` for zero everywhere.

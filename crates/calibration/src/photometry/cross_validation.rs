@@ -1,9 +1,10 @@
-//! Which model of a flat field: each is judged on frames, or on cells, that it has not seen.
+//! Cross-validation of flat-field models: each is judged on frames, or on cells, that it was not fitted to.
 //!
-//! Let A and B be the means of two halves of the frames, with variances of noise s2 / a and s2 / b, and p_A and p_B a model of each. Then
-//! ((B - p_A)^2 + (A - p_B)^2 - (A - B)^2) / 2 has as its expectation the squared error of the model: what it cannot follow, and the noise that it
-//! has taken over. A map of the means follows everything, and has nothing but noise: s2 / (a + b), when it is made of all frames. That is its error, and what
-//! it is charged with, because it stays in every frame as a fixed pattern.
+//! Let A and B be the means of two halves of the frames, with variances of noise s2 / a and s2 / b, and p_A
+//! and p_B a model of each. Then ((B - p_A)^2 + (A - p_B)^2 - (A - B)^2) / 2 has as its expectation the
+//! squared error of the model: what it cannot follow, and the noise that it has taken over. A map of the
+//! means follows everything and has only the error of noise: s2 / (a + b), if it is made of all frames. That
+//! error counts against it, because it stays in every frame as a fixed pattern.
 
 use serde::{Deserialize, Serialize};
 
@@ -31,10 +32,11 @@ pub enum TrialModel {
 pub struct Trial {
     /// Which.
     pub model: TrialModel,
-    /// Root mean square of its error, in % of the mean level: of all pixels if there are several frames, else of cells that were left
-    /// out, their noise included. 0 if noise hides it.
+    /// Root mean square of its error, in % of the mean level: of all pixels if there are several frames, else
+    /// of cells that were left out, their noise included. 0 if noise hides it.
     pub error_percent: f64,
-    /// How much larger its squared error is than that of the best, in standard errors of that difference over the cells.
+    /// How much larger its squared error is than that of the best, in standard errors of that difference over
+    /// the cells.
     pub worse_by_sigmas: f64,
 }
 
@@ -100,8 +102,8 @@ pub(super) fn trials_between_halves(halves: &Halves) -> Vec<Trial> {
     judge(&errors)
 }
 
-/// Polynomials fitted to four fifths of the cells and judged on the fifth, five times: what a single flat frame allows. The cells that
-/// are left out together are scattered like knights on a chess-board.
+/// Polynomials fitted to four fifths of the cells and judged on the fifth, five times: what a single flat
+/// frame allows. The cells that are left out together are scattered like knights on a chess-board.
 pub(super) fn trials_over_cells(grid: &CellGrid, rows: usize, columns: usize) -> Vec<Trial> {
     let level = grid.mean();
     let patches = grid.patches();
@@ -148,8 +150,8 @@ fn judge(errors: &[Errors]) -> Vec<Trial> {
     errors.iter().map(trial).collect()
 }
 
-/// The first, hence simplest, whose error is larger than the best by no more than one standard error (the rule of Breiman, Friedman,
-/// Olshen and Stone 1984).
+/// The first, hence simplest, whose error is larger than the best by no more than one standard error (the
+/// rule of Breiman, Friedman, Olshen and Stone 1984).
 pub(super) fn best(trials: &[Trial]) -> Option<TrialModel> {
     trials.iter().find(|trial| trial.worse_by_sigmas <= 1.0).map(|trial| trial.model)
 }

@@ -1,4 +1,4 @@
-//! Why dark and flat frames do not tell a correction.
+//! Why dark and flat frames give no correction.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! The flat field: the fixed gain of lens and pixels, from frames of something uniform.
+//! The flat field: vignetting and the fixed gain of pixels, from frames of a uniform target.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,16 +13,19 @@ use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{mean, root_mean_square};
 
-/// A pixel's gain departs from its neighbours' by more than this share, or the pixel may be used: less drowns in a frame's noise of about 1 %.
+/// A pixel's gain departs from its neighbours' by more than this share, or the pixel may be used: less drowns
+/// in a frame's noise of about 1 %.
 const LEAST_GAIN_DEPARTURE: f64 = 0.02;
 
 /// How the flat field is modelled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FlatMethod {
-    /// A polynomial of this total order, 0 to [`HIGHEST_ORDER`], fitted to the means of 10 x 10 cells; order 3 is the paper's.
+    /// A polynomial of this total order, 0 to [`HIGHEST_ORDER`], fitted to the means of 10 x 10 cells; order
+    /// 3 is the paper's.
     Polynomial(usize),
-    /// The simplest of all polynomials and the map whose error is not significantly larger than the least, by cross-validation.
+    /// The simplest of all polynomials and the map whose error is not significantly larger than the least, by
+    /// cross-validation.
     Automatic,
     /// The mean of every pixel, with the noise of the flat frames in it.
     PerPixel,
@@ -38,8 +41,9 @@ pub enum FlatModel {
     PerPixel,
 }
 
-/// A flat field and how good it is. The gain has mean 1 over the image, because the brightness of the flat frames is that of their lamp
-/// and says nothing of the camera: so correcting leaves a frame's mean level, and what fits its bit depth, as they were.
+/// A flat field and how good it is. The gain has mean 1 over the image, because the brightness of the flat
+/// frames is that of their lamp and says nothing of the camera: so correcting leaves a frame's mean level,
+/// and what fits its bit depth, as they were.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlatField {
@@ -49,17 +53,18 @@ pub struct FlatField {
     pub model: FlatModel,
     /// Number of flat frames.
     pub frames: usize,
-    /// What the model leaves of the means of the cells, in % of the model there; a list for each row of cells.
+    /// What the model leaves of the means of the cells, in % of the model there; a list for each row of
+    /// cells.
     pub residual_percent: Vec<Vec<f64>>,
     /// Root mean square of these.
     pub residual_rms_percent: f64,
-    /// How much darker the darkest corner is than the brightest place, in %, as a polynomial has it: the model, or for a map the polynomial
-    /// of the highest order that its cells determine.
+    /// How much darker the darkest corner is than the brightest place, in %, as a polynomial has it: the
+    /// model, or for a map the polynomial of the highest order that its cells determine.
     pub vignetting_percent: f64,
     /// The cross-validation, simplest model first; empty unless the method is [`FlatMethod::Automatic`].
     pub trials: Vec<Trial>,
-    /// Standard deviation of the correction by the noise of the flat frames, in %, root mean square over the image; for a single
-    /// flat frame that of a polynomial is from the residuals, that of a map unknown.
+    /// Standard deviation of the correction by the noise of the flat frames, in %, root mean square over the
+    /// image; for a single flat frame that of a polynomial is from the residuals, that of a map unknown.
     pub sigma_percent: Option<f64>,
     /// Pixels whose gain is far from their neighbours', by row and column.
     pub outliers: Vec<Outlier>,
@@ -76,11 +81,13 @@ struct Flat {
     outliers: Vec<Outlier>,
 }
 
-/// The flat field from `frames` of something uniform, less the dark level of `dark`, and the map of the gain if the model is a map. The
-/// frames are summed up one after the other, those with even and with odd places apart.
+/// The flat field from `frames` of something uniform, less the dark level of `dark`, and the map of the gain
+/// if the model is a map. The frames are summed up one after the other, those with even and with odd places
+/// apart.
 ///
 /// # Errors
-/// [`PhotometryError`] if there are no frames, they are not alike, saturated, too dark, or not uniform, or the order is too high.
+/// [`PhotometryError`] if there are no frames, they are not alike, saturated, too dark, or not uniform, or
+/// the order is too high.
 pub fn flat_field(
     frames: &[Frame],
     dark: Option<&DarkFrame>,
@@ -212,8 +219,9 @@ fn residuals_percent(grid: &CellGrid, gain: &Grid<f32>) -> Vec<f64> {
     left.iter().map(|left| 100.0 * (left / mean - 1.0)).collect()
 }
 
-/// Standard deviation of the correction by the frames' noise. A least squares fit of p coefficients to n cells has, on the average
-/// over the cells, the variance of a cell times p / n (the trace of the hat matrix is p).
+/// Standard deviation of the correction by the frames' noise. A least squares fit of p coefficients to n
+/// cells has, on the average over the cells, the variance of a cell times p / n (the trace of the hat matrix
+/// is p).
 fn sigma_percent(flat: &Flat, model: &FlatModel, residuals_percent: &[f64]) -> Option<f64> {
     let level = flat.grid.mean();
     let of_pixel = flat.variance_dn2.map(|variance| 100.0 * (variance / flat.frames as f64).sqrt() / level);

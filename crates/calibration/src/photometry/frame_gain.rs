@@ -1,17 +1,19 @@
-//! The gain of every frame: lamps flicker.
+//! The gain of every frame, for lamps that flicker.
 //!
-//! The same surface points are seen in many frames, so the frames themselves tell how bright the lamp was: the logarithm of the mean of window w
-//! in frame t is a_w + g_t, if the window moves with the surface. All windows and frames are fitted together, by weighted
-//! least squares with a robust loss; windows that scatter (they show something that moves otherwise, or that is covered for a while) have
-//! little weight.
+//! The same surface points are seen in many frames, so the frames themselves show how bright the lamp was.
+//! The logarithm of the mean of window w in frame t is a_w + g_t, if the window moves with the surface. All
+//! windows and frames are fitted together, by weighted least squares with a robust loss. Windows that
+//! scatter, because they show something that moves differently or is covered for a while, have little weight.
 //!
-//! What noise allows: the mean of P pixels of level L with noise s has the standard deviation s / (L sqrt P) of itself. With 1.4 DN, 100 DN and 10 000
-//! pixels in view that is 0.014 %. To this comes what enters and leaves at the edges of the windows where they are followed wrongly: for an error of e px in the
-//! place, edge pixels of contrast C that are alike over l px, and n windows of W x H, e C sqrt(2 l / H) / (W sqrt n) of the mean; for 0.1 px, 30 %,
-//! 2 px, and 100 windows of 16 x 16, 0.01 %. The standard deviations that are given are from the scatter of the windows, so both are in them.
+//! Precision: the mean of P pixels of level L with noise s has the relative standard deviation s / (L sqrt
+//! P). With 1.4 DN, 100 DN and 10 000 pixels in view that is 0.014 %. Texture that enters and leaves at the
+//! edges of windows that are followed wrongly adds to it: for an error of e px in the place, edge pixels of
+//! contrast C that are alike over l px, and n windows of W x H, e C sqrt(2 l / H) / (W sqrt n) of the mean.
+//! For 0.1 px, 30 %, 2 px, and 100 windows of 16 x 16 that is 0.01 %. The standard deviations given come from
+//! the scatter of the windows, so both are in them.
 //!
-//! What cannot be told from flicker: a vignetting that is left in the frames and grows along the way of the surface. It is to be corrected
-//! before.
+//! Limit: vignetting that is left in the frames and grows along the way of the surface looks like flicker. It
+//! has to be corrected before.
 
 use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -43,14 +45,15 @@ const MOST_SCATTER: f64 = 0.05;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrameGains {
-    /// By how much each frame is too bright: divide it by this. Geometric mean 1; all 1 if they are not [`significant`](Self::significant).
+    /// By how much each frame is too bright: divide it by this. Geometric mean 1; all 1 if they are not
+    /// [`significant`](Self::significant).
     pub gain: Vec<f64>,
     /// Standard deviation of each, as a share, from the scatter of the windows.
     pub sigma: Vec<f64>,
     /// Root mean square of what was found, as a share, whether or not it is significant.
     pub flicker: f64,
-    /// Whether that is larger than the standard deviations (root mean square). If not, dividing would add more than it takes away, and
-    /// nothing is divided.
+    /// Whether that is larger than the standard deviations (root mean square). If not, dividing would add
+    /// more than it takes away, and nothing is divided.
     pub significant: bool,
     /// Number of windows.
     pub windows: usize,
@@ -111,8 +114,9 @@ pub enum GainError {
     Frame(#[from] FrameError),
 }
 
-/// The gain of every frame from a volume that is rectified and corrected for dark level and vignetting, and whose surface mainly has a
-/// disparity of `disparity_px`, which need be right to about a px (signed, over the whole baseline).
+/// The gain of every frame from a volume that is rectified and corrected for dark level and vignetting, and
+/// whose surface mainly has a disparity of `disparity_px`, which need be right to about a px (signed, over
+/// the whole baseline).
 ///
 /// # Errors
 /// [`GainError`] if frames have too little in common.
@@ -143,8 +147,8 @@ pub fn frame_gains(volume: &Volume, disparity_px: f64) -> Result<FrameGains, Gai
     })
 }
 
-/// Logarithms of the gains, with mean 0, and their variances, by sums over windows that hold whatever their errors have in common over the frames
-/// (the "sandwich" of Liang and Zeger 1986).
+/// Logarithms of the gains, with mean 0, and their variances, by sums over windows that hold whatever their
+/// errors have in common over the frames (the "sandwich" of Liang and Zeger 1986).
 fn fit(logarithms: &[Vec<f64>], frames: usize) -> Result<(Vec<f64>, Vec<f64>), GainError> {
     let mut gains = DVector::zeros(frames);
     let mut weights: Vec<Vec<f64>> = logarithms
@@ -199,7 +203,8 @@ fn add_weighted(
     }
 }
 
-/// The normal equations of the gains with the windows' levels eliminated; that the gains have mean 0 is added, which their matrix leaves open.
+/// The normal equations of the gains with the windows' levels eliminated; that the gains have mean 0 is
+/// added, which their matrix leaves open.
 fn normal(weights: &[Vec<f64>], frames: usize) -> Result<Cholesky<f64, Dyn>, GainError> {
     let mut matrix = DMatrix::<f64>::zeros(frames, frames);
     for weights in weights {
@@ -221,7 +226,8 @@ fn normal(weights: &[Vec<f64>], frames: usize) -> Result<Cholesky<f64, Dyn>, Gai
     Ok(factor)
 }
 
-/// Weights from the residuals: a window's scatter, at least that of the typical window, and less for what departs from the rest of it.
+/// Weights from the residuals: a window's scatter, at least that of the typical window, and less for what
+/// departs from the rest of it.
 fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64>) -> Vec<Vec<f64>> {
     let residuals: Vec<Vec<f64>> = logarithms
         .iter()
@@ -251,11 +257,12 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
     residuals.iter().zip(&scatter).map(of_window).collect()
 }
 
-/// The disparity that most of the picture has, over the whole baseline and signed, in px: from the shifts between neighbouring frames, up to 16
-/// pairs spread over the volume.
+/// The disparity that most of the picture has, over the whole baseline and signed, in px: from the shifts
+/// between neighbouring frames, up to 16 pairs spread over the volume.
 ///
 /// # Errors
-/// [`GainError::Shift`] if a pair shows no movement that can be told, [`GainError::NoneDominates`] if pairs contradict each other.
+/// [`GainError::Shift`] if a pair shows no movement that can be told, [`GainError::NoneDominates`] if pairs
+/// contradict each other.
 pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
     let tau = volume.tau().values();
     let pairs = volume.frames() - 1;

@@ -8,11 +8,13 @@ use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 
 /// Cells across and down, as in the paper. Smaller images have a cell for each pixel.
 const CELLS: usize = 10;
-/// Pixels that depart by more than so many robust standard deviations from their cell's median do not count. Within a cell vignetting is
-/// a ramp; the median absolute deviation of a ramp is a quarter of its height, so that it keeps 1.9 times its height to either side, and
-/// is never cut. Of Gaussian noise one in two million is lost, on either side alike.
+/// Pixels that depart by more than so many robust standard deviations from their cell's median do not count.
+/// Within a cell vignetting is a ramp; the median absolute deviation of a ramp is a quarter of its height, so
+/// that it keeps 1.9 times its height to either side, and is never cut. Of Gaussian noise one in two million
+/// is lost, on either side alike.
 const CUT: f64 = 5.0;
-/// Where most pixels of a cell have one value, the standard deviation is taken to be this, in units of the image: half a DN.
+/// Where most pixels of a cell have one value, the standard deviation is taken to be this, in units of the
+/// image: half a DN.
 const LEAST_SIGMA: f64 = 0.5;
 
 /// Some pixels and their mean.
@@ -120,7 +122,8 @@ impl CellGrid {
     }
 }
 
-/// Mean of the values that lie within the cut around their median, and how many they are. NaN if there are none.
+/// Mean of the values that lie within the cut around their median, and how many they are. NaN if there are
+/// none.
 fn mean_without_outliers(values: &mut [f32]) -> (f64, usize) {
     let Some(median) = upper_median(values) else { return (f64::NAN, 0) };
     let mut departures: Vec<f32> = values.iter().map(|value| (value - median).abs()).collect();

@@ -10,12 +10,12 @@ use epirig_core::grid::Grid;
 /// Highest total order that is supported: 45 coefficients, of which a grid of 10 x 10 cells leaves none open.
 pub const HIGHEST_ORDER: usize = 8;
 
-/// A diagonal element of R this much smaller than the largest is rounding: the places leave a coefficient open. Order 8 over 10 x 10
-/// cells has a ratio of about 1e-3.
+/// A diagonal element of R this much smaller than the largest is rounding: the places leave a coefficient
+/// open. Order 8 over 10 x 10 cells has a ratio of about 1e-3.
 const OPEN: f64 = 1e-9;
 
-/// A polynomial of total order n: the sum of c_ij u^i v^j for i + j <= n, where u and v run from -1 in the first to 1 in the last column
-/// and row.
+/// A polynomial of total order n: the sum of c_ij u^i v^j for i + j <= n, where u and v run from -1 in the
+/// first to 1 in the last column and row.
 ///
 /// Coefficients are sorted by total order, then by falling powers of u: 1, u, v, u2, uv, v2, ...
 ///
@@ -99,17 +99,18 @@ fn mean_powers(range: &Range<usize>, size: usize, order: usize) -> Vec<f64> {
 }
 
 impl Polynomial {
-    /// Over an image of `rows` x `columns`; `None` if the image is empty, a coefficient is not finite, or their number is not that of
-    /// an order from 0 to [`HIGHEST_ORDER`].
+    /// Over an image of `rows` x `columns`; `None` if the image is empty, a coefficient is not finite, or
+    /// their number is not that of an order from 0 to [`HIGHEST_ORDER`].
     pub fn new(rows: usize, columns: usize, coefficients: Vec<f64>) -> Option<Self> {
         let fits = (0..=HIGHEST_ORDER).any(|order| terms(order) == coefficients.len());
         let finite = coefficients.iter().all(|coefficient| coefficient.is_finite());
         (fits && finite && rows > 0 && columns > 0).then_some(Self { rows, columns, coefficients })
     }
 
-    /// The polynomial of `order` whose means over `patches` have the least squared departures from theirs, over an image of `rows` x
-    /// `columns`. Its own means are exact (the mean of a power over the pixels of a patch, not its value in the middle), so that a field
-    /// that is such a polynomial is found as it is, however large the patches are.
+    /// The polynomial of `order` whose means over `patches` have the least squared departures from theirs,
+    /// over an image of `rows` x `columns`. Its own means are exact (the mean of a power over the pixels of a
+    /// patch, not its value in the middle), so that a field that is such a polynomial is found as it is,
+    /// however large the patches are.
     ///
     /// `None` if the patches leave a coefficient open, or the order is higher than [`HIGHEST_ORDER`].
     pub fn fit(order: usize, rows: usize, columns: usize, patches: &[Patch]) -> Option<Self> {
@@ -183,7 +184,8 @@ impl Polynomial {
         self
     }
 
-    /// The values at all pixels. For each row the powers of v are summed up once, so a pixel costs n multiplications.
+    /// The values at all pixels. For each row the powers of v are summed up once, so a pixel costs n
+    /// multiplications.
     pub fn image(&self) -> Grid<f32> {
         let order = self.order();
         let across: Vec<f64> = (0..self.columns).map(|x| normalised(x as f64, self.columns)).collect();
@@ -226,7 +228,8 @@ mod tests {
 
     #[test]
     fn a_known_field_has_known_coefficients() {
-        // Columns 0 to 4 are u = -1, -0.5, 0, 0.5, 1; rows 0 to 2 are v = -1, 0, 1. The field is 7 + 3 u - 2 v + 4 u v.
+        // Columns 0 to 4 are u = -1, -0.5, 0, 0.5, 1; rows 0 to 2 are v = -1, 0, 1. The field is 7 + 3 u - 2
+        // v + 4 u v.
         let field = |x: f64, y: f64| {
             let (u, v) = (x / 2.0 - 1.0, y - 1.0);
             7.0 + 3.0 * u - 2.0 * v + 4.0 * u * v

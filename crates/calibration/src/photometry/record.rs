@@ -1,4 +1,4 @@
-//! The record of what was found of a camera's photometry, from which the correction can be made again.
+//! The record of a camera's photometry, from which its correction is made again.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,8 @@ pub struct PhotometryOptions {
     pub flat_field: Option<FlatMethod>,
     /// Replace pixels that cannot be used.
     pub defective_pixels: bool,
-    /// Divide each frame by its own gain, which [`frame_gains`](super::frame_gains) finds once the frames are rectified.
+    /// Divide each frame by its own gain, which [`frame_gains`](super::frame_gains) finds once the frames are
+    /// rectified.
     pub frame_gain: bool,
 }
 
@@ -98,7 +99,8 @@ impl Photometry {
     /// From dark and flat frames, either of which may be missing, for frames of `rows` x `columns`.
     ///
     /// # Errors
-    /// [`PhotometryError`] if frames are given that will not do. Missing ones are no error: the record says what is not corrected.
+    /// [`PhotometryError`] if frames are given that will not do. Missing ones are no error: the record says
+    /// what is not corrected.
     pub fn find(
         dark: &[Frame],
         flat: &[Frame],
@@ -180,7 +182,8 @@ impl Photometry {
     /// The correction that the record describes, with the maps that were stored with it.
     ///
     /// # Errors
-    /// [`PhotometryError::MapMissing`] if a map is missing or of another size, [`PhotometryError::NotPositive`] if a gain is not positive.
+    /// [`PhotometryError::MapMissing`] if a map is missing or of another size,
+    /// [`PhotometryError::NotPositive`] if a gain is not positive.
     pub fn correction(&self, maps: &Maps) -> Result<Correction, PhotometryError> {
         let (rows, columns) = (self.rows, self.columns);
         let map = |what: &'static str, map: &Option<Grid<f32>>| match map {

@@ -90,8 +90,9 @@ fn the_paper_s_polynomial_will_do_for_little_vignetting_and_not_for_much() {
         assert!(found.0.trials.is_empty() && found.0.residual_percent.len() == 10);
         (worst_percent(&gain(&found), &optics), found.0.residual_rms_percent)
     };
-    // 1 / (1 + s)^2 = 1 - 2 s + 3 s^2 - ..., and s = s_c (0.64 u^2 + 0.36 v^2) with s_c = 0.0847 for 15 %. By Legendre polynomials, least squares
-    // leave 8/35 of u^4 and v^4 and 4/9 of u^2 v^2 in the corner: 3 s_c^2 (0.41 x 8/35 + 0.13 x 8/35 + 2 x 0.23 x 4/9) = 0.70 %, and noise.
+    // 1 / (1 + s)^2 = 1 - 2 s + 3 s^2 - ..., and s = s_c (0.64 u^2 + 0.36 v^2) with s_c = 0.0847 for 15 %. By
+    // Legendre polynomials, least squares leave 8/35 of u^4 and v^4 and 4/9 of u^2 v^2 in the corner: 3 s_c^2
+    // (0.41 x 8/35 + 0.13 x 8/35 + 2 x 0.23 x 4/9) = 0.70 %, and noise.
     let (small, residual) = worst(0.15);
     assert!((small - 0.70).abs() < 0.1 && residual < 0.15, "{small} {residual}");
     // For 40 % s_c is 0.29 and the same term 8 %, less those of higher order.
@@ -104,7 +105,8 @@ fn a_single_flat_frame_is_enough_for_a_polynomial() {
     let optics = with_vignetting(0.25);
     let found = flat_field(&flats(&optics, 1, 5), None, FlatMethod::Automatic).unwrap();
     let worst = worst_percent(&gain(&found), &optics);
-    // A cell is known to 0.05 %; a fit of up to 45 coefficients to 100 cells has in the corners about twice that, and four times again.
+    // A cell is known to 0.05 %; a fit of up to 45 coefficients to 100 cells has in the corners about twice
+    // that, and four times again.
     assert!(worst < 0.4, "{worst} %, {:?}", found.0.trials);
     assert!(found.0.trials.iter().all(|trial| trial.model != TrialModel::PerPixel));
     let map = flat_field(&flats(&optics, 1, 5), None, FlatMethod::PerPixel).unwrap();
@@ -146,8 +148,9 @@ fn the_stated_standard_deviation_is_that_of_the_correction() {
             stated += (result.0.sigma_percent.unwrap() / 100.0).powi(2);
         }
         let ratio = (found / stated).sqrt();
-        // A polynomial has 9 degrees of freedom but for the level, of 10: 0.95. Their 270 squares are known to 9 %, the root to 4.3 %; beyond the
-        // middles of the outer cells it is known worse than in the cells, which raises it by some per cent.
+        // A polynomial has 9 degrees of freedom but for the level, of 10: 0.95. Their 270 squares are known
+        // to 9 %, the root to 4.3 %; beyond the middles of the outer cells it is known worse than in the
+        // cells, which raises it by some per cent.
         assert!((0.78..1.25).contains(&ratio), "{method:?}: {ratio}");
     }
 }
@@ -194,7 +197,8 @@ fn flicker_and_dust_are_no_reason_to_refuse() {
         .map(|index| noisy(1.4, index, |x, y| (190.0 + 3.0 * (index % 3) as f64) * light(x, y)))
         .collect();
     let (field, _) = flat_field(&frames, None, FlatMethod::Polynomial(6)).unwrap();
-    // The lamp's 1.5 % do not count as noise of the pixels: 1.4 / 193 x sqrt(28 / 100 / 192 / 8), vignetting makes it more.
+    // The lamp's 1.5 % do not count as noise of the pixels: 1.4 / 193 x sqrt(28 / 100 / 192 / 8), vignetting
+    // makes it more.
     let expected = 100.0 * 1.43 / 193.0 * (28.0 / 100.0 / 192.0 / 8.0_f64).sqrt();
     assert!((field.sigma_percent.unwrap() / expected - 1.0).abs() < 0.15, "{field:?}");
 }

@@ -1,4 +1,4 @@
-//! What is put right in the raw samples before they are resampled.
+//! Correction of the raw samples before they are resampled.
 
 use super::RectifyError;
 use crate::photometry::Correction;
@@ -15,7 +15,8 @@ pub(super) struct Replaced {
 /// Farthest that a good neighbour may be, in px: farther off the picture is another one.
 const FARTHEST_PX: usize = 3;
 
-/// Checks sizes and values against the raw frames, and finds the neighbours of the defective pixels, in the order of their rows.
+/// Checks sizes and values against the raw frames, and finds the neighbours of the defective pixels, in the
+/// order of their rows.
 pub(super) fn prepared(
     correction: &Correction,
     rows: usize,

@@ -16,8 +16,9 @@ use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
-/// Rectified rows that are made together. Each such band filters the raw rows that it needs for itself, with [`HORIZON`] more on
-/// either side, so that bands are independent and what comes out does not depend on the number of threads.
+/// Rectified rows that are made together. Each such band filters the raw rows that it needs for itself, with
+/// [`HORIZON`] more on either side, so that bands are independent and what comes out does not depend on the
+/// number of threads.
 const BAND: usize = 64;
 /// Mirrored pixels around a row: for the filter to settle, and for the taps of samples at the border.
 const PAD: usize = HORIZON + TAPS;
@@ -50,7 +51,8 @@ pub struct Rectifier {
     mapping: Mapping,
     correction: Correction,
     replaced: Vec<Replaced>,
-    /// For each rectified pixel the first of its coefficients in the padded raw image; empty for the identity, like the next two.
+    /// For each rectified pixel the first of its coefficients in the padded raw image; empty for the
+    /// identity, like the next two.
     starts: Vec<u32>,
     /// Its column less the whole part.
     fractions_x: Vec<f32>,
@@ -117,12 +119,12 @@ impl Rectifier {
         Volume::fine(self.mapping.camera.rows, self.mapping.camera.columns, bit_depth, tau)
     }
 
-    /// Corrects and resamples `frames` and puts them into a fine `volume`, the first at place `first_index`. Eight at a time go
-    /// as fast as one.
+    /// Corrects and resamples `frames` and puts them into a fine `volume`, the first at place `first_index`.
+    /// Eight at a time go as fast as one.
     ///
     /// # Errors
-    /// [`RectifyError`] if the volume is not one that [`Self::volume`] makes or has no such places, or a frame does not have the raw size or
-    /// the volume's bit depth. The volume is then as it was.
+    /// [`RectifyError`] if the volume is not one that [`Self::volume`] makes or has no such places, or a
+    /// frame does not have the raw size or the volume's bit depth. The volume is then as it was.
     pub fn insert(
         &self,
         volume: &mut Volume,
@@ -267,7 +269,8 @@ impl Rectifier {
         }
     }
 
-    /// Fills `coefficients` with what the taps of a band need; the row of the padded image that they begin with.
+    /// Fills `coefficients` with what the taps of a band need; the row of the padded image that they begin
+    /// with.
     fn find_coefficients(
         &self,
         band: usize,

@@ -1,6 +1,7 @@
 //! The kernel of the resampling: the quintic B-spline through all pixels (Unser 1999).
 //!
-//! Shift of a wave by the resampling, worst of windows of 9 px, and time for a sample beside that of a plain bilinear remap:
+//! Shift of a wave by the resampling, worst of windows of 9 px, and time for a sample beside that of a plain
+//! bilinear remap:
 //!
 //! | | 6.3 px | 4.2 px | 3.1 px | time |
 //! | --- | --- | --- | --- | --- |
@@ -11,17 +12,19 @@
 
 use epirig_core::spline::quintic::recursion_gain;
 
-/// After as many pixels nothing is left of where the filter began: 0.4306^17 = 6e-7, a fiftieth of a count of a fine volume at
-/// full scale.
+/// After as many pixels nothing is left of where the filter began: 0.4306^17 = 6e-7, a fiftieth of a count of
+/// a fine volume at full scale.
 pub(super) const HORIZON: usize = 17;
 
 /// How far inside the raw image rectified pixels stay, in px.
 ///
-/// The filter mirrors the image at its borders, which bends a ramp there. So far inside, the spline is off by 0.0002 of what the
-/// ramp rises in a pixel, which is to say by 0.0002 px, and by 0.43 times that a pixel farther in.
+/// The filter mirrors the image at its borders, which bends a ramp there. So far inside, the spline is off by
+/// 0.0002 of what the ramp rises in a pixel, which is to say by 0.0002 px, and by 0.43 times that a pixel
+/// farther in.
 pub const BORDER_PX: f64 = 8.0;
 
-/// The answer of the filter to a constant 1, along both axes: the filter leaves out the factor (1 - pole)^2 of each pole.
+/// The answer of the filter to a constant 1, along both axes: the filter leaves out the factor (1 - pole)^2
+/// of each pole.
 pub(super) fn filter_gain() -> f32 {
     let along_one_axis = recursion_gain();
     (along_one_axis * along_one_axis) as f32

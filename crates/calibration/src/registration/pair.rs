@@ -1,4 +1,5 @@
-//! Two images of one shape, one of them looked up between its pixels: what they say of a shift, and how well they agree at it.
+//! Two images of one size, the second one interpolated: the shift between them, and how well they agree at
+//! it.
 
 use rayon::prelude::*;
 
@@ -6,7 +7,8 @@ use super::spline::{combine_along, combine_rows, gradient_weights, weights};
 use epirig_core::grid::Grid;
 use epirig_core::spline::cubic::{TAPS, filter_image};
 
-/// Pixels left out at the borders: where a spline is mirrored it depends on where the border is, by 0.27^distance.
+/// Pixels left out at the borders: where a spline is mirrored it depends on where the border is, by
+/// 0.27^distance.
 pub(super) const BORDER: usize = 4;
 /// Width and height of the blocks within which agreement is judged.
 const BLOCK: usize = 32;
@@ -23,8 +25,8 @@ pub(super) struct Pair {
     weights: Option<[Grid<f32>; 2]>,
 }
 
-/// Sums over the pixels that both images show. `a`: first image, `b`: second, looked up at the shift; `g`: gradient of the first
-/// along x and y.
+/// Sums over the pixels that both images show. `a`: first image, `b`: second, looked up at the shift; `g`:
+/// gradient of the first along x and y.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
     count: f64,
@@ -42,7 +44,8 @@ pub(super) struct Sums {
 /// How well a pair agrees at a shift.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Agreement {
-    /// Correlation within blocks: what both show more slowly varying than that, as light and lens do, does not count.
+    /// Correlation within blocks: what both show more slowly varying than that, as light and lens do, does
+    /// not count.
     pub correlation: f64,
     /// Mean squared difference, once light is fitted.
     pub residual2: f64,
@@ -281,14 +284,15 @@ impl Sums {
         if spread > 0.0 { self.centred(self.a, self.b, self.ab) / spread } else { 0.0 }
     }
 
-    /// Ratio of the contrasts, second over first. A regression of one on the other would take noise for weaker light.
+    /// Ratio of the contrasts, second over first. A regression of one on the other would take noise for
+    /// weaker light.
     pub(super) fn light(&self) -> f64 {
         let ratio = self.centred(self.b, self.b, self.bb) / self.centred(self.a, self.a, self.aa);
         if ratio.is_finite() && ratio > 0.0 { ratio.sqrt() } else { 1.0 }
     }
 
-    /// The Gauss-Newton step towards the shift at which the images agree, light and offset eliminated; `None` if they leave a
-    /// direction open.
+    /// The Gauss-Newton step towards the shift at which the images agree, light and offset eliminated; `None`
+    /// if they leave a direction open.
     pub(super) fn step(&self) -> Option<[f64; 2]> {
         let aa = self.centred(self.a, self.a, self.aa);
         let regression = self.centred(self.a, self.b, self.ab) / aa;

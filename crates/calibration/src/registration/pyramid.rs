@@ -1,4 +1,4 @@
-//! Images at half the size, again and again, and the search in the smallest.
+//! An image pyramid, and the search in its smallest image.
 
 use rayon::prelude::*;
 
@@ -22,7 +22,8 @@ pub(super) fn pyramid(first: Grid<f32>, second: Grid<f32>) -> Vec<[Grid<f32>; 2]
     }
 }
 
-/// Half as large: each pixel is the binomial mean 1 3 3 1 about the corner of four pixels, which lets little alias.
+/// Half as large: each pixel is the binomial mean 1 3 3 1 about the corner of four pixels, which lets little
+/// alias.
 fn halved(image: &Grid<f32>) -> Grid<f32> {
     let (rows, columns) = (image.rows() / 2, image.columns() / 2);
     let mut small = Grid::filled(rows, columns, 0.0);

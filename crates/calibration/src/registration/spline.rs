@@ -1,9 +1,10 @@
-//! Images between their pixels: the cubic B-spline through all of them (Unser 1999).
+//! Interpolation of images by the cubic B-spline (Unser 1999).
 
 use epirig_core::grid::Grid;
 use epirig_core::spline::cubic::{self, SINGLE_HORIZON, TAPS};
 
-/// Weights of the coefficients at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset 0.
+/// Weights of the coefficients at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset
+/// 0.
 pub(super) fn weights(fraction: f64) -> [f32; TAPS] {
     cubic::weights(fraction).map(|weight| weight as f32)
 }
@@ -13,7 +14,8 @@ pub(super) fn gradient_weights(fraction: f64) -> [f32; TAPS] {
     cubic::gradient_weights(fraction).map(|weight| weight as f32)
 }
 
-/// Variance of a sample at `fraction` made of pixels with independent noise of variance 1: 1 at the pixels, least between them.
+/// Variance of a sample at `fraction` made of pixels with independent noise of variance 1: 1 at the pixels,
+/// least between them.
 pub(super) fn noise_share(fraction: f64) -> f64 {
     // The pole of the filter in single precision.
     let pole = f64::from(cubic::POLE as f32);
@@ -95,7 +97,8 @@ mod tests {
     fn waves_and_their_gradients_are_found_between_the_pixels() {
         let mut coefficients = waves(40, 40);
         cubic::filter_image(&mut coefficients);
-        // Error of a cubic spline: (w / 2 pi)^4 * 2 pi^4 / 45 of a wave of w rad per px, 0.7 at most, and ten times that of its gradient.
+        // Error of a cubic spline: (w / 2 pi)^4 * 2 pi^4 / 45 of a wave of w rad per px, 0.7 at most, and ten
+        // times that of its gradient.
         let bound = 2.0 * (0.7_f64 / std::f64::consts::TAU).powi(4) * 4.4;
         for (x, y) in [(12.3, 15.8), (20.5, 20.5), (25.9, 11.1)] {
             assert!((sample(&coefficients, x, y, false) - wave(x, y)).abs() < bound, "({x}, {y})");

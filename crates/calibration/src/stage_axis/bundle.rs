@@ -1,4 +1,4 @@
-//! Bundle adjustment of everything at once: lens, direction, where the points are, and where the stage stood.
+//! Bundle adjustment of lens, stage axis, points and positions together.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +7,8 @@ use crate::lens::{Lens, LensEstimate};
 use crate::target::Observation;
 use epirig_core::least_squares::{Block, Problem};
 
-/// Parameters of a point: rectified x and y of its ray in the frame at tau = 0, and its disparity, all over the focal length.
+/// Parameters of a point: rectified x and y of its ray in the frame at tau = 0, and its disparity, all over
+/// the focal length.
 pub(super) const OF_POINT: usize = 3;
 /// The angles.
 const ANGLES: usize = 2;

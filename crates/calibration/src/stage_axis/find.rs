@@ -1,4 +1,4 @@
-//! From tracks to angles and positions.
+//! Stage axis and positions from the tracks of a target.
 
 use super::bundle::{Bundle, OF_POINT};
 use super::{AxisPoint, Direction, MeasuredTau, StageAxis, StageAxisError, TrackResidual, vanishing};
@@ -13,18 +13,20 @@ const FRAMES_OF_A_CORNER: usize = 3;
 const CORNERS: usize = 4;
 /// Of the robust loss, in standard deviations of a coordinate.
 const HUBER: f64 = 2.0;
-/// Distance at which an observation is wrong, in the same: of good ones, one in 25,000 lies farther off (exp(-4.5^2 / 2)).
+/// Distance at which an observation is wrong, in the same: of good ones, one in 25,000 lies farther off
+/// (exp(-4.5^2 / 2)).
 const REJECTED: f64 = 4.5;
-/// Drawn corners may be exact, but then what is known of the lens would be nothing beside them, to rounding: the least noise, as a share of
-/// what corners state.
+/// Drawn corners may be exact, but then what is known of the lens would be nothing beside them, to rounding:
+/// the least noise, as a share of what corners state.
 const EXACT: f64 = 1e-3;
 /// Median of the length of a vector of two independent normal numbers: sqrt(2 ln 2).
 const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
 
 /// Direction of travel and position of every frame from the target's tracks.
 ///
-/// `positions_mm` are the stage's own, one for each frame, or the frames' indices if nobody knows them; they fix scale and origin of tau, and
-/// keep frames apart that no corner connects. `lens` is what is known of the lens beforehand; parameters with variance 0 are held.
+/// `positions_mm` are the stage's own, one for each frame, or the frames' indices if nobody knows them; they
+/// fix scale and origin of tau, and keep frames apart that no corner connects. `lens` is what is known of the
+/// lens beforehand; parameters with variance 0 are held.
 ///
 /// # Errors
 /// [`StageAxisError`] if the tracks do not tell the direction.
@@ -50,7 +52,8 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
     let noise = (upper_median(&mut lengths.clone()).unwrap_or(0.0) / MEDIAN_LENGTH).max(EXACT);
     used.iter_mut().zip(&lengths).for_each(|(used, length)| *used = *length <= REJECTED * noise);
 
-    // What is known beforehand has its own standard deviations, so those of the observations must be absolute, too: found first, then used.
+    // What is known beforehand has its own standard deviations, so those of the observations must be
+    // absolute, too: found first, then used.
     let mut bundle = Bundle::new(&observations, &used, lens, corners.len(), (&tau, tau_sigma))
         .ok_or(StageAxisError::BadLens)?;
     bundle.noise = noise;
@@ -60,7 +63,8 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
     Ok(describe(&bundle, &found, &corners))
 }
 
-/// Corners seen often enough, by their index in the tracks, and their observations, whose corners are counted anew.
+/// Corners seen often enough, by their index in the tracks, and their observations, whose corners are counted
+/// anew.
 fn long_tracks(tracks: &Tracks) -> Result<(Vec<usize>, Vec<Observation>), StageAxisError> {
     let mut seen = vec![0; tracks.corners.len()];
     tracks.observations.iter().for_each(|observation| seen[observation.corner] += 1);
@@ -123,14 +127,16 @@ fn length([x, y]: [f64; 2]) -> f64 {
     x.hypot(y)
 }
 
-/// Standard deviation of the observations over what was assumed: squares over degrees of freedom, without those of what was known beforehand.
+/// Standard deviation of the observations over what was assumed: squares over degrees of freedom, without
+/// those of what was known beforehand.
 fn spread(bundle: &Bundle<'_>, found: &Minimum) -> f64 {
     let seen = bundle.observations.iter().zip(bundle.used).filter(|(_, used)| **used);
     let (squares, count) = seen.fold((0.0, 0), |(squares, count), (seen, _)| {
         let off = length(bundle.residual(&found.parameters, seen)) / (bundle.noise * seen.sigma_px);
         (squares + off * off, count + 2)
     });
-    // Lens and tau are bought by their priors; what the tracks determine beside them costs degrees of freedom.
+    // Lens and tau are bought by their priors; what the tracks determine beside them costs degrees of
+    // freedom.
     let freedom = count as f64 - (found.parameters.len() - bundle.angle_column()) as f64;
     (squares / freedom.max(1.0)).sqrt()
 }

@@ -1,8 +1,9 @@
-//! The stage axis: which way the scene moves, and where it stood in every frame, from the tracks of a rigid target.
+//! The stage axis and the position of every frame, from the tracks of a rigid target.
 //!
-//! The model is the paper's (section 5.2): the stage axis is the same for all frames, so that two angles rectify them all. Beyond the
-//! paper, everything that the tracks depend on is found at once, by bundle adjustment: the lens (from what is known of it beforehand), the two angles, the place
-//! and depth of every corner, and the position of every frame. So the standard deviations hold what each leaves open in the others.
+//! The model is the paper's (section 5.2): the stage axis is the same for all frames, so two angles rectify
+//! them all. Beyond the paper, everything that the tracks depend on is found together, by bundle adjustment:
+//! the lens (with its prior), the two angles, the place and depth of every corner, and the position of every
+//! frame. So each standard deviation includes the uncertainty of all the others.
 
 mod bundle;
 mod direction;
@@ -118,15 +119,18 @@ pub struct StageAxis {
     pub pan_sigma_rad: f64,
     /// The lens, as the tracks have refined it.
     pub lens: LensEstimate,
-    /// tau of every frame that shows the target, on a scale on which the first and the last of them have the tau that the stage reported.
+    /// tau of every frame that shows the target, on a scale on which the first and the last of them have the
+    /// tau that the stage reported.
     pub tau: Vec<Option<MeasuredTau>>,
     /// The corners that were used.
     pub points: Vec<AxisPoint>,
     /// Every observation that counted.
     pub residuals: Vec<TrackResidual>,
-    /// Observations that lie more than 4.5 standard deviations from their tracks and do not count: frame and corner.
+    /// Observations that lie more than 4.5 standard deviations from their tracks and do not count: frame and
+    /// corner.
     pub rejected: Vec<(usize, usize)>,
-    /// Standard deviation of a coordinate of a corner as the tracks show it over what the corners' own fits state.
+    /// Standard deviation of a coordinate of a corner as the tracks show it over what the corners' own fits
+    /// state.
     pub noise_factor: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The stage, checked by the target.
+//! Positioning error of the stage, measured with the target.
 
 use epirig_core::statistics::upper_median;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,8 @@ pub struct FramePosition {
     pub reported_mm: f64,
     /// Where the target shows it, on the stage's scale, in mm; as reported where no target is seen.
     pub measured_mm: f64,
-    /// Standard deviation of `measured_mm`, in mm, against the first and the last frame that show the target; `None` where none is seen.
+    /// Standard deviation of `measured_mm`, in mm, against the first and the last frame that show the target;
+    /// `None` where none is seen.
     pub sigma_mm: Option<f64>,
 }
 
@@ -50,8 +51,8 @@ impl PositioningError {
     }
 }
 
-/// Puts measured tau on the stage's scale: the straight line through reported positions over tau, by least squares without the frames that stand
-/// out. `None` if less than two frames show the target.
+/// Puts measured tau on the stage's scale: the straight line through reported positions over tau, by least
+/// squares without the frames that stand out. `None` if less than two frames show the target.
 ///
 /// # Panics
 /// If the numbers of positions and taus differ.
@@ -139,7 +140,8 @@ mod tests {
 
     #[test]
     fn a_stop_that_is_off_is_named_and_does_not_bend_the_others() {
-        // Ten stops at 10, 11, ... 19 mm, the stage's errors +-1 um in turn; in frame 4 it stood 50 um farther, and frame 7 shows no target.
+        // Ten stops at 10, 11, ... 19 mm, the stage's errors +-1 um in turn; in frame 4 it stood 50 um
+        // farther, and frame 7 shows no target.
         let reported: Vec<f64> = (0..10).map(|index| 10.0 + f64::from(index)).collect();
         let mut tau: Vec<_> = (0..10)
             .map(|index| {

@@ -21,7 +21,8 @@ pub struct Target {
     pub board: ChessBoard,
     /// How many times: 1 or 2.
     pub bands: usize,
-    /// From the first row of corners of the first band to that of the second, in mm; without meaning for one band.
+    /// From the first row of corners of the first band to that of the second, in mm; without meaning for one
+    /// band.
     pub band_distance_mm: f64,
 }
 
@@ -43,8 +44,9 @@ pub struct FoundBoard {
     pub corners: Vec<BoardCorner>,
     /// Whether all corners are there. If so, labels are the board's own: columns from 0, rows from 0.
     pub complete: bool,
-    /// Whether a dark square lies between the directions to lower columns and to lower rows of corners with an even sum of column and row. Always so
-    /// for partial boards and for boards with an odd sum of columns and rows.
+    /// Whether a dark square lies between the directions to lower columns and to lower rows of corners with
+    /// an even sum of column and row. Always so for partial boards and for boards with an odd sum of columns
+    /// and rows.
     pub even_dark: bool,
     /// Blur of the edges, in px: the median of its corners.
     pub blur_px: f64,
@@ -76,7 +78,8 @@ impl ChessBoard {
 
 impl Target {
     /// # Errors
-    /// [`TargetError::Description`] for an impossible board, another number of bands than 1 or 2, or bands that overlap.
+    /// [`TargetError::Description`] for an impossible board, another number of bands than 1 or 2, or bands
+    /// that overlap.
     pub fn check(&self) -> Result<(), TargetError> {
         self.board.check()?;
         let wrong = |reason: String| Err(TargetError::Description { reason });
@@ -96,7 +99,8 @@ impl Target {
 }
 
 impl FoundBoard {
-    /// Whether corners fill a rectangle of labels, and the next columns or rows, where the board has more, are beyond the image's border.
+    /// Whether corners fill a rectangle of labels, and the next columns or rows, where the board has more,
+    /// are beyond the image's border.
     pub(super) fn is_cut_off(&self, board: &ChessBoard, (rows, columns): (usize, usize)) -> bool {
         let span = |of: fn(&BoardCorner) -> i32| {
             let labels = || self.corners.iter().map(of);

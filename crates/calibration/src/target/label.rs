@@ -1,4 +1,4 @@
-//! A lattice of corners becomes a board: which way is up, which corners belong to it, which were overlooked.
+//! From a lattice of corners to a board: its orientation, its corners, and corners that detection has missed.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -11,15 +11,18 @@ use super::sampling::halved;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 
-/// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch it.
+/// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch
+/// it.
 const WINDOW: f64 = 0.45;
 /// Least and largest radius, in px: nine unknowns need some 28 pixels, and a lens bends long edges.
 const RADIUS_PX: (f64, f64) = (3.0, 14.0);
 /// A fit may move a corner by this share of the distance to the nearest parallel edge.
 const MOVED: f64 = 0.25;
-/// Blur beyond this share of the distance to the nearest parallel edge leaves no level ground in the squares; waves have 0.25.
+/// Blur beyond this share of the distance to the nearest parallel edge leaves no level ground in the squares;
+/// waves have 0.25.
 const BLUR: f64 = 0.16;
-/// Of three corners in a row the middle one is this near to the line through the others, as a share of their distance: a lens bends lines less.
+/// Of three corners in a row the middle one is this near to the line through the others, as a share of their
+/// distance: a lens bends lines less.
 const STRAIGHT: f64 = 0.03;
 /// And by this, in px, whatever the distance: noise.
 const STRAIGHT_PX: f64 = 0.2;
@@ -27,7 +30,8 @@ const STRAIGHT_PX: f64 = 0.2;
 const CONTRAST: f64 = 0.6;
 /// How often overlooked corners are looked for around those there are.
 const ROUNDS: usize = 4;
-/// Of three corners two that are no corners are too many: after so many of them a lattice is given up as texture.
+/// Of three corners two that are no corners are too many: after so many of them a lattice is given up as
+/// texture.
 const MOST_REFUSED: usize = 8;
 /// Grids that are looked at: texture may have some, too.
 const MOST_LATTICES: usize = 12;
@@ -62,7 +66,8 @@ fn share_a_corner(one: &FoundBoard, other: &FoundBoard) -> bool {
 struct Labelled<'a> {
     board: &'a ChessBoard,
     rough: BTreeMap<Label, (f64, f64)>,
-    /// Whether the square between the directions to higher columns and to higher rows is bright at even sums of column and row.
+    /// Whether the square between the directions to higher columns and to higher rows is bright at even sums
+    /// of column and row.
     even_bright: bool,
 }
 
@@ -75,7 +80,8 @@ struct Steps {
 impl Steps {
     /// Of the corners around a label.
     fn at(places: &BTreeMap<Label, (f64, f64)>, (column, row): Label) -> Option<Self> {
-        // The longer the chord about the corner, the better; if its own row has none, a row beside it will do.
+        // The longer the chord about the corner, the better; if its own row has none, a row beside it will
+        // do.
         let along = |dc: i32, dr: i32| {
             [0, 1, -1, 2, -2].into_iter().find_map(|side| {
                 let (c, r) = (column + side * dr, row + side * dc);
@@ -157,7 +163,8 @@ impl<'a> Labelled<'a> {
                 .map(|(at, place)| ((at.0 - column, at.1 - row), place))
                 .filter(|(at, _)| inside(at))
                 .collect();
-            // At the lattice's (0, 0) a bright square follows the direction of columns; each quarter of a turn and each odd shift change that.
+            // At the lattice's (0, 0) a bright square follows the direction of columns; each quarter of a
+            // turn and each odd shift change that.
             let even_bright = (quarters as i32 + column + row).rem_euclid(2) == 0;
             best = Some((count, angle, Self { board, rough, even_bright }));
         }
@@ -281,7 +288,8 @@ impl<'a> Labelled<'a> {
     }
 }
 
-/// Removes corners that have much less contrast than those around them: where the board ends, shadows make false ones.
+/// Removes corners that have much less contrast than those around them: where the board ends, shadows make
+/// false ones.
 fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
     let faint: Vec<Label> = corners
         .iter()
@@ -300,7 +308,8 @@ fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
     }
 }
 
-/// Removes corners that are in fewer straight lines of three than in crooked ones, until there are none: the edges of a board are straight.
+/// Removes corners that are in fewer straight lines of three than in crooked ones, until there are none: the
+/// edges of a board are straight.
 fn drop_crooked(corners: &mut BTreeMap<Label, Corner>) {
     loop {
         let mut scores: BTreeMap<Label, i32> = corners.keys().map(|&at| (at, 0)).collect();

@@ -1,7 +1,8 @@
-//! Chess-board targets: found in frames to a hundredth of a pixel, labelled, followed through a sequence, and printed.
+//! Chess-board targets: found in frames to a hundredth of a pixel, labelled, followed through a sequence, and
+//! printed.
 //!
-//! A board is named by its inner corners, columns x rows, as in OpenCV. [`find_boards`] finds boards in one frame, [`track`] says which corner is
-//! which in all frames of a sequence, [`mod@print`] makes the sheet.
+//! A board is named by its inner corners, columns x rows, as in OpenCV. [`find_boards`] finds boards in one
+//! frame, [`track`] labels the corners in all frames of a sequence, [`mod@print`] makes the sheet.
 
 mod board;
 mod detect;

@@ -16,7 +16,8 @@ const HORIZON: usize = 28;
 /// Terms of the filter's first value in single precision: |pole|^16 is below the resolution of the sum.
 pub const SINGLE_HORIZON: usize = 16;
 
-/// Weights of the coefficients at offsets -1, 0, 1 and 2 for the value at `fraction` in [0, 1) beyond offset 0.
+/// Weights of the coefficients at offsets -1, 0, 1 and 2 for the value at `fraction` in [0, 1) beyond offset
+/// 0.
 ///
 /// ```
 /// use epirig_core::spline::cubic::weights;
@@ -44,14 +45,14 @@ pub fn gradient_weights<T: Real>(fraction: T) -> [T; TAPS] {
     [-half * g * g, half * f * (three * f - four), half * g * (four - three * g), half * f * f]
 }
 
-/// Value at `distance` px from a single pixel of value 1 of the filter from samples to coefficients, for this pole
-/// (Unser 1999, equation 11).
+/// Value at `distance` px from a single pixel of value 1 of the filter from samples to coefficients, for this
+/// pole (Unser 1999, equation 11).
 pub fn impulse_response(pole: f64, distance: i32) -> f64 {
     -GAIN * pole / (1.0 - pole * pole) * pole.powi(distance.abs())
 }
 
-/// Replaces the samples of a row by the coefficients of the spline through them, mirrored at the borders (Unser 1999,
-/// box 2). The filter runs in double precision; at least two samples.
+/// Replaces the samples of a row by the coefficients of the spline through them, mirrored at the borders
+/// (Unser 1999, box 2). The filter runs in double precision; at least two samples.
 pub fn filter_row(row: &mut [f32]) {
     let count = row.len();
     let mut power = 1.0;
@@ -78,9 +79,9 @@ pub fn filter_row(row: &mut [f32]) {
 
 /// Replaces the samples of an image by the coefficients of the spline through them, mirrored at the borders.
 ///
-/// The same filter as [`filter_row`] along rows and columns, in single precision: rounding to 1e-7 of the samples is
-/// less than the noise of an image, and columns are filtered a row at a time. The two round differently, so they do not
-/// share their loops.
+/// The same filter as [`filter_row`] along rows and columns, in single precision: rounding to 1e-7 of the
+/// samples is less than the noise of an image, and columns are filtered a row at a time. The two round
+/// differently, so they do not share their loops.
 pub fn filter_image(image: &mut Grid<f32>) {
     let columns = image.columns();
     image.values_mut().par_chunks_mut(columns).for_each(filter_row_single);

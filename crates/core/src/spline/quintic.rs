@@ -4,13 +4,14 @@
 pub const TAPS: usize = 6;
 /// Neighbours before the sample's whole pixel.
 pub const TAPS_BEFORE: usize = 2;
-/// Poles of the filter from samples to coefficients: roots of z^4 + 26 z^3 + 66 z^2 + 26 z + 1 within the unit circle.
+/// Poles of the filter from samples to coefficients: roots of z^4 + 26 z^3 + 66 z^2 + 26 z + 1 within the
+/// unit circle.
 pub const POLES: [f32; 2] = [-0.430_575_35, -0.043_096_29];
 
 /// Weights of the coefficients at offsets -2 to 3 for the value at `fraction` in [0, 1] beyond offset 0.
 ///
-/// In single precision, as fast as vectors allow: for fractions that differ from sample to sample. Tables are made of
-/// [`basis`].
+/// In single precision, as fast as vectors allow: for fractions that differ from sample to sample. Tables are
+/// made of [`basis`].
 #[inline(always)]
 pub fn weights(fraction: f32) -> [f32; TAPS] {
     let side = |t: f32| {
@@ -26,8 +27,8 @@ pub fn weights(fraction: f32) -> [f32; TAPS] {
     [a, b, c, f, e, d].map(|weight| weight * (1.0 / 120.0))
 }
 
-/// The quintic B-spline, or its derivative of `order` 1 or 2 (with respect to the place where it is evaluated, hence the
-/// sign), at `offset` = neighbour - place, in px (Unser 1999, equation 4).
+/// The quintic B-spline, or its derivative of `order` 1 or 2 (with respect to the place where it is
+/// evaluated, hence the sign), at `offset` = neighbour - place, in px (Unser 1999, equation 4).
 ///
 /// # Panics
 /// If `order` is above 2.
@@ -39,14 +40,14 @@ pub fn basis(offset: f64, order: usize) -> f64 {
     factors[order] * binomials.iter().enumerate().map(term).sum::<f64>()
 }
 
-/// Frequency response of the B-spline's samples (1, 26, 66, 26, 1) / 120 at `omega` rad per px. The filter from samples
-/// to coefficients has its inverse.
+/// Frequency response of the B-spline's samples (1, 26, 66, 26, 1) / 120 at `omega` rad per px. The filter
+/// from samples to coefficients has its inverse.
 pub fn samples_response(omega: f64) -> f64 {
     (66.0 + 52.0 * omega.cos() + 2.0 * (2.0 * omega).cos()) / 120.0
 }
 
-/// Impulse response of the filter from samples to coefficients, from the middle outwards, for a filter without
-/// recursion: `N` values, of which each is -0.43 times the one before.
+/// Impulse response of the filter from samples to coefficients, from the middle outwards, for a filter
+/// without recursion: `N` values, of which each is -0.43 times the one before.
 pub fn impulse_response<const N: usize>() -> [f64; N] {
     let steps = 256;
     std::array::from_fn(|n| {
@@ -58,8 +59,8 @@ pub fn impulse_response<const N: usize>() -> [f64; N] {
     })
 }
 
-/// The value of a constant 1 after the recursive filter y(n) = x(n) + pole y(n - 1), forth and back for each pole along
-/// one axis. The filter without its factor (1 - pole)^2 is multiplied by one over this.
+/// The value of a constant 1 after the recursive filter y(n) = x(n) + pole y(n - 1), forth and back for each
+/// pole along one axis. The filter without its factor (1 - pole)^2 is multiplied by one over this.
 pub fn recursion_gain() -> f64 {
     POLES.iter().map(|&pole| (1.0 - f64::from(pole)).powi(-2)).product()
 }

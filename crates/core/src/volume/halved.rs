@@ -6,10 +6,12 @@ use super::Volume;
 use crate::tau::Tau;
 
 impl Volume {
-    /// The volume at half the resolution: every pixel is the mean of 2 x 2, a last odd row or column left out.
+    /// The volume at half the resolution: every pixel is the mean of 2 x 2, a last odd row or column left
+    /// out.
     ///
-    /// Column X of it lies between the columns 2 X and 2 X + 1 of this volume, and disparities are half as large. It has this volume's frame gains
-    /// and shares its samples: means are taken where rows are read, which takes less time than to store them and fetch them again.
+    /// Column X of it lies between the columns 2 X and 2 X + 1 of this volume, and disparities are half as
+    /// large. It has this volume's frame gains and shares its samples: means are taken where rows are read,
+    /// which takes less time than to store them and fetch them again.
     ///
     /// ```
     /// use epirig_core::frame::{Frame, Samples};

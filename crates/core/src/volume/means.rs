@@ -4,7 +4,8 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use crate::frame::Samples;
 
-/// Means of the samples of two rows, of which each is twice as long as `target` and may be longer, that begin at `starts`.
+/// Means of the samples of two rows, of which each is twice as long as `target` and may be longer, that begin
+/// at `starts`.
 pub(super) fn copy_means(samples: &Samples, starts: [usize; 2], target: &mut [f32]) {
     let rows = starts.map(|start| start..start + 2 * target.len());
     dispatch!(Level::new(), simd => match samples {

@@ -1,4 +1,4 @@
-//! Samples that are made of those that were there, in their place.
+//! Samples replaced in their place by values computed from them.
 
 use std::ops::Range;
 
@@ -8,12 +8,14 @@ use super::Volume;
 use crate::frame::{Samples, full_scale};
 
 impl Volume {
-    /// The volume with samples that `fill` makes of those that it had, in DN of `bit_depth`; [fine](Self::fine) if asked for. They take the place of
-    /// the old ones, unless those are shared: then it is a copy that changes. Frames' gains are part of what `fill` is given, and are 1 afterwards.
+    /// The volume with samples that `fill` makes of those that it had, in DN of `bit_depth`;
+    /// [fine](Self::fine) if asked for. They take the place of the old ones, unless those are shared: then it
+    /// is a copy that changes. Frames' gains are part of what `fill` is given, and are 1 afterwards.
     ///
-    /// `fill` is called for up to `band_rows` rows of each frame, in any order and from any thread: with the rows, the frame, the values in DN of those
-    /// rows and of up to `reach` above and below that the frame has, and room for the rows' own values. Samples are rounded to whole counts and clipped
-    /// to those that there are.
+    /// `fill` is called for up to `band_rows` rows of each frame, in any order and from any thread: with the
+    /// rows, the frame, the values in DN of those rows and of up to `reach` above and below that the frame
+    /// has, and room for the rows' own values. Samples are rounded to whole counts and clipped to those that
+    /// there are.
     ///
     /// # Panics
     /// If samples of `bit_depth`, or fine ones, are wider or narrower than the volume's.
@@ -45,7 +47,8 @@ impl Volume {
     }
 }
 
-/// Refills bands of rows x frames x columns in their place; `gains` make DN of the samples of each frame, and `convert` samples of DN.
+/// Refills bands of rows x frames x columns in their place; `gains` make DN of the samples of each frame, and
+/// `convert` samples of DN.
 fn refill<T: Copy + Into<f32> + Send + Sync>(
     samples: &mut [T],
     (frames, columns): (usize, usize),

@@ -1,4 +1,4 @@
-//! Why bytes are no map, or a map no bytes.
+//! Why bytes cannot be decoded as a map, or a map cannot be encoded.
 
 use thiserror::Error;
 

@@ -1,7 +1,7 @@
 //! Maps in the file formats that other programs read: PFM, TIFF and NumPy; surfaces as PLY and GSF.
 //!
-//! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory, TIFF and NPY, and infinity in PFM, as the
-//! Middlebury benchmark has it.
+//! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory, TIFF and NPY, and infinity in
+//! PFM, as the Middlebury benchmark has it.
 
 mod error;
 mod gsf;

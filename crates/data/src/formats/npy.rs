@@ -42,8 +42,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
         .ok_or_else(|| malformed("NPY", "the number of samples is not the shape in the header"))
 }
 
-/// Refuses headers that no map has, before they are read as the Python expression that they are: theirs is a dictionary of three entries with a
-/// pair of numbers in it.
+/// Refuses headers that no map has, before they are read as the Python expression that they are: theirs is a
+/// dictionary of three entries with a pair of numbers in it.
 fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
     const LONGEST: usize = 1024;
     const DEEPEST: usize = 2;

@@ -1,4 +1,5 @@
-//! Portable float map: `Pf`, width and height, a scale whose sign tells the byte order, then rows from the bottom up.
+//! Portable float map: `Pf`, width and height, a scale whose sign tells the byte order, then rows from the
+//! bottom up.
 
 use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};

@@ -1,4 +1,4 @@
-//! What the records of a sequence tell twice has to agree.
+//! Consistency of the records of a sequence: what is stated twice has to agree.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,7 +27,8 @@ impl Finding {
 const RESTORE: &str = "restore the records from a copy";
 
 impl Sequence {
-    /// Refuses records that contradict each other: one of them is wrong, and nobody knows which. No frame is read.
+    /// Refuses records that contradict each other: one of them is wrong, and nobody knows which. No frame is
+    /// read.
     ///
     /// # Errors
     /// [`SequenceError::Contradiction`].
@@ -132,7 +133,8 @@ impl Sequence {
         }
     }
 
-    /// What all certificates of a scan share, until it is resumed with other limits: and that each attempt before a frame is told.
+    /// What all certificates of a scan share, until it is resumed with other limits: and that each attempt
+    /// before a frame is told.
     fn check_certificates(&self, found: &mut Vec<Finding>) {
         let mut shared = None;
         let mut retakes: BTreeMap<usize, usize> = BTreeMap::new();
@@ -277,7 +279,8 @@ impl Limits {
     }
 }
 
-/// The place of the stage is told five times: asked for, read before and after the exposure, reported, and how far off it may be.
+/// The place of the stage is told five times: asked for, read before and after the exposure, reported, and
+/// how far off it may be.
 fn certificate_problems(frame: &FrameRecord, certificate: &CertificateRecord) -> Vec<String> {
     let mut problems = Vec::new();
     let (tolerance_mm, readings) = (certificate.position_tolerance_mm, certificate.readings_mm);

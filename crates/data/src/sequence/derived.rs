@@ -1,4 +1,4 @@
-//! Sequences that are made of others.
+//! Sequences derived from others, such as rectified frames.
 
 use std::path::Path;
 

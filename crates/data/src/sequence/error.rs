@@ -272,8 +272,8 @@ impl From<RecordError> for SequenceError {
 }
 
 impl SequenceError {
-    /// Whether a frame's file is not what was written, so that taking it again is right. Of all other errors nobody knows whether the
-    /// file is at fault.
+    /// Whether a frame's file is not what was written, so that taking it again is right. Of all other errors
+    /// nobody knows whether the file is at fault.
     pub fn is_of_the_file(&self) -> bool {
         matches!(self, Self::MissingFrame { .. } | Self::HashMismatch { .. })
     }

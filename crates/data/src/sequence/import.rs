@@ -1,4 +1,4 @@
-//! Images that other software took, made a sequence.
+//! Import: a sequence made of images that other software took.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -83,15 +83,16 @@ pub struct Imported {
 pub struct Listing {
     /// The images in natural order: `frame_9` before `frame_10`.
     pub images: Vec<PathBuf>,
-    /// Names of hidden files that were passed over: some systems keep notes of their own beside images (`._0001.png`).
+    /// Names of hidden files that were passed over: some systems keep notes of their own beside images
+    /// (`._0001.png`).
     pub hidden: Vec<String>,
 }
 
 /// Lists the images in a folder. Links to files count as files.
 ///
 /// # Errors
-/// [`SequenceError`] if the folder cannot be listed or holds no images; [`SequenceError::NotFiles`] if a name of an image has no file
-/// behind it.
+/// [`SequenceError`] if the folder cannot be listed or holds no images; [`SequenceError::NotFiles`] if a name
+/// of an image has no file behind it.
 pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
     let (mut images, mut hidden, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
     for entry in fs::read_dir(folder).map_err(SequenceError::io("look into", folder))? {
@@ -128,8 +129,8 @@ pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
     Ok(Listing { images, hidden })
 }
 
-/// Makes the sequence `out` of the images in `folder`, which stay as they are. Calibration images must be of the size and the bit depth
-/// of the frames, or they tell nothing of them.
+/// Makes the sequence `out` of the images in `folder`, which stay as they are. Calibration images must be of
+/// the size and the bit depth of the frames, or they tell nothing of them.
 ///
 /// The sequence is built beside `out` and renamed when it is whole: a failed import leaves nothing.
 ///
@@ -184,7 +185,8 @@ pub fn import(
     let scratch = scratch_beside(out)?;
     let building = scratch.path().join("sequence");
 
-    // Conversions are known only after the last image, so the record is written with the first frames' and then again.
+    // Conversions are known only after the last image, so the record is written with the first frames' and
+    // then again.
     let mut record = start_record(folder, &head, images.len(), positions_mm.clone(), options);
     let mut import = Import {
         writer: SequenceWriter::create(&building, &record)?,

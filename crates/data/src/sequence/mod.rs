@@ -1,8 +1,9 @@
 //! Frames on disk with the records that make them a measurement.
 //!
-//! A sequence folder holds `sequence.json` (what was meant to be done), `journal.jsonl` (what happened, one line per
-//! event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes one frame by frame,
-//! [`import`] makes one of images that other software took, [`Sequence`] reads it and [`verify`] checks every byte.
+//! A sequence folder holds `sequence.json` (what was meant to be done), `journal.jsonl` (what happened, one
+//! line per event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes
+//! one frame by frame, [`import`] makes one of images that other software took, [`Sequence`] reads it and
+//! [`verify`] checks every byte.
 
 mod consistency;
 mod derived;

@@ -1,4 +1,4 @@
-//! A lens as its data sheet tells, before the size of the images is known.
+//! A lens from its data sheet, before the size of the images is known.
 
 use super::Intrinsics;
 

@@ -1,4 +1,4 @@
-//! Between image files and frames.
+//! Image files, decoded to frames and encoded from them.
 
 use std::io::Cursor;
 
@@ -70,10 +70,12 @@ pub fn header(bytes: &[u8]) -> Result<Header, ImageFault> {
     head(bytes).map(|(_, _, _, header)| header)
 }
 
-/// Bytes of the largest image file that is read: room for the largest that is decoded, if it is not compressed.
+/// Bytes of the largest image file that is read: room for the largest that is decoded, if it is not
+/// compressed.
 pub const LARGEST_IMAGE: u64 = 5 << 28;
 
-/// Most bytes that the decoded image may take: 16 bit grey of the largest size takes half of it, colour of 8 bit three quarters.
+/// Most bytes that the decoded image may take: 16 bit grey of the largest size takes half of it, colour of 8
+/// bit three quarters.
 const MOST_DECODED: u64 = 1 << 30;
 
 type Head<'a> = (image::ImageFormat, Box<dyn ImageDecoder + 'a>, Orientation, Header);
@@ -170,8 +172,8 @@ fn turns_by_a_quarter(orientation: Orientation) -> bool {
     )
 }
 
-/// Decodes a PNG, TIFF or JPEG, whatever its name says, and makes it grey: Rec. 709 luma of the stored values, transparency
-/// ignored.
+/// Decodes a PNG, TIFF or JPEG, whatever its name says, and makes it grey: Rec. 709 luma of the stored
+/// values, transparency ignored.
 ///
 /// # Errors
 /// [`ImageFault`].

@@ -45,7 +45,8 @@ impl Sequence {
     /// Reads the records in `folder`; frames are read when asked for.
     ///
     /// # Errors
-    /// [`SequenceError`] naming the record that is missing, of another version, not to be understood, or holds what cannot be.
+    /// [`SequenceError`] naming the record that is missing, of another version, not to be understood, or
+    /// holds what cannot be.
     pub fn open(folder: &Path) -> Result<Self, SequenceError> {
         let path = folder.join(START);
         if path.symlink_metadata().is_err() {
@@ -163,11 +164,12 @@ impl Sequence {
         self.folder.join(&frame.file)
     }
 
-    /// Reads a frame and checks it against the records: its hash first, then its size and format, and only then its pixels.
+    /// Reads a frame and checks it against the records: its hash first, then its size and format, and only
+    /// then its pixels.
     ///
     /// # Errors
-    /// [`SequenceError`] if the file is missing, changed, outside the sequence's folder or no file at all; and
-    /// [`SequenceError::RecordAtFault`] if it is as it was written, but the records say otherwise.
+    /// [`SequenceError`] if the file is missing, changed, outside the sequence's folder or no file at all;
+    /// and [`SequenceError::RecordAtFault`] if it is as it was written, but the records say otherwise.
     pub fn read(&self, named: &FrameRecord) -> Result<Frame, SequenceError> {
         let path = self.path(named);
         let bytes = read_inside(&self.folder, &named.file, self.largest_file()).map_err(|error| {
@@ -222,7 +224,8 @@ impl Sequence {
         }
     }
 
-    /// Whether a file with another hash than the journal's has the size and the brightness that the journal tells: then the hash is wrong.
+    /// Whether a file with another hash than the journal's has the size and the brightness that the journal
+    /// tells: then the hash is wrong.
     fn is_as_described(&self, record: &FrameRecord, bytes: &[u8]) -> bool {
         let (rows, columns) = (self.record.rows, self.record.columns);
         let is_so_large = header(bytes).is_ok_and(|header| (header.rows, header.columns) == (rows, columns));
@@ -234,7 +237,8 @@ impl Sequence {
         frame.is_some_and(|frame| brightness(&frame) == (record.mean_dn, record.saturated))
     }
 
-    /// Bytes that the file of a frame has at most: what does not compress becomes little larger, and some programs add text.
+    /// Bytes that the file of a frame has at most: what does not compress becomes little larger, and some
+    /// programs add text.
     fn largest_file(&self) -> u64 {
         const TEXT: u64 = 16 << 20;
         let samples = (self.record.rows * self.record.columns) as u64;
@@ -242,7 +246,8 @@ impl Sequence {
     }
 }
 
-/// Mean in DN, and samples at full scale: the same sums over the same samples, written and read back to the last bit.
+/// Mean in DN, and samples at full scale: the same sums over the same samples, written and read back to the
+/// last bit.
 fn brightness(frame: &Frame) -> (f64, usize) {
     (frame.samples().mean(), frame.samples().count_at_least(frame.full_scale()))
 }
@@ -275,7 +280,8 @@ fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
         }
         match event(line) {
             Ok(event) => events.push(event),
-            // The last line is cut short if the program was killed while it wrote; what it names was not promised.
+            // The last line is cut short if the program was killed while it wrote; what it names was not
+            // promised.
             Err(_) if lines.peek().is_none() && !line.ends_with(b"\n") => {}
             Err(reason) => {
                 return Err(SequenceError::BadRecord {

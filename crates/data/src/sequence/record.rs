@@ -1,4 +1,4 @@
-//! What a sequence's records hold.
+//! The records of a sequence.
 
 use std::collections::BTreeMap;
 
@@ -40,7 +40,8 @@ pub enum Origin {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         rig: Option<serde_json::Value>,
     },
-    /// Corrected and rectified frames of another sequence. A sample of 32768 is what one step above full scale was there.
+    /// Corrected and rectified frames of another sequence. A sample of 32768 is what one step above full
+    /// scale was there.
     Rectified {
         /// The folder of that sequence.
         folder: String,
@@ -154,8 +155,9 @@ impl Intrinsics {
         Self { focal_length_px, principal_point_x_px: middle(columns), principal_point_y_px: middle(rows) }
     }
 
-    /// What in them cannot be of a camera that took images of `rows` x `columns`; `None` if all can. Its view is narrower than 179.9 deg
-    /// and wider than a second of arc, and its axis meets the plane of the image within a hundred images from the middle.
+    /// What in them cannot be of a camera that took images of `rows` x `columns`; `None` if all can. Its view
+    /// is narrower than 179.9 deg and wider than a second of arc, and its axis meets the plane of the image
+    /// within a hundred images from the middle.
     pub fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
         let size = rows.max(columns) as f64;
         let length_px = self.focal_length_px;
@@ -189,7 +191,8 @@ pub struct SequenceRecord {
     pub bit_depth: u8,
     /// Number of frames planned.
     pub frames: usize,
-    /// Position of each planned frame, in mm; `None` where only their order is known and they count as equidistant.
+    /// Position of each planned frame, in mm; `None` where only their order is known and they count as
+    /// equidistant.
     pub positions_mm: Option<Vec<f64>>,
     /// Lens and pixels, if known.
     pub intrinsics: Option<Intrinsics>,
@@ -352,7 +355,8 @@ pub enum ExitStatus {
     Aborted,
     /// Something went wrong.
     Failed,
-    /// The position was lost in it and nobody noticed at the time: its frames do not show what their positions say.
+    /// The position was lost in it and nobody noticed at the time: its frames do not show what their
+    /// positions say.
     NotClosed,
 }
 
@@ -371,8 +375,8 @@ impl ExitStatus {
 /// Whether the rig was at the end what it was at the beginning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ClosureRecord {
-    /// Where homing at the end found home, in mm by the count kept until then: what was lost or gained. `None` if the stage
-    /// cannot tell.
+    /// Where homing at the end found home, in mm by the count kept until then: what was lost or gained.
+    /// `None` if the stage cannot tell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub home_shift_mm: Option<f64>,
     /// The first frame, taken again before that. `None` if it shows too little to be compared.
@@ -394,7 +398,8 @@ pub struct TimesRecord {
 }
 
 impl TimesRecord {
-    /// The whole over what stage and camera need: 1 for a program that never makes them wait. `None` if nothing was done.
+    /// The whole over what stage and camera need: 1 for a program that never makes them wait. `None` if
+    /// nothing was done.
     pub fn overhead(&self) -> Option<f64> {
         let needed_s = self.moving_s + self.settling_s + self.exposing_s;
         (needed_s > 0.0).then(|| self.total_s / needed_s)

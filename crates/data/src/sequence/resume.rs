@@ -1,4 +1,4 @@
-//! Going on with a sequence that was interrupted at any moment.
+//! Resuming a sequence that was interrupted at any moment.
 
 use std::fs;
 use std::path::Path;
@@ -11,8 +11,8 @@ use super::writer::SequenceWriter;
 use crate::storage::{Disk, is_in_the_making, read_file};
 
 impl SequenceWriter {
-    /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files in the making and the
-    /// record of an earlier end.
+    /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files
+    /// in the making and the record of an earlier end.
     ///
     /// # Errors
     /// [`SequenceError`] if it is no sequence, another program writes it, or it cannot be read or written.
@@ -37,7 +37,8 @@ impl SequenceWriter {
     }
 }
 
-/// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's length.
+/// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's
+/// length.
 fn mend_journal(disk: &mut dyn Disk, path: &Path) -> Result<u64, SequenceError> {
     let bytes = read_file(path, LARGEST_JOURNAL)?;
     let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);

@@ -1,4 +1,4 @@
-//! Checking that a sequence is what its records say.
+//! Verification: whether a sequence is what its records say.
 
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
@@ -23,10 +23,12 @@ pub struct VerifyReport {
     pub findings: Vec<Finding>,
 }
 
-/// Reads every frame and compares all that the records tell twice: hashes, sizes, formats, brightness, gaps, positions, stray files.
+/// Reads every frame and compares all that the records tell twice: hashes, sizes, formats, brightness, gaps,
+/// positions, stray files.
 ///
 /// # Errors
-/// [`SequenceError`] only if the frames' folder cannot be listed; what is wrong with the sequence is in the report.
+/// [`SequenceError`] only if the frames' folder cannot be listed; what is wrong with the sequence is in the
+/// report.
 pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyReport, SequenceError> {
     let record = sequence.record();
     let mut findings = Vec::new();

@@ -1,4 +1,4 @@
-//! Making a sequence, frame by frame, so that what the journal names is on disk.
+//! Writing a sequence frame by frame, so that every frame in the journal is on disk.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -141,7 +141,8 @@ impl SequenceWriter {
         self.record(kind, index, frame, encoded, facts)
     }
 
-    /// Adds the frame `index` as another name of the grey PNG `target`, whose bytes are `encoded`: no second copy is made.
+    /// Adds the frame `index` as another name of the grey PNG `target`, whose bytes are `encoded`: no second
+    /// copy is made.
     ///
     /// # Errors
     /// As [`SequenceWriter::add`]; and if both are not on the same file system.
@@ -255,7 +256,8 @@ pub fn now() -> String {
 /// Refuses a folder that is there already, unless it is empty.
 ///
 /// # Errors
-/// [`SequenceError::Exists`] or [`SequenceError::Unfinished`] with its name, [`SequenceError::NoName`] for a path that ends in none.
+/// [`SequenceError::Exists`] or [`SequenceError::Unfinished`] with its name, [`SequenceError::NoName`] for a
+/// path that ends in none.
 pub fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     if folder.file_name().is_none() {
         return Err(SequenceError::NoName { path: folder.to_owned() });

@@ -1,4 +1,4 @@
-//! What the program does to a disk, step by step, so that each step can be made to fail.
+//! The steps that the program does to a disk, one function each, so that each can be made to fail in a test.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
@@ -10,8 +10,9 @@ use super::scratch::parent;
 
 /// The steps of which everything that is written consists.
 ///
-/// A step is as small as the operating system makes it: whoever ends the program between two of them, or lets one of them
-/// fail, meets all that can be met. An interruption waits for the step under way, as [`Step`] says.
+/// A step is as small as the operating system makes it: whoever ends the program between two of them, or lets
+/// one of them fail, meets all that can be met. An interruption waits for the step under way, as [`Step`]
+/// says.
 pub trait Disk: Send {
     /// Makes a folder.
     ///
@@ -46,7 +47,8 @@ pub trait Disk: Send {
     /// Lets two names change places, whatever they name, in one step.
     ///
     /// # Errors
-    /// See [`make_folder`](Self::make_folder); of kind `Unsupported` or `InvalidInput` where the file system knows no such step.
+    /// See [`make_folder`](Self::make_folder); of kind `Unsupported` or `InvalidInput` where the file system
+    /// knows no such step.
     fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()>;
 
     /// Gives a file a second name.
@@ -178,8 +180,8 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// A file under its final name only when it is whole: temporary file, fsync, rename, fsync of the folder. No interruption
-/// comes between.
+/// A file under its final name only when it is whole: temporary file, fsync, rename, fsync of the folder. No
+/// interruption comes between.
 ///
 /// # Errors
 /// What the operating system says. What had the name before keeps it.

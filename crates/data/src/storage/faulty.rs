@@ -1,4 +1,4 @@
-//! A disk that fails when it is told to.
+//! A disk that fails on purpose, for tests.
 
 use std::io;
 use std::path::Path;
@@ -8,7 +8,8 @@ use super::{Disk, RealDisk};
 /// How a disk fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DiskFault {
-    /// The program is killed in the middle of the step: half of what it wrote is there, and it does nothing any more.
+    /// The program is killed in the middle of the step: half of what it wrote is there, and it does nothing
+    /// any more.
     Killed,
     /// The disk is full from that step on: half of what is written fits; what needs no room still works.
     Full,

@@ -5,8 +5,8 @@ use std::time::Duration;
 use super::scratch::Scratch;
 use super::step::close;
 
-/// For a program that ends now: lets no further step begin, waits for those under way, and removes all scratch
-/// folders. Other threads that want to write wait from now on.
+/// For a program that ends now: lets no further step begin, waits for those under way, and removes all
+/// scratch folders. Other threads that want to write wait from now on.
 ///
 /// `false`: after `patience` the disk had not answered, and everything was left as it is.
 pub fn abandon(patience: Duration) -> bool {

@@ -1,4 +1,4 @@
-//! Reading files whose size and kind nobody has vouched for.
+//! Reading files of unknown size and kind, within limits.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -93,8 +93,8 @@ pub fn open_file(path: &Path) -> Result<File, ReadError> {
     }
 }
 
-/// Reads a file of at most `limit` bytes. Anything but a regular file is refused at once: a pipe would be waited for, and a
-/// device never ends.
+/// Reads a file of at most `limit` bytes. Anything but a regular file is refused at once: a pipe would be
+/// waited for, and a device never ends.
 ///
 /// # Errors
 /// [`ReadError`].

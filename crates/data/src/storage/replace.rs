@@ -1,4 +1,4 @@
-//! One folder in the place of another, so that at any moment one of the two is there.
+//! Replacing one folder by another, so that at any moment one of the two is there.
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use super::scratch::{is_written_beside, parent};
 use super::{Disk, Step, is_there};
 
-/// Puts the folder `new` at `target`. What was there, if anything, is at `new` afterwards, for the caller to remove.
+/// Puts the folder `new` at `target`. What was there, if anything, is at `new` afterwards, for the caller to
+/// remove.
 ///
-/// The two change places in one step where the file system can do that. Elsewhere what was there is set aside meanwhile
-/// under a name that [`recover`] knows: whoever is killed between the steps loses nothing.
+/// The two change places in one step where the file system can do that. Elsewhere what was there is set aside
+/// meanwhile under a name that [`recover`] knows: whoever is killed between the steps loses nothing.
 ///
 /// # Errors
 /// What the operating system said. Unless the new one stands already, what was there stays.
@@ -41,8 +42,8 @@ fn exchange_by_two_renames(disk: &mut dyn Disk, new: &Path, target: &Path) -> io
     disk.rename(&former, new)
 }
 
-/// Brings a folder back that was set aside when a program was killed, and removes it if the new one stands. To be called
-/// before `target` is read or written.
+/// Brings a folder back that was set aside when a program was killed, and removes it if the new one stands.
+/// To be called before `target` is read or written.
 ///
 /// # Errors
 /// What the operating system said.

@@ -1,4 +1,4 @@
-//! Folders in the making: hidden beside their place, renamed when whole, removed when the work is given up.
+//! Scratch folders: hidden beside their target, renamed when complete, removed when the work is given up.
 
 use std::fs::{self, File};
 use std::io;
@@ -13,10 +13,11 @@ const PREFIX: &str = ".epirig-";
 /// Scratch folders that exist now, for whoever has to end the program at once.
 static EXISTING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// A hidden folder beside `target`, on the same file system, so that what is built in it can be renamed to `target`.
-/// Dropped, it is removed with all that it holds.
+/// A hidden folder beside `target`, on the same file system, so that what is built in it can be renamed to
+/// `target`. Dropped, it is removed with all that it holds.
 ///
-/// It is locked while it is in use, so that one whose program was killed is known, and removed by the next one beside it.
+/// It is locked while it is in use, so that one whose program was killed is known, and removed by the next
+/// one beside it.
 #[derive(Debug)]
 pub struct Scratch {
     path: PathBuf,
@@ -60,7 +61,8 @@ impl Scratch {
         &self.path
     }
 
-    /// Removes the scratch folders of all threads: for a program that was told to end now and runs no destructors.
+    /// Removes the scratch folders of all threads: for a program that was told to end now and runs no
+    /// destructors.
     pub(super) fn remove_all() {
         for folder in existing().drain(..) {
             // Nobody is left to be told.

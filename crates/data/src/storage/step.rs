@@ -1,4 +1,4 @@
-//! Steps of the disk, which an interruption does not cut.
+//! Steps of the disk, which no interruption cuts.
 
 use std::cell::Cell;
 use std::marker::PhantomData;
@@ -53,7 +53,8 @@ impl Drop for Step {
     }
 }
 
-/// Lets no further step begin, and waits for those under way. `false`: some were still under way after `patience`.
+/// Lets no further step begin, and waits for those under way. `false`: some were still under way after
+/// `patience`.
 pub(super) fn close(patience: Duration) -> bool {
     let mut state = state();
     state.closed = true;

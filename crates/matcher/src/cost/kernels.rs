@@ -98,8 +98,8 @@ pub(super) fn box_sums(level: Level, values: &[f32], side: usize, out: &mut [f32
     dispatch!(level, _simd => window_sums(values, side, out));
 }
 
-/// Adds to `total` the normalised correlation of each window with the model's, from the windows' sums over `count` pixels;
-/// nothing where either has no contrast.
+/// Adds to `total` the normalised correlation of each window with the model's, from the windows' sums over
+/// `count` pixels; nothing where either has no contrast.
 pub(super) fn add_correlation(
     level: Level,
     windows: [&[f32]; 3],
@@ -121,7 +121,8 @@ fn add_row_correlation<S: Simd>(
     let columns = total.len();
     let [sum, squares, products] = windows.map(|slice| &slice[..columns]);
     let [model_sum, model_squares] = model.map(|slice| &slice[..columns]);
-    // Below this share of the squares the difference of sums is rounding: 24 bits of an f32 over some hundred terms.
+    // Below this share of the squares the difference of sums is rounding: 24 bits of an f32 over some hundred
+    // terms.
     const ROUNDING: f32 = 1e-5;
     for x in 0..columns {
         let energy = squares[x] - sum[x] * sum[x] / count;

@@ -1,7 +1,8 @@
 //! Costs of candidates: how badly the samples along a line agree.
 //!
 //! A cost row for one disparity is made of shifted rows only, so the kernels run over whole rows. Rows are
-//! treated in bands that share their neighbours' samples: a window of 7 rows then costs little more than one of 1 row.
+//! treated in bands that share their neighbours' samples: a window of 7 rows then costs little more than one
+//! of 1 row.
 
 mod band;
 mod correlation;
@@ -18,7 +19,8 @@ pub(crate) use band::Band;
 
 /// Costs of all candidates of one EPI: candidates x columns; NaN where too few frames see the candidate.
 ///
-/// `Method::Variance` and `Method::Normalised`: unbiased variance in DN^2 of the volume searched, from 0. Correlation: 1 - correlation, in [0, 2].
+/// `Method::Variance` and `Method::Normalised`: unbiased variance in DN^2 of the volume searched, from 0.
+/// Correlation: 1 - correlation, in [0, 2].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CostTable {
     columns: usize,

@@ -3,8 +3,9 @@
 use crate::lines::SeenRule;
 use crate::options::Occlusion;
 
-/// Cost from the sums of the frames before and after the reference frame: the mean over all frames that see the candidate,
-/// or over one side alone if that is better and may be. `cost` turns (sums, number of frames) into a cost.
+/// Cost from the sums of the frames before and after the reference frame: the mean over all frames that see
+/// the candidate, or over one side alone if that is better and may be. `cost` turns (sums, number of frames)
+/// into a cost.
 #[inline(always)]
 pub(super) fn best_side<const N: usize>(
     before: [f32; N],

@@ -85,7 +85,8 @@ fn edges_are_refined_to_a_pixel() {
     let lines = Lines::new(volume.tau(), 0, COLUMNS);
     let options = MatchOptions::default();
     let halves = (ROWS / 2, COLUMNS / 2);
-    // What windows of the halved frames do: the nearer surface reaches farther than it is, by a pixel and what an edge leaves of another.
+    // What windows of the halved frames do: the nearer surface reaches farther than it is, by a pixel and
+    // what an edge leaves of another.
     let mut guess = Grid::filled(halves.0, halves.1, 0.0);
     let last = EDGE / 2 + 1;
     (0..halves.0).for_each(|y| guess.row_mut(y)[..=last].fill(0.5 * NEAR_PX as f32));

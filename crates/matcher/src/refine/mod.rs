@@ -1,18 +1,24 @@
-//! The last digits of the disparity, and its sigma: a fit of the line over all frames that see it.
+//! Sub-pixel fit: the disparity and its sigma, by a fit of the line over all frames that see it.
 //!
-//! Model: the intensities of a window are one template, unknown, moving along the line; the disparity varies linearly over
-//! the window (slant). Around a first guess d0 of each pixel, its samples are I_t = T + g (d0 - d) tau'_t + noise, where g
-//! is the template's gradient along x, the mean of the frames' gradients along the line, and tau' = tau - tau_r. The
-//! regression of I on tau' has the slope b = g (d0 - d). Each pixel thus observations for d = d0 - b / g with the weight
-//! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
-//! d + p u + q v fitted to their observations: a Gauss-Newton step of the joint problem, template eliminated (`observations`). A second step starts from the new
-//! disparities (`steps`). Frames that do not see a point, because it has left the image or something nearer hides it, are left out (`visibility`), the drift
-//! that slant gives to the blur is taken off (`foreshortening`), pixels at rims go to the surface that has more of them (`mixed_pixels`), and windows follow the
-//! surface (`adaptive_support`, `support`).
+//! Model: the intensities of a window are one unknown template that moves along the line; the disparity
+//! varies linearly over the window (slant). Around a first guess d0 of each pixel, its samples are I_t = T +
+//! g (d0 - d) tau'_t + noise, where g is the template's gradient along x, the mean of the frames' gradients
+//! along the line, and tau' = tau - tau_r. The regression of I on tau' has the slope b = g (d0 - d). So each
+//! pixel gives one observation of the disparity, d0 - b / g, with the weight w = g^2 S, S = sum of (tau' -
+//! mean)^2 (`observations`). The least-squares solution of all pixels of the window is the plane d + p u + q
+//! v fitted to their observations: a Gauss-Newton step of the joint problem with the template eliminated. A
+//! second step starts from the new disparities (`steps`).
 //!
-//! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
-//! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
-//! credible windows disagree by, comes on top (`smoothing`).
+//! - Frames that do not see a point, because it has left the image or is occluded, are left out
+//!   (`visibility`).
+//! - The drift that slant gives to the blur is subtracted (`foreshortening`).
+//! - Pixels at rims go to the surface that has more of them (`mixed_pixels`).
+//! - Windows follow the surface (`adaptive_support`, `support`).
+//!
+//! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix. For one pixel or
+//! an upright window that is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N
+//! sum of g^2)). Added to it is the variance of what supports smooth away, and of the disagreement of
+//! credible windows (`smoothing`).
 
 mod adaptive_support;
 mod carried;
@@ -51,24 +57,27 @@ use spline::GRADIENT_NOISE_GAIN;
 use steps::{Steps, extremes};
 use visibility::visible_intervals;
 
-/// Texture must raise the mean squared gradient this far above what noise alone does.
+/// Texture must raise the mean squared gradient to this many times that of noise alone.
 const TEXTURE_OVER_NOISE: f64 = 4.0;
-/// What the fit found: planes of rows x columns.
+/// The result of the fit: maps of rows x columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitResult {
     /// Disparity in px; NaN where there was no guess.
     pub disparity: Grid<f32>,
     /// Its standard deviation in px; NaN where noise alone explains the gradients.
     pub sigma: Grid<f32>,
-    /// Whether a pixel lies beside another surface and its frames show something else than its line; `None` if that was not asked.
+    /// Whether a pixel lies beside another surface and its frames deviate from its line (outlier test);
+    /// `None` if that was not tested.
     pub outliers: Option<Grid<bool>>,
-    /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if none stands out from chance.
+    /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if it is not significant.
     pub locking_px: Option<Grid<f32>>,
-    /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was fitted.
+    /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was
+    /// fitted.
     pub locking: Option<LockingAmplitudes>,
 }
 
-/// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is called once for each row.
+/// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is
+/// called once for each row.
 pub fn stepped(
     volume: &Volume,
     lines: &Lines,
@@ -81,7 +90,8 @@ pub fn stepped(
     current
 }
 
-/// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and step.
+/// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and
+/// step.
 pub fn fit(
     volume: &Volume,
     lines: &Lines,
@@ -140,7 +150,7 @@ pub fn fit(
             let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
             sigma[x] = if textured && !guess.is_nan() { variance.sqrt() } else { f32::NAN };
             if options.steps == 0 {
-                // What the fit would have moved a disparity by that it leaves is a part of its error.
+                // The step that the fit would have made, and did not, is a part of the error.
                 sigma[x] = sigma[x].hypot(found - guess);
             } else if !guess.is_nan() {
                 disparity[x] = found;

@@ -1,9 +1,10 @@
-//! What the frames say around a common disparity: moments of the samples along the lines of sixteen neighbouring pixels.
+//! Moments of the samples along the lines of sixteen neighbouring pixels, around a common disparity.
 //!
-//! Sixteen neighbours are sampled along the lines of one disparity d_b near theirs, so that all of them share shift and
-//! weights. A pixel's own line, e = d - d_b away, is reached by the Taylor series of its samples in the small shift
-//! e tau': I_t(e) = v + tau' v' e + tau'^2 v'' e^2 / 2. All that a fit needs are sums over the frames of v, v', v'' times
-//! powers of tau', so the frames are read once for each block whatever the number of fits.
+//! Sixteen neighbours are sampled along the lines of one disparity d_b near theirs, so all of them share
+//! shift and weights. A pixel's own line, e = d - d_b away, follows from the Taylor series of its samples in
+//! the small shift e tau': I_t(e) = v + tau' v' e + tau'^2 v'' e^2 / 2. A fit needs only sums over the frames
+//! of v, v', v'' times powers of tau', so the frames are read once for each block, whatever the number of
+//! fits.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
@@ -12,8 +13,8 @@ use super::spline::{SplineEpi, TAPS, Weights};
 /// Pixels that are sampled together.
 pub(super) const LANES: usize = 16;
 
-/// Sums over the frames that see each pixel of a block; tau' is counted from the reference frame, v from the pixel's own
-/// intensity there.
+/// Sums over the frames that see each pixel of a block; tau' is counted from the reference frame, v from the
+/// pixel's own intensity there.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moments {
     pub(super) count: [f32; LANES],
@@ -42,7 +43,7 @@ pub(super) struct FrameSample {
     pub(super) tau: f32,
     /// Fraction of a pixel of the shift, in steps of the table.
     pub(super) fraction: usize,
-    /// What the shift is beyond that, in px: less than half a step.
+    /// Rest of the shift, in px: less than half a step.
     pub(super) remainder: f32,
 }
 
@@ -53,8 +54,8 @@ pub(super) struct VisibleInterval {
     pub(super) last: [f32; LANES],
 }
 
-/// Sums the moments of a block whose pixels have the intensities `anchor` in the reference frame. Frames outside a pixel's
-/// interval do not count; `None`: all pixels are seen in all of `samples`.
+/// Sums the moments of a block whose pixels have the intensities `anchor` in the reference frame. Frames
+/// outside a pixel's interval do not count; `None`: all pixels are seen in all of `samples`.
 pub(super) fn block_moments<'w>(
     level: Level,
     epi: &SplineEpi,
@@ -126,7 +127,8 @@ fn sum_seen<'w, S: Simd>(
     gathered(count, tau, tau_tau, sums)
 }
 
-/// Value, first and second derivative of sixteen neighbouring samples, `remainder` px beyond the fraction of the `weights`.
+/// Value, first and second derivative of sixteen neighbouring samples, `remainder` px beyond the fraction of
+/// the `weights`.
 #[inline(always)]
 fn sampled<S: Simd>(simd: S, taps: &[f32], weights: &Weights, remainder: f32) -> [f32x16<S>; 3] {
     let first = f32x16::from_slice(simd, &taps[..LANES]);

@@ -1,5 +1,6 @@
-//! Pixels beside another surface whose frames show something else than their line says: they are occluded in more frames than was seen, or show
-//! both surfaces at once.
+//! Outlier test: pixels beside another surface whose frames deviate from their line.
+//!
+//! They are occluded in more frames than geometry tells, or show both surfaces at once.
 
 use super::mixed_pixels::{APART_PX, BESIDE_PX};
 use super::padded::PAD;
@@ -9,8 +10,8 @@ use crate::lines::Lines;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
-/// Residuals are too large if their variance is this many times the largest squared deviation of a frame that agrees: ten times what is
-/// typical of the scene.
+/// Residuals are too large if their variance is this many times the largest squared deviation of a frame that
+/// agrees: ten times what is typical of the scene.
 const RESIDUAL_SHARE: f32 = 2.5;
 /// Times the variance of the noise that is no outlier: with few frames chance doubles it now and then.
 const RESIDUAL_NOISE: f32 = 4.0;
@@ -50,7 +51,8 @@ mod tests {
     const COLUMNS: usize = 40;
     const SHARE: f32 = 0.2;
     const NOISE: f32 = 0.5;
-    /// Nine pixels of 10 and 16 by turns vary by 10: 5 * 4 / 9 * 6^2 / 8. So 2.5 times a fifth of it, and four times the noise.
+    /// Nine pixels of 10 and 16 by turns vary by 10: 5 * 4 / 9 * 6^2 / 8. So 2.5 times a fifth of it, and
+    /// four times the noise.
     const LIMIT: f32 = 2.5 * 0.2 * 10.0 + 4.0 * 0.5;
 
     /// Whether each pixel is an outlier if its residuals are `residual`, in the second of three rows.

@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use super::moments::LANES;
 
-/// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach and a block.
+/// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach
+/// and a block.
 pub(super) const PAD: usize = 32;
 
 /// One number for each pixel, with room around each row.

@@ -1,4 +1,4 @@
-//! Observations and planes of all pixels, laid out so that neighbours of sixteen pixels are loaded at once.
+//! Maps of observations and of fitted planes, laid out so that sixteen neighbours are loaded at once.
 
 mod means;
 
@@ -9,18 +9,19 @@ use super::padded::{PAD, Padded};
 use epirig_core::grid::Grid;
 use means::box_means;
 
-/// Residuals begin to exceed the noise around them if their variance does so by this many of its standard deviations ...
+/// Residuals begin to exceed the noise around them if their variance does so by this many of its standard
+/// deviations ...
 const EXCEEDS_SIGMAS: f32 = 4.0;
 /// ... and do so altogether at this many times that.
 const EXCEEDS_WHOLLY: f32 = 1.25;
 
-/// What the observations of all pixels are. Disparities are counted from a common origin.
+/// Observations of all pixels. Disparities are counted from a common origin.
 #[derive(Debug, Clone)]
 pub(super) struct ObservationMaps {
     pub(super) weight: Padded,
     /// Weight times observed disparity.
     pub(super) moment: Padded,
-    /// One over the weight; 0 where there is none.
+    /// One over the weight; 0 for no observation.
     pub(super) inverse: Padded,
     /// Variance of the noise around the pixel, in DN^2, once it is known.
     pub(super) noise: Padded,
@@ -80,12 +81,13 @@ impl ObservationMaps {
         self.curvature = Padded::given_back();
     }
 
-    /// Finds the noise around each pixel, and lets pixels whose residuals exceed it count as much less.
+    /// Estimates the noise around each pixel, and reduces the weight of pixels whose residuals exceed it.
     ///
-    /// `gain` is the variance of residuals over that of the noise, of which there is at least `least`; `freedom` the degrees of freedom of
-    /// single variances. The noise is the mean over the square of side 2 `reach` + 1, without what exceeds the harmonic mean by more
-    /// than chance lets it: a harmonic mean hardly notices a few that are too large. The limit is a gradual one, so that hardly anything changes
-    /// what comes out by much.
+    /// `gain` is the variance of residuals over that of the noise, of which there is at least `least`;
+    /// `freedom` the degrees of freedom of single variances. The noise is the mean over the square of side 2
+    /// `reach` + 1, without residuals that exceed the harmonic mean by more than chance: the harmonic mean is
+    /// hardly influenced by a few large ones. The limit is gradual, so that a small change of the input
+    /// changes the result by little.
     pub(super) fn estimate_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
         let stride = self.weight.stride;
         self.residual.par_rows().zip(self.inverse.values.par_chunks(stride)).for_each(
@@ -95,7 +97,8 @@ impl ObservationMaps {
                 }
             },
         );
-        // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over its mean.
+        // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over
+        // its mean.
         let harmonic = (freedom - 2.0).max(1.0) / freedom;
         let exceeding = 1.0 + EXCEEDS_SIGMAS * (2.0 / freedom).sqrt();
         let inverses = box_means([&self.residual], reach, |[residual]| (1.0, 1.0 / residual));
@@ -115,7 +118,8 @@ impl ObservationMaps {
                 for place in 0..stride {
                     noise[place] = noise[place].max(least);
                     let belongs = belongs(residual[place], inverse[place]);
-                    // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no observation counts more for that.
+                    // Beside noisier pixels the mean may exceed residuals that exceed the harmonic mean; no
+                    // observation gains weight by that.
                     let exceeding = (noise[place] / residual[place].max(least)).min(1.0);
                     let share = belongs + (1.0 - belongs) * exceeding;
                     weight[place] *= share;
@@ -142,7 +146,7 @@ pub(super) struct SurfacePlanes {
     pub(super) slant_y: Padded,
     /// Variance of d, in px^2; infinite where nothing is known.
     pub(super) variance: Padded,
-    /// Scatter of the observations about the plane over what their noise lets expect.
+    /// Scatter of the observations about the plane over the scatter expected from their noise.
     pub(super) misfit: Padded,
     /// Mean weight over the variance of the noise: how far texture stands out.
     pub(super) texture: Padded,
@@ -150,7 +154,8 @@ pub(super) struct SurfacePlanes {
     pub(super) slant_variance: Padded,
 }
 
-/// One row of planes to be filled; those that have been given back are empty, and those of zeros alone may be.
+/// One row of planes to be filled; those that have been given back are empty, and those of zeros alone may
+/// be.
 pub(super) struct PlaneRow<'a> {
     pub(super) disparity: &'a mut [f32],
     pub(super) slant_x: &'a mut [f32],
@@ -175,7 +180,7 @@ impl SurfacePlanes {
         }
     }
 
-    /// Forgets what is known, in the same memory.
+    /// Makes all planes unknown, in the same memory.
     fn forget(&mut self) {
         self.par_rows().for_each(|row| {
             for zeros in [row.disparity, row.slant_x, row.slant_y, row.texture] {
@@ -246,7 +251,7 @@ impl SurfacePlanes {
         ]
         .map(|plane| plane.values.chunks_mut(stride));
         let row = |disparity| {
-            // What has been given back has no rows.
+            // Maps whose memory was given back have no rows.
             let [slant_x, slant_y, variance, misfit, texture, slant_variance] =
                 rest.each_mut().map(|rows| rows.next().unwrap_or_default());
             PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture, slant_variance }
@@ -255,7 +260,8 @@ impl SurfacePlanes {
     }
 }
 
-/// Planes that are no longer needed, kept for those that will be: to fetch memory takes longer than many a computation into it.
+/// Planes that are no longer needed, kept for those that will be: to fetch memory takes longer than many a
+/// computation into it.
 #[derive(Debug)]
 pub(super) struct SpareMaps {
     rows: usize,
@@ -272,7 +278,8 @@ impl SpareMaps {
         self.spare.pop().unwrap_or_else(|| SurfacePlanes::unknown(self.rows, self.columns))
     }
 
-    /// Planes of windows that compete, for which nobody asks how textured they are; of unknown content, nothing beside the rows excepted; to be filled.
+    /// Planes of competing windows, without a map of texture, to be filled. Their content is undefined,
+    /// except beside the rows.
     pub(super) fn windows(&mut self) -> SurfacePlanes {
         let mut planes = self.any();
         if planes.misfit.is_given_back() {
@@ -282,7 +289,8 @@ impl SpareMaps {
         planes
     }
 
-    /// Planes of supports, which are taken however well they fit; of unknown content, nothing beside the rows excepted; to be filled.
+    /// Planes of supports, which are taken however well they fit; of unknown content, nothing beside the rows
+    /// excepted; to be filled.
     pub(super) fn supports(&mut self) -> SurfacePlanes {
         let mut planes = self.any();
         if planes.texture.is_given_back() {
@@ -292,7 +300,7 @@ impl SpareMaps {
         planes
     }
 
-    /// Planes that know nothing.
+    /// Planes of infinite variance.
     pub(super) fn unknown(&mut self) -> SurfacePlanes {
         let Some(mut planes) = self.spare.pop() else {
             return SurfacePlanes::unknown(self.rows, self.columns);
@@ -324,7 +332,7 @@ impl SpareMaps {
         self.spare.push(planes);
     }
 
-    /// Gives back what is kept.
+    /// Gives back the spare memory.
     pub(super) fn release(&mut self) {
         self.spare.clear();
     }

@@ -1,7 +1,8 @@
-//! EPIs between their pixels, for the fit: quintic B-splines with their first two derivatives.
+//! Quintic B-splines through EPIs, with their first two derivatives, for the fit.
 //!
-//! Within an EPI all pixels of a block are sampled at the same fraction of a pixel, so a sample is six neighbours times
-//! constant weights. The weights are tabulated; the last thousandth of a pixel to the exact place is made up for by the next derivative.
+//! Within an EPI all pixels of a block are sampled at the same fraction of a pixel, so a sample is six
+//! neighbours times constant weights. The weights are tabulated; the next derivative corrects for the rest of
+//! the fraction, up to a thousandth of a pixel.
 
 use fearless_simd::{Level, Simd, dispatch};
 
@@ -13,11 +14,12 @@ use epirig_core::volume::Volume;
 pub(super) const FRACTIONS: usize = 512;
 /// Columns beyond both borders for which coefficients are held.
 pub(super) const MARGIN: usize = 32;
-/// Reach of the prefilter: its poles are -0.431 and -0.043; what is cut off is less than 3.6e-5, 0.009 DN of 255 at worst.
+/// Reach of the prefilter, whose poles are -0.431 and -0.043. The part beyond is less than 3.6e-5, 0.009 DN
+/// of 255 at worst.
 const PREFILTER_REACH: usize = 14;
 
-/// Variance of the value of a quintic B-spline through white noise, over that of the noise, mean over the positions between
-/// pixels.
+/// Variance of the value of a quintic B-spline through white noise, over that of the noise, mean over the
+/// positions between pixels.
 pub(super) const VALUE_NOISE_GAIN: f64 = 0.918;
 /// The same for noise that was resampled by such splines once before, along x and along y: rectified frames.
 pub(super) const RESAMPLED_NOISE_GAIN: f64 = 0.793;
@@ -27,7 +29,7 @@ pub(super) const GRADIENT_NOISE_GAIN: f64 = 2.678;
 /// Weights of the six neighbours for value, first and second derivative at a fraction of a pixel.
 pub(super) type Weights = [[f32; TAPS]; 3];
 
-/// What all rows share: the weights by fraction, and the filter from samples to coefficients.
+/// Tables that all rows share: the weights by fraction, and the filter from samples to coefficients.
 #[derive(Debug)]
 pub(super) struct Spline {
     weights: Vec<Weights>,
@@ -107,7 +109,8 @@ impl SplineEpi {
         self.columns + 2 * MARGIN
     }
 
-    /// The coefficients of frame `t` from [`TAPS_BEFORE`] before column `x` on, to the end of the frame's margin.
+    /// The coefficients of frame `t` from [`TAPS_BEFORE`] before column `x` on, to the end of the frame's
+    /// margin.
     pub(super) fn taps(&self, t: usize, x: isize) -> &[f32] {
         let first = (x + (MARGIN - TAPS_BEFORE) as isize) as usize;
         &self.coefficients[t * self.stride() + first..(t + 1) * self.stride()]
@@ -168,8 +171,8 @@ mod tests {
     use super::*;
     use epirig_core::tau::Tau;
 
-    /// What the prefilter's end leaves out of samples up to 1: twice the sum of |h(n)| over n > 14, where h(15) = -1.003e-5 and each
-    /// h(n + 1) = -0.4306 h(n).
+    /// What the prefilter's end leaves out of samples up to 1: twice the sum of |h(n)| over n > 14, where
+    /// h(15) = -1.003e-5 and each h(n + 1) = -0.4306 h(n).
     const CUT: f64 = 3.6e-5;
     /// Rounding: 15 sums of single precision (6e-8) of coefficients up to 7.5, the prefilter's largest gain.
     const ROUNDING: f64 = 1e-5;
@@ -213,9 +216,10 @@ mod tests {
         }
     }
 
-    /// The spline through exp(i omega x) is a sum of exp(i (omega + 2 pi k) x) with weights as (omega + 2 pi k)^-6 whose sum is 1 (Unser
-    /// 1999, section on interpolation: the Fourier transform of the B-spline is sinc^6). So the derivative of an order errs by at most the sum
-    /// over k != 0 of weight (|omega + 2 pi k|^order + omega^order).
+    /// The spline through exp(i omega x) is a sum of exp(i (omega + 2 pi k) x) with weights as (omega + 2 pi
+    /// k)^-6 whose sum is 1 (Unser 1999, section on interpolation: the Fourier transform of the B-spline is
+    /// sinc^6). So the derivative of an order errs by at most the sum over k != 0 of weight (|omega + 2 pi
+    /// k|^order + omega^order).
     fn sixth_order_bound(omega: f64, order: i32) -> f64 {
         let weight = |k: i32| (omega + TURN * f64::from(k)).powi(-6);
         let all: f64 = (-50..=50).map(weight).sum();

@@ -1,4 +1,5 @@
-//! Gauss-Newton steps: observations of all rows around the disparities so far, and the steps before the last, which need not be exact.
+//! Gauss-Newton steps: the observations of all rows around the disparities so far. The steps before the last
+//! are done with fewer frames.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -26,7 +27,7 @@ const NOISE_REACH: usize = 3;
 /// Frames that the steps before the last look at.
 const COARSE_FRAMES: usize = 33;
 
-/// What all steps share.
+/// Data that all steps share.
 pub(super) struct Steps<'a> {
     pub(super) volume: &'a Volume,
     pub(super) lines: &'a Lines,
@@ -36,7 +37,8 @@ pub(super) struct Steps<'a> {
     pub(super) level: Level,
     gains: Option<Vec<f32>>,
     series_reach_px: f32,
-    /// A disparity in the middle of all, so that sums of differences from it are exact enough in single precision.
+    /// A disparity in the middle of all, so that sums of differences from it are exact enough in single
+    /// precision.
     pub(super) origin: f32,
 }
 
@@ -64,7 +66,7 @@ impl<'a> Steps<'a> {
         Self { gains, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule) }
     }
 
-    /// Steps from `guess` of which others follow: what light varied from frame to frame is left to those.
+    /// Steps from `guess` before the last one; gains of frames are not estimated.
     pub(super) fn rough(volume: &'a Volume, lines: &'a Lines, guess: &Grid<f32>, rule: SeenRule) -> Self {
         let (low, high) = extremes(guess);
         Self {
@@ -84,7 +86,8 @@ impl<'a> Steps<'a> {
         self.rule.occlusion == Occlusion::OneSide
     }
 
-    /// The observations of all pixels around `current`, by every n-th frame, and what `look` makes of each row, in their order.
+    /// The observations of all pixels around `current` by every n-th frame, and the results of `look` for
+    /// each row, in their order.
     pub(super) fn observations<T: Send>(
         &self,
         current: &Grid<f32>,
@@ -133,7 +136,8 @@ impl<'a> Steps<'a> {
         (if self.volume.is_fine() { RESAMPLED_NOISE_GAIN } else { VALUE_NOISE_GAIN }) as f32
     }
 
-    /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each row.
+    /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each
+    /// row.
     pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
         let look = |row: ObservedRow<'_>| {
@@ -165,7 +169,7 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Smallest and largest disparity; zeros if there are none.
+/// Smallest and largest disparity; zeros for no disparities.
 pub(super) fn extremes(guess: &Grid<f32>) -> (f32, f32) {
     const LANES: usize = 16;
     // No number is less or greater than NaN, and lanes of their own let a processor compare sixteen at once.

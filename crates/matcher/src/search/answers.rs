@@ -6,9 +6,9 @@ use crate::lines::Lines;
 use crate::maps::Answer;
 use epirig_core::grid::Grid;
 
-/// What the search has found for each pixel of the reference frame; rows x columns.
+/// The result of the search for each pixel of the reference frame; rows x columns.
 pub(crate) struct Searched {
-    /// Disparity in px; NaN where there is none.
+    /// Disparity in px; NaN where unknown.
     pub(crate) guess: Grid<f32>,
     /// Cost of the chosen candidate, in the method's unit; NaN where it has none.
     pub(crate) cost: Grid<f32>,
@@ -16,7 +16,8 @@ pub(crate) struct Searched {
     pub(crate) confidence: Grid<f32>,
     /// Whether there is a disparity.
     pub(crate) answer: Grid<Answer>,
-    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
+    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the
+    /// contrast around a point.
     pub(crate) deviation_share: Option<f32>,
 }
 
@@ -41,7 +42,8 @@ pub(super) struct RowAnswers {
     pub(super) disparity: Vec<f32>,
     pub(super) cost: Vec<f32>,
     pub(super) confidence: Vec<f32>,
-    /// Mean squared deviation over the largest that agrees, of the chosen candidate; NaN where that is not measured.
+    /// Mean squared deviation over the largest that agrees, of the chosen candidate; NaN where that is not
+    /// measured.
     pub(super) disagreement: Vec<f32>,
     pub(super) answer: Vec<Answer>,
 }
@@ -61,7 +63,7 @@ impl RowAnswers {
     }
 }
 
-/// How many candidates apart rivals are: they end at least a pixel from each other.
+/// Distance of rivals, in candidates: they end at least a pixel from each other.
 pub(super) fn rival_distance(lines: &Lines, disparity_step_px: f64) -> usize {
     let apart = (1.0 / (disparity_step_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
     apart.max(1)
@@ -69,9 +71,9 @@ pub(super) fn rival_distance(lines: &Lines, disparity_step_px: f64) -> usize {
 
 /// Whether the candidates around `k` of `count` show it to be the best, `reach` of them on each side.
 ///
-/// Near a candidate that leaves the image (`gone`) nothing shows that: the right one may have left. Nor is it shown if `k` is `dear`, costs
-/// more than an unknown candidate is taken to cost, while others have left the image, or if it is an end of the
-/// range; a range of one or two candidates has only ends, and is believed.
+/// Near a candidate that leaves the image (`gone`) nothing shows that: the right one may have left. Nor is it
+/// shown if `k` costs more than a neutral candidate (`dear`) while others have left the image, or if it is an
+/// end of the range. A range of one or two candidates has only ends, and is accepted.
 pub(super) fn bracketed(
     count: usize,
     k: usize,

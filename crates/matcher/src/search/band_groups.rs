@@ -32,7 +32,8 @@ pub(super) fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Group
     }
 }
 
-/// Answers of all rows in their order, found by `answers` with room for the counts of a band. `progress` is told each row.
+/// Answers of all rows in their order, found by `answers` with room for the counts of a band. `progress`
+/// counts each row.
 pub(super) fn searched_groups(
     Groups { groups, band_counts }: Groups,
     progress: &dyn Progress,

@@ -19,7 +19,7 @@ const BAND_ROWS: usize = 8;
 /// Costs that a band holds at most, unless one row has more; 64 MiB.
 const BAND_COSTS: usize = 1 << 24;
 
-/// Answers of all rows. `progress` is told each row.
+/// Answers of all rows. `progress` counts each row.
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
@@ -91,7 +91,7 @@ impl Exhaustive<'_> {
     }
 }
 
-/// Answers of a row with these costs; what is told of a chosen candidate is its `own` cost.
+/// Answers of a row with these costs; the cost reported of a chosen candidate is its `own` cost.
 fn row_answers(
     costs: &CostTable,
     candidates: &Candidates,

@@ -1,16 +1,19 @@
 //! The search: every pixel's best disparity candidate, or why there is none.
 //!
-//! Two ways lead there. The exhaustive one is the paper's: the cost of each candidate from the samples of all frames
-//! ([`cost`](super::cost)). The factorised one makes most of the sums once for many candidates:
+//! Two ways lead there. The exhaustive one is the paper's: the cost of each candidate from the samples of all
+//! frames ([`cost`](super::cost)). The factorised one makes most of the sums once for many candidates:
 //!
-//! 1. [`groups`]: neighbouring frames form a dozen groups, whose mean and variance are summed up under a few slopes.
-//! 2. [`kernels`]: the variance along a candidate is the variance between the groups' means plus the mean of the variances
-//!    within the groups. Where points may be occluded, each group's share in it is truncated.
+//! 1. [`groups`]: neighbouring frames form a dozen groups, whose mean and variance are summed up under a few
+//!    slopes.
+//! 2. [`kernels`]: the variance along a candidate is the variance between the groups' means plus the mean of
+//!    the variances within the groups. Where points may be occluded, each group's share in it is truncated.
 //! 3. [`sweep`]: windows by running sums, so that any window costs about the same.
-//! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over windows that may lie to
-//!    one side of it, and where none can be believed, the best of its neighbours' ([`filling`]). How far frames may deviate before they count
-//!    as hiding a point is measured first ([`scene_tolerance`]).
-//! 5. [`semi_global`]: where texture is weak, costs may be aggregated across rows before that; this serves both searches.
+//! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over
+//!    windows that may lie to one side of it, and where none can be believed, the best of its neighbours'
+//!    ([`filling`]). How far frames may deviate before they count as hiding a point is measured first
+//!    ([`scene_tolerance`]).
+//! 5. [`semi_global`]: where texture is weak, costs may be aggregated across rows before that; this serves
+//!    both searches.
 
 mod answers;
 mod band_groups;
@@ -45,10 +48,11 @@ use scene_tolerance::measured_tolerance;
 use semi_global::{Aggregation, PathAggregation, Span, typical_cost};
 pub(super) use task::Task;
 
-/// The factorised search has a larger disparity step by this factor: the vertex of a parabola is good to a fraction of it.
+/// The factorised search has a larger disparity step by this factor: the vertex of a parabola is good to a
+/// fraction of it.
 const COARSER: f64 = 2.0;
 
-/// Searches all rows. `progress` is told each row.
+/// Searches all rows. `progress` counts each row.
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.

@@ -1,4 +1,5 @@
-//! Rows whose points keep their order: the optimal strictly increasing mapping over the costs of the sums.
+//! The search under the ordering constraint: the optimal strictly increasing mapping over the factorised
+//! costs.
 
 use epirig_core::statistics::upper_median;
 use std::ops::Range;

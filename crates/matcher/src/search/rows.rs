@@ -10,7 +10,7 @@ pub(super) fn bands(rows: usize) -> impl Iterator<Item = Range<usize>> {
     (0..rows).step_by(BAND_ROWS).map(move |y| y..(y + BAND_ROWS).min(rows))
 }
 
-/// Rows that are looked at first, to see what right candidates cost.
+/// Number of rows in which the cost of right candidates is measured.
 const SAMPLED_ROWS: usize = 8;
 
 /// A few rows, spread over an image of `rows`.

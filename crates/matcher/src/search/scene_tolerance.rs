@@ -13,10 +13,12 @@ use super::sweep::Window;
 use super::task::Task;
 use super::tolerance::Tolerance;
 
-/// Frames are taken to disagree beyond this many times the mean squared deviation of right candidates: two standard deviations.
+/// Frames are taken to disagree beyond this many times the mean squared deviation of right candidates: two
+/// standard deviations.
 const DISAGREES: f32 = 4.0;
-/// Least share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by twice the contrast in the mean of
-/// squares; below 0.06 of it come 14 % of them (normal distribution), so that occluded frames seldom agree by chance.
+/// Least share of the contrast that a frame may deviate by. Two unrelated points of one texture deviate by
+/// twice the contrast in the mean of squares; below 0.06 of it come 14 % of them (normal distribution), so
+/// that occluded frames seldom agree by chance.
 const LEAST_SHARE: f32 = 0.1;
 
 /// Measures the scene: best candidates of a few rows, of which most are right.

@@ -1,26 +1,29 @@
 //! How far a frame may deviate along the line of a right candidate.
 
-/// A right candidate costs at most this many times the median of them: texture and the contrast around it are not alike everywhere.
+/// A right candidate costs at most this many times the median of them: texture and the contrast around it are
+/// not alike everywhere.
 const COSTS_VARY: f32 = 2.0;
 
-/// Where frames deviate by half of what they may, a quarter in squares, a candidate is right whatever others cost.
+/// If frames deviate by half of the tolerance, a quarter in squares, a candidate is right whatever others
+/// cost.
 const BELIEVED: f32 = 0.25;
 
-/// Differences below this mean nothing: half the square of a tenth of what a frame may deviate by.
+/// Differences below this are not significant: half the square of a tenth of the tolerance.
 pub(super) const LEAST_TYPICAL: f32 = 0.005;
 
-/// What a frame may deviate by.
+/// The deviation allowed to a frame along the line of a right candidate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tolerance {
     /// Largest squared deviation of a frame that agrees, as a share of the contrast around the point.
     pub(super) share: f32,
-    /// Cost of a right candidate that all frames see: mean squared deviation over the largest, the median of the image.
+    /// Cost of a right candidate that all frames see: mean squared deviation over the largest, the median of
+    /// the image.
     pub(super) typical: f32,
 }
 
 impl Tolerance {
-    /// Cost of a right candidate that only the share `minimum_visible` of the frames sees, but no less than those may cost that all frames see:
-    /// what costs more is wrong.
+    /// Largest cost of a right candidate: one that only the share `minimum_visible` of the frames sees, but
+    /// no less than one that all frames see may cost.
     pub(super) fn dearest(&self, minimum_visible: f64) -> f32 {
         let partly_occluded = 1.0 - minimum_visible as f32 * (1.0 - self.typical);
         let varying = (COSTS_VARY * self.typical).max(BELIEVED);

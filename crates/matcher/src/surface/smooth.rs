@@ -1,9 +1,10 @@
-//! Means and medians over squares around each pixel, in which unknown values do not count.
+//! Means and medians over squares around each pixel; unknown values do not count.
 
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 
-/// Sums over rectangles in constant time: the sum of all values above and to the left, with a row and a column of zeros before.
+/// Sums over rectangles in constant time: the sum of all values above and to the left, with a row and a
+/// column of zeros before.
 struct RunningSums {
     sums: Grid<f64>,
 }
@@ -31,7 +32,8 @@ impl RunningSums {
     }
 }
 
-/// How many pixels of the square that reaches `reach` px to each side are `chosen`, which has the size of the field.
+/// How many pixels of the square that reaches `reach` px to each side are `chosen`, which has the size of the
+/// field.
 pub(super) fn count_around(chosen: &Grid<bool>, reach: usize) -> Grid<u32> {
     let values = chosen.values();
     let sums = RunningSums::new(chosen.rows(), chosen.columns(), |index| f64::from(u8::from(values[index])));
@@ -63,8 +65,8 @@ pub(super) fn mean_around(field: &Grid<f32>, reach: usize) -> Grid<f32> {
     means
 }
 
-/// The field without what stands alone: a value further from the median of the 5 x 5 around it than `limit` becomes NaN. A hollow
-/// has neighbours that lie as deep, a wrong answer of the matcher has none.
+/// The field without isolated values: a value further from the median of the 5 x 5 around it than `limit`
+/// becomes NaN. A hollow has neighbours as deep as itself, a wrong answer of the matcher has none.
 pub(super) fn without_spikes(field: &Grid<f32>, limit: f32) -> Grid<f32> {
     const REACH: usize = 2;
     let mut clean = field.clone();

@@ -1,4 +1,5 @@
-//! Painted scenes are what they say: their frames agree with brute-force integration over the painted surfaces.
+//! Painted scenes are what they say: their frames agree with brute-force integration over the painted
+//! surfaces.
 
 use crate::painted::{Aperture, Camera, Painting, Strip, Texture};
 
@@ -8,7 +9,8 @@ fn camera() -> Camera {
     Camera { rows: 9, columns: 40, frames: 5, aperture: APERTURE, noise_dn: 0.0, bit_depth: 8, seed: 1 }
 }
 
-/// Light at (x, y) of a frame, from the definition: the point of the front-most strip that comes to lie there.
+/// Light at (x, y) of a frame, from the definition: the point of the front-most strip that comes to lie
+/// there.
 fn reflected(painting: &Painting, x: f64, y: f64, from_middle: f64) -> f64 {
     for strip in painting.strips.iter().rev() {
         // u + c (d + p u + q y) = x by fixed-point iteration.
@@ -55,7 +57,8 @@ fn frames_agree_with_brute_force_integration() {
         let bar = Strip::plane(12.0, (left, 0.0), (0.05, 0.0), paint(seed));
         bars.strips.push(Strip { columns: (left, left + 6.4), ..bar });
     }
-    // A grid of 1/301 px misses an edge by half of that: 0.1 DN for textures that differ by 100 DN and a weight below 0.7 per px.
+    // A grid of 1/301 px misses an edge by half of that: 0.1 DN for textures that differ by 100 DN and a
+    // weight below 0.7 per px.
     for painting in [&tilted, &ridge, &bars] {
         for (t, x, y) in (0..40).step_by(3).map(|x| (x % 5, x, x % 9)).chain([(2, 19, 4), (2, 20, 4)]) {
             let (exact, found) = (integrated(painting, x, y, t), painting.light(t).at(x, y));

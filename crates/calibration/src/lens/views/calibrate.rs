@@ -1,4 +1,4 @@
-//! From views to the lens.
+//! Calibration of a lens from views of a board.
 
 use super::calibration::{LensCalibration, PointName, PointResidual, ViewFit};
 use super::error::LensError;
@@ -19,7 +19,8 @@ use epirig_core::statistics::upper_median;
 const VIEWS: usize = 3;
 /// Points that a view needs: twice the four of a homography, so that a wrong one stands out.
 const POINTS: usize = 8;
-/// Up to this norm of a residual, in robust standard deviations, a point counts by its square; 86 % of Gaussian ones do.
+/// Up to this norm of a residual, in robust standard deviations, a point counts by its square; 86 % of
+/// Gaussian ones do.
 const HUBER: f64 = 2.0;
 /// Points beyond this norm, in robust standard deviations, are wrong: of Gaussian ones 4 in 100 000 are.
 const REJECTED: f64 = 4.5;
@@ -42,11 +43,13 @@ pub(super) struct Solution {
 
 /// The lens that fits best to all views, which frames of `rows` x `columns` have shown.
 ///
-/// Wrong points are found by Huber's loss, left out and named; the rest is plain least squares. The covariance is scaled by the residuals,
-/// so it does not matter whether the stated standard deviations are right, as long as their ratios are.
+/// Wrong points are found by Huber's loss, left out and named; the rest is plain least squares. The
+/// covariance is scaled by the residuals, so it does not matter whether the stated standard deviations are
+/// right, as long as their ratios are.
 ///
 /// # Errors
-/// [`LensError`] if there are too few views or points, if they leave the focal length open, or if a view contradicts the others.
+/// [`LensError`] if there are too few views or points, if they leave the focal length open, or if a view
+/// contradicts the others.
 pub fn calibrate(
     views: &[View],
     rows: usize,
@@ -136,8 +139,8 @@ fn robust(views: &[View], used: &Used, terms: Terms, from: Solution) -> Result<(
     Ok((solution, sigma))
 }
 
-/// Standard deviation of the residuals, in units of their stated ones: by the median, so that wrong points do not matter; and with
-/// regard to the degrees of freedom that the fit has taken.
+/// Standard deviation of the residuals, in units of their stated ones: by the median, so that wrong points do
+/// not matter; and with regard to the degrees of freedom that the fit has taken.
 fn spread(views: &[View], solution: &Solution, terms: Terms) -> f64 {
     let mut norms: Vec<f64> = norms(views, solution).into_iter().flatten().collect();
     let residuals = 2.0 * norms.len() as f64;

@@ -11,14 +11,16 @@ use crate::lens::estimate::LensEstimate;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LensCalibration {
-    /// The lens and its covariance, which is scaled by [`variance_factor`](Self::variance_factor). A term that was not estimated has
-    /// variance 0.
+    /// The lens and its covariance, which is scaled by [`variance_factor`](Self::variance_factor). A term
+    /// that was not estimated has variance 0.
     pub estimate: LensEstimate,
     /// The terms that were estimated.
     pub terms: Terms,
-    /// Root of the mean squared distance between points seen and predicted, in px, without the rejected; as OpenCV defines it.
+    /// Root of the mean squared distance between points seen and predicted, in px, without the rejected; as
+    /// OpenCV defines it.
     pub rms_px: f64,
-    /// Sum of the squared residuals, in units of their stated standard deviations, over the degrees of freedom: 1 if these were right.
+    /// Sum of the squared residuals, in units of their stated standard deviations, over the degrees of
+    /// freedom: 1 if these were right.
     pub variance_factor: f64,
     /// What is left of each point, by view and point.
     pub residuals: Vec<Vec<PointResidual>>,

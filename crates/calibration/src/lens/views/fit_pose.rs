@@ -11,8 +11,8 @@ use epirig_core::least_squares::{LeastSquaresError, Loss, minimise};
 /// Where the board is that a known lens sees so: least squares over the six numbers of the pose.
 ///
 /// # Errors
-/// [`LensError::OnALine`] (of view 0) if the points do not determine it, or are not where the lens can see anything;
-/// [`LensError::Search`] if the search fails.
+/// [`LensError::OnALine`] (of view 0) if the points do not determine it, or are not where the lens can see
+/// anything; [`LensError::Search`] if the search fails.
 pub fn fit_pose(lens: &Lens, points: &[PlanarPoint]) -> Result<BoardPose, LensError> {
     let middle = middle(points);
     let rays: Option<Vec<Pair>> = points
@@ -33,7 +33,8 @@ pub fn fit_pose(lens: &Lens, points: &[PlanarPoint]) -> Result<BoardPose, LensEr
     })
 }
 
-/// Mean of the points on the board, in mm. Homographies are taken about it: the board's own origin may lie far off, even behind the camera.
+/// Mean of the points on the board, in mm. Homographies are taken about it: the board's own origin may lie
+/// far off, even behind the camera.
 pub(super) fn middle(points: &[PlanarPoint]) -> [f64; 2] {
     let count = points.len() as f64;
     let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.x_mm, y + point.y_mm));

@@ -1,7 +1,7 @@
-//! The lens from views of a flat board, such as a chess-board in several poses.
+//! Lens calibration from views of a flat board, such as a chess-board in several poses.
 //!
-//! Zhang (2000): views of a plane whose points are known determine the lens, if the plane is tilted differently in them. A closed form
-//! gives a start, least squares over the lens and all poses the answer.
+//! Views of a plane whose points are known determine the lens, if the plane is tilted differently in them
+//! (Zhang 2000). A closed form gives a start, least squares over the lens and all poses the answer.
 
 mod calibrate;
 mod calibration;

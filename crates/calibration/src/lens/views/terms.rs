@@ -24,7 +24,8 @@ impl Terms {
     /// All sets, from the simplest.
     pub const ALL: [Self; 5] = [Self::None, Self::K1, Self::K1K2, Self::K1K2P1P2, Self::All5];
 
-    /// The parameters of the lens that are estimated, by their index in [`Lens::to_array`]: focal lengths and principal point always.
+    /// The parameters of the lens that are estimated, by their index in [`Lens::to_array`]: focal lengths and
+    /// principal point always.
     pub fn estimated(self) -> std::ops::Range<usize> {
         0..4 + match self {
             Self::None => 0,

@@ -1,4 +1,5 @@
-//! The sheet to print: the squares in true mm, marks to cut along, a ruler that shows whether the printer has scaled it.
+//! The sheet to print: the squares in true mm, marks to cut along, a ruler that shows whether the printer has
+//! scaled it.
 
 mod pdf;
 mod svg;
@@ -101,7 +102,8 @@ impl Sheet {
     /// ```
     ///
     /// # Errors
-    /// [`TargetError::Description`] for an impossible target, [`TargetError::Page`] if the page does not hold it, neither upright nor turned.
+    /// [`TargetError::Description`] for an impossible target, [`TargetError::Page`] if the page does not hold
+    /// it, neither upright nor turned.
     pub fn new(target: &Target, page: Page) -> Result<Self, TargetError> {
         target.check()?;
         let square_mm = target.board.square_mm;

@@ -13,13 +13,16 @@ const FITS_SQUARES: f64 = 0.35;
 const COMPETES_CORNERS: f64 = 0.98;
 /// ... and is less than so many times less likely than the best one.
 const COMPETES_ODDS: f64 = 1000.0;
-/// A stage errs alike at stops that follow each other, so more views tell no more than so many independent numbers.
+/// A stage errs alike at stops that follow each other, so more views tell no more than so many independent
+/// numbers.
 const MOST_INDEPENDENT: usize = 5;
-/// Less scatter than this, in squares, is chance or rounding: corners are known to some hundredths of a pixel.
+/// Less scatter than this, in squares, is chance or rounding: corners are known to some hundredths of a
+/// pixel.
 const LEAST_SCATTER_SQUARES: f64 = 5e-4;
 /// This share of the views must fit.
 const LEAST_FITTING: f64 = 2.0 / 3.0;
-/// By the stage's positions a board moves one square for each square's length, within this share: scale of the print and tilt of 35 deg.
+/// By the stage's positions a board moves one square for each square's length, within this share: scale of
+/// the print and tilt of 35 deg.
 const SPEED: f64 = 0.2;
 /// Pairs of views from which lines are drawn, and shifts of a pair that are tried.
 const PAIRS: usize = 60;
@@ -208,15 +211,17 @@ fn choose(lines: &[Line], views: &[View], column: Option<f64>) -> Result<Line, T
 
 /// The scatter beyond which a line no longer competes with this one.
 ///
-/// Where the deviation of single views is not known beforehand, a line's likelihood goes with the power `-numbers` of its
-/// scatter, if `numbers` are left after fitting it (Jeffreys' prior): two for each view, less the four that a line has.
+/// Where the deviation of single views is not known beforehand, a line's likelihood goes with the power
+/// `-numbers` of its scatter, if `numbers` are left after fitting it (Jeffreys' prior): two for each view,
+/// less the four that a line has.
 fn scatter_told_from(best: &Line) -> f64 {
     let numbers = (2 * best.shifts.len()).saturating_sub(4).min(MOST_INDEPENDENT);
     let factor = COMPETES_ODDS.powf(1.0 / numbers as f64);
     factor * best.scatter.max(LEAST_SCATTER_SQUARES)
 }
 
-/// Of the lines that keep about as many corners as any, the one that scatters least, first, and those that may be as likely.
+/// Of the lines that keep about as many corners as any, the one that scatters least, first, and those that
+/// may be as likely.
 fn competing(mut lines: Vec<Line>) -> Vec<Line> {
     let most = lines.iter().map(|line| line.corners).max().unwrap_or(0);
     lines.retain(|line| line.corners as f64 >= COMPETES_CORNERS * most as f64);

@@ -1,4 +1,4 @@
-//! The map from the image to labels that all views share but for an offset each.
+//! The map from the image to labels, which all views share except for an offset.
 
 use epirig_core::statistics::median;
 use nalgebra::{SMatrix, SVector};
@@ -12,7 +12,8 @@ const TERMS: usize = 9;
 const ROUNDS: usize = 12;
 /// A corner off by this much counts half, in squares.
 const SCALE_SQUARES: f64 = 0.05;
-/// What is added to the diagonal for each corner: terms that the corners do not determine are zero. Coordinates are -1 to 1.
+/// What is added to the diagonal for each corner: terms that the corners do not determine are zero.
+/// Coordinates are -1 to 1.
 const RIDGE: f64 = 1e-7;
 
 type Terms = SVector<f64, TERMS>;

@@ -16,7 +16,8 @@ pub(super) struct View {
     pub(super) position: f64,
     pub(super) band: usize,
     pub(super) complete: bool,
-    /// Whether a dark square comes before corners with an odd sum of column and row (true), or with an even one.
+    /// Whether a dark square comes before corners with an odd sum of column and row (true), or with an even
+    /// one.
     pub(super) odd_dark: bool,
     pub(super) corners: Vec<BoardCorner>,
 }

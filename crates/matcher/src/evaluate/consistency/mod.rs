@@ -1,7 +1,7 @@
-//! Checks that need no truth and no intensities: two matches that ought to agree.
+//! Checks by comparing two matches that should agree; neither truth nor intensities are needed.
 //!
-//! [`split_half`] asks how large the errors of noise are, [`both_ways`] how many answers are plainly wrong or belong to points that are
-//! occluded. Neither sees an error that both matches share, such as that of a wrong tau.
+//! [`split_half`] measures how large the errors by noise are, [`both_ways`] how many answers are wrong or
+//! belong to occluded points. Neither sees an error that both matches share, such as that of a wrong tau.
 
 mod both_ways;
 mod split_half;

@@ -1,4 +1,5 @@
-//! The products that tell how far pixels lock, and the bias that they make.
+//! Products of values and gradients along a line, from which pixel locking is measured, and the bias that
+//! they predict.
 
 use std::f64::consts::TAU as TURN;
 
@@ -7,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::locking::LOCKING_HARMONICS;
 use crate::refine::spline::FRACTIONS;
 
-/// What is fitted to a line: a constant, a slope over tau', and cos and sin of each harmonic.
+/// Number of terms fitted to a line: a constant, a slope over tau', and cos and sin of each harmonic.
 pub(super) const TERMS: usize = 2 + 2 * LOCKING_HARMONICS;
 
 pub(super) type Terms = SVector<f64, TERMS>;

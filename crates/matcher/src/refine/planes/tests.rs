@@ -26,7 +26,8 @@ fn observations_are_counted_from_the_origin() {
     assert_eq!(observations.rows(), 2);
 }
 
-/// Planes of one observation of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x, y)`; none where that is not positive.
+/// Planes of one observation of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x,
+/// y)`; none where that is not positive.
 fn observations_with(
     rows: usize,
     columns: usize,
@@ -63,8 +64,8 @@ fn noise_is_the_mean_of_the_observed_around() {
     assert_eq!(observations.residual.row(0)[PAD..PAD + 4], [2.0, 2.5, 0.0, 0.0]);
 }
 
-/// A chi-squared variable over its `freedom`: the mean of the values up to `limit`, and the share of those beyond. The density is summed up in small
-/// steps; beyond 12 there is next to nothing from 10 degrees on.
+/// A chi-squared variable over its `freedom`: the mean of the values up to `limit`, and the share of those
+/// beyond. The density is summed up in small steps; beyond 12 there is next to nothing from 10 degrees on.
 fn cut_at(freedom: f64, limit: f64) -> (f64, f64) {
     let (mut mass, mut moment, mut beyond) = (0.0, 0.0, 0.0);
     for z in (1..24_000).map(|step| f64::from(step) / 2000.0) {
@@ -99,8 +100,9 @@ fn noise_of_chi_squared_variances_is_unbiased() {
             .map(f64::from)
             .collect();
         let mean = inner.iter().sum::<f64>() / inner.len() as f64 / truth;
-        // Chance of the mean of all, four standard deviations of it; and what is cut off beyond four standard deviations of single values. The
-        // limit is itself astray by that of the mean of 31^2 inverses, each by sqrt(2 / (n - 4)) of itself.
+        // Chance of the mean of all, four standard deviations of it; and what is cut off beyond four standard
+        // deviations of single values. The limit is itself astray by that of the mean of 31^2 inverses, each
+        // by sqrt(2 / (n - 4)) of itself.
         let n = freedom as f64;
         let deviation = (2.0 / n).sqrt();
         let chance = 4.0 * deviation / (inner.len() as f64).sqrt();
@@ -147,8 +149,9 @@ fn no_observe_counts_more_beside_noisier_pixels() {
     let row = [1.0, 1.0, 1.0, 4.0, 9.0, 20.0, 20.0, 20.0];
     let mut observations = observations_with(1, 8, |x, _| row[x]);
     observations.estimate_noise(1, 1.0, 0.1, 98.0);
-    // With 98 degrees of freedom the limit is 1 + 4 sqrt(2 / 98) = 1.571 times the harmonic mean, less 2 / 98. The fourth is 1.131 times its limit of 3.536
-    // and belongs by (1.25 - 1.131) / 0.25 = 0.475, while 9 belongs wholly to 4, 9 and 20. The noise is (1 + 0.475 x 4 + 9) / 2.475.
+    // With 98 degrees of freedom the limit is 1 + 4 sqrt(2 / 98) = 1.571 times the harmonic mean, less 2 /
+    // 98. The fourth is 1.131 times its limit of 3.536 and belongs by (1.25 - 1.131) / 0.25 = 0.475, while 9
+    // belongs wholly to 4, 9 and 20. The noise is (1 + 0.475 x 4 + 9) / 2.475.
     assert!(
         (observations.noise.row(0)[PAD + 3] - 4.808).abs() < 2e-3,
         "{}",

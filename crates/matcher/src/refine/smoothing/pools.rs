@@ -1,8 +1,9 @@
-//! What many pixels tell together of a variance that none of them shows alone.
+//! Pooling: a variance that no single pixel shows, from many pixels together.
 //!
-//! Each pixel has an estimate that is far noisier than what it estimates. The means over long pools through a pixel, along its column and along its row, tell how much
-//! there is in either, and that over the square around it how much there is at all: their product over the last is the pixel's. So stripes in
-//! either direction stay where they are, and what is everywhere is told by all.
+//! Each pixel has an estimate that is far noisier than its value. The means over long pools through a pixel,
+//! along its column and along its row, tell the variance in either; the mean over the square around it tells
+//! the variance in general. The pixel's value is the product of the first two over the last. So stripes in
+//! either direction keep their place, and what is the same everywhere is found by all pixels.
 
 use rayon::prelude::*;
 
@@ -11,7 +12,8 @@ use crate::refine::planes::SurfacePlanes;
 
 /// Pools reach this far to both sides, in px.
 pub(super) const POOL_REACH: usize = 40;
-/// A square stands out if its mean is this many of its standard deviations; chance lets it once in a hundred and fifty.
+/// A square stands out if its mean is this many of its standard deviations; chance lets it once in a hundred
+/// and fifty.
 const STANDS_OUT: f64 = 2.5;
 /// Rows that are worked through together.
 const BAND_ROWS: usize = 64;
@@ -48,8 +50,8 @@ impl Excess {
     }
 }
 
-/// The variance at each pixel, from the estimates `own` of all, which are told apart by place in the padded row and row. Estimates are alike within `alike_px` along rows and
-/// columns. NaN where nothing stands out.
+/// The variance at each pixel, from the estimates `own` of all pixels, by place in the padded row and row.
+/// Estimates are alike within `alike_px` along rows and columns. NaN where none is significant.
 pub(super) fn pooled(
     surface: &SurfacePlanes,
     alike_px: usize,

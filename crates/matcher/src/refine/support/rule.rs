@@ -1,7 +1,8 @@
 //! Which observations belong to a pixel's surface.
 
-/// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
-/// px^2: the mean square of u in windows 3 px wide. Wider ones would hand slants on across what they do not see.
+/// Variance of a plane's disparity, including the disagreement of windows, over that of its slants, in px^2:
+/// the mean square of u in windows 3 px wide. A larger value would carry slants across relief that they do
+/// not show.
 pub(super) const LEAST_SLANT_SPREAD: f32 = 2.0 / 3.0;
 
 /// Which observations are joined, and how.
@@ -15,7 +16,8 @@ pub(crate) struct SupportRule {
     pub(crate) slant_spread: f32,
     /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
     pub(crate) slack: (f32, f32),
-    /// Whether the map's planes have slants that are known as well as wider windows know them. Then neighbours of another slant do not belong, and slants cost a window next to nothing of what its observations
-    /// tell of the disparity: of a square one a fifth in variance, where textures are uneven, and more of a small one.
+    /// Whether the slants of the map's planes are known as well as wider windows show them. Then neighbours
+    /// of another slant do not belong, and a window hardly loses precision to its own slants: a square one
+    /// would lose a fifth of its variance where texture is uneven, a small one more.
     pub(crate) slants_known: bool,
 }

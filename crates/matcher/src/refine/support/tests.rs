@@ -112,7 +112,8 @@ fn the_other_face_of_a_crease_does_not_belong_by_its_slant() {
     const RIGHT: usize = 21;
     let crease = RIGHT as f64 - 0.5;
     let roof = |x: usize, _: usize| 4.0 - FACE * (x as f64 - crease).abs();
-    // So much that the disparities across the crease, 0.15 px off, are allowed for, but not the slants, which a difference of 0.24 px in windows of three px would tell.
+    // So much that the disparities across the crease, 0.15 px off, are allowed for, but not the slants, which
+    // a difference of 0.24 px in windows of three px would tell.
     let variance = 0.04 / f64::from(2.0 * BELONGS_SIGMAS * BELONGS_SIGMAS);
     let mut map = map_of(roof, (FACE, 0.0), variance);
     for y in 0..ROWS {
@@ -168,7 +169,8 @@ fn the_plane_solves_the_normal_equations() {
 
 #[test]
 fn nested_windows_give_what_each_window_gives_by_itself() {
-    // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, observations scattered about it, some missing.
+    // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, observations scattered
+    // about it, some missing.
     let step = |x: usize, y: usize| if x + y < 30 { 0.0 } else { 100.0 };
     let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
     let observations = observations_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
@@ -260,11 +262,13 @@ fn of_observations_at_the_limit_half_counts() {
         let surface = joined(&observations, &map, rule);
         [&surface.disparity, &surface.variance].map(|plane| f64::from(plane.row(12)[PAD + EDGE - 1]))
     };
-    // The line through observations of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`, beside the weak slant of zero.
+    // The line through observations of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`,
+    // beside the weak slant of zero.
     let line = |step: f64, share: f64| {
         let (sum, first, second) = (2.0 + share, share - 1.0, 1.0 + share + 100.0 * NOISE / weight);
         let determinant = sum * second - first * first;
-        // A observation that counts by a share has the noise of a whole one: sum of squared shares over that of shares.
+        // A observation that counts by a share has the noise of a whole one: sum of squared shares over that
+        // of shares.
         let partly = (2.0 + share * share) / (2.0 + share);
         [share * step * (second - first) / determinant, NOISE / weight * second / determinant * partly]
     };
@@ -328,7 +332,8 @@ fn best_windows(observations: &ObservationMaps, guesses: &SurfacePlanes) -> Surf
 
 #[test]
 fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
-    // The step is within the slack of the guesses, so that windows on it hold both sides; the slants differ, too.
+    // The step is within the slack of the guesses, so that windows on it hold both sides; the slants differ,
+    // too.
     let roof =
         |x: usize, y: usize| slanted(x, y) + if x < EDGE { 0.0 } else { 0.6 - 0.05 * (x - EDGE) as f64 };
     let observations = observations_for(roof, |_, _| 800.0);
@@ -336,7 +341,8 @@ fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
     for y in 0..ROWS {
         for x in 0..COLUMNS {
             let found = f64::from(map.disparity.row(y)[PAD + x]);
-            // Slants are drawn to zero by 100 noise / (28 x 7 x weight) = 0.1 %, in cut windows by 1 %; carried 3 px at most.
+            // Slants are drawn to zero by 100 noise / (28 x 7 x weight) = 0.1 %, in cut windows by 1 %;
+            // carried 3 px at most.
             let bound = 3.0 * (P + 0.05) * 0.01;
             assert!((found - roof(x, y)).abs() < bound, "({x}, {y}): {found} for {}", roof(x, y));
         }

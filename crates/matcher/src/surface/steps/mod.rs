@@ -1,7 +1,8 @@
-//! Two levels: how deep hollows are.
+//! Step height: two levels of a surface, and the depth of its hollows.
 //!
-//! The surface is a trend, and lies a depth lower where there is a hollow (the tile of the paper, section 5.2). Where the hollows are is read
-//! off the heights; then depth and trend are fitted together, to the pixels that lie clear of the walls.
+//! The surface is a trend, and lies a depth lower in the hollows (the tile of the paper, section 5.2). The
+//! heights tell where the hollows are. Then depth and trend are fitted together, to the pixels clear of the
+//! walls.
 
 mod depth;
 mod levels;
@@ -25,34 +26,39 @@ use levels::{Levels, Point, two_levels};
 pub use options::StepsOptions;
 use regions::{Level, clear_of_walls, without_small_parts};
 
-/// Smoothing that is tried, as the reach to each side in px: as little as will do, since it takes the edges off narrow hollows.
+/// Smoothing that is tried, as the reach to each side in px: as little as will do, since it takes the edges
+/// off narrow hollows.
 const REACHES: [usize; 6] = [0, 1, 2, 4, 8, 16];
-/// Smoothed heights scatter by so much less than the depth that 3 in 1000 pixels fall on the wrong side of the middle, and smoothing more gains
-/// nothing ...
+/// Depth over the scatter of smoothed heights at which 3 in 1000 pixels fall on the wrong side of the middle,
+/// and more smoothing gains nothing ...
 const CLEAR: f64 = 6.0;
-/// ... by so much less at least: then 2 in 100 do, of which few hang together. One Gaussian level cut in two gives 2.7.
+/// ... and the least that is accepted: then 2 in 100 do, few of which are connected. One Gaussian level cut
+/// in two gives 2.7.
 const LEAST: f64 = 4.0;
-/// Rounds of fitting and dividing anew; three or four settle it.
+/// Most rounds of fitting and dividing again; three or four are enough.
 const ROUNDS: usize = 12;
-/// Points that the search for levels looks at: they then are known to a fiftieth of the scatter, and the fit to all pixels does the rest.
+/// Points that the search for levels looks at: they then are known to a fiftieth of the scatter, and the fit
+/// to all pixels does the rest.
 const POINTS: usize = 8_000;
 /// The lower level is the ground, and the upper one stands on it, if it is this share of the field.
 const GROUND: f64 = 0.6;
-/// So many pixels more than asked for are left out at the walls to see whether the depth still changes.
+/// Number of pixels that are left out at the walls beyond those asked for, to see whether the depth still
+/// changes.
 const MORE_MARGIN: usize = 2;
 /// A pixel this many times its neighbourhood's scatter off is a wrong answer, not a wall.
 const SPIKE: f64 = 8.0;
 /// Share of the pixels clear of the walls that a larger margin has to leave: with fewer the noise is doubled.
 const ROOM: f64 = 0.25;
 
-/// The depth that pixels at least so far from the walls show.
+/// The depth by pixels at least this far from the walls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DepthAtMargin {
     /// Distance from the walls that is left out, in px.
     pub margin_px: usize,
     /// How far the lower level lies below the upper one, in mm.
     pub depth_mm: f64,
-    /// Half the width of the interval that holds it with 95 % confidence, in mm; `None` if too few independent parts are left.
+    /// Half the width of the interval that holds it with 95 % confidence, in mm; `None` if too few
+    /// independent parts are left.
     pub half_width_95_mm: Option<f64>,
     /// Pixels that are left.
     pub used_px: usize,
@@ -65,10 +71,10 @@ pub struct Steps {
     pub depth: Depth,
     /// Whether parts stand on a ground that lies deeper, instead of being sunk into it.
     pub raised: bool,
-    /// Each hollow (or what stands on the ground), from top to bottom.
+    /// Each hollow (or raised part), from top to bottom.
     pub parts: Vec<Part>,
-    /// What other distances from the walls would give: windows that reach over a wall make hollows shallower, so the depth grows with the
-    /// distance until they no longer do.
+    /// Depths for other distances from the walls. Windows that reach over a wall make hollows shallower, so
+    /// the depth grows with the distance until they no longer do.
     pub by_margin: Vec<DepthAtMargin>,
     /// Of the upper level.
     pub trend: Trend,
@@ -86,7 +92,8 @@ pub struct Steps {
 
 /// Finds the hollows of a field and their depth.
 ///
-/// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on stripes and on pits).
+/// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on
+/// stripes and on pits).
 ///
 /// # Errors
 /// [`SurfaceError`] if there is one level only, or nothing of one is clear of the walls.
@@ -136,7 +143,8 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
     })
 }
 
-/// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is left.
+/// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is
+/// left.
 fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
     (0..=options.margin_px + MORE_MARGIN)
         .map_while(|margin_px| {
@@ -152,7 +160,7 @@ fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) ->
         .collect()
 }
 
-/// A field divided into two levels, and what was fitted to them.
+/// A field divided into two levels, and the fit to them.
 struct Divided {
     levels: Grid<Level>,
     fit: Fit,
@@ -160,7 +168,8 @@ struct Divided {
     margin_px: usize,
 }
 
-/// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights that lie clear of the walls.
+/// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights
+/// that lie clear of the walls.
 fn divide(
     field: &Field<'_>,
     start: &[f64],
@@ -171,7 +180,7 @@ fn divide(
     let points = points(field, smoothed);
     let one_level = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: scatter_about(start, &points) };
     let mut levels = two_levels(&points, start).ok_or(one_level.clone())?;
-    // What is smaller than the square of the smoothing cannot be told from its noise.
+    // A part smaller than the square of the smoothing cannot be distinguished from its noise.
     let least_area_px = options.least_area_px.max(2 * (2 * reach + 1).pow(2));
     let mut divided: Option<Divided> = None;
     for _ in 0..ROUNDS {
@@ -202,8 +211,8 @@ fn divide(
     Ok((divided, levels.depth_mm / scatter_mm.max(f64::MIN_POSITIVE)))
 }
 
-/// The levels clear of the walls by the grown margin if it leaves [`ROOM`] of what the smallest one leaves of both levels, else by the smallest; and
-/// the margin. `reach` is added to either.
+/// The levels clear of the walls, and the margin: the grown one if it leaves the share [`ROOM`] of the pixels
+/// that the smallest one leaves on both levels, else the smallest. `reach` is added to either.
 fn roomy(map: &Grid<Level>, reach: usize, options: &StepsOptions) -> (Grid<Level>, usize) {
     let least = clear_of_walls(map, options.margin_px + reach);
     if options.grown_margin_px > options.margin_px {
@@ -218,7 +227,7 @@ fn roomy(map: &Grid<Level>, reach: usize, options: &StepsOptions) -> (Grid<Level
     (least, options.margin_px)
 }
 
-/// Some points of the smoothed field, spread evenly but on no grid that stripes could hide from.
+/// Some points of the smoothed field, spread evenly but on no grid, which could miss stripes.
 fn points(field: &Field<'_>, smoothed: &Grid<f32>) -> Vec<Point> {
     let every = (smoothed.rows() * smoothed.columns()).div_ceil(POINTS);
     let mut points: Vec<Point> = Vec::new();
@@ -269,7 +278,8 @@ fn smoothed_scatter(field: &Field<'_>, smoothed: &Grid<f32>, fit: &Fit) -> f64 {
     f64::sqrt(sum / f64::max(count, 1.0))
 }
 
-/// How far a pixel may lie off its neighbours: walls are steep, but few. From the differences of neighbours, of which half are noise alone.
+/// How far a pixel may lie off its neighbours: walls are steep, but few. From the differences of neighbours,
+/// of which half are noise alone.
 fn spike_limit(heights: &Heights) -> f32 {
     let map = &heights.height_mm;
     let mut differences: Vec<f64> = (0..map.rows())

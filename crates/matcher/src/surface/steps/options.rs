@@ -1,11 +1,11 @@
-//! What the search for two levels has to know.
+//! The options of the search for two levels.
 
 use crate::surface::trend::TrendKind;
 
-/// What of the matcher and the object the search has to know.
+/// Parameters of the search, from the matcher and the object.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepsOptions {
-    /// What is under the levels.
+    /// The trend under the levels.
     pub trend: TrendKind,
     /// Pixels nearer than this to the other level are left out: half the matcher's window and half a wall.
     pub margin_px: usize,
