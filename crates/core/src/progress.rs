@@ -8,7 +8,7 @@ pub trait Progress: Sync {
     fn advance(&self, count: u64);
     /// The work that began last is over.
     fn end(&self);
-    /// Something that a person should know now, in a sentence.
+    /// A sentence that a person should read now.
     fn note(&self, _words: &str) {}
 }
 

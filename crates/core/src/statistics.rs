@@ -89,6 +89,5 @@ pub fn root_mean_square(values: &[f64]) -> f64 {
 /// 3/4 of the normal distribution, which is 0.67449.
 pub const SIGMA_OF_MEDIAN: f64 = 1.482_602;
 
-/// [`SIGMA_OF_MEDIAN`] to the four digits with which photometry's limits have been computed so far: another
-/// digit would change calibrations.
+/// [`SIGMA_OF_MEDIAN`] to four digits, as photometry uses it: another digit would change calibrations.
 pub const SIGMA_OF_MEDIAN_4: f64 = 1.4826;

@@ -71,7 +71,7 @@ impl Chess {
     }
 }
 
-/// So many standard deviations from an edge 1e-18 of it is left, which is nothing beside 1.
+/// At this many standard deviations from an edge 1e-18 of it is left, which rounding loses beside 1.
 const FAR: f64 = 8.7;
 
 /// A soft step from 0 to 1: the integral of a Gaussian, to 1e-7 (Abramowitz and Stegun, Handbook of

@@ -3,15 +3,15 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Newton's iteration ends with a step that is shorter than this, in units of X / Z: what it leaves is the
-/// square of it times the curvature of the lens, at most a few times 1e-14.
+/// Newton's iteration ends with a step shorter than this, in units of X / Z. The error left is the square of
+/// it times the curvature of the lens, at most a few times 1e-14.
 const SHORT: f64 = 1e-7;
-/// Newton doubles the digits with each step; where it has not ended after so many, there is nothing to find.
+/// Most steps: Newton doubles the digits with each, so a search that has not ended has no solution.
 const STEPS: usize = 40;
 /// An area may shrink to this share of what a pinhole would make of it. Lenses stay above a half; where it
 /// reaches zero the image folds over itself.
 const LEAST_AREA: f64 = 0.1;
-/// Places along the way from the axis to a ray where the area is looked at.
+/// Number of places between the axis and a ray at which the area is checked.
 const ALONG: usize = 32;
 
 /// Radial and tangential distortion after Brown and Conrady, with the names and the order of OpenCV.

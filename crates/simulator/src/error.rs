@@ -39,7 +39,7 @@ pub enum SimulatorError {
     /// A frame that does not exist.
     #[error("the simulator's scan has no frame {index}; the last is {last}")]
     NoSuchFrame {
-        /// Index asked for.
+        /// The index given.
         index: usize,
         /// Last index.
         last: usize,

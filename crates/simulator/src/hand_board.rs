@@ -25,8 +25,8 @@ const MARGIN: f64 = 0.02;
 const LEAST_MARGIN_PX: f64 = 4.0;
 /// Places along an edge of the plate that are looked at: a distorted edge is bent.
 const ALONG_EDGE: usize = 8;
-/// A board that does not fit is moved away by this factor, and a board that has moved looks a little
-/// different: so many times.
+/// A board that does not fit is moved away by this factor, up to this number of times, since a board that has
+/// moved looks a little different.
 const AWAY: f64 = 1.06;
 const MOVES: usize = 100;
 /// The place is found when it changes by less than this, in px.

@@ -11,8 +11,8 @@ use super::sight::Sight;
 /// the side.
 const MOST_PAN_RAD: f64 = 0.5;
 
-/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, turned against the stage axis,
-/// blurred and darkened as stated.
+/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, roll and pan against the stage
+/// axis, point spread and vignetting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Optics {
     /// Rows of the image.
@@ -33,7 +33,7 @@ pub struct Optics {
     /// camera into the rectified frame, in which the scene moves exactly along x.
     #[serde(default)]
     pub roll_rad: f64,
-    /// How far the camera is panned; less than 0.5 either way.
+    /// Pan of the camera, in rad; between -0.5 and 0.5.
     #[serde(default)]
     pub pan_rad: f64,
     /// The distortion of the lens.
@@ -112,8 +112,7 @@ impl Optics {
         self.sight().pixel(ray)
     }
 
-    /// The ideal pinhole with this focal length, principal point and image: what the rectified view would be
-    /// at its simplest.
+    /// The ideal pinhole with this focal length, principal point and image: the simplest rectified view.
     pub fn pinhole(&self) -> Pinhole {
         Pinhole {
             rows: self.rows,

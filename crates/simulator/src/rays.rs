@@ -19,7 +19,7 @@ const SHORTEST: usize = 4;
 
 type Ray = (f64, f64);
 
-/// What gives the ray of an image point, (x, y) in px.
+/// Finds the rays of image points, (x, y) in px.
 pub(super) struct Rays<F> {
     ray: F,
     smooth: bool,

@@ -15,7 +15,7 @@ const STRIP_ROWS: usize = 32;
 pub(super) const GROUND: f32 = 0.03;
 
 /// Irradiance of every pixel as a share of the sensor's full scale at reflectance 1; rows x columns, in [0,
-/// 1]. `shade` is the reflectance of what a ray meets.
+/// 1]. `shade` is the reflectance at the point that a ray meets.
 pub(super) fn irradiance<F: Fn(f64, f64) -> (f64, f64) + Sync>(
     optics: &Optics,
     rays: &Rays<F>,

@@ -261,7 +261,7 @@ struct Met {
 }
 
 impl Met {
-    /// Where the ray meets what lies `deeper_mm` below the raised level, in mm.
+    /// Depth at which the ray meets the level `deeper_mm` below the raised one, in mm.
     fn level(&self, deeper_mm: f64) -> f64 {
         if self.curvature == 0.0 { self.distance_mm + deeper_mm } else { self.depth(deeper_mm, 0.0, 0.0) }
     }

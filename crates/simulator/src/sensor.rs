@@ -29,7 +29,7 @@ pub struct Sensor {
     pub full_well_electrons: Option<f64>,
     /// Standard deviation of the read noise, in DN.
     pub read_noise_dn: f64,
-    /// Seed of the noise, and of what tells pixels from each other.
+    /// Seed of the noise, and of the differences between pixels.
     pub seed: u64,
     /// Level without light, in DN.
     #[serde(default)]
@@ -95,8 +95,8 @@ impl Sensor {
             let mut gain = self.gains(y);
             for (level, &light) in out.iter_mut().zip(irradiance.row(y)) {
                 let signal = light * WHITE * scale * lamp * gain();
-                // A conversion cuts off what follows the point, and what is negative; `round` is a call for
-                // each pixel.
+                // A conversion drops the fraction and clips negative values; `round` is a call for each
+                // pixel.
                 *level = (f64::from((black + signal + noise(signal)).min(scale)) + 0.5) as u16;
             }
         });

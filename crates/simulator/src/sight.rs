@@ -3,7 +3,7 @@
 use super::distortion::Distortion;
 use super::turn::Turn;
 
-/// The geometry of a lens and its mounting. What is not there costs nothing.
+/// The geometry of a lens and its mounting. Absent distortion and turns cost no time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sight {
     focal_length_px: f64,

@@ -21,7 +21,7 @@ use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
-/// What the stage carries.
+/// The part of the rig that the stage carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carried {
@@ -54,28 +54,28 @@ impl SimulatedScan {
     }
 }
 
-/// Everything that makes a simulator. Plain numbers, so that a record of a simulated scan can repeat it.
+/// The configuration of a simulator. Plain numbers, so that a record of a simulated scan can repeat it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SimulatorConfig {
-    /// What is in front of the camera. Its origin is on the optical axis when the stage is halfway.
+    /// The scene in front of the camera. Its origin is on the optical axis when the stage is halfway.
     pub scene: Scene,
-    /// What is painted on it.
+    /// The texture painted on it.
     pub texture: Texture,
-    /// What it is seen through.
+    /// The camera's optics.
     pub optics: Optics,
-    /// What turns light into numbers.
+    /// The camera's sensor.
     pub sensor: Sensor,
-    /// What the stage carries.
+    /// The part of the rig that the stage carries.
     pub carried: Carried,
-    /// Where the stage stops.
+    /// The stops of the stage.
     pub scan: SimulatedScan,
-    /// What a person may hold before the camera.
+    /// A chess-board that a person may hold before the camera.
     #[serde(default)]
     pub board: Option<HandBoard>,
     /// Standard deviation of the lamp's light from exposure to exposure, as a share of it; 0 to 0.1.
     #[serde(default)]
     pub flicker: f64,
-    /// How far the carriage stands from where the stage says that it is.
+    /// Error of the carriage's position against the reported one.
     #[serde(default)]
     pub step_error: StepError,
 }
@@ -140,7 +140,7 @@ impl Simulator {
         Ok(Self { config, paint, print, true_tau })
     }
 
-    /// What the simulator is made of.
+    /// The numbers that the simulator is made of.
     pub fn config(&self) -> &SimulatorConfig {
         &self.config
     }
@@ -171,8 +171,8 @@ impl Simulator {
         self.digitise(&self.irradiance(position_mm), exposure)
     }
 
-    /// The light on the sensor with the stage at `position_mm`, as a share of what is full scale at
-    /// reflectance 1; rows x columns.
+    /// The light on the sensor with the stage at `position_mm`, as a share of full scale at reflectance 1;
+    /// rows x columns.
     pub fn irradiance(&self, position_mm: f64) -> Grid<f32> {
         self.irradiance_at_offset(self.scene_offset_mm(position_mm))
     }
@@ -255,7 +255,7 @@ impl Simulator {
         Ok(volume)
     }
 
-    /// What is true of the scan for the pixels of frame `reference`.
+    /// The truth of the scan for the pixels of frame `reference`.
     ///
     /// # Errors
     /// [`SimulatorError::NoSuchFrame`]; [`SimulatorError::NotRectified`] if the camera is turned or distorts.
@@ -266,8 +266,8 @@ impl Simulator {
         self.truth_seen_by(&self.config.optics.pinhole(), reference)
     }
 
-    /// What is true of the scan for the pixels of frame `reference`, as an ideal pinhole camera in the
-    /// rectified frame sees it. It may see more than the simulator's own camera does.
+    /// The truth of the scan for the pixels of frame `reference`, as an ideal pinhole camera in the rectified
+    /// frame sees it. That camera may see more than the simulator's own.
     ///
     /// # Errors
     /// [`SimulatorError::NoSuchFrame`]; [`SimulatorError::BadNumber`] for a focal length that is not

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 /// Granite-like texture: random reflectances on a lattice, joined by cubic B-splines.
 ///
-/// A cubic B-spline of lattice step h passes less than 0.3 % of what lies beyond 1.5 / h cycles per mm (its
-/// response is the fourth power of a sinc), so three samples per pixel do not alias as long as a grain is at
-/// least a pixel wide.
+/// A cubic B-spline of lattice step h passes less than 0.3 % of the frequencies beyond 1.5 / h cycles per mm
+/// (its response is the fourth power of a sinc). So three samples per pixel do not alias as long as a grain
+/// is at least a pixel wide.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Texture {
     /// Lattice step, in mm on the surface.

@@ -4,8 +4,8 @@ use super::pinhole::Pinhole;
 use super::scene::Scene;
 use epirig_core::grid::Grid;
 
-/// The truth for the pixels of one reference frame, seen by an ideal pinhole in the rectified frame; rows x
-/// columns each. It is told for the places where the carriage truly stood.
+/// The truth for the pixels of one reference frame, seen by an ideal pinhole in the rectified frame, for the
+/// true positions of the carriage; maps of rows x columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Disparity in px over the whole true baseline, signed; NaN where a pixel's middle sees the featureless
@@ -13,8 +13,8 @@ pub struct Truth {
     pub disparity: Grid<f32>,
     /// Height towards the camera over the scene's nearest level, in mm; NaN as above.
     pub height_mm: Grid<f32>,
-    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 where there is none.
-    /// The simulator's scenes occlude no part of themselves, so a point in the image is a point seen.
+    /// Number of frames of the pinhole whose image contains the pixel's surface point; 0 for the ground. No
+    /// part of the simulator's scenes occludes another, so every point in the image is seen.
     pub visible_frames: Grid<u16>,
     /// Index of the first of them.
     first_visible: Grid<u16>,

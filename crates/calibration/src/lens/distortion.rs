@@ -21,7 +21,7 @@ pub struct Distortion {
     pub k3: f64,
 }
 
-/// A distorted point and how it depends on what made it.
+/// A distorted point with its derivatives.
 pub(super) struct Distorted {
     pub(super) a: f64,
     pub(super) b: f64,

@@ -34,7 +34,7 @@ pub struct Lens {
     pub distortion: Distortion,
 }
 
-/// A pixel and how it depends on what made it.
+/// A pixel with its derivatives by the ray and by the lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
     /// Column, in px.

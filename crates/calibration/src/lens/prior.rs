@@ -2,15 +2,14 @@
 
 use super::{Distortion, Lens, LensEstimate};
 
-/// Distortion that a lens without data may have, as a share of the radius at the corner of the image: what
-/// cheap lenses have.
+/// Distortion of an unknown lens, as a share of the radius at the corner of the image: that of cheap lenses.
 const UNKNOWN_DISTORTION: f64 = 0.03;
-/// Standard deviation of a principal point that nobody has measured, as a share of the image's width: sensors
-/// sit so well behind lenses.
+/// Standard deviation of a principal point that was not measured, as a share of the image's width: the usual
+/// error of mounting.
 const PRINCIPAL_POINT: f64 = 0.01;
 /// Pixels are square to this share.
 const SQUARE: f64 = 1e-4;
-/// Focal length of a lens that nobody knows, in image widths, and its standard deviation as a share.
+/// Focal length of an unknown lens, in image widths, and its standard deviation as a share.
 const UNKNOWN_FOCAL_LENGTH: (f64, f64) = (1.5, 0.5);
 
 impl LensEstimate {

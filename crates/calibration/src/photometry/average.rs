@@ -13,7 +13,7 @@ pub(super) struct Sums {
     squares: Vec<u64>,
 }
 
-/// That there are frames, and that all are of one shape.
+/// Checks that there are frames, and that all have the same size and bit depth.
 pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), PhotometryError> {
     let first = frames.first().ok_or(PhotometryError::NoFrames { what })?;
     let words =
@@ -39,7 +39,7 @@ impl Sums {
         Self { rows, columns, frames: 0, samples: vec![0; rows * columns], squares: vec![0; rows * columns] }
     }
 
-    /// Of frames that are alike; empty if there are none.
+    /// Sums over frames of the same size; empty for no frames.
     pub(super) fn of<'a>(rows: usize, columns: usize, frames: impl Iterator<Item = &'a Frame>) -> Self {
         let mut sums = Self::new(rows, columns);
         frames.for_each(|frame| sums.add(frame));
@@ -62,7 +62,7 @@ impl Sums {
         }
     }
 
-    /// Takes up what another has summed.
+    /// Adds the sums of another.
     pub(super) fn merge(&mut self, other: &Self) {
         self.frames += other.frames;
         self.samples.iter_mut().zip(&other.samples).for_each(|(sum, other)| *sum += other);

@@ -13,7 +13,7 @@ use super::polynomial::{HIGHEST_ORDER, Patch, Polynomial};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::mean;
 
-/// Of the cells one in so many is left out at a time.
+/// Number of groups of cells; one group is left out at a time.
 const FOLDS: usize = 5;
 
 /// A model that takes part.
@@ -33,7 +33,7 @@ pub struct Trial {
     /// Which.
     pub model: TrialModel,
     /// Root mean square of its error, in % of the mean level: of all pixels if there are several frames, else
-    /// of cells that were left out, their noise included. 0 if noise hides it.
+    /// of cells that were left out, including their noise. 0 if it is below the noise.
     pub error_percent: f64,
     /// How much larger its squared error is than that of the best, in standard errors of that difference over
     /// the cells.
@@ -48,7 +48,7 @@ pub(super) struct Halves {
 }
 
 impl Halves {
-    /// Of means in DN, without outliers, of so many frames each.
+    /// From two means in DN, without outliers, of this number of frames each.
     pub(super) fn new(mut means: [Grid<f32>; 2], frames: [usize; 2]) -> Self {
         let patches = means.each_mut().map(|mean| {
             let grid = CellGrid::of(mean);
@@ -102,8 +102,8 @@ pub(super) fn trials_between_halves(halves: &Halves) -> Vec<Trial> {
     judge(&errors)
 }
 
-/// Polynomials fitted to four fifths of the cells and judged on the fifth, five times: what a single flat
-/// frame allows. The cells that are left out together are scattered like knights on a chess-board.
+/// Polynomials fitted to four fifths of the cells and judged on the fifth, five times: for a single flat
+/// frame. The cells that are left out together are scattered like knights on a chess-board.
 pub(super) fn trials_over_cells(grid: &CellGrid, rows: usize, columns: usize) -> Vec<Trial> {
     let level = grid.mean();
     let patches = grid.patches();

@@ -8,10 +8,10 @@ use super::outliers::{Outlier, OutlierKind, departing};
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
-/// If more than this share of the samples are 0, the sensor may have cut off what was below, and the mean is
-/// too high. With Gaussian noise and this share, 1.28 standard deviations from the end, the mean errs by 5 %
-/// of the noise at most, and by less where noise is of the size of a DN, because what is rounded to 0 is not
-/// cut off; beyond, soon by all of it.
+/// If more than this share of the samples is 0, the sensor may cut off the values below, and the mean is too
+/// high. With Gaussian noise and this share, 1.28 standard deviations from the end, the mean errs by at most
+/// 5 % of the noise, and by less where the noise is about a DN, because values rounded to 0 are not cut off.
+/// Beyond this share the error soon is as large as the noise.
 const MOST_ZEROS: f64 = 0.1;
 /// A defective pixel departs from its neighbours by more than this, in DN: less is lost in the rounding ...
 const LEAST_DEPARTURE_DN: f64 = 1.0;
@@ -19,7 +19,7 @@ const LEAST_DEPARTURE_DN: f64 = 1.0;
 /// where rounding hides it from the robust standard deviation.
 const ROUNDED_DEPARTURE_DN: f64 = 3.0;
 
-/// What is subtracted.
+/// The dark level that is subtracted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum DarkModel {
@@ -28,15 +28,15 @@ pub enum DarkModel {
     LevelDn(f64),
     /// A map of the means.
     Map,
-    /// Nothing: so large a share of the samples (given, 0 to 1) is 0 that the level may have been cut off,
-    /// and its mean says nothing.
+    /// Nothing: this share of the samples (0 to 1) is 0, so the level may have been cut off and its mean is
+    /// wrong.
     CutOff(f64),
 }
 
-/// What dark frames say.
+/// The result of dark frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DarkFrame {
-    /// What to subtract.
+    /// The dark level to subtract.
     pub model: DarkModel,
     /// Mean of every pixel, in DN.
     pub mean: Grid<f32>,

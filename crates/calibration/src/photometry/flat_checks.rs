@@ -13,9 +13,9 @@ const MOST_SATURATED_PERCENT: f64 = 0.1;
 /// The darkest cell has at least this share of full scale: a dark level that is wrong by 0.04 DN of 8 bit
 /// moves the gain there by 0.3 %.
 const LEAST_LEVEL: f64 = 0.05;
-/// A frame may be so much brighter or darker than the median of all, in %: lamps on mains flicker by several
-/// per cent, and the brightness as a whole does not matter. More is another exposure, or a lamp that warms up
-/// and changes its pattern, too.
+/// Largest deviation of a frame's brightness from the median of all, in %. Lamps on mains flicker by several
+/// per cent, and the overall brightness does not matter. A larger deviation is another exposure, or a lamp
+/// that warms up and changes its pattern, too.
 const MOST_LAMP_PERCENT: f64 = 10.0;
 /// A cell of a frame may differ from the mean of all by this, apart from the brightness as a whole, in %: of
 /// eight frames or more one alone then moves the gain by less than 0.13 %.
@@ -23,10 +23,10 @@ const MOST_CHANGE_PERCENT: f64 = 1.0;
 /// A cell may depart from the smooth field by this, in %. Order 8 follows cos^4 with 40 % of vignetting to
 /// 0.03 %; dust on the sensor, 30 px wide and 10 % dark, changes the mean of a cell of 100 x 100 px by 0.7 %.
 const MOST_STRUCTURE_PERCENT: f64 = 1.0;
-/// So large a share of the cells may depart: dust and scratches, no edge of a shadow, which crosses ten cells
-/// of a hundred and more.
+/// Largest share of the cells that may deviate: dust and scratches. The edge of a shadow crosses ten cells of
+/// a hundred and more.
 const MOST_CELLS: f64 = 0.05;
-/// Or by so many standard deviations of the noise, whichever is more: of 100 cells in 100 frames none.
+/// Or by this many standard deviations of the noise, whichever is more: of 100 cells in 100 frames none does.
 const SIGMAS: f64 = 6.0;
 
 /// No samples at full scale but for defective pixels.

@@ -41,19 +41,18 @@ pub enum FlatModel {
     PerPixel,
 }
 
-/// A flat field and how good it is. The gain has mean 1 over the image, because the brightness of the flat
-/// frames is that of their lamp and says nothing of the camera: so correcting leaves a frame's mean level,
-/// and what fits its bit depth, as they were.
+/// A flat field and its quality. The gain has mean 1 over the image: the brightness of the flat frames is
+/// that of their lamp, not of the camera. So a corrected frame keeps its mean level and fits its bit depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlatField {
-    /// The method that was asked for.
+    /// The method chosen.
     pub method: FlatMethod,
     /// The gain.
     pub model: FlatModel,
     /// Number of flat frames.
     pub frames: usize,
-    /// What the model leaves of the means of the cells, in % of the model there; a list for each row of
+    /// Residuals of the cells' means against the model, in % of the model there; a list for each row of
     /// cells.
     pub residual_percent: Vec<Vec<f64>>,
     /// Root mean square of these.
@@ -70,7 +69,7 @@ pub struct FlatField {
     pub outliers: Vec<Outlier>,
 }
 
-/// The mean of flat frames, and what it is compared with.
+/// The mean of flat frames, and the means of their halves.
 struct Flat {
     mean: Grid<f32>,
     grid: CellGrid,
@@ -81,9 +80,8 @@ struct Flat {
     outliers: Vec<Outlier>,
 }
 
-/// The flat field from `frames` of something uniform, less the dark level of `dark`, and the map of the gain
-/// if the model is a map. The frames are summed up one after the other, those with even and with odd places
-/// apart.
+/// The flat field from `frames` of a uniform target, less the dark level of `dark`, and the map of the gain
+/// if the model is a map. Frames with even and with odd places are summed up apart, one after the other.
 ///
 /// # Errors
 /// [`PhotometryError`] if there are no frames, they are not alike, saturated, too dark, or not uniform, or
@@ -204,7 +202,7 @@ fn less_dark(mut mean: Grid<f32>, dark: Option<&DarkFrame>) -> Grid<f32> {
     mean
 }
 
-/// What the gain leaves of the cells, in %, each against the mean of all.
+/// Residuals of the cells after correction by the gain, in %, each against the mean of all.
 fn residuals_percent(grid: &CellGrid, gain: &Grid<f32>) -> Vec<f64> {
     let left: Vec<f64> = grid
         .cells()

@@ -25,7 +25,7 @@ use crate::registration::{ShiftError, shift_between};
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::volume::Volume;
 
-/// Residuals beyond so many standard deviations have linear loss (Huber).
+/// Residuals beyond this many standard deviations have linear loss (Huber).
 const ROBUST_FROM: f64 = 2.0;
 /// Times the weights are found anew.
 const REWEIGHTINGS: usize = 12;
@@ -37,7 +37,8 @@ const PIVOT: f64 = 1e-9;
 const LEAST_SIGMA: f64 = 1e-6;
 /// Pairs of neighbouring frames from which a disparity is guessed.
 const PAIRS: usize = 16;
-/// What pairs say may scatter by so much, in px or as a share of it: beyond, there is no dominant disparity.
+/// Largest scatter of the disparities of pairs, in px or as a share of the disparity; with more there is no
+/// dominant disparity.
 const MOST_SCATTER_PX: f64 = 2.0;
 const MOST_SCATTER: f64 = 0.05;
 
@@ -50,7 +51,7 @@ pub struct FrameGains {
     pub gain: Vec<f64>,
     /// Standard deviation of each, as a share, from the scatter of the windows.
     pub sigma: Vec<f64>,
-    /// Root mean square of what was found, as a share, whether or not it is significant.
+    /// Root mean square of the gains found, as a share, whether or not they are significant.
     pub flicker: f64,
     /// Whether that is larger than the standard deviations (root mean square). If not, dividing would add
     /// more than it takes away, and nothing is divided.
@@ -104,7 +105,7 @@ pub enum GainError {
          give the disparity, or leave the frames' brightness as it is"
     )]
     NoneDominates {
-        /// Median of what they say, in px.
+        /// Median of their disparities, in px.
         disparity_px: f64,
         /// Its robust standard deviation, in px.
         scatter_px: f64,
@@ -226,8 +227,8 @@ fn normal(weights: &[Vec<f64>], frames: usize) -> Result<Cholesky<f64, Dyn>, Gai
     Ok(factor)
 }
 
-/// Weights from the residuals: a window's scatter, at least that of the typical window, and less for what
-/// departs from the rest of it.
+/// Weights from the residuals. A window's scatter counts, at least that of the typical window; residuals that
+/// deviate from the rest of their window have less weight.
 fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64>) -> Vec<Vec<f64>> {
     let residuals: Vec<Vec<f64>> = logarithms
         .iter()

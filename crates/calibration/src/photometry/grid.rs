@@ -8,10 +8,10 @@ use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 
 /// Cells across and down, as in the paper. Smaller images have a cell for each pixel.
 const CELLS: usize = 10;
-/// Pixels that depart by more than so many robust standard deviations from their cell's median do not count.
-/// Within a cell vignetting is a ramp; the median absolute deviation of a ramp is a quarter of its height, so
-/// that it keeps 1.9 times its height to either side, and is never cut. Of Gaussian noise one in two million
-/// is lost, on either side alike.
+/// Pixels that deviate by more than this many robust standard deviations from their cell's median do not
+/// count. Within a cell vignetting is a ramp. The median absolute deviation of a ramp is a quarter of its
+/// height, so the limit lies 1.9 times its height to either side, and a ramp is never cut. Of Gaussian noise
+/// one in two million is lost, on either side alike.
 const CUT: f64 = 5.0;
 /// Where most pixels of a cell have one value, the standard deviation is taken to be this, in units of the
 /// image: half a DN.
@@ -110,7 +110,7 @@ impl CellGrid {
         self.cells.iter().map(|cell| cell.mean).sum::<f64>() / self.cells.len().max(1) as f64
     }
 
-    /// What `model` leaves of each cell, as a share of the model there, row by row.
+    /// Residual of each cell against `model`, as a share of the model there, row by row.
     pub fn residuals(&self, model: &Polynomial) -> Vec<f64> {
         let share = |cell: &Cell| cell.mean / model.mean_over(&cell.columns, &cell.rows) - 1.0;
         self.cells.iter().map(share).collect()
@@ -122,8 +122,7 @@ impl CellGrid {
     }
 }
 
-/// Mean of the values that lie within the cut around their median, and how many they are. NaN if there are
-/// none.
+/// Mean and number of the values that lie within the cut around their median; NaN and 0 for no values.
 fn mean_without_outliers(values: &mut [f32]) -> (f64, usize) {
     let Some(median) = upper_median(values) else { return (f64::NAN, 0) };
     let mut departures: Vec<f32> = values.iter().map(|value| (value - median).abs()).collect();

@@ -61,7 +61,7 @@ impl Linearity {
     }
 }
 
-/// Why nothing can be said of the linearity.
+/// Why linearity cannot be measured.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LinearityError {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use epirig_core::grid::Grid;
 
-/// Beyond so many robust standard deviations a pixel is an outlier: among ten million pixels with Gaussian
+/// Beyond this many robust standard deviations a pixel is an outlier: of ten million pixels with Gaussian
 /// noise there is one in fifty images.
 const SIGMAS: f64 = 6.0;
 
@@ -31,7 +31,7 @@ pub struct Outlier {
     pub x: usize,
     /// Row.
     pub y: usize,
-    /// What is wrong with it.
+    /// The kind of defect.
     pub kind: OutlierKind,
 }
 

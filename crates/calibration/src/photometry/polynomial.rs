@@ -58,7 +58,7 @@ impl TryFrom<Written> for Polynomial {
     }
 }
 
-/// A rectangle of pixels and the mean of what is seen in it; of one pixel, a place and its value.
+/// A rectangle of pixels with the mean of its values; for a single pixel, a place and its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
     /// Its columns, not empty.

@@ -8,7 +8,7 @@ use super::{
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
-/// What is to be corrected.
+/// The corrections wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PhotometryOptions {
@@ -30,7 +30,7 @@ impl Default for PhotometryOptions {
     }
 }
 
-/// What became of a part of the correction.
+/// The outcome of a part of the correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome<T> {
@@ -43,7 +43,7 @@ pub enum Outcome<T> {
 }
 
 impl<T> Outcome<T> {
-    /// What is applied.
+    /// The correction, if it is applied.
     pub fn applied(&self) -> Option<&T> {
         match self {
             Self::Applied(found) => Some(found),
@@ -52,11 +52,11 @@ impl<T> Outcome<T> {
     }
 }
 
-/// What of the dark frames goes into the record.
+/// The part of the dark frames' result that is recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DarkRecord {
-    /// What is subtracted.
+    /// The dark level that is subtracted.
     pub model: DarkModel,
     /// Mean, in DN.
     pub level_dn: f64,
@@ -68,7 +68,8 @@ pub struct DarkRecord {
     pub frames: usize,
 }
 
-/// What was found and is applied. Maps are not part of it: they are stored as files beside it.
+/// The photometric calibration that was found and is applied. Maps are not part of it: they are stored as
+/// files beside it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Photometry {
@@ -76,13 +77,13 @@ pub struct Photometry {
     pub rows: usize,
     /// Columns of the frames.
     pub columns: usize,
-    /// What was asked for.
+    /// The options.
     pub options: PhotometryOptions,
     /// Dark level.
     pub dark: Outcome<DarkRecord>,
     /// Flat field.
     pub flat_field: Outcome<FlatField>,
-    /// Pixels that are replaced, by column and row; what dark and what flat frames show.
+    /// Pixels that are replaced, by column and row, from dark and from flat frames.
     pub defective_pixels: Outcome<Vec<Outlier>>,
 }
 

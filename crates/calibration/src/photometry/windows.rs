@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use epirig_core::frame::full_scale;
 use epirig_core::volume::Volume;
 
-/// Windows across and down a frame, roughly: a few hundred, so that what is wrong with some does not matter.
+/// Windows across and down a frame, roughly: a few hundred, so that a few bad ones do not matter.
 const PER_SIDE: usize = 12;
 /// Least and largest side of a window, in px.
 const SIDES: (usize, usize) = (8, 64);
@@ -16,11 +16,11 @@ const MOST_SATURATED: f64 = 0.01;
 const LEAST_LEVEL: f64 = 0.02;
 /// Steps by which a window finds its own disparity.
 const STEPS: usize = 4;
-/// No step is longer than this, in px: gradients tell nothing of what is farther away ...
+/// Longest step, in px: gradients are valid only near their pixel ...
 const LONGEST_STEP_PX: f64 = 1.0;
 /// ... and no window departs farther, in px: it shows something else.
 const FARTHEST_PX: f64 = 3.0;
-/// Of each window so many rows are looked at for that.
+/// Number of rows of each window that are used for that.
 const ROWS_LOOKED_AT: usize = 16;
 
 /// Means of windows in all frames.

@@ -54,7 +54,7 @@ pub(super) fn prepared(
     defective.iter().map(replaced).collect()
 }
 
-/// What a sample of pixel (`x`, `y`) becomes.
+/// The corrected sample of pixel (`x`, `y`).
 pub(super) fn apply(correction: &Correction, x: usize, y: usize, sample: f32) -> f32 {
     let dark = correction.subtract.as_ref().map_or(0.0, |map| map.at(x, y));
     let gain = correction.multiply.as_ref().map_or(1.0, |map| map.at(x, y));

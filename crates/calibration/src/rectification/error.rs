@@ -42,7 +42,7 @@ pub enum RectifyError {
          the camera's present format"
     )]
     CorrectionSize {
-        /// Which: what is subtracted ("dark") or multiplied ("gain").
+        /// The map: the subtracted ("dark") or the multiplied one ("gain").
         map: &'static str,
         /// Its rows.
         rows: usize,
@@ -58,7 +58,7 @@ pub enum RectifyError {
         "the {map} frame has no finite value at ({x}, {y}); list that pixel as defective and give it any value"
     )]
     CorrectionValue {
-        /// Which: what is subtracted ("dark") or multiplied ("gain").
+        /// The map: the subtracted ("dark") or the multiplied one ("gain").
         map: &'static str,
         /// Column.
         x: usize,

@@ -70,7 +70,7 @@ impl Mapping {
         };
         mapping.camera.principal_point_x_px += middle_x - x;
         mapping.camera.principal_point_y_px += middle_y - y;
-        // What the border of the raw image becomes, in whole pixels around the middle.
+        // The border of the raw image as whole pixels around the middle of the rectified one.
         let across = (0..raw_columns).flat_map(|x| [(x as f64, 0.0), (x as f64, last_y)]);
         let down = (0..raw_rows).flat_map(|y| [(0.0, y as f64), (last_x, y as f64)]);
         let (mut least, mut most) = ((middle_x, middle_y), (middle_x, middle_y));

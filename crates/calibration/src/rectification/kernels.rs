@@ -96,7 +96,7 @@ fn filter_lines<S: Simd>(_simd: S, buffer: &mut [Pixel], stride: usize) {
     }
 }
 
-/// What each pole remembers where a row has always been `pixel`.
+/// State of each pole after a long row of equal pixels.
 #[inline(always)]
 fn constant_before(mut pixel: Pixel) -> [Pixel; POLES.len()] {
     POLES.map(|pole| {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::lens::{Distortion, Lens};
 
-/// An ideal pinhole camera with square pixels: what the volume is as if taken by.
+/// The rectified camera: an ideal pinhole camera with square pixels, from which the volume is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RectifiedCamera {
@@ -67,7 +67,7 @@ pub struct Mapping {
     pub raw_rows: usize,
     /// Columns of the raw frames.
     pub raw_columns: usize,
-    /// What the frames become as if taken by.
+    /// The rectified camera.
     pub camera: RectifiedCamera,
 }
 

@@ -16,13 +16,13 @@ use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
-/// Rectified rows that are made together. Each such band filters the raw rows that it needs for itself, with
-/// [`HORIZON`] more on either side, so that bands are independent and what comes out does not depend on the
-/// number of threads.
+/// Rectified rows that are made together. Each band filters the raw rows that it needs for itself, with
+/// [`HORIZON`] more on either side. So bands are independent, and the result does not depend on the number of
+/// threads.
 const BAND: usize = 64;
 /// Mirrored pixels around a row: for the filter to settle, and for the taps of samples at the border.
 const PAD: usize = HORIZON + TAPS;
-/// What a place on the border of the raw image may seem to lie outside by, in px.
+/// Largest distance, in px, by which rounding may put a place on the border of the raw image outside of it.
 const ROUNDING_PX: f64 = 1e-6;
 /// Coefficients before the pixel of a sample.
 const BEFORE: usize = TAPS_BEFORE;
@@ -65,7 +65,7 @@ pub struct Rectifier {
     level: Level,
 }
 
-/// What one band is worked on in.
+/// Buffers of one band.
 #[derive(Debug, Default)]
 struct Buffers {
     coefficients: Vec<Pixel>,
@@ -138,7 +138,7 @@ impl Rectifier {
         for (chunk, frames) in frames.chunks(LANES).enumerate() {
             let first = (first_index + LANES * chunk) * columns;
             let places = first..first + frames.len() * columns;
-            // Missing frames are stood in for by the first; what becomes of them is not kept.
+            // The first frame stands in for missing ones; their results are dropped.
             let lanes: [&Frame; LANES] = std::array::from_fn(|lane| frames.get(lane).unwrap_or(&frames[0]));
             counts.par_chunks_mut((BAND * all * columns).max(1)).enumerate().for_each(|(band, epis)| {
                 let taken = self.buffers.lock().ok().and_then(|mut free| free.pop());
@@ -269,8 +269,8 @@ impl Rectifier {
         }
     }
 
-    /// Fills `coefficients` with what the taps of a band need; the row of the padded image that they begin
-    /// with.
+    /// Fills `coefficients` with those that the taps of a band need; returns the row of the padded image with
+    /// which they begin.
     fn find_coefficients(
         &self,
         band: usize,

@@ -12,15 +12,15 @@
 
 use epirig_core::spline::quintic::recursion_gain;
 
-/// After as many pixels nothing is left of where the filter began: 0.4306^17 = 6e-7, a fiftieth of a count of
-/// a fine volume at full scale.
+/// Number of pixels after which the start of the filter has no effect: 0.4306^17 = 6e-7, a fiftieth of a
+/// count of a fine volume at full scale.
 pub(super) const HORIZON: usize = 17;
 
-/// How far inside the raw image rectified pixels stay, in px.
+/// Distance of rectified pixels from the border of the raw image, in px.
 ///
-/// The filter mirrors the image at its borders, which bends a ramp there. So far inside, the spline is off by
-/// 0.0002 of what the ramp rises in a pixel, which is to say by 0.0002 px, and by 0.43 times that a pixel
-/// farther in.
+/// The filter mirrors the image at its borders, which turns a ramp into a kink there. At this distance the
+/// spline is wrong by 0.0002 of the ramp's rise per pixel, that is by 0.0002 px, and a pixel farther in by
+/// 0.43 times that.
 pub const BORDER_PX: f64 = 8.0;
 
 /// The answer of the filter to a constant 1, along both axes: the filter leaves out the factor (1 - pole)^2

@@ -20,9 +20,9 @@ use spline::noise_share;
 
 /// Steps at one size, at most. Four are usual; noise in the gradients makes them short.
 const STEPS: usize = 60;
-/// Steps from zero, at most: farther than that, what is seen at smaller sizes leads there.
+/// Most steps from zero; for larger shifts the pyramid leads there.
 const STEPS_FROM_ZERO: usize = 8;
-/// No step is longer than this, in px: gradients tell nothing of what is farther away.
+/// Longest step, in px: gradients are valid only near their pixel.
 const LONGEST_STEP_PX: f64 = 1.0;
 /// A step that is shorter than this is the last, in px, at the size of the frames ...
 const FINE_PX: f64 = 1e-4;
@@ -38,7 +38,7 @@ const ROUNDING_DN2: f64 = 2.0 / 12.0;
 /// Where a texture repeats, frames agree at several shifts. The one near zero is meant if it leaves less than
 /// this unexplained (1 less the correlation) ...
 const MOST_UNEXPLAINED: f64 = 0.1;
-/// ... and no more than so many times what the other leaves: noise and rounding are not the same at any two
+/// ... and no more than this many times the residual of the other: noise and rounding differ between any two
 /// shifts.
 const CLEARLY_BETTER: f64 = 1.5;
 /// A clipped pixel spoils the spline around it: its two taps on either side, and by 0.27 the coefficient
@@ -58,7 +58,8 @@ pub struct Shift {
     pub sigma_px: f64,
     /// Ratio of the contrasts, second over first: that of the light, whatever black level is added to it.
     pub light: f64,
-    /// Root mean square of what is left once shift, light and offset are fitted, in DN: noise of both frames.
+    /// Root mean square of the residuals after shift, light and offset are fitted, in DN: the noise of both
+    /// frames.
     pub residual_dn: f64,
 }
 
@@ -168,7 +169,7 @@ fn image(frame: &Frame, mean: f32) -> Grid<f32> {
     image
 }
 
-/// 0 at and around pixels at full scale, 1 elsewhere, of both frames; `None` if there are no such pixels.
+/// 0 at and around pixels at full scale, 1 elsewhere, for both frames; `None` if no pixel is at full scale.
 fn usable(first: &Frame, second: &Frame) -> Option<[Grid<f32>; 2]> {
     let clipped = |frame: &Frame| frame.samples().count_at_least(frame.full_scale()) > 0;
     (clipped(first) || clipped(second)).then(|| [first, second].map(below_full_scale))
@@ -216,7 +217,7 @@ fn converge(pair: &Pair, start: [f64; 2], limit_px: f64, steps: usize) -> Option
     Some(found)
 }
 
-/// What is reached from zero, if that agrees as well as `far`; else `far`.
+/// The shift reached from zero, if the frames agree there as well as at `far`; else `far`.
 fn nearest_of_equals(pair: &Pair, far: Option<Found>) -> Option<Found> {
     let is_near = |found: &Found| found.shift[0].hypot(found.shift[1]) < LONGEST_STEP_PX;
     if far.as_ref().is_some_and(is_near) {
@@ -235,7 +236,7 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
     let Found { shift, sums, step_px } = found.ok_or(OPEN)?;
     let agreement = pair.agreement(shift, &sums).ok_or(OPEN)?;
     let light = sums.light();
-    // Rounding alone limits what weak gradients can tell, however well the frames agree.
+    // Rounding limits the precision by weak gradients, however well the frames agree.
     let rounding_px = sigma(agreement.squares, &agreement.squares_as_products(), ROUNDING_DN2);
     if rounding_px > WORST_SIGMA_PX {
         return Err(ShiftError::TooLittleTexture { sigma_px: rounding_px });
@@ -248,8 +249,7 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
             residual_dn,
         });
     }
-    // Between pixels the spline smooths the second frame's noise; what is spread by it is spread as if it did
-    // not.
+    // Between pixels the spline smooths the noise of the second frame. Its correlation is neglected.
     let share: f64 = shift.iter().map(|pixels| noise_share(pixels.rem_euclid(1.0))).product();
     let smoothing = (1.0 + light * light) / (share + light * light);
     let variance = (agreement.residual2 * smoothing).max(ROUNDING_DN2);

@@ -21,7 +21,7 @@ const LEAST_COUNT: f64 = 64.0;
 pub(super) struct Pair {
     first: Grid<f32>,
     second: Grid<f32>,
-    /// 1 for what may be looked at, 0 for the rest; `None` if that is everything.
+    /// 1 for usable pixels, 0 for others; `None` if all are usable.
     weights: Option<[Grid<f32>; 2]>,
 }
 
@@ -44,8 +44,7 @@ pub(super) struct Sums {
 /// How well a pair agrees at a shift.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Agreement {
-    /// Correlation within blocks: what both show more slowly varying than that, as light and lens do, does
-    /// not count.
+    /// Correlation within blocks: slower variations, as those of light and lens, do not count.
     pub correlation: f64,
     /// Mean squared difference, once light is fitted.
     pub residual2: f64,
@@ -103,7 +102,7 @@ impl Pair {
         Some(Overlap { left, width: right - left, top, bottom, whole, fraction })
     }
 
-    /// What the pair says at `shift`; `None` if too little is seen by both.
+    /// The sums of the pair at `shift`; `None` if too few pixels are seen by both.
     pub(super) fn sums(&self, shift: [f64; 2]) -> Option<Sums> {
         let overlap = self.overlap(shift)?;
         let of_row = |lines: &mut Lines, y: usize| {
@@ -313,7 +312,7 @@ impl Sums {
     }
 }
 
-/// What a band of rows adds to the agreement.
+/// The part of the agreement from a band of rows.
 #[derive(Debug, Clone, Copy, Default)]
 struct Band {
     squares: f64,

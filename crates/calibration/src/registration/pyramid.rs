@@ -51,7 +51,7 @@ pub(super) fn best_whole_shift([first, second]: &[Grid<f32>; 2]) -> [f64; 2] {
     best.map_or([0.0; 2], |(shift, _)| shift.map(|pixels| pixels as f64))
 }
 
-/// Correlation of what both images show if the second is shifted by whole pixels.
+/// Correlation of the common part of both images if the second is shifted by whole pixels.
 fn correlation(first: &Grid<f32>, second: &Grid<f32>, [x, y]: [isize; 2]) -> f64 {
     let range = |size: usize, shift: isize| {
         ((-shift).max(0) as usize, (size as isize - shift.max(0)).max(0) as usize)

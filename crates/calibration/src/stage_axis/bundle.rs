@@ -20,7 +20,7 @@ pub(super) struct Bundle<'a> {
     pub(super) observations: &'a [Observation],
     /// Which observations count.
     pub(super) used: &'a [bool],
-    /// What the standard deviations of the observations are to be multiplied by.
+    /// Factor of the standard deviations of the observations.
     pub(super) noise: f64,
     pub(super) lens: &'a LensEstimate,
     prior: Prior,
@@ -33,7 +33,7 @@ pub(super) struct Bundle<'a> {
     pub(super) tau_column: Vec<Option<usize>>,
 }
 
-/// What is known of the lens beforehand.
+/// The prior of the lens.
 struct Prior {
     /// Parameters that are not held, in the order of [`Lens::to_array`].
     free: Vec<usize>,
@@ -42,7 +42,7 @@ struct Prior {
 }
 
 impl<'a> Bundle<'a> {
-    /// `None` if the lens's covariance is none.
+    /// `None` if the lens's covariance is not one.
     pub(super) fn new(
         observations: &'a [Observation],
         used: &'a [bool],

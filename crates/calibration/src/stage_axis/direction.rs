@@ -24,7 +24,7 @@ pub struct Direction {
     pub pan_rad: f64,
 }
 
-/// A ray of the camera and how it depends on what made it.
+/// A ray of the camera with its derivatives.
 pub(super) struct RawRay {
     /// The ray (a, b, 1).
     pub(super) ray: [f64; 2],

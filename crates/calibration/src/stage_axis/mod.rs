@@ -25,7 +25,7 @@ pub use scale::{TargetScale, baseline_by_target};
 use crate::lens::LensEstimate;
 use epirig_core::least_squares::LeastSquaresError;
 
-/// Why the stage axis cannot be told.
+/// Why the stage axis cannot be found.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StageAxisError {
@@ -62,7 +62,7 @@ pub enum StageAxisError {
         /// Row, in px.
         y_px: f64,
     },
-    /// What is known of the lens contradicts itself.
+    /// The prior of the lens is not valid.
     #[error("the covariance of the lens is none; calibrate the lens again")]
     BadLens,
     /// The bundle adjustment failed.
@@ -108,7 +108,7 @@ pub struct MeasuredTau {
     pub sigma: f64,
 }
 
-/// What the tracks tell.
+/// The stage axis as the tracks show it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageAxis {
     /// The two angles.
@@ -129,8 +129,8 @@ pub struct StageAxis {
     /// Observations that lie more than 4.5 standard deviations from their tracks and do not count: frame and
     /// corner.
     pub rejected: Vec<(usize, usize)>,
-    /// Standard deviation of a coordinate of a corner as the tracks show it over what the corners' own fits
-    /// state.
+    /// Standard deviation of a coordinate of a corner, as the tracks show it, over that which the corners'
+    /// own fits state.
     pub noise_factor: f64,
 }
 

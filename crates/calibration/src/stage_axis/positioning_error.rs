@@ -14,7 +14,7 @@ const MAD: f64 = 1.482_602_218_505_602;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FramePosition {
-    /// What the stage reported, in mm.
+    /// The position that the stage reported, in mm.
     pub reported_mm: f64,
     /// Where the target shows it, on the stage's scale, in mm; as reported where no target is seen.
     pub measured_mm: f64,
@@ -37,7 +37,7 @@ pub struct PositioningError {
     pub outliers: Vec<usize>,
     /// Length of the baseline between the first and the last frame, in mm.
     pub baseline_mm: f64,
-    /// Its standard deviation, in mm: what the stage's errors leave of its scale.
+    /// Its standard uncertainty, in mm, by the stage's positioning errors.
     pub baseline_sigma_mm: f64,
 }
 
@@ -70,7 +70,7 @@ pub fn positioning_error(tau: &[Option<MeasuredTau>], reported_mm: &[f64]) -> Op
     for _ in 0..5 {
         let mut errors: Vec<f64> = good.iter().map(|point| line.error(point).abs()).collect();
         let deviation = MAD * upper_median(&mut errors).unwrap_or(0.0);
-        // What the target itself leaves open is no fault of the stage.
+        // The target's own uncertainty is no fault of the stage.
         let limit = |frame: usize| {
             let sigma = tau[frame].map_or(0.0, |measured| measured.sigma) * line.slope.abs();
             OUTLIER * deviation.max(sigma)

@@ -12,7 +12,7 @@ use crate::target::{Target, Tracks};
 pub struct TargetScale {
     /// Length of the baseline, if the squares have the stated size, in mm.
     pub baseline_mm: f64,
-    /// What it would be by the stage, in mm.
+    /// Its length by the stage, in mm.
     pub reported_mm: f64,
 }
 

@@ -64,7 +64,7 @@ impl ChessBoard {
     /// [`TargetError::Description`] for less than 2 x 2 corners, or squares without a size.
     pub fn check(&self) -> Result<(), TargetError> {
         let wrong = |reason: String| Err(TargetError::Description { reason });
-        /// More each way than any camera can count.
+        /// More corners each way than any camera can count.
         const MOST: usize = 1000;
         if self.columns.min(self.rows) < 2 || self.columns.max(self.rows) > MOST {
             return wrong(format!("{} x {} inner corners", self.columns, self.rows));

@@ -13,8 +13,8 @@ const LEAST_CONTRAST: f64 = 0.02;
 const RING_PX: f64 = 4.0;
 /// Samples on the ring.
 const RING: usize = 16;
-/// Opposite samples may differ by this share of what neighbouring sectors differ by: halfway between a corner
-/// (0) and an edge (2).
+/// Opposite samples may differ by this share of the difference between neighbouring sectors: halfway between
+/// a corner (0) and an edge (2).
 const MOST_ODD: f32 = 0.8;
 /// The most promising places that are kept: ten boards of 400 corners.
 const MOST: usize = 4000;

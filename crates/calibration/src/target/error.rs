@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a target cannot be printed, or corners cannot be told apart.
+/// Why a target cannot be printed, or its corners cannot be labelled.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TargetError {
@@ -51,12 +51,12 @@ pub enum TargetError {
         /// Rows looked for.
         rows: usize,
     },
-    /// One band is never seen, or cannot be told from the other.
+    /// One band is never seen, or cannot be distinguished from the other.
     #[error(
         "the two bands of the target cannot be told apart: {reason}; put both bands into view in some frames, or describe the target as one band"
     )]
     Bands {
-        /// What was seen.
+        /// The findings.
         reason: String,
     },
     /// More than one labelling fits.
@@ -84,7 +84,7 @@ pub enum TargetError {
         band: usize,
         /// Views that fit.
         fitting: usize,
-        /// Views there are.
+        /// Number of views.
         boards: usize,
     },
 }

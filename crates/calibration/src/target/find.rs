@@ -23,7 +23,7 @@ pub fn find_boards(frame: &Frame, board: &ChessBoard, count: usize) -> Vec<Found
     frame.samples().copy_to_f32(0, &mut samples);
     let Some(image) = Grid::from_values(frame.rows(), frame.columns(), samples) else { return Vec::new() };
     let found = label::boards(&image, 1, board, count);
-    // What is sharp at full size is not found better at half of it: the rest of the board is out of view.
+    // A board that is sharp at full size is not found better at half of it: the rest of it is out of view.
     let size = (frame.rows(), frame.columns());
     let all_in_view =
         |found: &FoundBoard| found.complete || (found.blur_px < SHARP_PX && found.is_cut_off(board, size));

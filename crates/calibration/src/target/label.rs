@@ -28,10 +28,9 @@ const STRAIGHT: f64 = 0.03;
 const STRAIGHT_PX: f64 = 0.2;
 /// A corner has at least this share of the contrast around it: where the board ends, a false one has half.
 const CONTRAST: f64 = 0.6;
-/// How often overlooked corners are looked for around those there are.
+/// Rounds of looking for missed corners around those found.
 const ROUNDS: usize = 4;
-/// Of three corners two that are no corners are too many: after so many of them a lattice is given up as
-/// texture.
+/// Most rejected corners of a lattice, if two of three are rejected; with more it is texture.
 const MOST_REFUSED: usize = 8;
 /// Grids that are looked at: texture may have some, too.
 const MOST_LATTICES: usize = 12;
@@ -218,7 +217,7 @@ impl<'a> Labelled<'a> {
         (corners.len() >= LEAST_CORNERS).then(|| self.board_of(corners))
     }
 
-    /// Fits corners where those there are lead; whether there were any.
+    /// Fits corners at the places that the found ones predict; whether any was added.
     fn add_overlooked(&self, image: &Grid<f32>, corners: &mut BTreeMap<Label, Corner>) -> bool {
         let places: BTreeMap<Label, (f64, f64)> =
             corners.iter().map(|(&at, corner)| (at, (corner.x_px, corner.y_px))).collect();
@@ -308,8 +307,8 @@ fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
     }
 }
 
-/// Removes corners that are in fewer straight lines of three than in crooked ones, until there are none: the
-/// edges of a board are straight.
+/// Removes corners that are in fewer straight lines of three than in crooked ones, until none is: the edges
+/// of a board are straight.
 fn drop_crooked(corners: &mut BTreeMap<Label, Corner>) {
     loop {
         let mut scores: BTreeMap<Label, i32> = corners.keys().map(|&at| (at, 0)).collect();

@@ -133,7 +133,7 @@ impl Growing<'_> {
         let steps = [0.3, 0.5, 0.7]
             .map(|share| sign * self.across((a.x + share * dx, a.y + share * dy), direction, aside));
         let largest = steps.into_iter().fold(0.0, f32::max);
-        // Against what is farther along: a line through texture has steps of either sign and any size.
+        // Against the steps farther along: a line through texture has steps of either sign and any size.
         largest > 0.0 && steps.into_iter().all(|step| step > LEAST_EDGE as f32 * largest)
     }
 

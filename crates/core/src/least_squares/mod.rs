@@ -21,7 +21,7 @@ pub struct Block<'a> {
     pub columns: &'a [usize],
     /// Derivatives of the *prediction*, in the same units: residuals x columns, row by row.
     pub jacobian: &'a [f64],
-    /// Whether it may be wrong altogether, so that a robust loss applies. What is known beforehand may not.
+    /// Whether it may be an outlier, so that a robust loss applies; priors may not.
     pub may_be_wrong: bool,
 }
 
@@ -49,7 +49,7 @@ pub enum Loss {
     Huber(f64),
 }
 
-/// What a solution has found.
+/// The minimum, with its covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Minimum {
     /// Best parameters.

@@ -20,7 +20,7 @@ struct Normal {
     matrix: DMatrix<f64>,
     right: DVector<f64>,
     sum_of_squares: f64,
-    /// What the robust loss makes of the residuals: decides whether a step is an improvement.
+    /// The robust loss of the residuals: it decides whether a step is an improvement.
     loss: f64,
     residuals: usize,
 }

@@ -25,7 +25,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
     if file.order() != Order::C {
         return Err(malformed("NPY", "it is in Fortran order; save it with numpy.ascontiguousarray"));
     }
-    // The shape is believed only as far as there are bytes for it.
+    // The shape counts only as far as there are bytes for it.
     let count = usize::try_from(rows).ok().zip(usize::try_from(columns).ok());
     let count = count.and_then(|(rows, columns)| area(rows, columns));
     if count.is_none_or(|count| count > bytes.len()) {
@@ -48,7 +48,7 @@ fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
     const LONGEST: usize = 1024;
     const DEEPEST: usize = 2;
     let wrong = || malformed("NPY", "its header is not that of a map of rows x columns");
-    // Magic, version, and the length of what follows, in two bytes or, from version 2 on, in four.
+    // Magic, version, and the length of the header, in two bytes or, from version 2 on, in four.
     let (length, start) = match bytes {
         [_, _, _, _, _, _, 1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 10),
         [_, _, _, _, _, _, 2 | 3, _, a, b, c, d, ..] => {

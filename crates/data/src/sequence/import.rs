@@ -19,7 +19,7 @@ use crate::storage::{RealDisk, kind, read_file};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 
-/// What a person says of the images.
+/// Facts about the images from a person.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ImportOptions {
     /// First and last index of the images to use, in natural order from 0, both included; `None` for all.
@@ -38,7 +38,7 @@ pub struct ImportOptions {
     pub flat: Option<PathBuf>,
     /// A folder of images of a chess-board in a hand.
     pub board: Option<PathBuf>,
-    /// What is known of lens and targets, for [`Origin::Imported`].
+    /// The rig's lens and targets, for [`Origin::Imported`].
     pub rig: Option<serde_json::Value>,
     /// Whether grey PNG files are linked instead of copied.
     pub link: bool,
@@ -59,7 +59,7 @@ impl ImportOptions {
     }
 }
 
-/// What an import did.
+/// The result of an import.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Imported {
     /// Frames written.
@@ -72,7 +72,7 @@ pub struct Imported {
     pub columns: usize,
     /// Bits of a sample.
     pub bit_depth: u8,
-    /// What was done to the images, one sentence each.
+    /// Conversions of the images, one sentence each.
     pub conversions: Vec<String>,
     /// Names of hidden files that were passed over.
     pub hidden: Vec<String>,
@@ -236,11 +236,11 @@ struct Import<'a> {
     options: &'a ImportOptions,
     /// The image that the others must be like ...
     first: &'a Path,
-    /// ... what its head says ...
+    /// ... the value in its header ...
     stored: String,
-    /// ... and what it makes.
+    /// ... and the value expected.
     expected: String,
-    /// What was done to how many images.
+    /// Number of images by conversion.
     conversions: BTreeMap<&'static str, usize>,
 }
 

@@ -7,7 +7,7 @@ use super::error::SequenceError;
 use super::reader::JOURNAL;
 use crate::storage::open_file;
 
-/// Keeps other programs from writing the same sequence, where the file system knows locks.
+/// Locks a sequence against other writing programs; `None` on file systems without locks.
 pub fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
     let path = folder.join(JOURNAL);
     let journal = open_file(&path)?;

@@ -15,7 +15,7 @@ use epirig_core::tau::Tau;
 
 /// The start record.
 pub(super) const START: &str = "sequence.json";
-/// What happened.
+/// The journal: what happened, one line per event.
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// The final record.
 pub(super) const STOP: &str = "stop.json";
@@ -27,7 +27,7 @@ const MOST_LINES: usize = 5 * MOST_FRAMES;
 /// Largest journal: [`MOST_FRAMES`] lines, each ten times as long as a frame's usually is.
 pub(super) const LARGEST_JOURNAL: u64 = 1 << 30;
 
-/// What is wrong with a scan that ended so.
+/// The problem of a scan that was not closed.
 const NOT_CLOSED: &str =
     "the scan was not closed: the rig did not stay as it was, so the positions of its frames are wrong";
 
@@ -84,7 +84,7 @@ impl Sequence {
         named_frames(&self.events, kind)
     }
 
-    /// What happened, line by line, frames included.
+    /// The events of the journal, line by line, frames included.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
@@ -99,7 +99,7 @@ impl Sequence {
         self.stop.as_ref().map_or("unfinished", |stop| stop.exit_status.name())
     }
 
-    /// What a person has to know of how the scan ended; `None` if it is complete.
+    /// The end of the scan in words, for a person; `None` if it is complete.
     pub fn end_in_words(&self) -> Option<String> {
         let (there, planned) = (self.frames.len(), self.record.frames);
         let how = match self.stop.as_ref().map(|stop| stop.exit_status) {
@@ -133,7 +133,7 @@ impl Sequence {
         }
     }
 
-    /// tau of the frames that are there: from reported positions, else from those asked for, else by count.
+    /// tau of the frames that are there: from reported positions, else from commanded ones, else by count.
     ///
     /// # Errors
     /// [`SequenceError`] if there are fewer than two frames or their positions do not increase.
@@ -187,7 +187,7 @@ impl Sequence {
                 false => SequenceError::HashMismatch { path },
             });
         }
-        // From here on the file is what was written, so a contradiction is the records'.
+        // From here on the file is the one that was written, so a contradiction is one of the records.
         let (record, file) = (&self.record, &named.file);
         let wrong = |record: &str, reason: String| {
             Err(SequenceError::RecordAtFault { path: self.folder.join(record), reason })
@@ -237,7 +237,7 @@ impl Sequence {
         frame.is_some_and(|frame| brightness(&frame) == (record.mean_dn, record.saturated))
     }
 
-    /// Bytes that the file of a frame has at most: what does not compress becomes little larger, and some
+    /// Largest number of bytes of a frame's file: incompressible samples become little larger, and some
     /// programs add text.
     fn largest_file(&self) -> u64 {
         const TEXT: u64 = 16 << 20;
@@ -252,7 +252,7 @@ fn brightness(frame: &Frame) -> (f64, usize) {
     (frame.samples().mean(), frame.samples().count_at_least(frame.full_scale()))
 }
 
-/// What a start record says that cannot be; `None` if all of it can.
+/// The first impossible value of a start record; `None` if all are possible.
 fn impossible(record: &SequenceRecord) -> Option<String> {
     let SequenceRecord { rows, columns, bit_depth, frames, .. } = *record;
     if area(rows, columns).is_none() || !(1..=16).contains(&bit_depth) {
@@ -280,8 +280,8 @@ fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
         }
         match event(line) {
             Ok(event) => events.push(event),
-            // The last line is cut short if the program was killed while it wrote; what it names was not
-            // promised.
+            // The last line is cut short if the program was killed while it wrote; the frame that it names
+            // was not promised.
             Err(_) if lines.peek().is_none() && !line.ends_with(b"\n") => {}
             Err(reason) => {
                 return Err(SequenceError::BadRecord {
@@ -299,7 +299,7 @@ fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
 pub(super) fn event(line: &[u8]) -> Result<Event, String> {
     let text = std::str::from_utf8(line).map_err(|error| format!("not text in UTF-8 ({error})"))?;
     parse_record(text).map_err(|fault| {
-        // Which key is wrong is told by the record that the event holds, without its kind.
+        // The record that the event holds tells which key is wrong, without its kind.
         match parse_record::<FrameRecord>(text) {
             Err(of_frame) if !of_frame.key.is_empty() => of_frame.to_string(),
             _ => fault.to_string(),

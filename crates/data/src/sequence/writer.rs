@@ -15,7 +15,7 @@ use super::record::{
 use crate::storage::{Disk, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
 use epirig_core::frame::Frame;
 
-/// What is known of a frame besides its pixels.
+/// Facts about a frame besides its pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrameFacts {
     /// Position that was asked for, in mm.
@@ -32,12 +32,12 @@ pub struct FrameFacts {
     pub source: Option<String>,
 }
 
-/// What is known of the end of a sequence besides how it ended.
+/// Facts about the end of a sequence besides its status.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StopFacts {
     /// Why it ended before it was complete.
     pub reason: Option<String>,
-    /// What re-homing showed.
+    /// Findings of re-homing.
     pub closure: Option<ClosureRecord>,
     /// Where the time went.
     pub times: Option<TimesRecord>,
@@ -273,7 +273,7 @@ pub fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     }
 }
 
-/// Whether a scan can be gone on with there.
+/// Whether a scan in this folder can be resumed.
 fn is_unfinished(folder: &Path) -> bool {
     Sequence::open(folder).is_ok_and(|sequence| {
         let can_end = sequence

@@ -47,7 +47,7 @@ fn outside(folder: &Path, name: &str) -> ReadError {
     ReadError::Outside { folder: folder.to_owned(), name: name.to_owned() }
 }
 
-/// The same question without the kernel's help: the answer holds as long as nobody moves links about.
+/// The same check without the kernel's help; it holds as long as links are not changed meanwhile.
 fn check(folder: &Path, name: &str) -> Result<(), ReadError> {
     use std::path::Component;
 

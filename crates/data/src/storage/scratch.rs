@@ -10,14 +10,14 @@ use super::step::Step;
 /// How names of scratch folders begin.
 const PREFIX: &str = ".epirig-";
 
-/// Scratch folders that exist now, for whoever has to end the program at once.
+/// Scratch folders that exist now, for an interruption that ends the program at once.
 static EXISTING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// A hidden folder beside `target`, on the same file system, so that what is built in it can be renamed to
-/// `target`. Dropped, it is removed with all that it holds.
+/// A hidden folder beside `target`, on the same file system, so that it can be renamed to `target`. It is
+/// removed with its content when dropped.
 ///
-/// It is locked while it is in use, so that one whose program was killed is known, and removed by the next
-/// one beside it.
+/// It is locked while in use. One that a killed program has left is not locked, and the next program beside
+/// it removes it.
 #[derive(Debug)]
 pub struct Scratch {
     path: PathBuf,

@@ -28,7 +28,7 @@ const REJECTED: f64 = 4.5;
 const SETTLED: f64 = 0.01;
 /// Rounds of weighing, and of rejecting; each ends long before, unless it goes to and fro.
 const ROUNDS: usize = 20;
-/// A focal length that is known worse than this is not calibrated: what is engraved on a lens is as good.
+/// A focal length that is known worse than this share is not calibrated: the engraving on a lens is as good.
 const FOCAL_LENGTH_SHARE: f64 = 0.05;
 
 /// Which points of each view count.
@@ -41,11 +41,10 @@ pub(super) struct Solution {
     pub(super) poses: Vec<BoardPose>,
 }
 
-/// The lens that fits best to all views, which frames of `rows` x `columns` have shown.
+/// The lens that fits best to all views of frames of `rows` x `columns`.
 ///
 /// Wrong points are found by Huber's loss, left out and named; the rest is plain least squares. The
-/// covariance is scaled by the residuals, so it does not matter whether the stated standard deviations are
-/// right, as long as their ratios are.
+/// covariance is scaled by the residuals, so only the ratios of the stated standard deviations matter.
 ///
 /// # Errors
 /// [`LensError`] if there are too few views or points, if they leave the focal length open, or if a view
@@ -76,7 +75,7 @@ pub fn calibrate(
     summary(views, &used, (rows, columns), terms, solution)
 }
 
-/// Refuses what cannot be calibrated from.
+/// Refuses views from which no lens can be calibrated.
 pub(super) fn check(views: &[View], needed: usize) -> Result<(), LensError> {
     if views.len() < needed {
         return Err(LensError::TooFewViews { views: views.len(), needed });

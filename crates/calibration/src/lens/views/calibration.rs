@@ -7,7 +7,7 @@ use super::pose::BoardPose;
 use super::terms::Terms;
 use crate::lens::estimate::LensEstimate;
 
-/// A lens as views of a board have shown it, with what a person wants to see before trusting it.
+/// A lens calibrated from views of a board, with the figures by which a person judges it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LensCalibration {
@@ -22,7 +22,7 @@ pub struct LensCalibration {
     /// Sum of the squared residuals, in units of their stated standard deviations, over the degrees of
     /// freedom: 1 if these were right.
     pub variance_factor: f64,
-    /// What is left of each point, by view and point.
+    /// Residual of each point, by view and point.
     pub residuals: Vec<Vec<PointResidual>>,
     /// Where the board was, by view.
     pub poses: Vec<BoardPose>,
@@ -34,7 +34,7 @@ pub struct LensCalibration {
     pub rejected: Vec<PointName>,
     /// Sets of terms by their error on views that were held out; empty if the terms were given.
     pub cross_validation: Vec<HeldOut>,
-    /// What a person should know.
+    /// Warnings for a person.
     pub warnings: Vec<LensWarning>,
 }
 
@@ -86,7 +86,7 @@ pub struct PointName {
     pub point: usize,
 }
 
-/// What a set of terms predicts of views that had no part in finding the lens.
+/// The error of a set of terms on views that had no part in finding the lens.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeldOut {

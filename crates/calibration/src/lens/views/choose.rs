@@ -18,13 +18,13 @@ const VIEWS: usize = 4;
 /// Groups into which the views are dealt; each is held out once.
 const FOLDS: usize = 10;
 
-/// The lens with the simplest terms that predict views without a part in finding it no worse than the best
-/// terms do; see [`calibrate`].
+/// The lens with the simplest terms that predict held-out views no worse than the best terms do; see
+/// [`calibrate`].
 ///
-/// K-fold cross-validation over the views. The board's pose in a view that is held out is fitted to every
-/// other point with the lens as it is, and judged by the rest; then the other way about. Terms are worse if
-/// their squared error, less that of the best in the same views, is above its standard error; terms with
-/// which no lens is found are not in the table. Points that the fit with all terms rejects take no part.
+/// K-fold cross-validation over the views. In a held-out view, the board's pose is fitted to every other
+/// point with the lens fixed, and judged by the other points; then the halves change places. Terms are worse
+/// if their squared error, less that of the best terms in the same views, is above its standard error. Terms
+/// with which no lens is found are not in the table. Points that the fit with all terms rejects take no part.
 ///
 /// # Errors
 /// As of [`calibrate`]; four views are needed.
@@ -60,8 +60,7 @@ pub fn choose_terms(views: &[View], rows: usize, columns: usize) -> Result<LensC
     Ok(LensCalibration { cross_validation: table, ..calibrate(views, rows, columns, terms)? })
 }
 
-/// Mean squared error of each view, in px2, with lenses to which it has not contributed; NaN if it cannot be
-/// told.
+/// Mean squared error of each view, in px2, with lenses to which it has not contributed; NaN if unknown.
 fn held_out(views: &[View], used: &Used, terms: Terms, all: &Solution) -> Result<Vec<f64>, LensError> {
     let folds = FOLDS.min(views.len());
     let mut errors = vec![f64::NAN; views.len()];

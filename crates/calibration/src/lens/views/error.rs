@@ -39,7 +39,7 @@ pub enum LensError {
         /// The view.
         view: usize,
     },
-    /// A point that is none.
+    /// A point with numbers that cannot be.
     #[error(
         "point {point} of view {view} has a coordinate that is no number, or a standard deviation that is not above 0"
     )]
@@ -140,7 +140,7 @@ fn open(sigma_share: Option<f64>, spread_rad: Option<f64>) -> String {
     }
 }
 
-/// What a person should know of a lens that was found. Views are counted from 0.
+/// A warning about a calibrated lens. Views are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Error)]
 #[serde(tag = "warning", rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]

@@ -13,8 +13,8 @@ pub(super) struct Pair {
 /// 2 ln 2.
 pub(super) const MEDIAN_NORM: f64 = 1.177_410_022_515_474_7;
 
-/// Rounds of weighing: wrong points lose a factor with each, and what is left of them is for the least
-/// squares that follow.
+/// Rounds of weighing. Each reduces the weight of wrong points by a factor; the least squares that follow
+/// reject the rest.
 const ROUNDS: usize = 10;
 
 /// The homography from `from` to `to` by the direct linear transformation, with Hartley's (1997)

@@ -29,8 +29,8 @@ impl BoardPose {
         self.rotation().column(2).into_owned().into()
     }
 
-    /// By the homography from points of the board, which lie about the origin, to rays. `None` if it is none
-    /// of a board.
+    /// The pose from the homography from points of the board, counted from their mean, to rays. `None` if the
+    /// homography is not that of a board.
     pub(super) fn from_homography(rays: &Matrix3<f64>) -> Option<Self> {
         let scale = 0.5 * (rays.column(0).norm() + rays.column(1).norm());
         // Of the two signs the one that has the board before the camera.

@@ -7,7 +7,7 @@ use crate::lens::model::Lens;
 /// Residuals below this are rounding, not errors of measurement, in px.
 pub(super) const ROUNDING_PX: f64 = 1e-7;
 
-/// Seen less predicted, in px. NaN for what would lie behind the camera.
+/// Seen less predicted place, in px; NaN for points behind the camera.
 pub(super) fn residual(lens: &Lens, pose: &BoardPose, point: &PlanarPoint) -> (f64, f64) {
     let [x, y, z] = pose.point_mm(point.x_mm, point.y_mm);
     if z <= 0.0 {

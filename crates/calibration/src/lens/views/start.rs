@@ -56,7 +56,7 @@ fn poses(lens: &Lens, homographies: &[Matrix3<f64>], views: &[View]) -> Option<V
     homographies.iter().zip(views).map(pose).collect()
 }
 
-/// Median distance between points and predictions, in px; what lies behind the camera is infinitely far off.
+/// Median distance between points and predictions, in px; infinite for points behind the camera.
 fn typical_distance(views: &[View], lens: &Lens, poses: &[BoardPose]) -> f64 {
     let of = |(view, pose): (&View, &BoardPose)| -> Vec<f64> {
         view.iter().map(|point| squared_distance(lens, pose, point).sqrt()).collect()

@@ -16,7 +16,7 @@ pub enum Terms {
     K1K2,
     /// These, and the two tangential ones.
     K1K2P1P2,
-    /// All five, as OpenCV does unless told otherwise.
+    /// All five, the default of OpenCV.
     All5,
 }
 

@@ -26,10 +26,10 @@ const STEPS: usize = 30;
 const FINE_PX: f64 = 1e-5;
 /// Variance by rounding to whole DN, in squared DN.
 const ROUNDING_DN2: f64 = 1.0 / 12.0;
-/// After so many steps a fit that leaves so many times more than [`MOST_UNEXPLAINED`] is given up: one more
-/// than corners usually take in all, while texture may take all [`STEPS`].
+/// A fit is given up after this number of steps if its residual is this many times [`MOST_UNEXPLAINED`]: one
+/// step more than corners usually take in all, while texture may take all [`STEPS`].
 const HOPELESS: (usize, f64) = (6, 4.0);
-/// Beyond so many blurs an edge is 1 to six digits.
+/// Beyond this many blurs an edge is 1 to six digits.
 const FAR: f64 = 5.0;
 /// Blur of a start and of the sharpest edge that pixels can show, in px: that of a square pixel alone is
 /// sqrt(1/12) = 0.29.
@@ -37,9 +37,9 @@ const START_BLUR_PX: f64 = 0.8;
 const LEAST_BLUR_PX: f64 = 0.2;
 /// Edges that meet at less than this, in rad (15 deg), are those of no board that can be read.
 const LEAST_ANGLE_RAD: f64 = 0.26;
-/// What the model leaves may have this share of the variance of its pattern: noise of a fifth of the half
-/// step. Where three squares of one colour and one of the other meet (at the border of a board) half is left;
-/// texture leaves some hundredths and more.
+/// Largest share of the pattern's variance that the model may leave: noise of a fifth of the half step. Where
+/// three squares of one colour and one of the other meet (at the border of a board) half is left; texture
+/// leaves some hundredths and more.
 const MOST_UNEXPLAINED: f64 = 0.04;
 /// A window counts if this share of it is in the image.
 const LEAST_SHARE: f64 = 0.75;
@@ -59,7 +59,7 @@ pub struct Corner {
     pub blur_px: f64,
 }
 
-/// What is known of a corner before the fit.
+/// A corner before the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeCross {
     /// Column, to about a quarter of the radius, in px.
@@ -137,8 +137,9 @@ fn joint(z1: f64, z2: f64, correlation: f64) -> f64 {
     2.0 * exponent.exp() / (PI * rest.sqrt())
 }
 
-/// What correlation adds to the product of both edges: the integral of [`joint`] from no correlation on, by
-/// Gauss and Legendre's rule of five points, or of three where the edges are within 17 deg of a right angle.
+/// The effect of correlation on the product of both edges: the integral of [`joint`] from no correlation on,
+/// by Gauss and Legendre's rule of five points, or of three where the edges are within 17 deg of a right
+/// angle.
 fn beyond_product(z1: f64, z2: f64, correlation: f64) -> f64 {
     const FEW: [(f64, f64); 3] =
         [(0.112_701_665, 0.277_777_778), (0.5, 0.444_444_444), (0.887_298_335, 0.277_777_778)];
@@ -205,7 +206,7 @@ fn normal(window: &Window, at: &Unknowns) -> Normal {
             px * pattern,
             py * pattern,
         ];
-        // Far from both edges only the levels are told: ten of 45 products.
+        // Far from both edges only the levels depend on the parameters: ten of 45 products.
         if d1 > 0.0 || d2 > 0.0 {
             add::<0>(&mut upper, &mut side, &row, residual);
         } else {
@@ -254,7 +255,7 @@ fn fit(
                 }
             }
             _ => {
-                // A step below what counts that makes nothing better: this is the minimum.
+                // A step that is not significant and improves nothing: this is the minimum.
                 if step[0].hypot(step[1]) < FINE_PX {
                     break;
                 }

@@ -20,8 +20,8 @@ use motion::{Line, solve};
 use plane_map::PlaneMap;
 use views::{View, views};
 
-/// A corner this far from where its board has it is none of the board's, in squares. A lens that bends lines
-/// by a percent moves corners by some hundredths of a square against the map.
+/// A corner this far from its place on the board, in squares, does not belong to the board. A lens whose
+/// distortion is a percent moves corners by some hundredths of a square against the map.
 const FALSE_SQUARES: f64 = 0.15;
 
 /// A corner of the target.

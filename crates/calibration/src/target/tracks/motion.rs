@@ -11,10 +11,9 @@ const LEAST_KEPT: f64 = 0.9;
 const FITS_SQUARES: f64 = 0.35;
 /// A labelling competes with the best one if it keeps this share of its corners ...
 const COMPETES_CORNERS: f64 = 0.98;
-/// ... and is less than so many times less likely than the best one.
+/// ... and is less than this many times less likely than the best one.
 const COMPETES_ODDS: f64 = 1000.0;
-/// A stage errs alike at stops that follow each other, so more views tell no more than so many independent
-/// numbers.
+/// Most independent numbers: a stage errs alike at stops that follow each other, so more views tell no more.
 const MOST_INDEPENDENT: usize = 5;
 /// Less scatter than this, in squares, is chance or rounding: corners are known to some hundredths of a
 /// pixel.
@@ -35,7 +34,7 @@ type Shift = (i32, i32);
 /// One band's labels.
 #[derive(Debug, Clone)]
 pub(super) struct Line {
-    /// For each view that fits, by its index, what is added to its labels.
+    /// Shift of the labels of each view that fits, by its index.
     pub(super) shifts: BTreeMap<usize, Shift>,
     /// Whether there is no other shift of all of them.
     pub(super) anchored: bool,
@@ -53,7 +52,7 @@ impl Line {
         holds(&self.board, (column, row))
     }
 
-    /// What stays the same if all labels are shifted alike.
+    /// The part that stays the same if all labels are shifted alike.
     fn shape(&self) -> Vec<(usize, Shift)> {
         let first = self.shifts.values().next().copied().unwrap_or((0, 0));
         self.shifts.iter().map(|(&view, shift)| (view, (shift.0 - first.0, shift.1 - first.1))).collect()

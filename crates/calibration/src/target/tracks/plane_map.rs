@@ -12,8 +12,8 @@ const TERMS: usize = 9;
 const ROUNDS: usize = 12;
 /// A corner off by this much counts half, in squares.
 const SCALE_SQUARES: f64 = 0.05;
-/// What is added to the diagonal for each corner: terms that the corners do not determine are zero.
-/// Coordinates are -1 to 1.
+/// Addend to the diagonal for each corner: terms that the corners do not determine become zero. Coordinates
+/// are -1 to 1.
 const RIDGE: f64 = 1e-7;
 
 type Terms = SVector<f64, TERMS>;
@@ -88,7 +88,7 @@ impl PlaneMap {
         true
     }
 
-    /// Label less what the polynomial says.
+    /// Label less the polynomial's value.
     fn difference(&self, corner: &BoardCorner) -> [f64; 2] {
         let terms = self.terms(corner);
         [f64::from(corner.column) - self.columns.dot(&terms), f64::from(corner.row) - self.rows.dot(&terms)]
