@@ -20,7 +20,7 @@ const ONE_SURFACE_PX: f32 = 1.0;
 /// Sorted disparities that follow each other by more than this, in px, are of two surfaces.
 const GAP_PX: f32 = 0.5;
 /// Number of frames that are compared, if the sequence has as many.
-const ASKED_FRAMES: usize = 16;
+const COMPARED_FRAMES: usize = 16;
 /// A pixel takes another surface if its frames disagree with it by less than this share of what they disagree
 /// with the guess. Where nothing has texture, all disagree alike: with 1, some pixels of a featureless ground
 /// beside a cube take the cube's disparity (`tests/accuracy.rs`). With 0.9 or less none does, but with less
@@ -75,7 +75,7 @@ impl<'a> Around<'a> {
         if open.is_empty() || !task.options.method.compares_intensities() {
             return;
         }
-        let asked = Asked::new(task, y);
+        let asked = ComparedRow::new(task, y);
         for &(x, place) in open {
             let surfaces = self.surfaces(place);
             // A single one is steep, or beside wrong answers, but no edge.
@@ -134,7 +134,7 @@ fn spans(guess: &Grid<f32>, reach: usize) -> Grid<(f32, f32)> {
 }
 
 /// One row of some frames, for comparing single pixels.
-struct Asked {
+struct ComparedRow {
     epi: LinearEpi,
     offsets: Vec<f32>,
     reference: usize,
@@ -143,9 +143,9 @@ struct Asked {
     limits: Vec<f32>,
 }
 
-impl Asked {
+impl ComparedRow {
     fn new(Task { volume, lines, options, .. }: Task<'_>, y: usize) -> Self {
-        let every = (volume.frames() / ASKED_FRAMES).max(1);
+        let every = (volume.frames() / COMPARED_FRAMES).max(1);
         let first = lines.reference() % every;
         let frames = (first..volume.frames()).step_by(every);
         let epi = LinearEpi::of_frames(volume, y, frames.clone());

@@ -272,8 +272,8 @@ pub enum MatchError {
     },
     /// The costs of all candidates take too much memory to be aggregated across rows.
     #[error(
-        "rows that aggregation each other hold the costs of all candidates, and {candidates} for each pixel would take more memory than half of \
-         the frames' own; at most {limit} fit: give a narrower range or a larger disparity step, or leave --semi-global out"
+        "aggregation across rows holds the costs of all candidates; {candidates} for each pixel would take more memory \
+         than half of the frames' own, at most {limit} fit: give a narrower range or a larger disparity step, or leave --semi-global out"
     )]
     TooManyToAggregate {
         /// Candidates of a pixel.

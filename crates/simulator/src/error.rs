@@ -33,7 +33,7 @@ pub enum SimulatorError {
     Volume(#[from] VolumeError),
     /// The camera is turned or distorts, so that its own frames show no disparities along rows.
     #[error(
-        "the simulator's camera is turned or distorts; ask what is true of a rectified view of it (`truth_seen_by`)"
+        "the simulator's camera is turned or distorts; ask for the truth of a rectified view of it (`truth_seen_by`)"
     )]
     NotRectified,
     /// A frame that does not exist.

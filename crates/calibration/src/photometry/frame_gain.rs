@@ -68,7 +68,7 @@ pub struct FrameGains {
 pub enum GainError {
     /// Too few windows see a frame.
     #[error(
-        "frame {frame} shares only {windows} windows of surface with other frames, {least} are needed to tell its brightness from texture; take \
+        "frame {frame} shares only {windows} windows of surface with other frames, {least} are needed to separate its brightness from texture; take \
          smaller steps, or leave the frames' brightness as it is"
     )]
     TooFewWindows {
@@ -92,7 +92,7 @@ pub enum GainError {
     #[error("a disparity of {0} px is no number that windows can follow")]
     NoDisparity(f64),
     /// The movement between two frames cannot be seen.
-    #[error("how far the picture moves from frame {frame} to the next cannot be told: {source}")]
+    #[error("how far the picture moves from frame {frame} to the next cannot be measured: {source}")]
     Shift {
         /// Index of the first of the two, from 0.
         frame: usize,
@@ -101,7 +101,7 @@ pub enum GainError {
     },
     /// Neighbouring frames contradict each other.
     #[error(
-        "neighbouring frames speak for disparities that scatter by {scatter_px:.1} px around {disparity_px:.1} px, so there is none that dominates; \
+        "neighbouring frames show disparities that scatter by {scatter_px:.1} px around {disparity_px:.1} px, so none dominates; \
          give the disparity, or leave the frames' brightness as it is"
     )]
     NoneDominates {

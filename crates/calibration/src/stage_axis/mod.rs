@@ -63,7 +63,7 @@ pub enum StageAxisError {
         y_px: f64,
     },
     /// The prior of the lens is not valid.
-    #[error("the covariance of the lens is none; calibrate the lens again")]
+    #[error("the covariance of the lens is not valid; calibrate the lens again")]
     BadLens,
     /// The bundle adjustment failed.
     #[error("the target's tracks do not fit a straight axis: {0}; check that target and camera are fixed")]

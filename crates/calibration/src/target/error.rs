@@ -53,7 +53,7 @@ pub enum TargetError {
     },
     /// One band is never seen, or cannot be distinguished from the other.
     #[error(
-        "the two bands of the target cannot be told apart: {reason}; put both bands into view in some frames, or describe the target as one band"
+        "the two bands of the target cannot be distinguished: {reason}; put both bands into view in some frames, or describe the target as one band"
     )]
     Bands {
         /// The findings.

@@ -80,7 +80,7 @@ impl Minimum {
 #[non_exhaustive]
 pub enum LeastSquaresError {
     /// The residuals leave some combination of the parameters open.
-    #[error("what was measured leaves parameter {parameter} of {parameters} open")]
+    #[error("the measurements leave parameter {parameter} of {parameters} undetermined")]
     Undetermined {
         /// Index of one that is open.
         parameter: usize,

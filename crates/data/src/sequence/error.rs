@@ -189,7 +189,7 @@ pub enum SequenceError {
         source: TauError,
     },
     /// A scan whose positions are known to be wrong.
-    #[error("{}: the scan was not closed, so the positions of its frames are wrong ({reason}); take the scan again, or go on all the same with --anyway", folder.display())]
+    #[error("{}: the scan was not closed, so the positions of its frames are wrong ({reason}); take the scan again, or use it all the same with --anyway", folder.display())]
     NotClosed {
         /// The sequence.
         folder: PathBuf,

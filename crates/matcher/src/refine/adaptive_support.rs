@@ -16,7 +16,9 @@ use super::fit::Fit;
 use super::foreshortening::take_off_drift;
 use super::neighbours::take_neighbours;
 use super::planes::{ObservationMaps, SpareMaps, SurfacePlanes};
-use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told, told_by_both};
+use super::smoothing::{
+    LEAST_SPARE, common_variance, disagreement, missed_by_small, own_variance, smoothed_away,
+};
 use super::support::{SupportRule, join_nested_row, join_row, nested_reaches, take_best_window};
 use super::window_growth::{WIDE_REACHES, take_better, take_wide};
 use crate::options::{Effort, LARGEST_GROWN_WINDOW_PX};
@@ -128,7 +130,7 @@ pub(super) fn join_observations(
         let windows = join_small(observations, smallest, spare.supports());
         let missed = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
         surface.raise_variance(&smoothed);
-        surface.raise_variance(&told(missed));
+        surface.raise_variance(&own_variance(missed));
         return surface;
     }
     let map = survey(observations, SQUARE_REACH, &[], &mut spare);
@@ -171,6 +173,6 @@ pub(super) fn join_observations(
     let windows = join_small(observations, smallest, spare.supports());
     let missed_by_smallest = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
     surface.raise_variance(&smoothed);
-    surface.raise_variance(&told_by_both(missed_by_smallest, &missed));
+    surface.raise_variance(&common_variance(missed_by_smallest, &missed));
     surface
 }

@@ -26,7 +26,7 @@ const LEAST_POINTS: usize = 50;
 /// Points count if their intensities vary along their lines by at most this many times the lower quartile (in
 /// squares). Background beside the object has no line of its own. A narrower limit would choose points whose
 /// noise masks the gains.
-const BELIEVED: f32 = 6.0;
+const ACCEPTED: f32 = 6.0;
 /// Points this many standard deviations away have full weight: of normal ones few lie beyond.
 const FAR_SIGMAS: f32 = 2.0;
 /// Gains that vary by less than this (RMS) are left as they are: of 100 DN that is a fifth of a DN, less than
@@ -58,7 +58,7 @@ pub(super) fn corrections(
     }
     let quartile = points.len() / 4;
     points.select_nth_unstable_by(quartile, |one, other| one.spread.total_cmp(&other.spread));
-    let limit = (BELIEVED * points[quartile].spread).max(f32::MIN_POSITIVE);
+    let limit = (ACCEPTED * points[quartile].spread).max(f32::MIN_POSITIVE);
     // Belief ends gradually, so that no point is decisive.
     points.iter_mut().for_each(|point| point.weight = (2.0 - point.spread / limit).clamp(0.0, 1.0));
     points.retain(|point| point.weight > 0.0);

@@ -39,7 +39,7 @@ const SAMPLED_ROWS: usize = 32;
 const COLUMN_STEP: usize = 4;
 /// Points whose residuals vary by more than this many times those of a good one of their row, the lower
 /// quartile (in squares), count as much less.
-const BELIEVED: f64 = 6.0;
+const ACCEPTED: f64 = 6.0;
 /// Fractions are well spread if a harmonic is known with at most this many times the variance that evenly
 /// spread ones leave.
 const WELL_SPREAD: f64 = 1.25;
@@ -196,7 +196,7 @@ impl RowLines<'_> {
         }
         let mut spreads: Vec<f64> = points.iter().map(|point| point.spread).collect();
         let quartile = spreads.len() / 4;
-        let limit = BELIEVED * *spreads.select_nth_unstable_by(quartile, f64::total_cmp).1;
+        let limit = ACCEPTED * *spreads.select_nth_unstable_by(quartile, f64::total_cmp).1;
         let frames = vec![(0.0, 0.0); self.lines.frames()];
         let mut sums = LineSums { products: Products::default(), frames };
         for point in points {

@@ -109,7 +109,7 @@ pub fn fit(
     let minimum_frames = options.rule.minimum_frames;
     let (mut planes, sums) = steps.observations(&current, 1, |row| {
         report();
-        let of_lines = RowLines { lines, disparities: row.guesses, visible: row.occluded, minimum_frames };
+        let of_lines = RowLines { lines, disparities: row.guesses, visible: row.visible, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
         sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
     });
@@ -132,8 +132,8 @@ pub fn fit(
         let mut biases = Grid::filled(rows, columns, 0.0);
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let guesses = current.row(y);
-            let occluded = steps.points_are_occluded().then(|| visible_intervals(guesses, lines));
-            let row = RowLines { lines, disparities: guesses, visible: occluded.as_deref(), minimum_frames };
+            let visible = steps.points_may_be_occluded().then(|| visible_intervals(guesses, lines));
+            let row = RowLines { lines, disparities: guesses, visible: visible.as_deref(), minimum_frames };
             prediction.row(row, out);
         });
         biases

@@ -37,7 +37,7 @@ pub(super) const UNOBSERVED: Observation =
 
 /// Which frames count, and how far they are followed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct FramesAsked<'a> {
+pub(super) struct FramesUsed<'a> {
     /// A pixel seen in fewer frames has no observation.
     pub(super) minimum_frames: usize,
     /// Only every n-th frame from the reference frame on is looked at.
@@ -54,7 +54,7 @@ pub(super) fn row_observations(
     epi: &SplineEpi,
     lines: &Lines,
     guesses: &[f32],
-    frames: FramesAsked<'_>,
+    frames: FramesUsed<'_>,
     observations: &mut [Observation],
 ) {
     let columns = lines.columns();
@@ -160,8 +160,8 @@ mod tests {
     const FRAMES: usize = 41;
     const COLUMNS: usize = 120;
     const DISPARITY_PX: f64 = 7.313;
-    const WHOLE: FramesAsked<'static> =
-        FramesAsked { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, visible: None };
+    const WHOLE: FramesUsed<'static> =
+        FramesUsed { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, visible: None };
     /// Five standard deviations of what counts of 1/128 DN (uniform: 0.0023 DN) leave for a gradient of 4
     /// DN/px and more in the regression over 41 frames of a whole baseline, whose S is 3.6.
     const ROUNDING_PX: f64 = 5.0 * (0.0023 / 4.0) / 1.897;
@@ -197,7 +197,7 @@ mod tests {
         (volume, lines): &(Volume, Lines),
         y: usize,
         guesses: &[f32],
-        frames: FramesAsked<'_>,
+        frames: FramesUsed<'_>,
     ) -> Vec<Observation> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
@@ -299,7 +299,7 @@ mod tests {
         let disparity_px = 41.7;
         for (reference, minimum_frames) in [(0, 3), (FRAMES / 2, 30), (FRAMES - 1, 12)] {
             let scene = scene(1, disparity_px, 0.0, reference, 0.0);
-            let frames = FramesAsked { minimum_frames, ..WHOLE };
+            let frames = FramesUsed { minimum_frames, ..WHOLE };
             let observations = observations_of(&scene, 0, &[disparity_px as f32; COLUMNS], frames);
             for (x, observation) in observations.iter().enumerate() {
                 let seen: Vec<f64> = scene
@@ -341,7 +341,7 @@ mod tests {
         // Something else passes in the last quarter of the frames.
         scene.0.fine_counts_mut().unwrap()[31 * COLUMNS..].fill(128 * 30);
         let visible = [(-0.5, 0.25); COLUMNS];
-        let frames = FramesAsked { minimum_frames: 31, visible: Some(&visible), ..WHOLE };
+        let frames = FramesUsed { minimum_frames: 31, visible: Some(&visible), ..WHOLE };
         let observations = observations_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], frames);
         // 31 equidistant frames.
         let spread = 31.0 * (31.0 * 31.0 - 1.0) / 12.0 / 1600.0_f64;

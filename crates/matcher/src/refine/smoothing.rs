@@ -91,7 +91,7 @@ pub(super) fn missed_by_small(
 }
 
 /// The variance that one kind of small windows shows, to be added; zero where it shows none.
-pub(super) fn told(mut missed: Padded) -> Padded {
+pub(super) fn own_variance(mut missed: Padded) -> Padded {
     missed.par_rows().for_each(|missed| missed.iter_mut().for_each(|missed| *missed = missed.max(0.0)));
     missed
 }
@@ -99,9 +99,9 @@ pub(super) fn told(mut missed: Padded) -> Padded {
 /// The lesser of the variances that two kinds of small windows show, or that of the only one. The errors of
 /// small windows beyond their noise count as if they were smoothed away, so each variance is an upper bound.
 /// Zero where neither shows any.
-pub(super) fn told_by_both(mut missed: Padded, other: &Padded) -> Padded {
+pub(super) fn common_variance(mut missed: Padded, other: &Padded) -> Padded {
     missed.par_rows().enumerate().for_each(|(y, missed)| {
-        // NaN is the lesser of nothing.
+        // The lesser of NaN and a number is the number.
         missed.iter_mut().zip(other.row(y)).for_each(|(missed, other)| *missed = missed.min(*other).max(0.0));
     });
     missed

@@ -8,7 +8,7 @@ use super::adaptive_support::join_observations;
 use super::gains::corrections;
 use super::mixed_pixels::RowSamples;
 use super::observations::{
-    FramesAsked, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
+    FramesUsed, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
 };
 use super::padded::PAD;
 use super::planes::ObservationMaps;
@@ -50,7 +50,7 @@ pub(super) struct ObservedRow<'a> {
     pub(super) epi: &'a SplineEpi,
     pub(super) observations: &'a [Observation],
     /// First and last tau' in which each pixel is seen, where points may be occluded.
-    pub(super) occluded: Option<&'a [(f32, f32)]>,
+    pub(super) visible: Option<&'a [(f32, f32)]>,
 }
 
 impl<'a> Steps<'a> {
@@ -82,7 +82,7 @@ impl<'a> Steps<'a> {
     }
 
     /// Whether one side of the reference frame may be occluded.
-    pub(super) fn points_are_occluded(&self) -> bool {
+    pub(super) fn points_may_be_occluded(&self) -> bool {
         self.rule.occlusion == Occlusion::OneSide
     }
 
@@ -103,14 +103,14 @@ impl<'a> Steps<'a> {
                 let frames = (0..self.volume.frames()).filter(|t| t.abs_diff(reference) % every == 0);
                 epi.take(&self.spline, (self.volume, self.gains.as_deref()), y, frames);
                 let guesses = current.row(y);
-                let occluded = self.points_are_occluded().then(|| visible_intervals(guesses, self.lines));
-                let frames_asked = FramesAsked {
+                let visible = self.points_may_be_occluded().then(|| visible_intervals(guesses, self.lines));
+                let frames_asked = FramesUsed {
                     // Near an occluder frames are given away, so as not to take its blur for the point.
                     minimum_frames: self.rule.minimum_frames
-                        / (every * if occluded.is_some() { 2 } else { 1 }),
+                        / (every * if visible.is_some() { 2 } else { 1 }),
                     every,
                     series_reach_px: self.series_reach_px,
-                    visible: occluded.as_deref(),
+                    visible: visible.as_deref(),
                 };
                 row_observations(
                     (&self.spline, self.level),
@@ -121,7 +121,7 @@ impl<'a> Steps<'a> {
                     observations,
                 );
                 out.put(observations, self.origin);
-                look(ObservedRow { y, guesses, epi, observations, occluded: occluded.as_deref() })
+                look(ObservedRow { y, guesses, epi, observations, visible: visible.as_deref() })
             },
         );
         let looked = looked.collect();
@@ -143,7 +143,7 @@ impl<'a> Steps<'a> {
         let look = |row: ObservedRow<'_>| {
             report();
             // Columns to the surface that a pixel belongs to; 0 if that is its own.
-            row.occluded.map(|_| {
+            row.visible.map(|_| {
                 let mut misplaced = vec![0; row.observations.len()];
                 let samples = RowSamples { spline: &self.spline, epi: row.epi, lines: self.lines, every };
                 samples.find_misplaced(row.guesses, row.observations, &mut misplaced);

@@ -72,19 +72,19 @@ pub(super) fn rival_distance(lines: &Lines, disparity_step_px: f64) -> usize {
 /// Whether the candidates around `k` of `count` show it to be the best, `reach` of them on each side.
 ///
 /// Near a candidate that leaves the image (`gone`) nothing shows that: the right one may have left. Nor is it
-/// shown if `k` costs more than a neutral candidate (`dear`) while others have left the image, or if it is an
+/// shown if `k` costs more than a neutral candidate (`costly`) while others have left the image, or if it is an
 /// end of the range. A range of one or two candidates has only ends, and is accepted.
 pub(super) fn bracketed(
     count: usize,
     k: usize,
     reach: usize,
     gone: impl Fn(usize) -> bool,
-    dear: bool,
+    costly: bool,
 ) -> Answer {
     let last = count - 1;
     let mut near = k.saturating_sub(reach)..=(k + reach).min(last);
     let some_gone = gone(0) || gone(last);
-    if near.any(&gone) || (some_gone && dear) {
+    if near.any(&gone) || (some_gone && costly) {
         Answer::LeavesImage
     } else if last > 1 && (k == 0 || k == last) {
         Answer::BeyondRange

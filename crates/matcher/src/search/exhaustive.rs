@@ -114,8 +114,8 @@ fn row_answers(
     for (x, &k) in chosen.iter().enumerate() {
         let k = usize::from(k);
         row.cost[x] = own(k, x);
-        let dear = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
-        row.answer[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), dear);
+        let costly = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
+        row.answer[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), costly);
         row.place(x, candidates, k as f64 + parabola_vertex(costs, k, x));
     }
     row

@@ -26,7 +26,7 @@ const NEIGHBOUR_REACH: usize = 2;
 /// ... this many must: a surface seen through a gap two pixels wide still has them.
 const LEAST_NEIGHBOURS: usize = 6;
 /// Neighbours up to this far away offer their disparities, in px.
-const ASKED_REACH: usize = 3;
+const TRIED_REACH: usize = 3;
 
 /// Takes back candidates that hardly differ from their rivals, and those that too few neighbours agree with.
 pub(super) fn drop_ambiguous(searched: &mut Searched, minimum_confidence: f64) {
@@ -68,7 +68,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
     let Task { volume, lines, rule, options, .. } = task;
     let columns = searched.guess.columns();
     let resolution = options.method.resolution();
-    let dearest = tolerance.dearest(options.minimum_visible);
+    let dearest = tolerance.largest_cost(options.minimum_visible);
     // Half as many frames as have to must agree with the pixel itself, however well its neighbour fits.
     let dearest_alone = 0.5 * (1.0 + dearest);
     let before = &*searched;
@@ -118,8 +118,8 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
 
 /// The disparities around a pixel, one for each surface.
 fn surfaces_around(guess: &Grid<f32>, x: usize, y: usize) -> Vec<f32> {
-    let rows = y.saturating_sub(ASKED_REACH)..(y + ASKED_REACH + 1).min(guess.rows());
-    let columns = x.saturating_sub(ASKED_REACH)..(x + ASKED_REACH + 1).min(guess.columns());
+    let rows = y.saturating_sub(TRIED_REACH)..(y + TRIED_REACH + 1).min(guess.rows());
+    let columns = x.saturating_sub(TRIED_REACH)..(x + TRIED_REACH + 1).min(guess.columns());
     let mut near: Vec<f32> =
         rows.flat_map(|v| &guess.row(v)[columns.clone()]).copied().filter(|value| !value.is_nan()).collect();
     near.sort_unstable_by(f32::total_cmp);

@@ -190,7 +190,8 @@ impl FreeRows<'_> {
     /// Answers row `y` by the best of its own costs, or of aggregated ones.
     fn answer(&mut self, y: usize, aggregated: Option<&Aggregated<'_>>) {
         let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
-        let dearest = tolerance.map_or(f32::INFINITY, |tolerance| tolerance.dearest(options.minimum_visible));
+        let dearest =
+            tolerance.map_or(f32::INFINITY, |tolerance| tolerance.largest_cost(options.minimum_visible));
         let columns = self.inverse.len();
         let count = plan.candidates.count();
         let typical = &self.typical[y - self.first_centre()];
@@ -201,9 +202,9 @@ impl FreeRows<'_> {
             row.cost[x] = cost * limit;
             row.disagreement[x] = cost;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
-            let dear = cost > dearest;
-            row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
-            if row.answer[x] == Answer::Found && dear {
+            let costly = cost > dearest;
+            row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), costly);
+            if row.answer[x] == Answer::Found && costly {
                 row.answer[x] = Answer::Occluded;
             }
             row.place(x, &plan.candidates, k as f64 + self.best.vertex(x));

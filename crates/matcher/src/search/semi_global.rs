@@ -75,7 +75,7 @@ impl Penalties {
     }
 
     /// The largest cost that is distinguished from larger ones, in counts.
-    fn dearest(self) -> u16 {
+    fn largest_cost(self) -> u16 {
         UNKNOWN - 1 - self.large
     }
 }
@@ -215,7 +215,7 @@ impl<'a> PathAggregation<'a> {
     pub(super) fn hold(&mut self, k: usize, first: usize, costs: &[f32]) {
         let place = k * self.columns + first;
         let out = &mut self.coming[place..place + costs.len()];
-        let (scale, dearest) = (1.0 / self.penalties.count, f32::from(self.penalties.dearest()));
+        let (scale, dearest) = (1.0 / self.penalties.count, f32::from(self.penalties.largest_cost()));
         dispatch!(self.level, simd => to_counts(simd, costs, (scale, dearest), out));
     }
 

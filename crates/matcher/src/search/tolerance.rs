@@ -6,7 +6,7 @@ const COSTS_VARY: f32 = 2.0;
 
 /// If frames deviate by half of the tolerance, a quarter in squares, a candidate is right whatever others
 /// cost.
-const BELIEVED: f32 = 0.25;
+const ACCEPTED: f32 = 0.25;
 
 /// Differences below this are not significant: half the square of a tenth of the tolerance.
 pub(super) const LEAST_TYPICAL: f32 = 0.005;
@@ -24,9 +24,9 @@ pub(super) struct Tolerance {
 impl Tolerance {
     /// Largest cost of a right candidate: one that only the share `minimum_visible` of the frames sees, but
     /// no less than one that all frames see may cost.
-    pub(super) fn dearest(&self, minimum_visible: f64) -> f32 {
+    pub(super) fn largest_cost(&self, minimum_visible: f64) -> f32 {
         let partly_occluded = 1.0 - minimum_visible as f32 * (1.0 - self.typical);
-        let varying = (COSTS_VARY * self.typical).max(BELIEVED);
+        let varying = (COSTS_VARY * self.typical).max(ACCEPTED);
         partly_occluded.max(varying).min(1.0)
     }
 }

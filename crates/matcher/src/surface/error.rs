@@ -18,7 +18,7 @@ pub enum SurfaceError {
     },
     /// No part of the heights is wide enough.
     #[error(
-        "no heights hang together over a square of {side_px} px, which it takes to tell two levels apart; look at mask.png for what the \
+        "no connected region of heights holds a square of {side_px} px, which is needed to distinguish two levels; look at mask.png for what the \
          matcher could not answer, or choose another region"
     )]
     NoExtent {

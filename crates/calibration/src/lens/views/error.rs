@@ -176,7 +176,7 @@ pub enum LensWarning {
     },
     /// The corners of the frame were not reached.
     #[error(
-        "the points reach {:.0} % of the way from the middle of the frame to its corners: what the lens does beyond is a guess; \
+        "the points reach {:.0} % of the way from the middle of the frame to its corners: distortion beyond is extrapolated; \
          take views with the board near the edges",
         100.0 * radius
     )]

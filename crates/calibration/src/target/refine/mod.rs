@@ -28,7 +28,7 @@ const FINE_PX: f64 = 1e-5;
 const ROUNDING_DN2: f64 = 1.0 / 12.0;
 /// A fit is given up after this number of steps if its residual is this many times [`MOST_UNEXPLAINED`]: one
 /// step more than corners usually take in all, while texture may take all [`STEPS`].
-const HOPELESS: (usize, f64) = (6, 4.0);
+const GIVEN_UP: (usize, f64) = (6, 4.0);
 /// Beyond this many blurs an edge is 1 to six digits.
 const FAR: f64 = 5.0;
 /// Blur of a start and of the sharpest edge that pixels can show, in px: that of a square pixel alone is
@@ -236,7 +236,7 @@ fn fit(
     let mut damping = 1e-3;
     let count = window.pixels.len() as f64;
     for taken in 0..STEPS {
-        if taken >= HOPELESS.0 && here.squares > HOPELESS.1 * MOST_UNEXPLAINED * at[6] * at[6] * count {
+        if taken >= GIVEN_UP.0 && here.squares > GIVEN_UP.1 * MOST_UNEXPLAINED * at[6] * at[6] * count {
             return None;
         }
         let mut damped = here.matrix;

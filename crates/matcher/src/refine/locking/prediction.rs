@@ -11,7 +11,7 @@ use crate::locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic};
 const LEAST_ROWS: usize = 8;
 /// An amplitude from lines is used if its standard deviation is at most one over this of the amplitude from
 /// texture.
-const TOLD: f64 = 3.0;
+const KNOWN_BY_LINES: f64 = 3.0;
 /// A bias is significant if it exceeds this many of its standard deviations. Its square is exceeded once in a
 /// thousand by chi squared of four degrees of freedom (the amplitudes of two harmonics), so chance makes a
 /// bias at any disparity significant no more often (Scheffe 1953).
@@ -46,7 +46,7 @@ impl Amplitudes {
         });
         let texture = Self::of_products(rows.iter().filter_map(|row| row.texture).collect());
         let (Some(by_lines), Some(by_texture)) = (&lines, &texture) else { return lines.or(texture) };
-        let least = by_texture.harmonics()[0].interpolation_px.abs() / TOLD;
+        let least = by_texture.harmonics()[0].interpolation_px.abs() / KNOWN_BY_LINES;
         let untold = by_lines.harmonics()[0].interpolation_sigma_px > least;
         if by_texture.stand_out() && untold { texture } else { lines }
     }

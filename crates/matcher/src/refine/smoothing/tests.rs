@@ -109,15 +109,15 @@ fn unknown_pixels_and_other_surfaces_tell_nothing() {
 
 #[test]
 fn the_lesser_of_two_tells() {
-    let told = |first: f32, second: f32| {
+    let lesser = |first: f32, second: f32| {
         let [first, second] = [first, second].map(|value| Padded::filled(1, 1, value));
-        at(&told_by_both(first, &second), (0, 0))
+        at(&common_variance(first, &second), (0, 0))
     };
-    assert_eq!(told(0.2, 0.1), 0.1);
-    assert_eq!(told(0.1, 0.2), 0.1);
-    assert_eq!(told(f32::NAN, 0.2), 0.2);
-    assert_eq!(told(0.2, f32::NAN), 0.2);
-    assert_eq!(told(f32::NAN, f32::NAN), 0.0);
+    assert_eq!(lesser(0.2, 0.1), 0.1);
+    assert_eq!(lesser(0.1, 0.2), 0.1);
+    assert_eq!(lesser(f32::NAN, 0.2), 0.2);
+    assert_eq!(lesser(0.2, f32::NAN), 0.2);
+    assert_eq!(lesser(f32::NAN, f32::NAN), 0.0);
 }
 
 /// A surface `disparity(x, y)` whose variance is 1e-6, and a map with the same slants whose windows disagree
@@ -166,20 +166,20 @@ fn steps_are_uncertain_by_where_they_lie() {
     // On a slanted plane, across rows and across columns; a pixel from the step sees all of it, two away
     // nothing.
     let plane = |x: f32, y: f32| 7.0 + 0.02 * x - 0.03 * y;
-    let semi_global = |x: f32, y: f32| plane(x, y) + if x >= 100.0 { 0.06 } else { 0.0 };
+    let stepped = |x: f32, y: f32| plane(x, y) + if x >= 100.0 { 0.06 } else { 0.0 };
     let across_columns = |x: f32, y: f32| plane(x, y) + if y >= 100.0 { 0.06 } else { 0.0 };
     let found = |disparity: &dyn Fn(f32, f32) -> f32, place| {
         let (surface, map) = chosen(disparity, (0.02, -0.03), |_, _| 0.0);
         at(&smoothed_away((&surface, &[]), &map, disagreement(&map)), place)
     };
     for (near, far) in [(99, 98), (100, 101)] {
-        assert!((found(&semi_global, (near, 50)) / expected - 1.0).abs() < 1e-3);
+        assert!((found(&stepped, (near, 50)) / expected - 1.0).abs() < 1e-3);
         assert!((found(&across_columns, (50, near)) / expected - 1.0).abs() < 1e-3);
-        assert_eq!(found(&semi_global, (far, 50)), 0.0);
+        assert_eq!(found(&stepped, (far, 50)), 0.0);
         assert_eq!(found(&across_columns, (50, far)), 0.0);
     }
     // Beside creases that the faces tell, none is counted.
-    let (surface, map) = chosen(semi_global, (0.02, -0.03), |_, _| 0.0);
+    let (surface, map) = chosen(stepped, (0.02, -0.03), |_, _| 0.0);
     let mut creases = vec![Vec::new(); ROWS];
     creases[50].push(PAD + 99);
     let smoothed = smoothed_away((&surface, &creases), &map, disagreement(&map));

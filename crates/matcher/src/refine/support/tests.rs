@@ -267,7 +267,7 @@ fn of_observations_at_the_limit_half_counts() {
     let line = |step: f64, share: f64| {
         let (sum, first, second) = (2.0 + share, share - 1.0, 1.0 + share + 100.0 * NOISE / weight);
         let determinant = sum * second - first * first;
-        // A observation that counts by a share has the noise of a whole one: sum of squared shares over that
+        // An observation that counts by a share has the noise of a whole one: sum of squared shares over that
         // of shares.
         let partly = (2.0 + share * share) / (2.0 + share);
         [share * step * (second - first) / determinant, NOISE / weight * second / determinant * partly]

@@ -152,12 +152,12 @@ fn the_share_stays_within_its_bounds() {
 fn the_dearest_right_candidate_is_lost_in_the_others() {
     let tolerance = Tolerance { share: 0.1, typical: 0.1 };
     // 0.4 of the frames agree at a tenth of the limit, 0.6 disagree at the limit.
-    assert!((tolerance.dearest(0.4) - 0.64).abs() < 1e-6);
+    assert!((tolerance.largest_cost(0.4) - 0.64).abs() < 1e-6);
     // All frames see it: half of such candidates cost more than the median.
-    assert_eq!(tolerance.dearest(1.0), 0.25);
-    assert_eq!(Tolerance { typical: 0.2, ..tolerance }.dearest(1.0), 0.4);
-    // Where frames have nothing to do with each other nothing is too dear.
-    assert_eq!(Tolerance { typical: 0.7, ..tolerance }.dearest(1.0), 1.0);
+    assert_eq!(tolerance.largest_cost(1.0), 0.25);
+    assert_eq!(Tolerance { typical: 0.2, ..tolerance }.largest_cost(1.0), 0.4);
+    // Where frames have nothing to do with each other nothing is too costly.
+    assert_eq!(Tolerance { typical: 0.7, ..tolerance }.largest_cost(1.0), 1.0);
 }
 
 proptest! {
@@ -167,8 +167,8 @@ proptest! {
     ) {
         let tolerance = Tolerance { share, typical };
         let (fewer, more) = (visible.0.min(visible.1), visible.0.max(visible.1));
-        prop_assert!(tolerance.dearest(fewer) >= tolerance.dearest(more));
-        prop_assert!(tolerance.dearest(more) >= typical);
-        prop_assert!(tolerance.dearest(fewer) <= 1.0);
+        prop_assert!(tolerance.largest_cost(fewer) >= tolerance.largest_cost(more));
+        prop_assert!(tolerance.largest_cost(more) >= typical);
+        prop_assert!(tolerance.largest_cost(fewer) <= 1.0);
     }
 }

@@ -201,7 +201,7 @@ fn penalties_follow_the_chance_of_a_variance() {
     // However small chance is, costs are told apart up to many times the typical one.
     for samples in [8, 396, 1_000_000, 100_000_000] {
         let penalties = Penalties::of_typical(4.0, samples);
-        assert!(f32::from(penalties.dearest()) * penalties.count >= 60.0 * 4.0, "{samples}");
+        assert!(f32::from(penalties.largest_cost()) * penalties.count >= 60.0 * 4.0, "{samples}");
     }
 }
 
