@@ -4,8 +4,8 @@
 /// them overflows.
 pub const MOST_PIXELS: usize = 1 << 28;
 
-/// Pixels of an image of `rows` x `columns`; `None` if there are none, or more than [`MOST_PIXELS`]. Whoever
-/// takes a size from a file asks this first.
+/// Pixels of an image of `rows` x `columns`; `None` for no pixels, or more than [`MOST_PIXELS`]. Sizes from
+/// files are checked by this first.
 ///
 /// ```
 /// use epirig_core::grid::area;

@@ -165,7 +165,7 @@ fn matched(
         locking: None,
     };
     Verdicts { range, ordering, options }.pass(&mut maps, outliers.as_ref());
-    // Where no bias stands out, none is worst.
+    // Without a significant bias, none is the worst.
     let answered = locking_px.iter().flat_map(|locking_px| {
         let pixels = maps.disparity.values().iter().zip(maps.sigma.values()).zip(locking_px.values());
         let pixels = pixels.zip(maps.answer.values()).filter(|(_, answer)| **answer == Answer::Found);

@@ -283,7 +283,7 @@ pub enum MatchError {
     },
     /// No range was given and none could be found.
     #[error(
-        "no range of disparities stands out in the data: too little texture, or the frames do not show one moving scene; \
+        "no range of disparities is significant in the data: too little texture, or the frames do not show one moving scene; \
          look at the frames, or give the range"
     )]
     NoRange,

@@ -16,7 +16,7 @@ const MOST_ZEROS: f64 = 0.1;
 /// A defective pixel departs from its neighbours by more than this, in DN: less is lost in the rounding ...
 const LEAST_DEPARTURE_DN: f64 = 1.0;
 /// ... and by more than this over the root of the number of frames: six times half a DN, which noise may have
-/// where rounding hides it from the robust standard deviation.
+/// where rounding removes it from the robust standard deviation.
 const ROUNDED_DEPARTURE_DN: f64 = 3.0;
 
 /// The dark level that is subtracted.

@@ -33,7 +33,7 @@ pub struct PositioningError {
     pub rms_um: f64,
     /// The largest of them, in um.
     pub largest_um: f64,
-    /// Frames that stand out.
+    /// Outliers: frames with significant errors.
     pub outliers: Vec<usize>,
     /// Length of the baseline between the first and the last frame, in mm.
     pub baseline_mm: f64,
@@ -52,7 +52,7 @@ impl PositioningError {
 }
 
 /// Puts measured tau on the stage's scale: the straight line through reported positions over tau, by least
-/// squares without the frames that stand out. `None` if less than two frames show the target.
+/// squares without the outliers. `None` if less than two frames show the target.
 ///
 /// # Panics
 /// If the numbers of positions and taus differ.

@@ -65,7 +65,7 @@ impl Scratch {
     /// destructors.
     pub(super) fn remove_all() {
         for folder in existing().drain(..) {
-            // Nobody is left to be told.
+            // The program ends: the error has no reader.
             let _ = fs::remove_dir_all(folder);
         }
     }
@@ -121,11 +121,11 @@ fn lock(path: &Path) -> Locked {
 
 /// Removes what killed programs have left in `parent`.
 fn remove_deserted(parent: &Path) {
-    // Whoever cannot look into the folder learns that when it is written to.
+    // A folder that cannot be listed fails when it is written to.
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         if is_scratch(&entry.file_name()) && is_folder {
-            // Without a lock nobody knows whether it is in use.
+            // Without a lock it is not known whether it is in use.
             if let Locked::Mine(Some(_lock)) = lock(&entry.path()) {
                 let _ = fs::remove_dir_all(entry.path());
             }

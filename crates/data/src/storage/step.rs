@@ -21,7 +21,7 @@ thread_local! {
 
 /// As long as it lives, an interruption does not end the program. Steps may lie within each other.
 ///
-/// Whoever begins a step after an interruption waits until the program has ended.
+/// A thread that begins a step after an interruption waits until the program has ended.
 #[derive(Debug)]
 #[must_use = "the step ends when this is dropped"]
 pub struct Step {

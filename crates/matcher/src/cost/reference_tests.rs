@@ -1,4 +1,4 @@
-//! The costs against their definitions, written down plainly in f64: no rows, no running sums, no shared
+//! The costs against their definitions, written down in f64: no rows, no running sums, no shared
 //! samples.
 
 use super::{Band, band_costs};

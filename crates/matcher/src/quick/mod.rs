@@ -113,7 +113,7 @@ impl Halved {
         Some(Self { volume: halved, lines, options })
     }
 
-    /// The range of disparities in px of the whole frames; `None` if none stands out.
+    /// The range of disparities in px of the whole frames; `None` if none is significant.
     pub(super) fn range(&self, progress: &dyn Progress) -> Option<DisparityRange> {
         progress.begin("looking for the range", 1);
         let found = survey(&self.volume, &self.lines, &self.options);

@@ -68,8 +68,8 @@ impl RowSamples<'_> {
         }
     }
 
-    /// The farther surface's share of pixel `x`; `None` if its texture does not stand out of noise of this
-    /// variance, in DN^2, or too few frames tell.
+    /// The farther surface's share of pixel `x`; `None` if its texture is not significant against noise of this
+    /// variance, in DN^2, or too few frames show it.
     fn share_of_far(&self, x: usize, rim: &Rim, noise: f64) -> Option<f64> {
         let offsets = self.lines.offsets();
         let apart = rim.near - rim.far;
@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_third_surface_tells_nothing_of_two() {
-        // In the last frame, where the near surface has moved away, something else hides what it has laid
+        // In the last frame, where the near surface has moved away, something else occludes what it has laid
         // bare.
         let (mut volume, lines) = scene(0.0, FRAMES / 2, far_texture);
         let mut third = scene(0.0, FRAMES / 2, |x| far_texture(1.3 * x + 40.0)).0;

@@ -126,8 +126,8 @@ pub fn fit(
     drop(planes);
     let amplitudes = Amplitudes::of(&sums);
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
-    let outstanding = amplitudes.as_ref().filter(|amplitudes| amplitudes.stand_out());
-    let locking_px = outstanding.map(|amplitudes| {
+    let significant = amplitudes.as_ref().filter(|amplitudes| amplitudes.are_significant());
+    let locking_px = significant.map(|amplitudes| {
         let prediction = Prediction::new(amplitudes, &turns, lines, extremes(&current));
         let mut biases = Grid::filled(rows, columns, 0.0);
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {

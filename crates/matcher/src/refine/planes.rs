@@ -148,7 +148,7 @@ pub(super) struct SurfacePlanes {
     pub(super) variance: Padded,
     /// Scatter of the observations about the plane over the scatter expected from their noise.
     pub(super) misfit: Padded,
-    /// Mean weight over the variance of the noise: how far texture stands out.
+    /// Mean weight over the variance of the noise: how clear the texture is.
     pub(super) texture: Padded,
     /// Variance of both slants together, in (px/px)^2; infinite where nothing is known.
     pub(super) slant_variance: Padded,

@@ -35,7 +35,7 @@ const ALIKE_PX: usize = 9;
 const FAR_APART: f32 = 4.0;
 /// Slants beside a step are those of pixels this far away, in px, whose long windows it does not cross.
 const BESIDE_PX: usize = 3;
-/// Steps stand out of noise if they are this many of their standard deviations.
+/// Steps are significant if they are this many of their standard deviations.
 const STEP_SIGMAS: f32 = 2.0;
 /// Larger steps are edges of things, in px; the search has decided to which side pixels belong.
 const LARGEST_STEP_PX: f32 = 1.0;

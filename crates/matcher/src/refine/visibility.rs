@@ -76,6 +76,6 @@ mod tests {
         // On the other side the strip passed before.
         assert!((seen[4].0 + 4.0 / 20.0).abs() < 1e-6 && seen[4].1 == 0.5);
         assert_eq!(seen[35], (-0.5, 0.5), "too far to be reached");
-        assert_eq!(seen[15], (-0.5, 0.5), "nothing hides the strip");
+        assert_eq!(seen[15], (-0.5, 0.5), "nothing occludes the strip");
     }
 }

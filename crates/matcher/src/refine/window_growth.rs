@@ -87,7 +87,7 @@ mod tests {
         // Stripes of twice the noise, as wide windows are taken to be alike over 21 x 21 px: those in a
         // corner are four independent ones.
         let stripes = |x: usize| if (x / 6).is_multiple_of(2) { 2.0 * SIGMA_PX } else { -2.0 * SIGMA_PX };
-        // Squares stand out by chance once in a hundred and fifty; those around pixels of such a field are a
+        // Squares are significant by chance once in a hundred and fifty; those around pixels of such a field are a
         // few dozen independent ones.
         assert!(share_taken(flat, 0.0, f32::NAN) > 0.9);
         assert_eq!(share_taken(flat, 0.0, 1e-6), 0.0);

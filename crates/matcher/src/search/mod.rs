@@ -10,7 +10,7 @@
 //! 3. [`sweep`]: windows by running sums, so that any window costs about the same.
 //! 4. [`ordered`]: the paper's mapping over these costs; or [`free`]: each pixel's best candidate, over
 //!    windows that may lie to one side of it, and where none can be believed, the best of its neighbours'
-//!    ([`filling`]). How far frames may deviate before they count as hiding a point is measured first
+//!    ([`filling`]). How far frames may deviate before they count as occluding a point is measured first
 //!    ([`scene_tolerance`]).
 //! 5. [`semi_global`]: where texture is weak, costs may be aggregated across rows before that; this serves
 //!    both searches.

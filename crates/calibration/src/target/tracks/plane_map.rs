@@ -8,7 +8,7 @@ use crate::target::BoardCorner;
 
 /// Powers of x and y up to the third, without the constant: perspective, and a lens that bends lines.
 const TERMS: usize = 9;
-/// Rounds of reweighting; the weights settle in about five.
+/// Rounds of reweighting; the weights converge in about five.
 const ROUNDS: usize = 12;
 /// A corner off by this much counts half, in squares.
 const SCALE_SQUARES: f64 = 0.05;

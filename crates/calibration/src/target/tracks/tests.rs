@@ -39,7 +39,7 @@ struct Scene {
     positions_mm: Vec<f64>,
     /// Frames without any board.
     missing: Vec<usize>,
-    /// Every so many corners one is false; 0 for none.
+    /// One corner in this many is false; 0 for none.
     every_false: usize,
 }
 

@@ -15,7 +15,7 @@ const KNOWN_BY_LINES: f64 = 3.0;
 /// A bias is significant if it exceeds this many of its standard deviations. Its square is exceeded once in a
 /// thousand by chi squared of four degrees of freedom (the amplitudes of two harmonics), so chance makes a
 /// bias at any disparity significant no more often (Scheffe 1953).
-const STANDS_OUT: f64 = 4.3;
+const SIGNIFICANT_SIGMAS: f64 = 4.3;
 /// Predictions are tabulated at this distance, in px: the second harmonic turns by 0.4 rad at most from one
 /// to the next, so that a straight line between them misses 2 % of it.
 const TABLE_STEP_PX: f64 = 1.0 / 32.0;
@@ -48,7 +48,7 @@ impl Amplitudes {
         let (Some(by_lines), Some(by_texture)) = (&lines, &texture) else { return lines.or(texture) };
         let least = by_texture.harmonics()[0].interpolation_px.abs() / KNOWN_BY_LINES;
         let untold = by_lines.harmonics()[0].interpolation_sigma_px > least;
-        if by_texture.stand_out() && untold { texture } else { lines }
+        if by_texture.are_significant() && untold { texture } else { lines }
     }
 
     fn of_products(rows: Vec<Products>) -> Option<Self> {
@@ -97,20 +97,20 @@ impl Amplitudes {
         LockingAmplitudes { harmonics: self.harmonics(), from_lines: self.from_lines }
     }
 
-    /// Whether any amplitude stands out from chance.
-    pub(in crate::refine) fn stand_out(&self) -> bool {
+    /// Whether any amplitude is significant.
+    pub(in crate::refine) fn are_significant(&self) -> bool {
         self.harmonics().iter().any(|harmonic| {
-            harmonic.interpolation_px.abs() > STANDS_OUT * harmonic.interpolation_sigma_px
-                || harmonic.aliasing_px.abs() > STANDS_OUT * harmonic.aliasing_sigma_px
+            harmonic.interpolation_px.abs() > SIGNIFICANT_SIGMAS * harmonic.interpolation_sigma_px
+                || harmonic.aliasing_px.abs() > SIGNIFICANT_SIGMAS * harmonic.aliasing_sigma_px
         })
     }
 
-    /// The bias that they predict, in px; 0 where it does not stand out from chance.
+    /// The bias that they predict, in px; 0 where it is not significant.
     fn bias(&self, regression: &Regression) -> f64 {
         let predicted = self.all.bias(regression);
         let feigned = regression.slope.iter().map(|slope| (self.feigned_px * slope.1).powi(2)).sum::<f64>();
         let sigma = self.sigma(|products| products.bias(regression)).hypot(feigned.sqrt());
-        if predicted.abs() > STANDS_OUT * sigma { predicted } else { 0.0 }
+        if predicted.abs() > SIGNIFICANT_SIGMAS * sigma { predicted } else { 0.0 }
     }
 }
 

@@ -110,7 +110,7 @@ fn amplitudes_are_those_of_the_spectrum() {
             (first.aliasing_px, first.aliasing_sigma_px, aliasing),
         ];
         for (found, sigma, truth) in pairs {
-            // Chance exceeds four sigma once in ten thousand; each stands out by as much.
+            // Chance exceeds four sigma once in ten thousand; each is as significant.
             assert!((found - truth).abs() < 4.0 * sigma, "blur {blur}: {found} +- {sigma}, not {truth}");
             assert!(truth.abs() > 4.0 * sigma, "blur {blur}: {found} +- {sigma}");
         }
@@ -185,7 +185,7 @@ fn where_all_fractions_repeat_texture_tells() {
 #[test]
 fn neither_noise_nor_misplaced_frames_are_taken_for_locking() {
     let locked_px = FRAMES as f64 - 0.5;
-    // Chance makes one scene in a thousand stand out, so hardly one of twelve.
+    // Chance makes one scene in a thousand significant, so hardly one of twelve.
     for seed in 0..6 {
         for (sigma, jitter) in [(2.0, 0.0), (0.5, 0.05)] {
             let disparity = |y: usize| if y < ROWS / 2 { GENERIC_PX } else { locked_px };

@@ -56,7 +56,7 @@ fn noise_is_the_mean_of_the_observed_around() {
     let first = vec![observation(4.0), observation(5.0), silent, silent];
     put(&mut observations, &[first, vec![observation(3.0), silent, silent, silent]], 0.0);
     observations.estimate_noise(1, 2.0, 0.5, 98.0);
-    // Half of the means of 4, 5 and 3, twice; then 5 alone; then nobody observations.
+    // Half of the means of 4, 5 and 3, twice; then 5 alone; then no observation.
     for y in 0..2 {
         assert_eq!(observations.noise.row(y)[PAD..PAD + 4], [2.0, 2.0, 2.5, 0.5]);
     }

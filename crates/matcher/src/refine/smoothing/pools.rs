@@ -12,9 +12,9 @@ use crate::refine::planes::SurfacePlanes;
 
 /// Pools reach this far to both sides, in px.
 pub(super) const POOL_REACH: usize = 40;
-/// A square stands out if its mean is this many of its standard deviations; chance lets it once in a hundred
+/// A square is significant if its mean is this many of its standard deviations; chance lets it once in a hundred
 /// and fifty.
-const STANDS_OUT: f64 = 2.5;
+const SIGNIFICANT_SIGMAS: f64 = 2.5;
 /// Rows that are worked through together.
 const BAND_ROWS: usize = 64;
 
@@ -104,10 +104,10 @@ fn pool_row(own: &[Excess], columns: &[Excess], alike_px: usize, found: &mut [f3
 /// The variance where two pools cross within a square.
 fn at_crossing(column: &Excess, line: &Excess, square: &Excess, alike_px: usize) -> f64 {
     let mean = square.mean();
-    let stands_out = mean > STANDS_OUT * square.deviation(alike_px * alike_px);
+    let significant = mean > SIGNIFICANT_SIGMAS * square.deviation(alike_px * alike_px);
     // Pools that could not tell the square's mean from nothing cannot tell where it is.
     let pools_tell = mean > column.deviation(alike_px) && mean > line.deviation(alike_px);
-    match (stands_out, pools_tell) {
+    match (significant, pools_tell) {
         (false, _) => f64::NAN,
         (true, false) => mean,
         (true, true) => column.mean().max(0.0) * line.mean().max(0.0) / mean,
