@@ -218,50 +218,55 @@ impl Crate {
 
     /// The files in which the item that `path` names is defined, as code in file `from` sees it. Empty for what is
     /// not of this crate, and for modules: naming a module needs nothing of it.
-    fn defining(&self, from: usize, path: &[String], inside: bool, asked: &mut Asked) -> BTreeSet<usize> {
+    fn defining(&self, from: usize, path: &[String], look: Look, asked: &mut Asked) -> BTreeSet<usize> {
         let none = BTreeSet::new();
         let Some((first, rest)) = path.split_first() else { return none };
-        if !asked.insert((from, path.to_vec())) {
+        if !asked.insert((from, path.to_vec(), look)) {
             return none;
         }
         let file = &self.files[from];
-        match (first.as_str(), inside) {
-            ("crate", false) => return self.defining(0, rest, true, asked),
-            ("self", _) => return self.defining(from, rest, true, asked),
+        let inside = if look == Look::Start { Look::Inside } else { look };
+        match (first.as_str(), look) {
+            ("crate", Look::Start) => return self.defining(0, rest, inside, asked),
+            ("self", _) => return self.defining(from, rest, inside, asked),
             ("super", _) => {
-                return file.parent.map_or(none, |parent| self.defining(parent, rest, true, asked));
+                return file.parent.map_or(none, |parent| self.defining(parent, rest, inside, asked));
             }
             _ => {}
         }
+        let (children, aliases) = (file.children.get(first), file.aliases.get(first));
         // A function may have the name of a module.
-        if file.items.contains(first) && (rest.is_empty() || !file.children.contains_key(first)) {
+        if file.items.contains(first) && (rest.is_empty() || children.is_none()) {
             return BTreeSet::from([from]);
         }
         let mut found = BTreeSet::new();
-        for &child in file.children.get(first).into_iter().flatten() {
-            found.extend(self.defining(child, rest, true, asked));
+        for &child in children.into_iter().flatten() {
+            found.extend(self.defining(child, rest, inside, asked));
         }
-        for alias in file.aliases.get(first).into_iter().flatten() {
+        for alias in aliases.into_iter().flatten() {
             let whole: Segments = [alias, rest].concat();
             if alias[0] != *first {
-                found.extend(self.defining(from, &whole, false, asked));
+                found.extend(self.defining(from, &whole, Look::Start, asked));
                 continue;
             }
             // `use rows::rows`: the first of them is the module.
-            for &child in file.children.get(first).into_iter().flatten() {
-                found.extend(self.defining(child, &whole[1..], true, asked));
+            for &child in children.into_iter().flatten() {
+                found.extend(self.defining(child, &whole[1..], Look::Inside, asked));
             }
         }
-        if found.is_empty() && !file.children.contains_key(first) && !file.aliases.contains_key(first) {
-            let inside = |glob: &&Segments| {
-                ["crate", "self", "super"].contains(&glob[0].as_str()) || file.children.contains_key(&glob[0])
-            };
-            for glob in file.globs.iter().filter(inside) {
-                let whole: Segments = [glob.as_slice(), path].concat();
-                found.extend(self.defining(from, &whole, false, asked));
-            }
+        if children.is_some() || aliases.is_some() {
+            return found;
         }
-        found
+        let of_crate = |glob: &&Segments| {
+            ["crate", "self", "super"].contains(&glob[0].as_str()) || file.children.contains_key(&glob[0])
+        };
+        for glob in file.globs.iter().filter(of_crate) {
+            let whole: Segments = [glob.as_slice(), path].concat();
+            let (start, whole) = if glob[0] == "crate" { (0, &whole[1..]) } else { (from, &whole[..]) };
+            found.extend(self.defining(start, whole, Look::Glob, asked));
+        }
+        // A macro may have made an item of which the code holds no definition.
+        if found.is_empty() && look == Look::Inside { BTreeSet::from([from]) } else { found }
     }
 
     /// For each file, the other files that it needs, each with the paths by which it names them.
@@ -269,7 +274,7 @@ impl Crate {
         let needs = |from: usize| {
             let mut found: BTreeMap<usize, Vec<String>> = BTreeMap::new();
             for path in &self.files[from].named {
-                for file in self.defining(from, path, false, &mut Asked::new()) {
+                for file in self.defining(from, path, Look::Start, &mut Asked::new()) {
                     found.entry(file).or_default().push(path.join("::"));
                 }
             }
@@ -280,7 +285,18 @@ impl Crate {
     }
 }
 
-type Asked = BTreeSet<(usize, Segments)>;
+/// How a name is looked up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Look {
+    /// By code inside a file: it may be of another crate.
+    Start,
+    /// In a module that a path has led to: it has to be there.
+    Inside,
+    /// In a module of which everything is imported: it may be there.
+    Glob,
+}
+
+type Asked = BTreeSet<(usize, Segments, Look)>;
 
 /// A shortest way from each file back to itself, if there is one; a circle is told once, beginning at its first file.
 fn circles(arrows: &[BTreeMap<usize, Vec<String>>]) -> BTreeSet<Vec<usize>> {
@@ -357,4 +373,26 @@ fn the_files_of_a_crate_form_no_circles() {
     let gone: Vec<_> = KNOWN.iter().filter(|start| !met.contains(*start)).collect();
     assert!(gone.is_empty(), "no circle any more; take these off the list: {gone:?}");
     assert!(arrows_found > 1000, "the search has gone blind: {arrows_found} arrows");
+}
+
+#[test]
+fn paths_lead_to_the_file_that_defines_the_item() {
+    let matcher = Crate::read(&root().join("crates/matcher/src/lib.rs"));
+    let place = |end: &str| {
+        let whole = format!("crates/matcher/src/{end}");
+        matcher.files.iter().position(|file| file.place == whole).unwrap()
+    };
+    let arrows = matcher.arrows();
+    let needs = |from: &str, to: &str| arrows[place(from)].contains_key(&place(to));
+    // Through a re-export, not to it; and an enumeration that a macro makes.
+    assert!(needs("quick/mod.rs", "search/answers.rs"));
+    assert!(needs("cost/mod.rs", "options.rs"));
+    assert!(arrows[place("lib.rs")].is_empty(), "it only declares and re-exports");
+}
+
+#[test]
+fn a_circle_is_told_once() {
+    let to = |ends: &[usize]| ends.iter().map(|&end| (end, Vec::new())).collect();
+    assert_eq!(circles(&[to(&[1]), to(&[2]), to(&[0, 3]), to(&[])]), BTreeSet::from([vec![0, 1, 2]]));
+    assert!(circles(&[to(&[1, 2]), to(&[2]), to(&[])]).is_empty());
 }

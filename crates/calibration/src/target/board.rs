@@ -60,6 +60,8 @@ impl ChessBoard {
         self.columns * self.rows
     }
 
+    /// Checks that such a board can be made.
+    ///
     /// # Errors
     /// [`TargetError::Description`] for less than 2 x 2 corners, or squares without a size.
     pub fn check(&self) -> Result<(), TargetError> {
@@ -77,6 +79,8 @@ impl ChessBoard {
 }
 
 impl Target {
+    /// Checks that such a target can be made.
+    ///
     /// # Errors
     /// [`TargetError::Description`] for an impossible board, another number of bands than 1 or 2, or bands
     /// that overlap.
