@@ -2,7 +2,7 @@
 
 use super::super::parts::BAYER_USES;
 use super::super::quantity::{HZ, S, US};
-use super::{Allowed, Key, Kind, key, keys, measure, names};
+use super::key::{Allowed, Key, Kind, key, keys, measure, names};
 
 keys!(
     "camera",

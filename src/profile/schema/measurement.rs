@@ -3,7 +3,7 @@
 /// Section `plan`.
 pub(in crate::profile) mod plan {
     use super::super::super::quantity::{MM, MS};
-    use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, key, keys, measure};
 
     keys!(
         "plan",
@@ -47,7 +47,7 @@ pub(in crate::profile) mod plan {
 /// Section `optics`.
 pub(in crate::profile) mod optics {
     use super::super::super::quantity::{MM, PERCENT, PX};
-    use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, key, keys, measure};
 
     keys!(
         "optics",
@@ -95,7 +95,7 @@ pub(in crate::profile) mod optics {
 /// Section `target`.
 pub(in crate::profile) mod target {
     use super::super::super::quantity::MM;
-    use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
 
     keys!(
         "target",
@@ -138,7 +138,7 @@ pub(in crate::profile) mod target {
 /// Section `board`.
 pub(in crate::profile) mod board {
     use super::super::super::quantity::MM;
-    use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
 
     keys!(
         "board",
@@ -161,7 +161,7 @@ pub(in crate::profile) mod board {
 /// Section `limits`.
 pub(in crate::profile) mod limits {
     use super::super::super::quantity::{MIN, PERCENT, PX, UM};
-    use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, key, keys, measure};
 
     keys!(
         "limits",

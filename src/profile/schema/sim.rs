@@ -2,7 +2,7 @@
 
 use super::super::parts::SceneName;
 use super::super::quantity::{DEG, DN, MM, PERCENT, UM};
-use super::{Allowed, Key, Kind, key, keys, measure, names};
+use super::key::{Allowed, Key, Kind, key, keys, measure, names};
 
 keys!(
     "sim",

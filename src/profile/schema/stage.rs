@@ -2,7 +2,7 @@
 
 use super::super::parts::{AxisName, Driver};
 use super::super::quantity::{MM, MM_S, MM_S2, UM};
-use super::{Allowed, Key, Kind, key, keys, measure, names};
+use super::key::{Allowed, Key, Kind, key, keys, measure, names};
 
 const GRBL: &[&str] = &["grbl"];
 const ZABER: &[&str] = &["zaber"];
