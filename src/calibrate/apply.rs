@@ -1,11 +1,8 @@
 //! From raw frames to the volume, as a calibration says.
 
-use rayon::prelude::*;
-
-use super::find::set_gains;
+use super::frames::{load, set_gains};
 use super::{CALIBRATION, CalibrateError, Calibration};
-use epirig_calibration::photometry::{Correction, Maps};
-use epirig_calibration::rectification::{Mapping, Rectifier};
+use epirig_calibration::photometry::Maps;
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -39,28 +36,5 @@ pub fn load_calibrated(
     if let Some(gains) = calibration.frame_gains.applied() {
         set_gains(&mut volume, gains);
     }
-    Ok(volume)
-}
-
-/// Frames that are read and rectified together: the rectifier's eight lanes.
-const TOGETHER: usize = 8;
-
-/// A few frames at a time, so that besides the volume only those are in memory.
-pub(super) fn load(
-    sequence: &Sequence,
-    mapping: &Mapping,
-    correction: Correction,
-    tau: Tau,
-    progress: &dyn Progress,
-) -> Result<Volume, CalibrateError> {
-    let rectifier = Rectifier::new(*mapping, correction)?;
-    let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
-    progress.begin("rectifying frames", sequence.frames().len() as u64);
-    for (chunk, records) in sequence.frames().chunks(TOGETHER).enumerate() {
-        let frames: Result<Vec<_>, _> = records.par_iter().map(|record| sequence.read(record)).collect();
-        rectifier.insert(&mut volume, chunk * TOGETHER, &frames?)?;
-        progress.advance(records.len() as u64);
-    }
-    progress.end();
     Ok(volume)
 }

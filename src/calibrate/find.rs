@@ -1,10 +1,9 @@
 //! The stations of a calibration, in their order.
 
-use rayon::prelude::*;
-
-use super::apply::load;
+use super::frames::{load, read_all, set_gains};
 use super::lens::find_lens;
 use super::positions::{from_stage, from_target};
+use super::remarks::Remarks;
 use super::stage_axis::{FoundAxis, find_axis};
 use super::texture::from_texture;
 use super::{
@@ -19,7 +18,7 @@ use epirig_core::frame::{Frame, full_scale};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::{FrameKind, FrameRecord, Sequence};
+use epirig_data::sequence::{FrameKind, Sequence};
 use tracing::{info, info_span, warn};
 
 /// A calibration and what pictures of it are drawn from.
@@ -154,27 +153,6 @@ pub fn calibrate(
     Ok(Calibrated { calibration, maps, stage_axis: found.map(|found| found.stage_axis) })
 }
 
-/// What a person should know, and what would make it better.
-#[derive(Debug, Default)]
-pub(super) struct Remarks {
-    pub(super) notes: Vec<String>,
-    pub(super) needs: Vec<String>,
-}
-
-impl Remarks {
-    fn of_photometry(&mut self, photometry: &Photometry) {
-        for (what, reason) in [
-            ("dark level", not_applied(&photometry.dark)),
-            ("vignetting", not_applied(&photometry.flat_field)),
-            ("defective pixels", not_applied(&photometry.defective_pixels)),
-        ] {
-            if let Some(reason) = reason {
-                self.needs.push(format!("{what} not corrected: {reason}"));
-            }
-        }
-    }
-}
-
 /// Refuses dark frames that are lighter than flat frames: what would be said of either by itself points elsewhere.
 fn refuse_exchanged(dark: &[Frame], flat: &[Frame]) -> Result<(), CalibrateError> {
     let mean = |frames: &[Frame]| {
@@ -211,36 +189,6 @@ fn judge_linearity(plan: &CalibrationPlan, bit_depth: u8, remarks: &mut Remarks)
     }
 }
 
-fn not_applied<T>(outcome: &Outcome<T>) -> Option<&str> {
-    match outcome {
-        Outcome::NotApplied(reason) => Some(reason),
-        Outcome::Applied(_) | Outcome::SwitchedOff => None,
-    }
-}
-
-/// Reads frames, several at once.
-pub(super) fn read_all(
-    sequence: &Sequence,
-    records: &[FrameRecord],
-    what: &str,
-    progress: &dyn Progress,
-) -> Result<Vec<Frame>, CalibrateError> {
-    if records.is_empty() {
-        return Ok(Vec::new());
-    }
-    progress.begin(what, records.len() as u64);
-    let frames: Result<Vec<Frame>, _> = records
-        .par_iter()
-        .map(|record| {
-            let frame = sequence.read(record);
-            progress.advance(1);
-            frame
-        })
-        .collect();
-    progress.end();
-    Ok(frames?)
-}
-
 fn positions(
     sequence: &Sequence,
     plan: &CalibrationPlan,
@@ -269,11 +217,5 @@ fn find_gains(volume: &mut Volume, disparity_px: Option<f64>) -> Outcome<FrameGa
             100.0 * gains.flicker
         )),
         Err(error) => Outcome::NotApplied(error.to_string()),
-    }
-}
-
-pub(super) fn set_gains(volume: &mut Volume, gains: &FrameGains) {
-    for (frame, gain) in gains.gain.iter().enumerate() {
-        volume.set_frame_gain(frame, (1.0 / gain) as f32);
     }
 }

@@ -1,6 +1,7 @@
 //! The lens: from board frames, a file, a data sheet, or nowhere.
 
-use super::find::{Remarks, read_all};
+use super::frames::read_all;
+use super::remarks::Remarks;
 use super::{CalibrateError, CalibrationPlan, LensKnowledge, LensRecord, LensSource};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::lens::views::{LensCalibration, LensError, PlanarPoint, View, choose_terms};

@@ -9,11 +9,13 @@ mod apply;
 mod error;
 mod find;
 mod folder;
+mod frames;
 mod inputs;
 mod lens;
 mod plan;
 mod positions;
 mod record;
+mod remarks;
 mod stage_axis;
 mod texture;
 

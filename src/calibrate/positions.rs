@@ -1,6 +1,6 @@
 //! Where every frame stands: by the target, or by the stage.
 
-use super::find::Remarks;
+use super::remarks::Remarks;
 use super::stage_axis::FoundAxis;
 use super::{CalibrateError, PositionSource, PositionsRecord};
 use epirig_calibration::stage_axis::{TargetScale, positioning_error};

@@ -3,8 +3,8 @@
 use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
-use super::find::Remarks;
 use super::lens::MOST_BLUR_PX;
+use super::remarks::Remarks;
 use super::{CalibrateError, StageAxisRecord};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::stage_axis::{StageAxis, baseline_by_target, find};
@@ -84,11 +84,7 @@ fn longest_px(tracks: &Tracks) -> f64 {
 
 fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
     let mut blur: Vec<f64> = found.iter().flatten().map(|board| board.blur_px).collect();
-    if blur.is_empty() {
-        return Ok(());
-    }
-    let middle = blur.len() / 2;
-    let blur_px = *blur.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let Some(blur_px) = upper_median(&mut blur) else { return Ok(()) };
     match blur_px > MOST_BLUR_PX {
         true => Err(CalibrateError::TargetBlurred { blur_px, limit_px: MOST_BLUR_PX }),
         false => Ok(()),

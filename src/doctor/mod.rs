@@ -4,6 +4,7 @@
 //! advice. The parts can be used alone: [`repeated_phases`] and [`Prediction`] from numbers, [`Flicker`] from frames, [`measure_motion`],
 //! [`measure_settling`] and [`measure_repeatability`] with a stage and a camera.
 
+mod error;
 mod examine;
 mod flicker;
 mod motion;
@@ -17,13 +18,10 @@ mod stops;
 mod view;
 
 use serde::Serialize;
-use thiserror::Error;
 
 use crate::capture::CapturePlan;
-use epirig_calibration::registration::ShiftError;
-use epirig_devices::camera::CameraError;
-use epirig_devices::stage::StageError;
 
+pub use error::{DoctorError, MotionError};
 pub use examine::examine;
 pub use flicker::{Flicker, nearest_exposure_us, suits_mains};
 pub use motion::{ImageMotion, measure_motion};
@@ -109,44 +107,6 @@ impl Report {
     pub fn verdict(&self) -> Verdict {
         self.checks.iter().map(|check| check.verdict).max().unwrap_or(Verdict::Good)
     }
-}
-
-/// Why nothing could be found out.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum DoctorError {
-    /// The stage failed.
-    #[error(transparent)]
-    Stage(#[from] StageError),
-    /// The camera failed.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// The plan has fewer than two positions.
-    #[error("a plan of {0} position(s) makes no sequence; give at least 2")]
-    EmptyPlan(usize),
-}
-
-/// Why something could not be measured.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MotionError {
-    /// The stage failed.
-    #[error(transparent)]
-    Stage(#[from] StageError),
-    /// The camera failed.
-    #[error(transparent)]
-    Camera(#[from] CameraError),
-    /// Two pictures could not be compared.
-    #[error(transparent)]
-    Shift(#[from] ShiftError),
-    /// There is no way to go.
-    #[error("there is no way to go between {from_mm} mm and {last_mm} mm; choose positions that rise")]
-    NoRoom {
-        /// Where the stage is, in mm from home.
-        from_mm: f64,
-        /// Where it may go, in mm from home.
-        last_mm: f64,
-    },
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::MotionError;
+use super::error::MotionError;
 use epirig_calibration::registration::{ShiftError, shift_between};
 use epirig_core::frame::Frame;
 use epirig_devices::camera::{Camera, TakenFrame};

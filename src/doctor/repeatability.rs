@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::MotionError;
+use super::error::MotionError;
 use super::motion::look;
 use epirig_calibration::registration::shift_between;
 use epirig_devices::camera::Camera;

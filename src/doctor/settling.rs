@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::MotionError;
+use super::error::MotionError;
 use super::view::middle;
 use epirig_calibration::registration::{Shift, shift_between};
 use epirig_core::frame::Frame;

@@ -7,8 +7,9 @@ use super::chart::{Chart, Series};
 use super::cost_image::CostImage;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
+use epirig_matcher::candidates::Candidates;
 use epirig_matcher::cost::CostTable;
-use epirig_matcher::lines::{Candidates, Lines};
+use epirig_matcher::lines::Lines;
 use epirig_matcher::{Answer, DisparityMaps, line_profile};
 
 /// A figure as a picture and as the numbers behind it.

@@ -1,4 +1,5 @@
-//! Rectification, in samples a second on one core, beside a plain bilinear remap of the same frames in the same run.
+//! Rectification, in samples a second on one core, beside a plain bilinear remap of the same frames in the
+//! same run.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 

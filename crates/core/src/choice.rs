@@ -8,7 +8,7 @@ pub trait Choice: Copy + Eq + std::fmt::Debug + Send + Sync + 'static {
     /// The name, as options, profiles and records have it.
     fn name(self) -> &'static str;
 
-    /// What it is, in a line: the first line of its documentation.
+    /// Its meaning in one line: the first line of its documentation.
     fn help(self) -> &'static str;
 
     /// The one of this name.

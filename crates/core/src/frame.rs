@@ -25,12 +25,12 @@ impl Samples {
         }
     }
 
-    /// Whether there are none.
+    /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The largest sample, 0 if there are none.
+    /// The largest sample; 0 for no samples.
     pub fn maximum(&self) -> u16 {
         match self {
             Self::U8(values) => values.iter().copied().max().unwrap_or(0).into(),
@@ -38,7 +38,7 @@ impl Samples {
         }
     }
 
-    /// The mean, 0 if there are none.
+    /// The mean; 0 for no samples.
     pub fn mean(&self) -> f64 {
         let sum: u64 = match self {
             Self::U8(values) => values.iter().map(|&value| u64::from(value)).sum(),

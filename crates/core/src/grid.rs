@@ -1,10 +1,11 @@
 //! A two-dimensional array of values, one for each pixel.
 
-/// Most pixels of an image: 16384 x 16384, more than any sensor has, and few enough that no size of a few of them overflows.
+/// Most pixels of an image: 16384 x 16384, more than any sensor has, and few enough that no size of a few of
+/// them overflows.
 pub const MOST_PIXELS: usize = 1 << 28;
 
-/// Pixels of an image of `rows` x `columns`; `None` if there are none, or more than [`MOST_PIXELS`]. Whoever takes a size from a file asks this
-/// first.
+/// Pixels of an image of `rows` x `columns`; `None` for no pixels, or more than [`MOST_PIXELS`]. Sizes from
+/// files are checked by this first.
 ///
 /// ```
 /// use epirig_core::grid::area;
@@ -24,9 +25,9 @@ pub fn area(rows: usize, columns: usize) -> Option<usize> {
 /// ```
 /// use epirig_core::grid::Grid;
 ///
-/// let mut plane = Grid::filled(2, 3, 0.0_f32);
-/// plane.row_mut(1)[2] = 5.0;
-/// assert_eq!(plane.at(2, 1), 5.0);
+/// let mut grid = Grid::filled(2, 3, 0.0_f32);
+/// grid.row_mut(1)[2] = 5.0;
+/// assert_eq!(grid.at(2, 1), 5.0);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid<T> {
@@ -36,12 +37,12 @@ pub struct Grid<T> {
 }
 
 impl<T: Copy> Grid<T> {
-    /// A plane of `rows` x `columns` equal values.
+    /// A grid of `rows` x `columns` equal values.
     pub fn filled(rows: usize, columns: usize, value: T) -> Self {
         Self { rows, columns, values: vec![value; rows * columns] }
     }
 
-    /// A plane over existing values, row by row; `None` if their number is not `rows * columns`.
+    /// A grid over existing values, row by row; `None` if their number is not `rows * columns`.
     pub fn from_values(rows: usize, columns: usize, values: Vec<T>) -> Option<Self> {
         (rows.checked_mul(columns) == Some(values.len())).then_some(Self { rows, columns, values })
     }
@@ -49,22 +50,22 @@ impl<T: Copy> Grid<T> {
     /// The value at column `x` of row `y`.
     ///
     /// # Panics
-    /// If `x` or `y` lies outside the plane.
+    /// If `x` or `y` lies outside the grid.
     pub fn at(&self, x: usize, y: usize) -> T {
         self.row(y)[x]
     }
 
-    /// The part of the plane in these columns and rows.
+    /// The part of the grid in these columns and rows.
     ///
     /// # Panics
-    /// If they reach outside the plane.
+    /// If they reach outside the grid.
     pub fn cropped(&self, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> Self {
         let (height, width) = (rows.len(), columns.len());
         let values = rows.flat_map(|y| self.row(y)[columns.clone()].iter().copied()).collect();
         Self { rows: height, columns: width, values }
     }
 
-    /// A plane of the same size whose values are `convert(value)`.
+    /// A grid of the same size whose values are `convert(value)`.
     pub fn map<U: Copy>(&self, convert: impl FnMut(T) -> U) -> Grid<U> {
         Grid {
             rows: self.rows,
@@ -98,7 +99,7 @@ impl<T> Grid<T> {
     /// Row `y`.
     ///
     /// # Panics
-    /// If `y` lies outside the plane.
+    /// If `y` lies outside the grid.
     pub fn row(&self, y: usize) -> &[T] {
         &self.values[y * self.columns..(y + 1) * self.columns]
     }
@@ -106,7 +107,7 @@ impl<T> Grid<T> {
     /// Row `y`, to be changed in place.
     ///
     /// # Panics
-    /// If `y` lies outside the plane.
+    /// If `y` lies outside the grid.
     pub fn row_mut(&mut self, y: usize) -> &mut [T] {
         &mut self.values[y * self.columns..(y + 1) * self.columns]
     }

@@ -1,4 +1,4 @@
-//! How long-running work tells whoever waits for it how far it is.
+//! Progress of long-running work, as it is reported to a caller.
 
 /// A listener to work that takes a while. Methods are called from any thread.
 pub trait Progress: Sync {
@@ -8,7 +8,7 @@ pub trait Progress: Sync {
     fn advance(&self, count: u64);
     /// The work that began last is over.
     fn end(&self);
-    /// Something that a person should know now, in a sentence.
+    /// A sentence that a person should read now.
     fn note(&self, _words: &str) {}
 }
 

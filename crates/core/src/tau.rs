@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// What is wrong with a list of positions.
+/// Why positions make no baseline.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum TauError {
@@ -17,7 +17,7 @@ pub enum TauError {
         /// The value found.
         value: f64,
     },
-    /// A position so far away that differences of others are lost beside it.
+    /// A position so large that rounding would lose the differences of others.
     #[error("position {index} is {value} mm; no stage goes farther than {FARTHEST_MM} mm: check the unit")]
     TooFar {
         /// Index of the position, from 0.

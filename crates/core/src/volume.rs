@@ -1,6 +1,7 @@
 //! The rectified spatio-temporal block f(x, y, t), laid out so that an EPI is contiguous.
 
 mod halved;
+mod means;
 mod refilled;
 
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use thiserror::Error;
 
 use crate::frame::{Frame, Samples, full_scale};
 use crate::tau::Tau;
-use halved::copy_means;
+use means::copy_means;
 
 /// Why a frame does not go into a volume.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -55,15 +56,16 @@ pub enum VolumeError {
     },
 }
 
-/// Counts of a fine volume from 0 to full scale: half of what 16 bit hold.
+/// Counts of a fine volume from 0 to full scale: half of the range of 16 bit.
 const FINE_COUNTS: f32 = 32768.0;
 
-/// All frames of a sequence: rows x frames x columns samples, so that row y of all frames, the EPI, is one slice.
+/// All frames of a sequence: rows x frames x columns samples, so that row y of all frames, the EPI, is one
+/// slice.
 ///
 /// Clones share their samples until one of them is written.
 ///
-/// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used. Frames that were resampled go
-/// into a [fine](Self::fine) volume, which keeps what lies between the camera's levels.
+/// Samples stay 8 or 16 bit wide; they become floating point one EPI at a time, where they are used.
+/// Resampled frames go into a [fine](Self::fine) volume, which resolves fractions of the camera's levels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Volume {
     rows: usize,
@@ -81,7 +83,7 @@ pub struct Volume {
     shown_frames: Option<Vec<usize>>,
     /// Whether samples are fractions of a level.
     fine: bool,
-    /// What the samples of each frame are multiplied by.
+    /// Factor of the samples of each frame.
     frame_gains: Vec<f32>,
 }
 
@@ -93,8 +95,9 @@ impl Volume {
 
     /// A volume of zeros for resampled frames of a camera of `bit_depth` bits.
     ///
-    /// A sample is 16 bit wide and counts (full scale + 1) / 32768 DN, 1/128 DN for 8 bit; so the camera's levels up to 15 bit are
-    /// whole counts, and there is room up to twice full scale for what corrections brighten and splines overshoot.
+    /// A sample is 16 bit wide and counts (full scale + 1) / 32768 DN, 1/128 DN for 8 bit. So the camera's
+    /// levels up to 15 bit are whole counts, and there is room up to twice full scale for samples that
+    /// corrections brighten and splines overshoot.
     pub fn fine(rows: usize, columns: usize, bit_depth: u8, tau: Tau) -> Self {
         Self::of_zeros(rows, columns, bit_depth, tau, true)
     }
@@ -157,7 +160,8 @@ impl Volume {
     /// Puts the counts of a [fine](Self::fine) volume, as samples of 16 bit, at place `index`.
     ///
     /// # Errors
-    /// [`VolumeError`] if the samples are not 16 bit wide or of another size, the volume is not fine, or the index is not in it.
+    /// [`VolumeError`] if the samples are not 16 bit wide or of another size, the volume is not fine, or the
+    /// index is not in it.
     pub fn insert_counts(&mut self, index: usize, counts: &Frame) -> Result<(), VolumeError> {
         let (frames, columns) = (self.frames(), self.columns);
         if index >= frames {
@@ -211,12 +215,13 @@ impl Volume {
         self.fine || self.halved
     }
 
-    /// What a step of a stored sample is worth before the frame's gain, in DN: 1 but for a [fine](Self::fine) volume.
+    /// Size of a count before the frame's gain, in DN: 1 except for a [fine](Self::fine) volume.
     pub fn dn_per_count(&self) -> f32 {
         if self.fine { (f32::from(full_scale(self.bit_depth)) + 1.0) / FINE_COUNTS } else { 1.0 }
     }
 
-    /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other volume.
+    /// The samples of a [fine](Self::fine) volume in counts: rows x frames x columns; `None` for any other
+    /// volume.
     pub fn fine_counts_mut(&mut self) -> Option<&mut [u16]> {
         let fine = self.is_fine();
         match self.own_samples() {
@@ -234,7 +239,7 @@ impl Volume {
         Arc::make_mut(&mut self.samples)
     }
 
-    /// What the samples of frame `t` are multiplied by: 1 until it is set.
+    /// Factor of the samples of frame `t`: 1 until it is set.
     ///
     /// # Panics
     /// If `t` lies outside the volume.
@@ -242,7 +247,8 @@ impl Volume {
         self.frame_gains[t]
     }
 
-    /// Multiplies whatever is read of frame `t` by `gain`, for a lamp that flickers; it replaces the gain set before.
+    /// Multiplies the samples of frame `t` by `gain` wherever they are read, for a lamp that flickers;
+    /// replaces the gain set before.
     ///
     /// # Panics
     /// If `t` lies outside the volume.
@@ -273,7 +279,8 @@ impl Volume {
         }
     }
 
-    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains; of means of pixels, a [fine](Self::fine) one.
+    /// A copy of the given rows of the given frames, which lie at `tau`, with their gains; of means of
+    /// pixels, a [fine](Self::fine) one.
     ///
     /// # Panics
     /// If a row or frame lies outside the volume, or `tau` has another number of frames.

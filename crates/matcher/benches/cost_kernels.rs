@@ -1,6 +1,7 @@
 //! The matcher's costs, in candidates a second, beside a plain loop over pixels and frames in the same run.
 //!
-//! `cargo bench` prints the time for one whole match and for the reference; divide them by the candidates it names.
+//! `cargo bench` prints the time for one whole match and for the reference; divide them by the candidates it
+//! names.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 

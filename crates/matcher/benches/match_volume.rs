@@ -1,7 +1,8 @@
-//! The whole match, in samples of the volume a second on all cores, beside a plain search on one core in the same run.
+//! The whole match, in samples of the volume a second on all cores, beside a plain search on one core in the
+//! same run.
 //!
-//! A slanted plane, 1024 columns x 256 rows x 100 frames, about 40 px of disparity; 60 px of range, known and unknown. The plain search
-//! takes a few rows only and stops at the candidates: no mapping, no fit, no sigma.
+//! A slanted plane, 1024 columns x 256 rows x 100 frames, about 40 px of disparity; 60 px of range, known and
+//! unknown. The plain search takes a few rows only and stops at the candidates: no mapping, no fit, no sigma.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 

@@ -1,4 +1,4 @@
-//! How much the texture around a pixel varies along its row: the measure for what frames that show another point deviate by.
+//! Contrast of the texture around a pixel, along its row: the scale for how far a frame may deviate.
 
 /// Half of the columns over which contrast is measured.
 const REACH: usize = 4;
@@ -32,7 +32,8 @@ mod tests {
     fn contrast_is_the_variance_of_nine_pixels() {
         let row: Vec<f32> = (0..20).map(|x| if x % 2 == 0 { 10.0 } else { 16.0 }).collect();
         let found: Vec<f32> = contrast(&row).collect();
-        // Five of one and four of the other: 5 * 4 / 9 * 6^2 / 8; at the border three and two: 3 * 2 / 5 * 6^2 / 4.
+        // Five of one and four of the other: 5 * 4 / 9 * 6^2 / 8; at the border three and two: 3 * 2 / 5 *
+        // 6^2 / 4.
         assert!((found[10] - 10.0).abs() < 1e-4);
         assert!((found[0] - 10.8).abs() < 1e-4);
     }

@@ -1,7 +1,9 @@
-//! Where surfaces meet, pixels decide for themselves.
+//! Edge refinement: the disparity of pixels near a depth edge is decided by the pixels themselves.
 //!
-//! Windows of the search that reach across an edge make the surface with more texture wider than it is. There each pixel takes, of the disparities around it, the one that its own
-//! samples and those of one side of it agree with clearly better than with what was found (after Kang, Szeliski and Chai 2001, whose windows lie to one side, too).
+//! A search window that reaches across an edge widens the surface that has more texture. So every pixel near
+//! an edge compares the disparities found around it. It takes another one than it was given if its own
+//! samples, and those on one side of it, agree with that one clearly better (after Kang, Szeliski and Chai
+//! 2001, whose windows lie to one side, too).
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -17,15 +19,18 @@ use epirig_core::grid::Grid;
 const ONE_SURFACE_PX: f32 = 1.0;
 /// Sorted disparities that follow each other by more than this, in px, are of two surfaces.
 const GAP_PX: f32 = 0.5;
-/// At least so many frames are asked, if there are.
-const ASKED_FRAMES: usize = 16;
-/// A surface is taken if it disagrees by less than this share of what the pixel's guess does: where nothing has texture, all disagree alike, and with 1 some pixels of a featureless ground
-/// beside a cube take the cube's disparity (`tests/accuracy.rs`); with 0.9 none does, with less none either, but more pixels of narrow bars stay wrong.
+/// Number of frames that are compared, if the sequence has as many.
+const COMPARED_FRAMES: usize = 16;
+/// A pixel takes another surface if its frames disagree with it by less than this share of what they disagree
+/// with the guess. Where nothing has texture, all disagree alike: with 1, some pixels of a featureless ground
+/// beside a cube take the cube's disparity (`tests/accuracy.rs`). With 0.9 or less none does, but with less
+/// than 0.9 more pixels of narrow bars stay wrong.
 const CLEARLY_LESS: f32 = 0.9;
-/// Pixels on a side of the one in question that speak for it.
+/// Number of pixels on one side of a pixel that are compared with it.
 const SIDE: usize = 2;
 
-/// Gives pixels around which several surfaces lie the disparity of the one that they belong to. `reach` is how far from a surface its disparity may have been found, in px.
+/// Gives pixels with several surfaces around them the disparity of their own surface. `reach` is how far from
+/// a surface its disparity may have been found, in px.
 pub(super) fn refine_edges(task: Task<'_>, guess: &mut Grid<f32>, reach: usize) {
     let columns = guess.columns();
     let before = guess.clone();
@@ -39,7 +44,7 @@ pub(super) fn refine_edges(task: Task<'_>, guess: &mut Grid<f32>, reach: usize) 
 /// Disparities, of which several may lie around a pixel.
 pub(super) struct Around<'a> {
     disparities: &'a Grid<f32>,
-    /// What they are in px.
+    /// Size of a unit of them, in px.
     px: f32,
     reach: usize,
     spans: Grid<(f32, f32)>,
@@ -57,7 +62,8 @@ impl<'a> Around<'a> {
         self.px * (high - low) > ONE_SURFACE_PX
     }
 
-    /// Gives pixels `open` of row `y`, by their column and place among the disparities, that which they agree with best, if clearly better than with their guess.
+    /// Gives pixels `open` of row `y` (column, and place among the disparities) the disparity that they agree
+    /// with best, if clearly better than with their guess.
     pub(super) fn refine_row(
         &self,
         task: Task<'_>,
@@ -69,7 +75,7 @@ impl<'a> Around<'a> {
         if open.is_empty() || !task.options.method.compares_intensities() {
             return;
         }
-        let asked = Asked::new(task, y);
+        let asked = ComparedRow::new(task, y);
         for &(x, place) in open {
             let surfaces = self.surfaces(place);
             // A single one is steep, or beside wrong answers, but no edge.
@@ -85,7 +91,8 @@ impl<'a> Around<'a> {
         }
     }
 
-    /// The disparities around a place in px, one for each surface that as many places as are within reach of a line show: fewer are no surface, but chance where nothing has texture.
+    /// The disparities around a place in px, one for each surface. A surface counts if it has as many places
+    /// as a line within reach: fewer are chance where nothing has texture.
     fn surfaces(&self, (column, row): (usize, usize)) -> Vec<f32> {
         let near = |place: usize, count: usize| {
             place.saturating_sub(self.reach)..(place + self.reach + 1).min(count)
@@ -102,7 +109,7 @@ impl<'a> Around<'a> {
     }
 }
 
-/// Least and largest disparity within reach of each pixel; infinite where there is none.
+/// Least and largest disparity within reach of each pixel; infinite where no pixel has one.
 fn spans(guess: &Grid<f32>, reach: usize) -> Grid<(f32, f32)> {
     let (rows, columns) = (guess.rows(), guess.columns());
     let none = (f32::INFINITY, f32::NEG_INFINITY);
@@ -126,18 +133,19 @@ fn spans(guess: &Grid<f32>, reach: usize) -> Grid<(f32, f32)> {
     spans
 }
 
-/// A row of some frames, which are asked about single pixels.
-struct Asked {
+/// One row of some frames, for comparing single pixels.
+struct ComparedRow {
     epi: LinearEpi,
     offsets: Vec<f32>,
     reference: usize,
-    /// Largest squared deviation of a frame that agrees, for each column, in DN^2: beyond it lies another point.
+    /// Largest squared deviation of a frame that agrees, for each column, in DN^2: beyond it lies another
+    /// point.
     limits: Vec<f32>,
 }
 
-impl Asked {
+impl ComparedRow {
     fn new(Task { volume, lines, options, .. }: Task<'_>, y: usize) -> Self {
-        let every = (volume.frames() / ASKED_FRAMES).max(1);
+        let every = (volume.frames() / COMPARED_FRAMES).max(1);
         let first = lines.reference() % every;
         let frames = (first..volume.frames()).step_by(every);
         let epi = LinearEpi::of_frames(volume, y, frames.clone());
@@ -148,7 +156,8 @@ impl Asked {
         Self { epi, offsets, reference, limits }
     }
 
-    /// How badly the frames agree with the reference frame about pixel `x`, and about the best of the runs of pixels that hold it.
+    /// Disagreement of the frames with the reference frame at pixel `x`, together with the best run of pixels
+    /// that contains it.
     fn disagreement(&self, x: usize, disparity: f32) -> f32 {
         let first = x.saturating_sub(SIDE);
         let end = (x + SIDE + 1).min(self.limits.len());
@@ -157,7 +166,8 @@ impl Asked {
         singles[x - first] + runs.fold(f32::INFINITY, f32::min) / (SIDE + 1) as f32
     }
 
-    /// Mean squared deviation from the reference frame over the limit, at most 1; frames that do not have the point in view deviate.
+    /// Mean squared deviation from the reference frame over the limit, at most 1. Frames that do not have the
+    /// point in view count 1.
     fn single(&self, x: usize, disparity: f32) -> f32 {
         let own = self.epi.frame(self.reference)[x];
         let deviations = self.offsets.iter().enumerate().map(|(t, offset)| {

@@ -1,15 +1,16 @@
 //! Sampling an EPI between its pixels.
 //!
-//! Within an EPI the shift of frame t under a disparity is the same for all x, so a shifted row is the row convolved with
-//! four constant weights: no gathers, no table per pixel.
+//! Within an EPI the shift of frame t under a disparity is the same for all x, so a shifted row is the row
+//! convolved with four constant weights: no gathers, no table per pixel.
 
+use epirig_core::spline::cubic;
 use epirig_core::volume::Volume;
 
 epirig_core::choices! {
     /// How intensities between pixel centres are found.
     ///
-    /// Worst bias of a disparity over 100 frames by interpolation alone, for texture blurred by 0.7 px: linear 0.044 px,
-    /// cubic 0.005 px, B-spline 0.0016 px (measured on simulated EPIs).
+    /// Worst bias of a disparity over 100 frames by interpolation alone, for texture blurred by 0.7 px:
+    /// linear 0.044 px, cubic 0.005 px, B-spline 0.0016 px (measured on simulated EPIs).
     pub enum Interpolation {
         /// Straight line between the two neighbours.
         Linear = "linear",
@@ -21,10 +22,11 @@ epirig_core::choices! {
 }
 
 /// Number of neighbours that a sample is made of.
-pub const TAPS: usize = 4;
+pub const TAPS: usize = cubic::TAPS;
 
 impl Interpolation {
-    /// Weights of the neighbours at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset 0.
+    /// Weights of the neighbours at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset
+    /// 0.
     pub fn weights(self, fraction: f64) -> [f32; TAPS] {
         let f = fraction;
         let weights = match self {
@@ -35,34 +37,9 @@ impl Interpolation {
                 f * (0.5 + f * (2.0 - 1.5 * f)),
                 f * f * (-0.5 + 0.5 * f),
             ],
-            Self::BSpline => {
-                let g = 1.0 - f;
-                [
-                    g * g * g / 6.0,
-                    (4.0 + f * f * (3.0 * f - 6.0)) / 6.0,
-                    (4.0 + g * g * (3.0 * g - 6.0)) / 6.0,
-                    f * f * f / 6.0,
-                ]
-            }
+            Self::BSpline => cubic::weights(f),
         };
         weights.map(|weight| weight as f32)
-    }
-
-    /// Weights of the same neighbours for the derivative of the cubic B-spline at `fraction`, per px.
-    pub fn bspline_gradient_weights(fraction: f32) -> [f32; TAPS] {
-        let (f, g) = (fraction, 1.0 - fraction);
-        [-0.5 * g * g, 0.5 * f * (3.0 * f - 4.0), 0.5 * g * (4.0 - 3.0 * g), 0.5 * f * f]
-    }
-
-    /// Weights of the same neighbours for the value of the cubic B-spline at `fraction`.
-    pub fn bspline_weights(fraction: f32) -> [f32; TAPS] {
-        let (f, g) = (fraction, 1.0 - fraction);
-        [
-            g * g * g / 6.0,
-            (4.0 + f * f * (3.0 * f - 6.0)) / 6.0,
-            (4.0 + g * g * (3.0 * g - 6.0)) / 6.0,
-            f * f * f / 6.0,
-        ]
     }
 }
 
@@ -75,7 +52,8 @@ pub struct SampledEpi {
 }
 
 impl SampledEpi {
-    /// Prepares row `y` of `volume`. Samples up to `reach` px beyond the borders can be asked for; they mirror the image.
+    /// Prepares row `y` of `volume`. Samples up to `reach` px beyond the borders can be asked for; they
+    /// mirror the image.
     ///
     /// # Panics
     /// If `y` lies outside the volume.
@@ -87,7 +65,7 @@ impl SampledEpi {
         for (t, row) in coefficients.chunks_exact_mut(stride).enumerate() {
             volume.copy_row(y, t, &mut row[margin..margin + columns]);
             if interpolation == Interpolation::BSpline {
-                bspline_coefficients(&mut row[margin..margin + columns]);
+                cubic::filter_row(&mut row[margin..margin + columns]);
             }
             for offset in 1..=margin {
                 row[margin - offset] = row[margin + offset];
@@ -106,35 +84,6 @@ impl SampledEpi {
         let start = (self.margin as isize + x - 1) as usize;
         assert!(start + count + TAPS - 1 <= stride, "the sample lies beyond the prepared reach");
         &self.coefficients[t * stride + start..t * stride + start + count + TAPS - 1]
-    }
-}
-
-/// Replaces the samples of a row by the coefficients of the cubic B-spline through them, with mirrored borders
-/// (Unser 1999, box 2).
-fn bspline_coefficients(row: &mut [f32]) {
-    let pole = 3.0_f64.sqrt() - 2.0;
-    let count = row.len();
-    // 28 terms: |pole|^28 is below the resolution of f32.
-    let horizon = count.min(28);
-    let mut power = 1.0;
-    let mut sum = 0.0;
-    for &value in &row[..horizon] {
-        sum += power * f64::from(value);
-        power *= pole;
-    }
-    let mut previous = sum;
-    row[0] = (6.0 * previous) as f32;
-    for value in &mut row[1..] {
-        previous = f64::from(*value) + pole * previous;
-        *value = (6.0 * previous) as f32;
-    }
-    let last = f64::from(row[count - 1]);
-    let before = f64::from(row[count - 2]);
-    let mut next = pole / (pole * pole - 1.0) * (last + pole * before);
-    row[count - 1] = next as f32;
-    for value in row[..count - 1].iter_mut().rev() {
-        next = pole * (next - f64::from(*value));
-        *value = next as f32;
     }
 }
 
@@ -172,8 +121,8 @@ mod tests {
 
     #[test]
     fn smooth_functions_are_followed_to_the_order_of_the_interpolation() {
-        // A sinusoid of period 16 px: the relative error of linear interpolation is at most (2 pi / 16)^2 / 8 = 1.9 %,
-        // of Keys' cubic (error of third order) and of the B-spline (fourth order) much less.
+        // A sinusoid of period 16 px: the relative error of linear interpolation is at most (2 pi / 16)^2 / 8
+        // = 1.9 %, of Keys' cubic (error of third order) and of the B-spline (fourth order) much less.
         let amplitude = 10_000.0;
         let wave = |x: f64| amplitude * (1.0 + (x * std::f64::consts::TAU / 16.0).sin());
         let values: Vec<u16> = (0..64).map(|x| wave(f64::from(x)).round() as u16).collect();
@@ -198,7 +147,7 @@ mod tests {
         for step in 0..100 {
             let position = 10.05 + f64::from(step) * 0.1;
             let whole = position.floor();
-            let weights = Interpolation::bspline_gradient_weights((position - whole) as f32);
+            let weights = cubic::gradient_weights((position - whole) as f32);
             let gradient: f32 = weights.iter().zip(epi.taps(0, whole as isize, 1)).map(|(w, c)| w * c).sum();
             let h = 0.01;
             let difference = (value(&epi, Interpolation::BSpline, position + h)

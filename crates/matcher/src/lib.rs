@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod candidates;
 mod contrast;
 pub mod cost;
 mod edge_refinement;
@@ -20,14 +21,16 @@ pub mod range;
 pub mod refine;
 mod search;
 pub mod surface;
+mod window_sums;
 mod winner;
 
+pub use candidates::DisparityRange;
 pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{Matcher, match_volume};
 pub use options::{
-    DisparityRange, Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method,
-    Occlusion, OrderingConstraint, ReferenceFrame, Search,
+    Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
+    OrderingConstraint, ReferenceFrame, Search,
 };
 pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

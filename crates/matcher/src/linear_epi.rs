@@ -1,4 +1,4 @@
-//! One row of all frames, between its pixels by straight lines: for what needs no more.
+//! An EPI with linear interpolation between pixels.
 
 use epirig_core::volume::Volume;
 
@@ -29,7 +29,7 @@ impl LinearEpi {
         &self.samples[t * self.columns..(t + 1) * self.columns]
     }
 
-    /// What frame `t` shows at column `place`; `None` out of the image.
+    /// Intensity of frame `t` at column `place`, in DN; `None` outside the image.
     pub(super) fn at(&self, t: usize, place: f32) -> Option<f32> {
         let last = (self.columns - 1) as f32;
         if !(0.0..=last).contains(&place) {

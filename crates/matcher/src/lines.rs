@@ -1,6 +1,6 @@
-//! The geometry of candidates: where the line of a disparity meets each frame.
+//! The geometry of lines: where the line of a disparity meets each frame.
 
-use super::options::{DisparityRange, Occlusion};
+use super::options::Occlusion;
 use epirig_core::tau::Tau;
 
 /// Where the samples of one frame lie for all pixels of the reference frame under one disparity.
@@ -8,18 +8,19 @@ use epirig_core::tau::Tau;
 pub struct Shift {
     /// Whole pixels of the shift, towards the smaller.
     pub whole: isize,
-    /// What is left of it, in [0, 1) px.
+    /// Rest of the shift, in [0, 1) px.
     pub fraction: f64,
     /// First column of the reference frame whose sample lies inside the frame.
     pub first: usize,
-    /// One past the last such column; equal to `first` if there is none.
+    /// One past the last such column; equal to `first` if no column is.
     pub end: usize,
 }
 
 impl Shift {
     /// The shift by `exact` px in images `columns` wide.
     pub(super) fn by(exact: f64, columns: usize) -> Self {
-        // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the image by that.
+        // Sums of products such as 12 * (1/3) miss whole numbers by rounding; a sample must not leave the
+        // image by that.
         let nearest = exact.round();
         let shift = if (exact - nearest).abs() < 1e-6 { nearest } else { exact };
         let whole = shift.floor();
@@ -86,39 +87,8 @@ impl Lines {
     }
 }
 
-/// The disparities that are tried: equidistant from the smallest on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidates {
-    minimum_px: f64,
-    disparity_step_px: f64,
-    count: usize,
-}
-
-impl Candidates {
-    /// Multiples of `disparity_step_px` that cover `range`, so that a candidate does not depend on where the range begins.
-    pub fn covering(range: DisparityRange, disparity_step_px: f64) -> Self {
-        let first = (range.minimum_px / disparity_step_px + 1e-9).floor();
-        let last = (range.maximum_px / disparity_step_px - 1e-9).ceil().max(first);
-        Self { minimum_px: first * disparity_step_px, disparity_step_px, count: (last - first) as usize + 1 }
-    }
-
-    /// How many there are; at least one.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
-    /// Step between neighbours, in px.
-    pub fn disparity_step_px(&self) -> f64 {
-        self.disparity_step_px
-    }
-
-    /// The disparity of candidate `index`, which may be fractional, in px.
-    pub fn disparity_px(&self, index: f64) -> f64 {
-        self.minimum_px + index * self.disparity_step_px
-    }
-}
-
-/// How many frames see each pixel's candidate under one disparity; the reference frame counts on both sides.
+/// Number of frames that see each pixel's candidate under one disparity; the reference frame counts on both
+/// sides.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sightings {
     /// Frames up to and with the reference frame, for each column.
@@ -145,7 +115,7 @@ impl Sightings {
     }
 }
 
-/// The rule by which a candidate counts as seen.
+/// The rule that a candidate is seen by enough frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenRule {
     /// Frames that must see the candidate; at least 3, for two always lie on a line.
@@ -186,16 +156,5 @@ mod tests {
         assert_eq!(shift.first, shift.end);
         let lines = Lines::new(&tau, 3, 10);
         assert_eq!(lines.shift(3.0, 0), Shift { whole: -3, fraction: 0.0, first: 3, end: 10 });
-    }
-
-    #[test]
-    fn candidates_cover_the_range_at_fixed_steps() {
-        let range = DisparityRange { minimum_px: -0.3, maximum_px: 1.1 };
-        let candidates = Candidates::covering(range, 0.25);
-        assert_eq!(candidates.count(), 8);
-        assert_eq!(candidates.disparity_px(0.0), -0.5);
-        assert_eq!(candidates.disparity_px(7.0), 1.25);
-        let point = DisparityRange { minimum_px: 2.0, maximum_px: 2.0 };
-        assert_eq!(Candidates::covering(point, 0.25).count(), 1);
     }
 }

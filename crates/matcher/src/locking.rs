@@ -1,25 +1,29 @@
-//! Pixel locking over many frames: where it comes from, and how far a disparity is exposed to it.
+//! Pixel locking over many frames: its cause, and how far a disparity is exposed to it.
 //!
-//! Frame t is sampled at x + d tau'_t, at the fraction f_t of a pixel. What interpolation errs by is periodic in f_t: seen as a displacement it is
-//! a sum of harmonics sin(2 pi h f_t). Over frames whose fractions are spread evenly it cancels. Near d = (N - 1) p / q, for N equidistant
-//! frames, harmonic q drifts slowly instead, and the fit takes it for disparity: for all pixels of that disparity alike, so that no average over them shows it.
+//! Frame t is sampled at x + d tau'_t, at the fraction f_t of a pixel. The error of interpolation is periodic
+//! in f_t: as a displacement it is a sum of harmonics sin(2 pi h f_t). Over frames whose fractions are spread
+//! evenly it cancels. Near d = (N - 1) p / q, for N equidistant frames, harmonic q drifts slowly instead, and
+//! the fit takes the drift for disparity. The error is the same for all pixels of that disparity, so no
+//! average over pixels shows it.
 
 use std::f64::consts::TAU as TURN;
 
 use epirig_core::tau::Tau;
 
-/// Harmonics of the fraction of a pixel that are looked at. The q-th needs texture of q - 1/2 periods per px and more, which a pixel hardly passes.
+/// Number of harmonics of the fraction of a pixel that are measured. The q-th needs texture of at least q -
+/// 1/2 periods per px, which hardly passes a pixel.
 pub const LOCKING_HARMONICS: usize = 2;
 
-/// What one harmonic of the fraction of a pixel displaces points by.
+/// Displacement of points by one harmonic of the fraction of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LockingHarmonic {
-    /// Amplitude, in px, of what shows at any disparity: interpolation that attenuates texture near two pixels per period.
+    /// Amplitude, in px, of the error of interpolation, which attenuates texture near two pixels per period;
+    /// at any disparity.
     pub interpolation_px: f64,
     /// Its standard deviation, in px.
     pub interpolation_sigma_px: f64,
-    /// Amplitude, in px, of what shows only where fractions repeat: texture finer than two pixels per period, which the sensor shows as a
-    /// coarser one that moves otherwise than the object.
+    /// Amplitude, in px, of the error of aliasing, at disparities where fractions repeat only: the sensor
+    /// shows texture finer than two pixels per period as a coarser one that moves differently.
     pub aliasing_px: f64,
     /// Its standard deviation, in px.
     pub aliasing_sigma_px: f64,
@@ -30,22 +34,26 @@ pub struct LockingHarmonic {
 pub struct LockingAmplitudes {
     /// The harmonics, the first first.
     pub harmonics: [LockingHarmonic; LOCKING_HARMONICS],
-    /// Whether lines with well spread fractions tell them; then biases are predicted within a third or so for texture behind a blur of 0.7 px, and overstated by up
-    /// to a factor of two for sharper one. If there are next to none, the texture of single frames tells the first interpolation amplitude alone. What aliasing does is
-    /// not known then: biases are overstated two- to threefold behind such a blur, and only their order of magnitude is told without one.
+    /// Whether the amplitudes come from lines with well spread fractions. Then biases are predicted within
+    /// about a third for texture behind a blur of 0.7 px, and overstated by up to a factor of two for sharper
+    /// texture. Otherwise only the first amplitude of interpolation is known, from the texture of single
+    /// frames, and that of aliasing is not: biases are overstated two- to threefold behind such a blur, and
+    /// only their order of magnitude is right without one.
     pub from_lines: bool,
 }
 
-/// What pixel locking does to the answers.
+/// The effect of pixel locking on the disparities of a match.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PixelLocking {
-    /// What was measured.
+    /// The measured amplitudes.
     pub amplitudes: LockingAmplitudes,
-    /// The largest predicted bias of an answered pixel, in px, signed as the error of its disparity; 0 where none stands out from chance.
+    /// The largest predicted bias of an answered pixel, in px, signed as the error of its disparity; 0 if
+    /// none is significant.
     pub worst_bias_px: f64,
     /// The disparity that has it, in px; `None` without such a bias.
     pub worst_disparity_px: Option<f64>,
-    /// Share of the answered pixels, 0 to 1, whose predicted bias exceeds a tenth of the wanted sigma, or of their own where none is given.
+    /// Share of the answered pixels, 0 to 1, whose predicted bias exceeds a tenth of the wanted sigma, or of
+    /// their own where none is given.
     pub share_locked: f64,
     /// Smallest and largest disparity of those pixels, in px.
     pub locked_px: Option<(f64, f64)>,
@@ -55,7 +63,8 @@ pub struct PixelLocking {
 const NOTICEABLE: f64 = 0.1;
 
 impl PixelLocking {
-    /// Sums up answered pixels, given as disparity, sigma and predicted bias in px. An infinite wanted sigma is none.
+    /// Summary over answered pixels, given as disparity, sigma and predicted bias in px. An infinite wanted
+    /// sigma means that none was given.
     pub(super) fn of(
         amplitudes: LockingAmplitudes,
         pixels: impl Iterator<Item = [f32; 3]>,
@@ -89,10 +98,12 @@ impl PixelLocking {
     }
 }
 
-/// Pixels of disparity by which a point at `disparity_px` is misread for each pixel of amplitude of `harmonic` (1, 2, ..), if all frames see it
-/// and `reference` is the reference frame: less the slope of the regression of sin(2 pi h d tau') on tau' = tau - tau_r.
+/// Error of the disparity of a point at `disparity_px`, in px for each px of amplitude of `harmonic` (1, 2,
+/// ..), if all frames see it and `reference` is the reference frame: minus the slope of the regression of
+/// sin(2 pi h d tau') on tau' = tau - tau_r.
 ///
-/// Below 0.2 at disparities that are safe; up to 2.5 near the others, for equidistant frames near d = (N - 1) p / `harmonic`.
+/// Below 0.2 at disparities that are safe; up to 2.5 near the others, for equidistant frames near d = (N - 1)
+/// p / `harmonic`.
 ///
 /// # Panics
 /// If there is no frame `reference`.
@@ -142,8 +153,9 @@ mod tests {
         for harmonic in [1, 2, 3] {
             let whole = (frames - 1) as f64 / f64::from(harmonic);
             assert!(locking_factor(&tau, 0, whole, harmonic).abs() < 1e-9);
-            // Half a turn over the baseline: 12 times the integral of tau sin(pi tau) over -1/2 to 1/2, 2 / pi^2; a sum over 100 frames is
-            // that within the size of a step, and the reference lies half a step beside the middle.
+            // Half a turn over the baseline: 12 times the integral of tau sin(pi tau) over -1/2 to 1/2, 2 /
+            // pi^2; a sum over 100 frames is that within the size of a step, and the reference lies half a
+            // step beside the middle.
             let half = locking_factor(&tau, 50, whole + 0.5 / f64::from(harmonic), harmonic);
             assert!((half + 24.0 / std::f64::consts::PI.powi(2)).abs() < 0.05, "{half}");
             // Far from repeating fractions no sum of waves reaches a fifth.

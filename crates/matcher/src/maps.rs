@@ -1,7 +1,7 @@
-//! What the matcher hands on.
+//! The result of a match: maps of disparity, sigma, cost, confidence and the kind of answer.
 
+use super::candidates::DisparityRange;
 use super::locking::PixelLocking;
-use super::options::DisparityRange;
 use epirig_core::grid::Grid;
 
 /// Whether a pixel has an answer, and if not, why.
@@ -13,7 +13,8 @@ pub enum Answer {
     LeavesImage,
     /// The best candidate is the first or the last of the range: the right one may lie beyond it.
     BeyondRange,
-    /// Too little texture: the sigma of the disparity exceeds the limit, or noise alone explains the gradients.
+    /// Too little texture: the sigma of the disparity exceeds the limit, or noise alone explains the
+    /// gradients.
     NoTexture,
     /// Another candidate, far from the best, fits about as well, or no neighbour agrees.
     Ambiguous,
@@ -36,11 +37,15 @@ epirig_core::choices! {
 pub struct DisparityMaps {
     /// Disparity in px over the whole baseline, signed; NaN where there is no answer.
     pub disparity: Grid<f32>,
-    /// Standard deviation of the disparity in px, from the residuals of the fit; NaN where there is no answer.
+    /// Standard deviation of the disparity in px, from the residuals of the fit; NaN where there is no
+    /// answer.
     pub sigma: Grid<f32>,
-    /// Cost of the candidate that the search chose, of means of 2 x 2 pixels with [`Effort::Quick`](super::Effort::Quick): DN^2 for the variance (of normalised frames: 1/1024 of the local variance), 1 - correlation otherwise; NaN where it has none.
+    /// Cost of the candidate that the search chose, of means of 2 x 2 pixels with
+    /// [`Effort::Quick`](super::Effort::Quick): DN^2 for the variance (of normalised frames: 1/1024 of the
+    /// local variance), 1 - correlation otherwise; NaN where it has none.
     pub cost: Grid<f32>,
-    /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
+    /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost
+    /// or no rival.
     pub confidence: Grid<f32>,
     /// Whether there is an answer, and if not, why.
     pub answer: Grid<Answer>,
@@ -52,8 +57,8 @@ pub struct DisparityMaps {
     pub range_found: bool,
     /// Whether the ordering constraint was applied.
     pub ordering: OrderingUsed,
-    /// What pixel locking does to the answers; its bias is a part of each sigma. `None` if nothing was fitted, or too few frames, rows or points
-    /// tell.
+    /// The effect of pixel locking; its bias is a part of each sigma. `None` if nothing was fitted, or too
+    /// few frames, rows or points show it.
     pub locking: Option<PixelLocking>,
 }
 
@@ -64,8 +69,8 @@ impl DisparityMaps {
         count as f64 / self.answer.values().len().max(1) as f64
     }
 
-    /// Number of neighbouring answered pixels in a row whose order in the first or the last frame, at `tau_before` before
-    /// and `tau_after` after the reference, is not that in the reference frame.
+    /// Number of neighbouring answered pixels in a row whose order in the first or the last frame, at
+    /// `tau_before` before and `tau_after` after the reference, is not that in the reference frame.
     pub fn order_violations(&self, tau_before: f64, tau_after: f64) -> usize {
         let violates = |pair: &[f32]| {
             let step = f64::from(pair[1] - pair[0]);

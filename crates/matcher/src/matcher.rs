@@ -3,15 +3,15 @@
 use rayon::prelude::*;
 use tracing::{debug, debug_span};
 
+use super::candidates::Candidates;
+use super::candidates::DisparityRange;
 use super::cost::{Band, CostTable, band_costs};
 use super::edge_refinement::refine_edges;
-use super::lines::{Candidates, Lines, SeenRule};
+use super::lines::{Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{
-    DisparityRange, Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint,
-};
+use super::options::{Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, fit};
@@ -20,12 +20,14 @@ use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 
-/// Gauss-Newton steps: from half a disparity step two come within a thousandth of a pixel of the end; the third confirms.
+/// Gauss-Newton steps: from half a disparity step two come within a thousandth of a pixel of the end; the
+/// third confirms.
 const FIT_STEPS: usize = 2;
 
 /// Disparity of every pixel of the reference frame, as [`Matcher::matched`] finds it.
 ///
-/// With [`Method::Normalised`] the frames are copied; a [`Matcher`] that is given the only volume normalises them in their place.
+/// With [`Method::Normalised`] the frames are copied; a [`Matcher`] that is given the only volume normalises
+/// them in their place.
 ///
 /// # Errors
 /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
@@ -46,7 +48,8 @@ pub struct Matcher {
 }
 
 impl Matcher {
-    /// Makes `volume` ready to be matched as `options` say; what has to change in it changes in its place unless samples are shared.
+    /// Prepares `volume` for a match with `options`. Samples are changed in their place unless they are
+    /// shared with another volume.
     ///
     /// # Errors
     /// [`MatchError`] if the options do not suit the volume.
@@ -69,8 +72,8 @@ impl Matcher {
         matched(&self.volume, &self.options, progress)
     }
 
-    /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search: the row's own, whatever other rows
-    /// added, and at the whole resolution, whatever a first look took.
+    /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search:
+    /// the row's own, whatever other rows added, and at the whole resolution, whatever a first look took.
     ///
     /// # Panics
     /// If `y` lies outside the volume.
@@ -104,7 +107,7 @@ fn matched(
         }
         None => (volume, lines, minimum_frames),
     };
-    // Half the resolution tells which disparities occur, but not whether narrow things hide others.
+    // Half the resolution shows which disparities occur, but not whether narrow objects occlude others.
     let options = &match (&halved, options.range) {
         (Some(halved), None) => MatchOptions { range: halved.range(progress), ..options.clone() },
         _ => options.clone(),
@@ -179,7 +182,7 @@ fn matched(
         locking: None,
     };
     Verdicts { range, ordering, options }.pass(&mut maps, outliers.as_ref());
-    // Where no bias stands out, none is worst.
+    // Without a significant bias, none is the worst.
     let answered = locking_px.iter().flat_map(|locking_px| {
         let pixels = maps.disparity.values().iter().zip(maps.sigma.values()).zip(locking_px.values());
         let pixels = pixels.zip(maps.answer.values()).filter(|(_, answer)| **answer == Answer::Found);
@@ -233,7 +236,7 @@ struct Verdicts<'a> {
 }
 
 impl Verdicts<'_> {
-    /// Says of each pixel what became of it, which only the search has done so far, and takes the numbers from those that have no answer.
+    /// Decides about each pixel's answer after the fit, and removes the numbers of pixels without one.
     fn pass(&self, maps: &mut DisparityMaps, outliers: Option<&Grid<bool>>) {
         let columns = maps.answer.columns();
         let DisparityMaps { disparity, sigma, answer, confidence, .. } = maps;

@@ -1,42 +1,50 @@
-//! Frames freed of their illumination: each pixel less the mean of its surroundings, over their standard deviation.
+//! Local normalisation: each pixel less the mean of its surroundings, over their standard deviation.
 //!
-//! Where light or exposure differ from frame to frame, so do intensities along a line, and their variance says little. What is
-//! left of a pixel here does not depend on a gain and an offset that its window shares. The search for the least variance then finds nearly
-//! what the best correlation of windows with their mean would be, at the price of the plain one; and the fit needs no change.
+//! If light or exposure differ from frame to frame, so do the intensities along a line, and their variance
+//! tells little. A normalised pixel does not depend on a gain and an offset that its window shares. The
+//! search for the least variance then finds nearly what the best correlation of windows with their mean would
+//! find, at the price of plain variance, and the fit needs no change.
 //!
-//! The window is about half as wide as it is high. It moves with the texture, so it shifts no line on a surface that keeps its disparity across
-//! it. What harms is what enters and leaves it on the way: at the sides of the frames, at depth edges, and on surfaces that are stretched as they
-//! move. All of these lie along x. Measured on simulated scenes with a noise of 1 DN, RMS error against that of plain intensities, for windows of
-//! 7 x 7, 15 x 3, 5 x 9 and 3 x 15 pixels (wide x high): plane 1.47, 3.7, 1.19, 1.20; plane that slants along x 1.49, 3.4, 1.22, 1.19; along y 1.40,
-//! 3.7, 1.16, 1.31; cube edge 2.05, 4.0, 1.90, 1.65.
+//! The window is about half as wide as it is high. It moves with the texture, so it shifts no line on a
+//! surface whose disparity is constant across it. Errors come from texture that enters or leaves the window
+//! on the way: at the sides of the frames, at depth edges, and on slanted surfaces. All of these lie along x.
+//! Measured on simulated scenes with a noise of 1 DN, as the RMS error over that of plain intensities, for
+//! windows of 7 x 7, 15 x 3, 5 x 9 and 3 x 15 pixels (wide x high): plane 1.47, 3.7, 1.19, 1.20; plane that
+//! slants along x 1.49, 3.4, 1.22, 1.19; along y 1.40, 3.7, 1.16, 1.31; cube edge 2.05, 4.0, 1.90, 1.65.
 
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use crate::window_sums::window_sums;
+use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::volume::Volume;
 
-/// Levels that a local standard deviation becomes, and the level of the local mean. What is four deviations away is clipped; in 8 bit a level is as
-/// fine as the camera's own for a local standard deviation of 32 DN, and finer for less.
+/// Levels for one local standard deviation, around the level of the local mean. Values beyond four deviations
+/// are clipped. In 8 bit a level is as fine as the camera's own for a local standard deviation of 32 DN, and
+/// finer for less.
 const LEVELS_PER_DEVIATION: f32 = 32.0;
 const MEAN_LEVEL: f32 = 128.0;
-/// Noise of this many times its standard deviation is added to that of each window, so that featureless surfaces do not become
-/// texture.
+/// Noise of this many times its standard deviation is added to that of each window, so that featureless
+/// surfaces do not become texture.
 const FLOOR_OVER_NOISE: f64 = 2.0;
 /// The noise is that of the calmest tenth of blocks of this side, in px.
 const BLOCK_PX: usize = 16;
 const CALM_SHARE: f64 = 0.1;
-/// Rows that a thread takes at a time: they share the sums of their windows, and what they need of other rows is copied first.
+/// Rows that a thread processes at a time. They share the sums of their windows, and the rows around them are
+/// copied first.
 const BAND_ROWS: usize = 64;
 
-/// Height of the window of [`Method::Normalised`](super::Method::Normalised): with 45 pixels, mean and deviation of noise are known to a tenth.
+/// Height of the window of [`Method::Normalised`](super::Method::Normalised): with 45 pixels, mean and
+/// deviation of noise are known to a tenth.
 pub const NORMALISING_WINDOW_PX: usize = 9;
 
-/// `volume` with a local mean of 128 and a local standard deviation of 32 DN in windows `window_px` (odd) high and about half as wide, cut off at
-/// the borders of the frames.
+/// `volume` with a local mean of 128 and a local standard deviation of 32 DN in windows `window_px` (odd)
+/// high and about half as wide, cut off at the borders of the frames.
 ///
-/// Samples are 8 bit wide if those of `volume` are, and else [fine](Volume::fine) ones of 8 bit, so that they take no more memory; they change in
-/// their place unless they are shared. Most of the time does not depend on the window. Frames' gains are applied, though they hardly matter here.
+/// Samples are 8 bit wide if those of `volume` are, and else [fine](Volume::fine) ones of 8 bit, so that they
+/// take no more memory; they change in their place unless they are shared. Most of the time does not depend
+/// on the window. Frames' gains are applied, though they hardly matter here.
 pub fn locally_normalised(volume: Volume, window_px: usize) -> Volume {
     let fine = volume.is_fine() || volume.bit_depth() > 8;
     let floor = FLOOR_OVER_NOISE * FLOOR_OVER_NOISE * noise_variance(&volume);
@@ -50,13 +58,15 @@ pub fn locally_normalised(volume: Volume, window_px: usize) -> Volume {
 
 /// A window that slides over one frame, with running sums over its rows.
 ///
-/// In double precision the sums of whole levels are exact, so that what leaves the window leaves no trace.
+/// In double precision the sums of whole levels are exact, so samples that leave the window leave no rounding
+/// error.
 struct Window {
     /// Rows and columns of the frame.
     size: (usize, usize),
     /// Columns and rows that the window reaches to either side.
     halves: (usize, usize),
-    /// Sums of values and of squares over the window's rows, for each column; with zeros for the columns beyond the borders.
+    /// Sums of values and of squares over the window's rows, for each column; with zeros for the columns
+    /// beyond the borders.
     by_column: [Vec<f64>; 2],
     /// The same over the window's columns, too.
     sums: [Vec<f64>; 2],
@@ -77,7 +87,8 @@ impl Window {
         }
     }
 
-    /// Normalises the given rows into `band`, rows x columns; `values` are theirs and those of the rows within reach.
+    /// Normalises the given rows into `band`, rows x columns; `values` are theirs and those of the rows
+    /// within reach.
     #[inline(always)]
     fn normalise<S: Simd>(
         &mut self,
@@ -101,7 +112,7 @@ impl Window {
             }
             paths = wanted;
             for (sums, by_column) in self.sums.iter_mut().zip(&self.by_column) {
-                box_sums(by_column, 2 * self.halves.0 + 1, sums);
+                window_sums(by_column, 2 * self.halves.0 + 1, sums);
             }
             let [sums, squares] = &self.sums;
             deviations(row(y), [sums, squares, &self.covered], (paths.len() as f64, floor), out);
@@ -118,19 +129,6 @@ impl Window {
             let value = f64::from(row[x]);
             sums[x] += sign * value;
             squares[x] += sign * value * value;
-        }
-    }
-}
-
-/// `out[x] = sum of values[x .. x + side]`; `values` is `side - 1` longer than `out`.
-#[inline(always)]
-fn box_sums(values: &[f64], side: usize, out: &mut [f64]) {
-    let count = out.len();
-    out.copy_from_slice(&values[..count]);
-    for offset in 1..side {
-        let shifted = &values[offset..offset + count];
-        for x in 0..count {
-            out[x] += shifted[x];
         }
     }
 }
@@ -156,8 +154,8 @@ fn deviations(
     }
 }
 
-/// Variance of the noise in DN^2, at least that of quantisation: from the mixed second differences of the middle frame, of which a surface's
-/// texture, seen through a lens, has little, in the calmest blocks.
+/// Variance of the noise in DN^2, at least that of quantisation: from the mixed second differences of the
+/// middle frame, of which a surface's texture, seen through a lens, has little, in the calmest blocks.
 fn noise_variance(volume: &Volume) -> f64 {
     let t = volume.tau().middle_frame();
     let columns = volume.columns();
@@ -181,9 +179,8 @@ fn noise_variance(volume: &Volume) -> f64 {
         calm.extend(sums.iter().filter(|(_, count)| *count > 0).map(|(sum, count)| sum / f64::from(*count)));
     }
     calm.sort_unstable_by(f64::total_cmp);
-    let place = (CALM_SHARE * calm.len() as f64) as usize;
     let quantisation = f64::from(volume.frame_gain(t)).powi(2) / 12.0;
-    calm.get(place).copied().unwrap_or(0.0).max(quantisation)
+    quantile_of_sorted(&calm, CALM_SHARE).unwrap_or(0.0).max(quantisation)
 }
 
 #[cfg(test)]
@@ -256,7 +253,8 @@ mod tests {
         config.texture.grain_mm *= 4.0;
         let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
         let noise = noise_variance(&volume);
-        // Noise of 2 DN and quantisation; the least tenth of 64 estimates of 225 differences each lies up to a quarter below, and texture adds a little.
+        // Noise of 2 DN and quantisation; the least tenth of 64 estimates of 225 differences each lies up to
+        // a quarter below, and texture adds a little.
         assert!((3.0..4.6).contains(&noise), "{noise}");
         let dark = Volume::new(20, 20, 8, Tau::equidistant(3).unwrap());
         assert_eq!(noise_variance(&dark), 1.0 / 12.0);
@@ -270,7 +268,8 @@ mod tests {
         }
     }
 
-    /// A lamp that travels: from frame to frame and across each frame, gain between 0.55 and 0.85 and offset between -12 and 12 DN.
+    /// A lamp that travels: from frame to frame and across each frame, gain between 0.55 and 0.85 and offset
+    /// between -12 and 12 DN.
     fn unevenly_lit(volume: &Volume) -> Volume {
         let columns = volume.columns();
         let kind = (volume.bit_depth(), volume.is_fine());
@@ -301,7 +300,8 @@ mod tests {
         assert!((plain.answered as f64) < 0.5 * plain.pixels as f64 || plain.median_px > 0.05, "{plain:?}");
         let normalised = errors(&locally_normalised(uneven, NORMALISING_WINDOW_PX));
         assert!(normalised.answered as f64 > 0.99 * normalised.pixels as f64, "{normalised:?}");
-        // Contrast is 0.7 of what it was, and noise, quantised once more, is not: 1.5 times the error, and a third of it for the window.
+        // Contrast is 0.7 of what it was, and noise, quantised once more, is not: 1.5 times the error, and a
+        // third of it for the window.
         assert!(normalised.median_px < 2.0 * reference.median_px, "{normalised:?} {reference:?}");
         assert!(normalised.rms_px < 2.5 * reference.rms_px, "{normalised:?} {reference:?}");
         assert!(normalised.bias_px.abs() < 0.005, "{normalised:?}");

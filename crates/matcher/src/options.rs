@@ -1,27 +1,29 @@
-//! What a caller may choose, and the checks that a choice makes sense for a volume.
+//! The options of a match, and the checks that they suit a volume.
 
 use thiserror::Error;
 
+use super::candidates::{Candidates, DisparityRange};
 use super::interpolation::Interpolation;
-use super::lines::Candidates;
 use epirig_core::volume::Volume;
 
 epirig_core::choices! {
-    /// What measures how badly the samples along a candidate agree.
+    /// The cost of a candidate: how badly the samples along its line agree.
     pub enum Method {
         /// Variance of the intensities along the line; needs equal illumination.
         ///
         /// Paper, section 4; averaged over the window.
         Variance = "variance",
-        /// Variance of locally normalised frames: for light that varies from frame to frame and over the image.
+        /// Variance of locally normalised frames: for light that varies from frame to frame and over the
+        /// image.
         ///
         /// Gains and offsets that change from frame to frame and slowly over the image do not count
-        /// ([`normalise`](super::normalise)). Costs are in units of a 32nd of the local standard deviation, squared.
+        /// ([`normalise`](super::normalise)). Costs are in units of a 32nd of the local standard deviation,
+        /// squared.
         Normalised = "normalised",
         /// Correlation of windows with the reference frame's window.
         ///
-        /// One minus the normalised correlation, averaged over the frames. With the first frame as reference this is
-        /// the paper's own choice of model.
+        /// One minus the normalised correlation, averaged over the frames. With the first frame as reference
+        /// this is the paper's own choice of model.
         NccFirst = "ncc-first",
         /// Correlation of windows with their mean.
         ///
@@ -31,12 +33,13 @@ epirig_core::choices! {
 }
 
 impl Method {
-    /// Whether the cost is a variance of intensities, or of what stands for them: what the fit presumes.
+    /// Whether the cost is a variance of intensities (or of normalised ones), as the fit presumes.
     pub fn compares_intensities(self) -> bool {
         matches!(self, Self::Variance | Self::Normalised)
     }
 
-    /// A difference of costs that means nothing: the variance of quantisation in DN^2, or a correlation of 0.999.
+    /// A difference of costs that is not significant: the variance of quantisation in DN^2, or a correlation
+    /// of 0.999.
     pub(super) fn resolution(self) -> f32 {
         match self {
             Self::Variance | Self::Normalised => 1.0 / 12.0,
@@ -50,8 +53,9 @@ epirig_core::choices! {
     pub enum Search {
         /// Sums over groups of neighbouring frames serve many candidates: many times faster.
         ///
-        /// Candidates lie at twice the disparity step asked for (at most 1 px), with linear interpolation. For methods
-        /// that [compare intensities](Method::compares_intensities); others are searched exhaustively.
+        /// Candidates lie at twice the disparity step asked for (at most 1 px), with linear interpolation.
+        /// For methods that [compare intensities](Method::compares_intensities); others are searched
+        /// exhaustively.
         Factorised = "factorised",
         /// The samples of all frames for each candidate, as in the paper.
         ///
@@ -63,11 +67,13 @@ epirig_core::choices! {
 /// How much work is done for a disparity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// All that helps accuracy: every pixel is searched by itself, and the windows of the fit follow the surface.
+    /// The most accurate: every pixel is searched by itself, and the windows of the fit follow the surface.
     Full,
-    /// What a first look needs, in less than a third of the time: candidates are searched at half the resolution, whose costs and confidences are told, and the fit takes windows of
-    /// one size and, of a hundred frames or more, the half that tells most. Sigma says what that leaves, but for relief that is finer than the windows: only windows of more than 3 px have
-    /// smaller ones as witnesses. Things narrower than some 20 px may be passed over. Frames too small to be halved are searched as they are.
+    /// A first look, in less than a third of the time. Candidates are searched at half the resolution, with
+    /// the costs and confidences of that resolution. The fit takes windows of one size and, of a hundred
+    /// frames or more, the half that tells most. Sigma covers that, except for relief that is finer than the
+    /// windows. Objects narrower than some 20 px may be missed. Frames too small to be halved are searched as
+    /// they are.
     Quick,
 }
 
@@ -99,27 +105,18 @@ epirig_core::choices! {
 }
 
 epirig_core::choices! {
-    /// What to expect of points that are occluded in part of the sequence.
+    /// Whether points may be occluded in part of the sequence.
     pub enum Occlusion {
         /// Nothing is occluded: all frames that contain the candidate count.
         None = "none",
         /// A point may be occluded before or after the reference frame.
         ///
-        /// The best of all frames, the frames up to the reference and the frames from it on counts (Kang, Szeliski and
-        /// Chai 2001, "best half").
+        /// The best of all frames, the frames up to the reference and the frames from it on counts (Kang,
+        /// Szeliski and Chai 2001, "best half").
         OneSide = "one-side",
         /// One side without the ordering constraint, none with it.
         Automatic = "auto",
     }
-}
-
-/// A closed interval of disparities, in pixels over the whole baseline.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DisparityRange {
-    /// Smallest disparity, in px.
-    pub minimum_px: f64,
-    /// Largest disparity, in px.
-    pub maximum_px: f64,
 }
 
 /// Most candidates that are searched for a pixel: their indices and the tables of a band must fit.
@@ -131,10 +128,12 @@ pub const LARGEST_WINDOW_PX: usize = 31;
 /// The widest window of the fit, in px.
 pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
 
-/// Side to which the windows of the fit grow where texture is weak, in px; on surfaces that show no relief they grow up to 21 px.
+/// Side to which the windows of the fit grow where texture is weak, in px; on surfaces that show no relief
+/// they grow up to 21 px.
 pub const LARGEST_GROWN_WINDOW_PX: usize = 11;
 
-/// Side of the fit's window for a first look, in px: it makes hollows 12 px wide a hundredth shallower, and a window of 7 px five hundredths.
+/// Side of the fit's window for a first look, in px: it makes hollows 12 px wide a hundredth shallower, and a
+/// window of 7 px five hundredths.
 const QUICK_FIT_WINDOW_PX: usize = 5;
 
 /// Everything that a caller may choose of the matcher.
@@ -154,8 +153,8 @@ pub struct MatchOptions {
     pub disparity_step_px: f64,
     /// Side of the square window of the costs, in px, odd.
     pub window_px: usize,
-    /// Whether costs are aggregated across rows, too (semi-global matching): for weak texture. Surfaces are then taken to continue from row to row, where a row
-    /// by itself does not tell more than noise does.
+    /// Whether costs are aggregated across rows, too (semi-global matching), for weak texture. Where a row
+    /// shows no more than noise, the surface is then taken to continue from row to row.
     pub semi_global: bool,
     /// The frame whose pixels are answered.
     pub reference: ReferenceFrame,
@@ -165,12 +164,14 @@ pub struct MatchOptions {
     pub occlusion: Occlusion,
     /// Whether the mapping must be strictly increasing.
     pub ordering_constraint: OrderingConstraint,
-    /// Whether the fit over all frames refines the disparity between the candidates. Without it the vertex of the parabola through
-    /// three costs does, as far as half the disparity step. The fit presumes equal intensities, as `Method::Variance` does and `Method::Normalised` brings about.
+    /// Whether the fit over all frames refines the disparity between the candidates. Without it the vertex of
+    /// the parabola through three costs does, as far as half the disparity step. The fit presumes equal
+    /// intensities, as `Method::Variance` does and `Method::Normalised` brings about.
     pub refine: bool,
     /// Side of the smallest window of the fit, in px, odd, 1 to 21.
     pub refine_window_px: usize,
-    /// The fit's window grows where it leaves a larger sigma than this, in px; infinite: all windows are the smallest. With [`Effort::Quick`] they always are.
+    /// The fit's window grows where it leaves a larger sigma than this, in px; infinite: all windows are the
+    /// smallest. With [`Effort::Quick`] they always are.
     pub wanted_sigma_px: f64,
     /// A pixel whose sigma exceeds this has no answer, in px.
     pub maximum_sigma_px: f64,
@@ -185,7 +186,7 @@ impl Default for MatchOptions {
 }
 
 impl MatchOptions {
-    /// The options that serve `method` well where nothing is known of the scene.
+    /// The usual options for `method`, for an unknown scene.
     pub fn for_method(method: Method) -> Self {
         Self {
             method,
@@ -248,7 +249,7 @@ pub enum MatchError {
         columns: usize,
         /// Share of the frames that must see a point.
         minimum_visible: f64,
-        /// Largest magnitude that keeps a point in view so long, in px.
+        /// Largest magnitude that keeps a point in view for that share, in px.
         limit_px: f64,
     },
     /// The reference frame does not exist.
@@ -269,20 +270,20 @@ pub enum MatchError {
         /// The values allowed.
         expected: &'static str,
     },
-    /// Costs of so many candidates cannot be aggregated across rows.
+    /// The costs of all candidates take too much memory to be aggregated across rows.
     #[error(
-        "rows that aggregation each other hold the costs of all candidates, and {candidates} for each pixel would take more memory than half of \
-         the frames' own; at most {limit} fit: give a narrower range or a larger disparity step, or leave --semi-global out"
+        "aggregation across rows holds the costs of all candidates; {candidates} for each pixel would take more memory \
+         than half of the frames' own, at most {limit} fit: give a narrower range or a larger disparity step, or leave --semi-global out"
     )]
     TooManyToAggregate {
         /// Candidates of a pixel.
         candidates: usize,
-        /// As many as could be held.
+        /// Largest number that fits.
         limit: usize,
     },
     /// No range was given and none could be found.
     #[error(
-        "no range of disparities stands out in the data: too little texture, or the frames do not show one moving scene; \
+        "no range of disparities is significant in the data: too little texture, or the frames do not show one moving scene; \
          look at the frames, or give the range"
     )]
     NoRange,
@@ -309,7 +310,7 @@ impl MatchOptions {
         }
     }
 
-    /// The search that serves the method.
+    /// The search that is used: the exhaustive one for methods that do not compare intensities.
     pub fn search_used(&self) -> Search {
         if self.method.compares_intensities() { self.search } else { Search::Exhaustive }
     }
@@ -377,7 +378,7 @@ impl MatchOptions {
         self.check_search(&Candidates::covering(range, self.disparity_step_px))
     }
 
-    /// Whether so many candidates can be searched.
+    /// Whether this number of candidates can be searched.
     pub(super) fn check_search(&self, candidates: &Candidates) -> Result<(), MatchError> {
         if candidates.count() > LARGEST_SEARCH {
             return Err(MatchError::BadOption {
@@ -389,7 +390,8 @@ impl MatchOptions {
         Ok(())
     }
 
-    /// Largest magnitude of a disparity whose point can be in view in the share of the frames asked for, in px.
+    /// Largest magnitude of a disparity whose point can be in view in the share of the frames asked for, in
+    /// px.
     pub fn largest_disparity_px(&self, columns: usize) -> f64 {
         (columns - 1) as f64 / self.minimum_visible
     }

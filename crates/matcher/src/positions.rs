@@ -1,4 +1,5 @@
-//! tau of every frame from the texture itself: what the lines' residuals have in common within a frame is the frame's own error of position.
+//! tau of every frame from the texture itself: residuals that all lines of a frame share are the frame's
+//! error of position.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
@@ -7,22 +8,24 @@ use thiserror::Error;
 use super::interpolation::{Interpolation, SampledEpi};
 use super::lines::Lines;
 use super::maps::{Answer, DisparityMaps};
+use epirig_core::spline::cubic;
 use epirig_core::volume::Volume;
 
-/// A frame of which so little is known beside the others is not connected with them.
+/// A frame whose pivot is less than this share of the others' is not connected with them.
 const PIVOT: f64 = 1e-9;
 
-/// Bias of a place between pixels by the cubic B-spline, root mean square over all places: its worst for texture blurred by 0.7 px is 0.0016 px
-/// ([`Interpolation`]), and it goes up and down once a pixel, as a sine does. All pixels of a frame whose disparities are alike have it in common, so it
-/// does not average out.
+/// Bias of a place between pixels by the cubic B-spline, root mean square over all places: its worst for
+/// texture blurred by 0.7 px is 0.0016 px ([`Interpolation`]), and it goes up and down once a pixel, as a
+/// sine does. All pixels of a frame whose disparities are alike have it in common, so it does not average
+/// out.
 const INTERPOLATION_BIAS_PX: f64 = 0.0016 * std::f64::consts::FRAC_1_SQRT_2;
 
-/// What is to be added to the tau of a frame.
+/// The correction of the tau of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TauCorrection {
     /// tau less the volume's; without the part that is linear in tau, which disparities take up.
     pub correction: f64,
-    /// Its standard deviation, from the scatter of the pixels and from what interpolation may do to all of them.
+    /// Its standard deviation, from the scatter of the pixels and from the bias of interpolation.
     pub sigma: f64,
 }
 
@@ -34,13 +37,13 @@ pub struct FramesApart {
     pub frame: usize,
 }
 
-/// Pixels that are seen in the same frames, summed up.
+/// Sums over pixels that the same frames see.
 #[derive(Clone)]
 struct Class {
     first: usize,
     end: usize,
     weight: f64,
-    /// Weight times the error of tau that each frame's intensity speaks for.
+    /// Weight times the error of tau that each frame's intensity shows.
     moments: Vec<f64>,
 }
 
@@ -57,9 +60,11 @@ struct Sums {
 
 /// Corrections of all tau, jointly with the disparities of all pixels (one Gauss-Newton step).
 ///
-/// If a frame truly stands at tau + e, a line of disparity d through texture of gradient g meets it e d px too early, and its intensity there is g d e
-/// too low. Each pixel has taken up what is constant in its frames (its intensity) and what is linear in tau (its disparity); that is
-/// eliminated, pixel by pixel, over the frames that see it. Match with the corrected tau and repeat, until corrections are small against their sigma.
+/// If a frame truly stands at tau + e, a line of disparity d through texture of gradient g meets it e d px
+/// too early, and its intensity there is g d e too low. Each pixel's intensity takes up the part that is
+/// constant over its frames, and its disparity the part that is linear in tau. Both are eliminated, pixel by
+/// pixel, over the frames that see it. Match with the corrected tau and repeat, until corrections are small
+/// against their sigma.
 ///
 /// # Errors
 /// [`FramesApart`] if a frame is connected with the others by too little texture.
@@ -127,7 +132,7 @@ fn sums_of_row(volume: &Volume, maps: &DisparityMaps, lines: &Lines, y: usize) -
     let mut sums = Sums::default();
     for x in (0..volume.columns()).filter(|&x| maps.answer.at(x, y) == Answer::Found) {
         let disparity = f64::from(maps.disparity.at(x, y));
-        let (mut first, mut end, mut slope) = (tau.len(), 0, 0.0);
+        let (mut first, mut end, mut gradient) = (tau.len(), 0, 0.0);
         for (t, offset) in lines.offsets().iter().enumerate() {
             let place = x as f64 + disparity * offset;
             if !(0.0..=last).contains(&place) {
@@ -139,15 +144,15 @@ fn sums_of_row(volume: &Volume, maps: &DisparityMaps, lines: &Lines, y: usize) -
             let sum = |weights: [f32; 4]| -> f64 {
                 weights.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum()
             };
-            values[t] = sum(Interpolation::bspline_weights(fraction));
-            slope += sum(Interpolation::bspline_gradient_weights(fraction));
+            values[t] = sum(cubic::weights(fraction));
+            gradient += sum(cubic::gradient_weights(fraction));
             // A point moves to one side, so the frames that see it follow each other.
             (first, end) = (first.min(t), t + 1);
         }
         if end < first + 4 {
             continue;
         }
-        let per_tau = disparity * slope / (end - first) as f64;
+        let per_tau = disparity * gradient / (end - first) as f64;
         sums.add(first..end, per_tau, &values, tau);
         sums.disparity += disparity.abs();
         sums.pixels += 1.0;
@@ -172,12 +177,13 @@ impl Sums {
         let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / count;
         let (value, middle) = (mean(values), mean(tau));
         let spread: f64 = tau.iter().map(|tau| (tau - middle).powi(2)).sum();
-        let slope = values.iter().zip(tau).map(|(v, tau)| (v - value) * (tau - middle)).sum::<f64>() / spread;
+        let gradient =
+            values.iter().zip(tau).map(|(v, tau)| (v - value) * (tau - middle)).sum::<f64>() / spread;
         let class = self.class(seen.start, seen.end);
         class.weight += per_tau * per_tau;
         let mut energy = 0.0;
         for ((moment, v), tau) in class.moments.iter_mut().zip(values).zip(tau) {
-            let residual = v - value - slope * (tau - middle);
+            let residual = v - value - gradient * (tau - middle);
             *moment -= per_tau * residual;
             energy += residual * residual;
         }
@@ -199,7 +205,8 @@ impl Sums {
 }
 
 impl Class {
-    /// Adds weight (I - Q), Q the projection on what is constant and linear over these frames, to `matrix`, and the moments to `right`.
+    /// Adds weight (I - Q) to `matrix` and the moments to `right`, where Q projects on constant and linear
+    /// functions over these frames.
     fn add(&self, tau: &[f64], matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) {
         let taken = gauge(&tau[self.first..self.end]);
         let count = self.end - self.first;

@@ -4,8 +4,8 @@ use super::interpolation::{Interpolation, SampledEpi};
 use super::lines::Lines;
 use epirig_core::volume::Volume;
 
-/// Intensity in DN of each frame along the line through column `x` (which may lie between pixels) of the reference frame
-/// of `lines`, for row `y` and disparity `disparity_px`; NaN where the line leaves the image.
+/// Intensity in DN of each frame along the line through column `x` (which may lie between pixels) of the
+/// reference frame of `lines`, for row `y` and disparity `disparity_px`; NaN where the line leaves the image.
 ///
 /// # Panics
 /// If `y` lies outside the volume.

@@ -1,13 +1,16 @@
-//! The range of disparities, found from the data.
+//! Range survey: the range of disparities, found from the data.
 //!
-//! A few rows, spread over the image, are searched over all disparities that keep a point in view (at most 1.25 times the
-//! image's width), at a coarse disparity step. Pixels whose best candidate is significant count; the range is what their disparities cover, without stragglers.
+//! A few rows, spread over the image, are searched over all disparities that keep a point in view (at most
+//! 1.25 times the image's width), at a coarse disparity step. Pixels whose best candidate is significant
+//! count. The range covers their disparities, without stragglers.
 
 use rayon::prelude::*;
 
+use super::candidates::Candidates;
+use super::candidates::DisparityRange;
 use super::cost::{Band, band_costs};
-use super::lines::{Candidates, Lines, SeenRule};
-use super::options::{DisparityRange, MatchOptions, Occlusion, OrderingConstraint, Search};
+use super::lines::{Lines, SeenRule};
+use super::options::{MatchOptions, Occlusion, OrderingConstraint, Search};
 use super::search::survey::RowSurvey;
 use super::winner::{confidences, winners};
 use epirig_core::tau::Tau;
@@ -21,8 +24,8 @@ const HALF_WINDOW_COLUMNS: usize = 3;
 const SAMPLED_FRAMES: usize = 33;
 /// A pixel counts if its best candidate is this much better than the best one elsewhere ...
 const CLEAR_CONFIDENCE: f32 = 0.5;
-/// ... or, where noise drowns the texture so that fewer than the share below are, this much: with some hundred degrees of
-/// freedom in a window, chance differences of two variances stay below it.
+/// ... or, where noise drowns the texture so that fewer than the share below are, this much: with some
+/// hundred degrees of freedom in a window, chance differences of two variances stay below it.
 const NOISY_CONFIDENCE: f32 = 0.25;
 /// Share of the pixels that must count.
 const CLEAR_SHARE: f64 = 0.02;
@@ -32,12 +35,13 @@ const STRAGGLER_SHARE: f64 = 0.004;
 const NEAR_PX: f64 = 4.0;
 /// A crossing of points counts if this many pixels on each side of it agree.
 const SUPPORT: usize = 3;
-/// A jump hides what lies between two surfaces if no more than this share of the columns between them is left at the end of the baseline.
-const HIDING_SHARE: f64 = 0.4;
+/// A jump occludes the points between two surfaces if no more than this share of the columns between them is
+/// left at the end of the baseline.
+const OCCLUDED_SHARE: f64 = 0.4;
 /// Crossings make a scene unordered if this share of the rows, and at least two, hold one.
 const UNORDERED_SHARE: f64 = 0.05;
 
-/// What the sampled rows show.
+/// The result of the range survey.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Survey {
     /// The disparities that occur, with a margin.
@@ -46,9 +50,9 @@ pub struct Survey {
     pub ordered: bool,
 }
 
-/// Looks at a few rows of `volume`; `None` if no disparity stands out.
+/// Surveys a few rows of `volume`; `None` if no disparity is significant.
 ///
-/// A range given in `options` is kept and only the order is looked at.
+/// A range given in `options` is kept, and only the order is surveyed.
 pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<Survey> {
     // One pixel of shift at the end of the baseline that is farther from the reference.
     let step = (1.0 / lines.tau_before().max(lines.tau_after())).clamp(1.0, 2.0);
@@ -68,7 +72,7 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
         Search::Exhaustive => exhaustive(volume, lines, candidates, occlusion, options)?,
     };
     if candidates.count() <= 3 {
-        // A search over so few candidates has no rivals to stand out from.
+        // A search over this few candidates has no rivals, so confidence means nothing.
         surveyed.iter_mut().flatten().flatten().for_each(|pixel| pixel.1 = 1.0);
     }
     let clear = |least: f32| -> Vec<Vec<Option<f64>>> {
@@ -95,7 +99,8 @@ pub fn survey(volume: &Volume, lines: &Lines, options: &MatchOptions) -> Option<
 /// Disparity in px of a pixel's best candidate, and how much better it is than its rivals.
 type Surveyed = Option<(f64, f32)>;
 
-/// Surveyed in all frames: none are left out, since equidistant ones in between would show a repetitive texture at wrong disparities.
+/// The survey in all frames: if some were left out, equidistant ones would show a repetitive texture at wrong
+/// disparities.
 fn factorised(
     volume: &Volume,
     lines: &Lines,
@@ -109,7 +114,7 @@ fn factorised(
     sampled_rows(volume.rows(), 3).into_par_iter().map(|y| survey.of_row(y)).collect()
 }
 
-/// Surveyed by any method, in some frames; `None` if the frames sampled are no sequence.
+/// The survey by any method, in some frames; `None` if the sampled frames make no sequence.
 fn exhaustive(
     volume: &Volume,
     lines: &Lines,
@@ -134,8 +139,9 @@ struct Thinned {
     centres: Vec<usize>,
 }
 
-/// Frames spread over the sequence, with the reference frame and both ends among them. They are not equidistant if any are left
-/// out: multiples of a common step would show a repetitive texture at wrong disparities.
+/// Frames spread over the sequence, with the reference frame and both ends among them. They are not
+/// equidistant if any are left out: multiples of a common step would show a repetitive texture at wrong
+/// disparities.
 fn sampled_frames(frames: usize, reference: usize) -> Vec<usize> {
     let count = frames.min(SAMPLED_FRAMES);
     let step = (frames - 1) as f64 / (count - 1) as f64;
@@ -158,7 +164,8 @@ fn sampled_rows(rows: usize, window_px: usize) -> Vec<usize> {
     (0..bands).map(|band| (2 * band + 1) * rows / (2 * bands)).collect()
 }
 
-/// Copies the sampled rows, with the rows around them that windows reach, and the sampled frames into a small volume.
+/// Copies the sampled rows, with the rows around them that windows reach, and the sampled frames into a small
+/// volume.
 fn thin(volume: &Volume, frames: &[usize], window_px: usize) -> Option<Thinned> {
     let half = window_px / 2;
     let mut rows = Vec::new();
@@ -217,10 +224,11 @@ fn is_ordered(disparities: &[Vec<Option<f64>>], lines: &Lines, kept: (f64, f64),
             let rise = b.1 - a.1;
             let crosses_last = columns + (rise + slack) * lines.tau_after() <= 0.0;
             let crosses_first = columns - (rise - slack) * lines.tau_before() <= 0.0;
-            // A jump that closes most of the columns between two surfaces hides what lies there in a part of the frames.
+            // A jump that closes most of the columns between two surfaces occludes the points there in a part
+            // of the frames.
             let left_over = (columns + rise * lines.tau_after()).min(columns - rise * lines.tau_before());
-            let hides = rise.abs() > 2.0 * slack && left_over <= HIDING_SHARE * columns;
-            (crosses_last || crosses_first || hides) && agree(left, a.1) && agree(right, b.1)
+            let occludes = rise.abs() > 2.0 * slack && left_over <= OCCLUDED_SHARE * columns;
+            (crosses_last || crosses_first || occludes) && agree(left, a.1) && agree(right, b.1)
         })
     };
     let unordered = disparities.iter().filter(|row| crosses(row)).count();

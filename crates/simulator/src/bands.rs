@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
 use super::chess::Chess;
+use super::error::SimulatorError;
 
-/// Chess-boards along the upper and the lower edge of a tile: `columns` x `rows` squares each, in the middle between left and right. There
-/// the tile has no hollows. To the left and to the right of the squares it is white paper. Edges of squares are soft by 0.45 px of the
-/// image; squares of less than 4 px alias.
+/// Chess-boards along the upper and the lower edge of a tile: `columns` x `rows` squares each, in the middle
+/// between left and right. There the tile has no hollows. To the left and to the right of the squares it is
+/// white paper. Edges of squares are soft by 0.45 px of the image; squares of less than 4 px alias.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bands {
     /// Side of a square, in mm.
@@ -67,7 +67,8 @@ impl Print {
         }
     }
 
-    /// How much of a place is covered by a band, 0 to 1, and the reflectance there; `None` well between the bands.
+    /// How much of a place is covered by a band, 0 to 1, and the reflectance there; `None` well between the
+    /// bands.
     #[inline]
     pub(super) fn at(&self, u: f64, v: f64) -> Option<(f64, f64)> {
         let softness_mm = self.chess.softness_mm();

@@ -1,17 +1,18 @@
-//! A printed chess-board with soft edges, whose corners' true places are exact.
+//! A printed chess-board with soft edges, whose corners have exactly known places.
 //!
-//! Sharp edges would alias: a picture is made of three samples per pixel. So an edge is the integral of a Gaussian, which is odd about
-//! the edge: the saddle of reflectance lies where two lines of the board cross.
+//! Sharp edges would alias, because a picture is made of three samples per pixel. So an edge is the integral
+//! of a Gaussian, which is odd about the edge: the saddle of reflectance lies where two lines of the board
+//! cross.
 
 /// Reflectance of white paper.
 pub(super) const WHITE: f64 = 0.9;
 /// Reflectance of black squares.
 pub(super) const BLACK: f64 = 0.1;
-/// Standard deviation of an edge, in px of the image. At 2.5 cycles per pixel, which three samples per pixel fold onto the finest that a
-/// picture holds, exp(-2 (pi 0.45 2.5)^2) = 1e-11 of it is left.
+/// Standard deviation of an edge, in px of the image. At 2.5 cycles per pixel, which three samples per pixel
+/// fold onto the finest that a picture holds, exp(-2 (pi 0.45 2.5)^2) = 1e-11 of it is left.
 pub(super) const SOFTNESS_PX: f64 = 0.45;
-/// An edge may be at most this share of a square wide, so that at the middle of a square, where one edge ends and the next one
-/// begins, 7e-6 of it is left.
+/// An edge may be at most this share of a square wide, so that at the middle of a square, where one edge ends
+/// and the next one begins, 7e-6 of it is left.
 const SOFTEST: f64 = 1.0 / 9.0;
 
 /// A chess-board; its middle is the origin, the square at least u and v is black.
@@ -24,7 +25,8 @@ pub(super) struct Chess {
 }
 
 impl Chess {
-    /// A board of `columns` x `rows` squares whose edges have standard deviation `softness_mm`, less if squares are small.
+    /// A board of `columns` x `rows` squares whose edges have standard deviation `softness_mm`, less if
+    /// squares are small.
     pub(super) fn new(square_mm: f64, columns: usize, rows: usize, softness_mm: f64) -> Self {
         Self { square_mm, columns, rows, softness_mm: softness_mm.min(SOFTEST * square_mm) }
     }
@@ -69,10 +71,11 @@ impl Chess {
     }
 }
 
-/// So many standard deviations from an edge 1e-18 of it is left, which is nothing beside 1.
+/// At this many standard deviations from an edge 1e-18 of it is left, which rounding loses beside 1.
 const FAR: f64 = 8.7;
 
-/// A soft step from 0 to 1: the integral of a Gaussian, to 1e-7 (Abramowitz and Stegun, Handbook of Mathematical Functions, 7.1.26).
+/// A soft step from 0 to 1: the integral of a Gaussian, to 1e-7 (Abramowitz and Stegun, Handbook of
+/// Mathematical Functions, 7.1.26).
 pub(super) fn step(beyond: f64, sigma: f64) -> f64 {
     if beyond.abs() > FAR * sigma {
         return f64::from(u8::from(beyond > 0.0));

@@ -1,6 +1,6 @@
-//! Where the corners of chess-boards truly lie in the simulator's frames.
+//! The true places of chess-board corners in simulated frames.
 
-use super::Simulator;
+use super::simulator::Simulator;
 
 /// An inner corner of a band on the tile, in a frame as the camera gives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +31,8 @@ pub struct BoardCorner {
 }
 
 impl Simulator {
-    /// The inner corners of the bands on the tile when the stage says that it is at `position_mm`, band by band and row by row,
-    /// whether or not they are in view; none if the scene has no bands.
+    /// The inner corners of the bands on the tile when the stage says that it is at `position_mm`, band by
+    /// band and row by row, whether or not they are in view; none if the scene has no bands.
     pub fn target_corners(&self, position_mm: f64) -> Vec<TargetCorner> {
         let Some(print) = self.print else { return Vec::new() };
         let offset_mm = self.scene_offset_mm(position_mm);
@@ -44,8 +44,8 @@ impl Simulator {
         print.corners().map(corner).collect()
     }
 
-    /// The inner corners of the board in pose number `pose` (see [`board_irradiance`](Self::board_irradiance)), row by row; none if the simulator
-    /// has no board.
+    /// The inner corners of the board in pose number `pose` (see
+    /// [`board_irradiance`](Self::board_irradiance)), row by row; none if the simulator has no board.
     pub fn board_corners(&self, pose: usize) -> Vec<BoardCorner> {
         let optics = &self.config.optics;
         let Some(board) = self.config.board else { return Vec::new() };

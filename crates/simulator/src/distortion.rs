@@ -1,16 +1,17 @@
-//! How the simulator's lens bends rays. Written for the simulator alone, so that what is tested against it shares no code with it.
+//! The distortion of the simulated lens. Written for the simulator alone, so that what is tested against it
+//! shares no code with it.
 
 use serde::{Deserialize, Serialize};
 
-/// Newton's iteration ends with a step that is shorter than this, in units of X / Z: what it leaves is the square of it times the
-/// curvature of the lens, at most a few times 1e-14.
+/// Newton's iteration ends with a step shorter than this, in units of X / Z. The error left is the square of
+/// it times the curvature of the lens, at most a few times 1e-14.
 const SHORT: f64 = 1e-7;
-/// Newton doubles the digits with each step; where it has not ended after so many, there is nothing to find.
+/// Most steps: Newton doubles the digits with each, so a search that has not ended has no solution.
 const STEPS: usize = 40;
-/// An area may shrink to this share of what a pinhole would make of it. Lenses stay above a half; where it reaches zero the
-/// image folds over itself.
+/// An area may shrink to this share of what a pinhole would make of it. Lenses stay above a half; where it
+/// reaches zero the image folds over itself.
 const LEAST_AREA: f64 = 0.1;
-/// Places along the way from the axis to a ray where the area is looked at.
+/// Number of places between the axis and a ray at which the area is checked.
 const ALONG: usize = 32;
 
 /// Radial and tangential distortion after Brown and Conrady, with the names and the order of OpenCV.
@@ -34,13 +35,13 @@ pub struct Distortion {
 }
 
 impl Distortion {
-    /// Whether the lens bends nothing.
+    /// Whether the lens has no distortion.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 
     /// Where the lens puts the undistorted ray (a, b).
-    pub(super) fn bend(&self, (a, b): (f64, f64)) -> (f64, f64) {
+    pub(super) fn distort(&self, (a, b): (f64, f64)) -> (f64, f64) {
         let Self { p1, p2, .. } = *self;
         let r2 = a * a + b * b;
         let radial = self.radial(r2);
@@ -50,14 +51,15 @@ impl Distortion {
         )
     }
 
-    /// The undistorted ray that the lens puts at (a, b): Newton's iteration from there. `None` where it finds none.
-    pub(super) fn straighten(&self, (a, b): (f64, f64)) -> Option<(f64, f64)> {
+    /// The undistorted ray that the lens puts at (a, b): Newton's iteration from there. `None` where it finds
+    /// none.
+    pub(super) fn undistort(&self, (a, b): (f64, f64)) -> Option<(f64, f64)> {
         let mut ray = (a, b);
         for _ in 0..STEPS {
-            let bent = self.bend(ray);
+            let distorted = self.distort(ray);
             let (along, across, down) = self.slopes(ray);
             let area = along * down - across * across;
-            let (miss_a, miss_b) = (bent.0 - a, bent.1 - b);
+            let (miss_a, miss_b) = (distorted.0 - a, distorted.1 - b);
             let step = ((down * miss_a - across * miss_b) / area, (along * miss_b - across * miss_a) / area);
             ray = (ray.0 - step.0, ray.1 - step.1);
             let length = step.0.abs().max(step.1.abs());
@@ -105,19 +107,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bends_by_the_amounts_computed_by_hand() {
+    fn distorts_by_the_amounts_computed_by_hand() {
         // r2 = 0.09 + 0.16 = 0.25; radial 1 - 0.02 * 0.25 + 0.1 * 0.0625 = 1.00125.
         let radial = Distortion { k1: -0.02, k2: 0.1, ..Distortion::default() };
-        let (a, b) = radial.bend((0.3, 0.4));
+        let (a, b) = radial.distort((0.3, 0.4));
         assert!((a - 0.300_375).abs() < 1e-15 && (b - 0.4005).abs() < 1e-15, "{a} {b}");
         // 2 * 0.01 * 0.12 = 0.0024; 0.01 * (0.25 + 0.32) = 0.0057.
-        let (a, b) = Distortion { p1: 0.01, ..Distortion::default() }.bend((0.3, 0.4));
+        let (a, b) = Distortion { p1: 0.01, ..Distortion::default() }.distort((0.3, 0.4));
         assert!((a - 0.3024).abs() < 1e-15 && (b - 0.4057).abs() < 1e-15, "{a} {b}");
         // 0.01 * (0.25 + 0.18) = 0.0043.
-        let (a, b) = Distortion { p2: 0.01, ..Distortion::default() }.bend((0.3, 0.4));
+        let (a, b) = Distortion { p2: 0.01, ..Distortion::default() }.distort((0.3, 0.4));
         assert!((a - 0.3043).abs() < 1e-15 && (b - 0.4024).abs() < 1e-15, "{a} {b}");
         // 64 * 0.25^3 = 1.
-        let (a, _) = Distortion { k3: 64.0, ..Distortion::default() }.bend((0.3, 0.4));
+        let (a, _) = Distortion { k3: 64.0, ..Distortion::default() }.distort((0.3, 0.4));
         assert!((a - 0.6).abs() < 1e-15, "{a}");
     }
 
@@ -128,7 +130,7 @@ mod tests {
         assert!(folding.unfolded_up_to((0.3, 0.2)));
         assert!(!folding.unfolded_up_to((0.5, 0.3)));
         // What Newton finds for a place beyond the largest, if anything, lies on the other side of the fold.
-        let found = folding.straighten((0.5, 0.3));
+        let found = folding.undistort((0.5, 0.3));
         assert!(found.is_none_or(|ray| !folding.unfolded_up_to(ray)), "{found:?}");
     }
 
@@ -140,8 +142,8 @@ mod tests {
             (p1, p2) in (-0.01..0.01, -0.01..0.01),
         ) {
             let lens = Distortion { k1, k2, p1, p2, k3 };
-            let bent = lens.bend((a, b));
-            let ray = lens.straighten(bent).unwrap();
+            let distorted = lens.distort((a, b));
+            let ray = lens.undistort(distorted).unwrap();
             prop_assert!((ray.0 - a).abs() < 1e-12 && (ray.1 - b).abs() < 1e-12, "{ray:?}");
         }
     }

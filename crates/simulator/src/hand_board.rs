@@ -3,17 +3,19 @@
 use serde::{Deserialize, Serialize};
 
 use super::chess::{Chess, SOFTNESS_PX, step};
+use super::error::SimulatorError;
+use super::optics::Optics;
 use super::rays::Rays;
 use super::render::{self, GROUND};
 use super::sight::Sight;
-use super::{Optics, SimulatorError};
 use epirig_core::grid::Grid;
 
 /// Least and largest tilt of the board against the image plane, in rad: 20 and 35 degrees.
 const TILT_RAD: (f64, f64) = (0.349, 0.611);
 /// Largest roll of the board either way, in rad: 30 degrees.
 const MOST_ROLL_RAD: f64 = 0.524;
-/// Share of the image, in width or height, that the squares fill if they are not tilted: farthest and nearest.
+/// Share of the image, in width or height, that the squares fill if they are not tilted: farthest and
+/// nearest.
 const FILLED: (f64, f64) = (0.38, 0.58);
 /// White paper around the squares, in squares.
 const PAPER: f64 = 1.0;
@@ -23,12 +25,14 @@ const MARGIN: f64 = 0.02;
 const LEAST_MARGIN_PX: f64 = 4.0;
 /// Places along an edge of the plate that are looked at: a distorted edge is bent.
 const ALONG_EDGE: usize = 8;
-/// A board that does not fit is moved away by this factor, and a board that has moved looks a little different: so many times.
+/// A board that does not fit is moved away by this factor, up to this number of times, since a board that has
+/// moved looks a little different.
 const AWAY: f64 = 1.06;
 const MOVES: usize = 100;
 /// The place is found when it changes by less than this, in px.
 const PLACED_PX: f64 = 0.01;
-/// Where the plate lies in the room that the image leaves it, from 0 at the left (top) to 1: the middle, corners, edges.
+/// Where the plate lies in the room that the image leaves it, from 0 at the left (top) to 1: the middle,
+/// corners, edges.
 const PLACES: [(f64, f64); 9] = [
     (0.5, 0.5),
     (0.0, 0.0),
@@ -41,8 +45,8 @@ const PLACES: [(f64, f64); 9] = [
     (1.0, 0.5),
 ];
 
-/// A chess-board on a flat white plate that is one square larger on each side. Edges of squares are soft by 0.45 px of the image;
-/// squares of less than 4 px alias.
+/// A chess-board on a flat white plate that is one square larger on each side. Edges of squares are soft by
+/// 0.45 px of the image; squares of less than 4 px alias.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HandBoard {
     /// Side of a square, in mm.
@@ -53,7 +57,8 @@ pub struct HandBoard {
     pub rows: usize,
 }
 
-/// Where a board is held, in the camera's own frame: the point (u, v) of the board lies at centre + u axis_u + v axis_v.
+/// Where a board is held, in the camera's own frame: the point (u, v) of the board lies at centre + u axis_u
+/// + v axis_v.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardPose {
     /// The middle of the board, in mm.
@@ -98,8 +103,9 @@ impl HandBoard {
         Ok(())
     }
 
-    /// Pose number `pose`. They never end, and no two are alike: all parts of the image in turn, with tilts in all directions,
-    /// rolls and distances from sequences that fill their ranges evenly (van der Corput, in bases 2, 3, 5 and 7).
+    /// Pose number `pose`. They never end, and no two are alike: all parts of the image in turn, with tilts
+    /// in all directions, rolls and distances from sequences that fill their ranges evenly (van der Corput,
+    /// in bases 2, 3, 5 and 7).
     pub(super) fn pose(&self, optics: &Optics, pose: usize) -> BoardPose {
         let between = |(least, most): (f64, f64), share: f64| least + (most - least) * share;
         let tilt_rad = between(TILT_RAD, van_der_corput(pose, 2));
@@ -108,7 +114,7 @@ impl HandBoard {
         let filled = between(FILLED, van_der_corput(pose, 7));
         let [axis_u, axis_v] = axes(tilt_rad, direction_rad, roll_rad);
 
-        let sight = Sight::new(optics);
+        let sight = optics.sight();
         let (right, bottom) = (optics.columns as f64 - 1.0, optics.rows as f64 - 1.0);
         let margin = (MARGIN * right.min(bottom)).max(LEAST_MARGIN_PX);
         let (share_x, share_y) = PLACES[pose % PLACES.len()];
@@ -159,7 +165,7 @@ impl HandBoard {
 
     /// Inner corners of the board in a pose: (column, row, x, y).
     pub(super) fn corners(&self, optics: &Optics, pose: &BoardPose) -> Vec<(usize, usize, f64, f64)> {
-        let sight = Sight::new(optics);
+        let sight = optics.sight();
         let projected = |(column, row, u, v)| {
             let (x, y) = sight.raw_pixel(pose.ray(u, v));
             (column, row, x, y)
@@ -169,7 +175,7 @@ impl HandBoard {
 
     /// The light on the sensor with the board in a pose, as a share of full scale at reflectance 1.
     pub(super) fn irradiance(&self, optics: &Optics, pose: BoardPose) -> Grid<f32> {
-        let sight = Sight::new(optics);
+        let sight = optics.sight();
         let softness_mm = SOFTNESS_PX * pose.centre_mm[2] / optics.focal_length_px;
         let chess = self.chess(softness_mm);
         let (half_u, half_v) = self.half_plate_mm();
@@ -182,7 +188,8 @@ impl HandBoard {
     }
 }
 
-/// Directions of u and v of a board that is rolled in its plane, then tilted about the direction (cos, sin, 0) in the image plane.
+/// Directions of u and v of a board that is rolled in its plane, then tilted about the direction (cos, sin,
+/// 0) in the image plane.
 fn axes(tilt_rad: f64, direction_rad: f64, roll_rad: f64) -> [[f64; 3]; 2] {
     let (sine, cosine) = tilt_rad.sin_cos();
     let axis = [direction_rad.cos(), direction_rad.sin(), 0.0];
@@ -244,7 +251,7 @@ mod tests {
                 assert!((0.819..=0.9398).contains(&facing), "pose {number}: {facing}");
                 assert!(dot(pose.axis_u, pose.axis_v).abs() < 1e-12);
                 for (u, v) in [(-96.0, -72.0), (96.0, -72.0), (96.0, 72.0), (-96.0, 72.0)] {
-                    let (x, y) = Sight::new(&optics).raw_pixel(pose.ray(u, v));
+                    let (x, y) = optics.sight().raw_pixel(pose.ray(u, v));
                     assert!(
                         x > 3.0 && x < right - 3.0 && y > 3.0 && y < bottom - 3.0,
                         "pose {number}: ({x}, {y})"

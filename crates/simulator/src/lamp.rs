@@ -1,4 +1,4 @@
-//! The light that the simulator's lamp gives, from exposure to exposure.
+//! The light of the simulated lamp, exposure by exposure.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,17 +1,18 @@
-//! The simulator's lens and pixel grid, and how the camera is mounted.
+//! The simulated lens and pixel grid, and how the camera is mounted.
 
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
 use super::distortion::Distortion;
+use super::error::SimulatorError;
 use super::pinhole::Pinhole;
 use super::sight::Sight;
 
-/// The camera may be panned by less than this, in rad: more is a mistake, and the scene would be seen from the side.
+/// The camera may be panned by less than this, in rad: more is a mistake, and the scene would be seen from
+/// the side.
 const MOST_PAN_RAD: f64 = 0.5;
 
-/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, turned against the stage axis, blurred and
-/// darkened as stated.
+/// A camera: a pinhole x = f X / Z + c_x, y = f Y / Z + c_y with distortion, roll and pan against the stage
+/// axis, point spread and vignetting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Optics {
     /// Rows of the image.
@@ -28,14 +29,14 @@ pub struct Optics {
     pub point_spread_sigma_px: f64,
     /// Light lost in the corner farthest from the principal point, 0 to less than 1; the loss follows cos^4.
     pub vignetting: f64,
-    /// How far the camera is rolled about its optical axis: r' = Ry(pan) Rz(roll) r takes a ray r of the camera into the
-    /// rectified frame, in which the scene moves exactly along x.
+    /// How far the camera is rolled about its optical axis: r' = Ry(pan) Rz(roll) r takes a ray r of the
+    /// camera into the rectified frame, in which the scene moves exactly along x.
     #[serde(default)]
     pub roll_rad: f64,
-    /// How far the camera is panned; less than 0.5 either way.
+    /// Pan of the camera, in rad; between -0.5 and 0.5.
     #[serde(default)]
     pub pan_rad: f64,
-    /// How the lens bends rays.
+    /// The distortion of the lens.
     #[serde(default)]
     pub distortion: Distortion,
 }
@@ -72,7 +73,7 @@ impl Optics {
         if self.pan_rad.is_nan() || self.pan_rad.abs() >= MOST_PAN_RAD {
             return bad("pan in rad", self.pan_rad, "between -0.5 and 0.5");
         }
-        let sight = Sight::new(self);
+        let sight = self.sight();
         for (x, y) in self.border() {
             let raw = sight.raw_ray(x, y);
             if raw.0.is_nan() || !self.distortion.unfolded_up_to(raw) {
@@ -89,19 +90,29 @@ impl Optics {
         Ok(())
     }
 
-    /// Direction (X / Z, Y / Z), in the rectified frame, of the ray through image point (x, y), to 1e-13. NaN for points far outside
-    /// of the image where the lens shows nothing.
+    /// The camera's geometry, made ready for many pixels.
+    pub(super) fn sight(&self) -> Sight {
+        Sight::new(
+            self.focal_length_px,
+            (self.principal_point_x_px, self.principal_point_y_px),
+            self.distortion,
+            (self.roll_rad, self.pan_rad),
+        )
+    }
+
+    /// Direction (X / Z, Y / Z), in the rectified frame, of the ray through image point (x, y), to 1e-13. NaN
+    /// for points far outside of the image where the lens shows nothing.
     pub fn ray(&self, x: f64, y: f64) -> (f64, f64) {
-        Sight::new(self).ray(x, y)
+        self.sight().ray(x, y)
     }
 
-    /// Image point of the ray (X / Z, Y / Z) of the rectified frame; the inverse of [`ray`](Self::ray). It may lie outside of the
-    /// image. NaN for rays that do not come from ahead of the camera.
+    /// Image point of the ray (X / Z, Y / Z) of the rectified frame; the inverse of [`ray`](Self::ray). It
+    /// may lie outside of the image. NaN for rays that do not come from ahead of the camera.
     pub fn pixel(&self, ray: (f64, f64)) -> (f64, f64) {
-        Sight::new(self).pixel(ray)
+        self.sight().pixel(ray)
     }
 
-    /// The ideal pinhole with this focal length, principal point and image: what the rectified view would be at its simplest.
+    /// The ideal pinhole with this focal length, principal point and image: the simplest rectified view.
     pub fn pinhole(&self) -> Pinhole {
         Pinhole {
             rows: self.rows,
@@ -112,12 +123,13 @@ impl Optics {
         }
     }
 
-    /// Whether the camera is its own pinhole: the scene moves along rows, and the lens bends nothing.
+    /// Whether the camera is its own pinhole: the scene moves along rows, and the lens has no distortion.
     pub fn is_rectified(&self) -> bool {
         self.roll_rad == 0.0 && self.pan_rad == 0.0 && self.distortion.is_none()
     }
 
-    /// Largest |X / Z| and |Y / Z|, in the rectified frame, of any ray that a pixel can receive, the point spread included.
+    /// Largest |X / Z| and |Y / Z|, in the rectified frame, of any ray that a pixel can receive, the point
+    /// spread included.
     pub(super) fn steepest_ray(&self) -> (f64, f64) {
         if self.is_rectified() {
             let reach = self.reach_px();
@@ -130,7 +142,7 @@ impl Optics {
             );
         }
         // An image that does not fold has its steepest rays on its border.
-        let sight = Sight::new(self);
+        let sight = self.sight();
         self.border().map(|(x, y)| sight.ray(x, y)).fold((0.0, 0.0), |(steepest_a, steepest_b), (a, b)| {
             (a.abs().max(steepest_a), b.abs().max(steepest_b))
         })
@@ -153,8 +165,8 @@ impl Optics {
         level.chain(along(bottom).flat_map(move |y| [(-reach, y), (right, y)]))
     }
 
-    /// Share of the light that pixel (x, y) receives: 1 / (1 + k r^2)^2, which is cos^4 of the ray's angle to the axis for
-    /// the k that loses `vignetting` in the farthest corner.
+    /// Share of the light that pixel (x, y) receives: 1 / (1 + k r^2)^2, which is cos^4 of the ray's angle to
+    /// the axis for the k that loses `vignetting` in the farthest corner.
     pub fn transmission(&self, x: f64, y: f64) -> f64 {
         self.transmissions()(x, y)
     }
@@ -190,7 +202,8 @@ mod tests {
 
     #[test]
     fn roll_and_pan_turn_rays_as_their_definition_says() {
-        // Rz(roll) takes (1, 0, .) to (cos, sin, .): what lies to the right of a rolled camera lies to the right and below.
+        // Rz(roll) takes (1, 0, .) to (cos, sin, .): what lies to the right of a rolled camera lies to the
+        // right and below.
         let rolled = Optics { roll_rad: 0.01, ..Optics::square(101, 100.0) };
         let (a, b) = rolled.ray(100.0, 50.0);
         assert!((a - 0.5 * 0.01_f64.cos()).abs() < 1e-15 && (b - 0.5 * 0.01_f64.sin()).abs() < 1e-15);

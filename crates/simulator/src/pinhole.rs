@@ -1,8 +1,9 @@
-//! The ideal camera that truth can be told for.
+//! The ideal camera for which truth is known.
 
 use serde::{Deserialize, Serialize};
 
-/// An ideal pinhole camera in the rectified frame: x = f X / Z + c_x, y = f Y / Z + c_y, and the scene moves exactly along x.
+/// An ideal pinhole camera in the rectified frame: x = f X / Z + c_x, y = f Y / Z + c_y, and the scene moves
+/// exactly along x.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pinhole {
     /// Rows of the image.

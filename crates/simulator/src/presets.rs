@@ -4,13 +4,14 @@ use super::{
     Bands, Carried, HandBoard, Optics, Scene, Sensor, SimulatedScan, SimulatorConfig, StepError, Texture,
 };
 
-/// Grains are this many pixels wide in the image: the finest texture that survives lens and pixel without aliasing.
+/// Grains are this many pixels wide in the image: the finest texture that survives lens and pixel without
+/// aliasing.
 const GRAIN_PX: f64 = 2.0;
 
 impl SimulatorConfig {
-    /// The paper's real experiment (section 5.2) in an ideal world: a 15 cm tile with 0.2 mm deep hollows, 25 mm lens, 9 mm
-    /// chip, 900 mm away, moved 150 mm. `side_px` is the width of the square image (the paper's: 1024); the optics scale
-    /// with it, so that the tile always fills the same part of the image.
+    /// The paper's real experiment (section 5.2) in an ideal world: a 15 cm tile with 0.2 mm deep hollows, 25
+    /// mm lens, 9 mm chip, 900 mm away, moved 150 mm. `side_px` is the width of the square image (the
+    /// paper's: 1024); the optics scale with it, so that the tile always fills the same part of the image.
     pub fn tile(side_px: usize, frames: usize) -> Self {
         let distance_mm = 900.0;
         let optics = Optics::square(side_px, 25.0 / 9.0 * side_px as f64);
@@ -37,10 +38,11 @@ impl SimulatorConfig {
         }
     }
 
-    /// The tile with the faults of a real rig: camera 0.7 degrees rolled and 0.4 degrees panned, lens with a barrel distortion and 18 %
-    /// vignetting, tile bowed by 0.3 mm, positions astray by 5 um, lamp that flickers by 0.3 %, sensor of 8 bit with noise at 45 dB
-    /// below full scale, a black level, 0.5 % difference between pixels and five hot ones. The tile has chess-boards along its
-    /// edges, and there is a board for the hand that fills about half of the image's width. Each fault is gone when its field is
+    /// The tile with the faults of a real rig: camera 0.7 degrees rolled and 0.4 degrees panned, lens with a
+    /// barrel distortion and 18 % vignetting, tile bowed by 0.3 mm, positions astray by 5 um, lamp that
+    /// flickers by 0.3 %, sensor of 8 bit with noise at 45 dB below full scale, a black level, 0.5 %
+    /// difference between pixels and five hot ones. The tile has chess-boards along its edges, and there is a
+    /// board for the hand that fills about half of the image's width. Each fault is gone when its field is
     /// zero, as in [`tile`](Self::tile).
     pub fn real_tile(side_px: usize, frames: usize) -> Self {
         let mut config = Self::tile(side_px, frames);
@@ -63,12 +65,13 @@ impl SimulatorConfig {
         config
     }
 
-    /// The paper's synthetic experiment (section 5.1): the edge of a cube, both faces at 45 degrees to the optical axis, with
-    /// granite-like texture.
+    /// The paper's synthetic experiment (section 5.1): the edge of a cube, both faces at 45 degrees to the
+    /// optical axis, with granite-like texture.
     pub fn cube_edge(side_px: usize, frames: usize) -> Self {
         let distance_mm = 500.0;
         let optics = Optics::square(side_px, 1.6 * side_px as f64);
-        // At the image's border the faces are this far away, and at 45 degrees grains look narrower by sqrt 2.
+        // At the image's border the faces are this far away, and at 45 degrees grains look narrower by sqrt
+        // 2.
         let farthest_mm = distance_mm / (1.0 - 0.5 / 1.6);
         let texture = grains(&optics, std::f64::consts::SQRT_2 * farthest_mm);
         Self {

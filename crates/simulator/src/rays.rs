@@ -1,22 +1,25 @@
-//! The rays of many points of an image row: a lens bends them so smoothly that few need be solved for.
+//! The rays of the points of an image row. Distortion is smooth, so few rays are solved for and the others
+//! interpolated.
 
-use super::Optics;
+use super::optics::Optics;
 
-/// Solved rays lie this share of the focal length apart: the angle that a stretch between two of them sees, in rad.
-const STRETCH_RAD: f64 = 1.0 / 256.0;
-/// Between solved rays a cubic is trusted if it is off by less than this, in px; else every ray is solved for.
+/// Solved rays lie this share of the focal length apart: the angle that a section between two of them sees,
+/// in rad.
+const SECTION_RAD: f64 = 1.0 / 256.0;
+/// Between solved rays a cubic is trusted if it is off by less than this, in px; else every ray is solved
+/// for.
 const TRUSTED_PX: f64 = 1e-7;
-/// A cubic through four values at 0, 1, 2, 3 is off by the fourth derivative times at most max |t (t - 1) (t - 2) (t - 3)| / 4!
-/// in between, and the fourth difference of five values is a mean of that derivative.
+/// A cubic through four values at 0, 1, 2, 3 is off by the fourth derivative times at most max |t (t - 1) (t
+/// - 2) (t - 3)| / 4! in between, and the fourth difference of five values is a mean of that derivative.
 const CUBIC: f64 = 1.0 / 24.0;
 /// Values that tell the fourth difference.
 const KNOTS: usize = 5;
-/// A stretch of fewer points is not worth a cubic.
+/// A section of fewer points is not worth a cubic.
 const SHORTEST: usize = 4;
 
 type Ray = (f64, f64);
 
-/// What gives the ray of an image point, (x, y) in px.
+/// Finds the rays of image points, (x, y) in px.
 pub(super) struct Rays<F> {
     ray: F,
     smooth: bool,
@@ -29,20 +32,21 @@ impl<F: Fn(f64, f64) -> Ray> Rays<F> {
         Self { ray, smooth: !optics.is_rectified(), focal_length_px: optics.focal_length_px }
     }
 
-    /// The rays of the points (x(0), y), (x(1), y), ..., which are `density` to the pixel, to 1e-7 px of the image.
+    /// The rays of the points (x(0), y), (x(1), y), ..., which are `density` to the pixel, to 1e-7 px of the
+    /// image.
     pub(super) fn fill(&self, row: &mut [Ray], x: impl Fn(usize) -> f64, y: f64, density: f64) {
         let solve = |first: usize, part: &mut [Ray]| {
             for (index, ray) in part.iter_mut().enumerate() {
                 *ray = (self.ray)(x(first + index), y);
             }
         };
-        let stretch = (STRETCH_RAD * self.focal_length_px * density) as usize;
-        let knots = row.len().checked_div(stretch).unwrap_or(0) + 2;
-        if !self.smooth || stretch < SHORTEST || knots < KNOTS {
+        let section = (SECTION_RAD * self.focal_length_px * density) as usize;
+        let knots = row.len().checked_div(section).unwrap_or(0) + 2;
+        if !self.smooth || section < SHORTEST || knots < KNOTS {
             return solve(0, row);
         }
-        let solved: Vec<Ray> = (0..knots).map(|knot| (self.ray)(x(knot * stretch), y)).collect();
-        for (number, part) in row.chunks_mut(stretch).enumerate() {
+        let solved: Vec<Ray> = (0..knots).map(|knot| (self.ray)(x(knot * section), y)).collect();
+        for (number, part) in row.chunks_mut(section).enumerate() {
             let first = number.saturating_sub(1).min(knots - 4);
             let near = &solved[first.min(knots - KNOTS)..][..KNOTS];
             let off = fourth_difference(near, |ray| ray.0).max(fourth_difference(near, |ray| ray.1));
@@ -51,11 +55,11 @@ impl<F: Fn(f64, f64) -> Ray> Rays<F> {
                     (Cubic::new(&solved[first..], |ray| ray.0), Cubic::new(&solved[first..], |ray| ray.1));
                 let start = (number - first) as f64;
                 for (index, ray) in part.iter_mut().enumerate() {
-                    let t = start + index as f64 / stretch as f64;
+                    let t = start + index as f64 / section as f64;
                     *ray = (a.at(t), b.at(t));
                 }
             } else {
-                solve(number * stretch, part);
+                solve(number * section, part);
             }
         }
     }
@@ -89,7 +93,6 @@ impl Cubic {
 #[cfg(test)]
 mod tests {
     use super::super::distortion::Distortion;
-    use super::super::sight::Sight;
     use super::*;
 
     #[test]
@@ -105,7 +108,7 @@ mod tests {
                 distortion,
                 ..Optics::square(512, focal_length_px)
             };
-            let sight = Sight::new(&optics);
+            let sight = optics.sight();
             let rays = Rays::new(&optics, |x, y| sight.ray(x, y));
             let x = |index: usize| (index as f64 - 7.0) / 3.0;
             let mut row = vec![(0.0, 0.0); 512 * 3];

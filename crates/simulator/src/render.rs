@@ -2,19 +2,20 @@
 
 use rayon::prelude::*;
 
-use super::Optics;
+use super::optics::Optics;
 use super::rays::Rays;
 use epirig_core::grid::Grid;
 
-/// Samples along each side of a pixel. Texture is band-limited (see [`Texture`](super::Texture)), so three suffice.
+/// Samples along each side of a pixel. Texture is band-limited (see [`Texture`](super::Texture)), so three
+/// suffice.
 const SAMPLES: usize = 3;
 /// Rows rendered together by one thread.
 const STRIP_ROWS: usize = 32;
 /// Reflectance of the featureless ground.
 pub(super) const GROUND: f32 = 0.03;
 
-/// Irradiance of every pixel as a share of the sensor's full scale at reflectance 1; rows x columns, in [0, 1]. `shade` is the
-/// reflectance of what a ray meets.
+/// Irradiance of every pixel as a share of the sensor's full scale at reflectance 1; rows x columns, in [0,
+/// 1]. `shade` is the reflectance at the point that a ray meets.
 pub(super) fn irradiance<F: Fn(f64, f64) -> (f64, f64) + Sync>(
     optics: &Optics,
     rays: &Rays<F>,
@@ -37,7 +38,8 @@ pub(super) fn irradiance<F: Fn(f64, f64) -> (f64, f64) + Sync>(
     image
 }
 
-/// Weights of the samples along one axis around a pixel's middle: the pixel's width convolved with the point spread.
+/// Weights of the samples along one axis around a pixel's middle: the pixel's width convolved with the point
+/// spread.
 fn aperture(sigma_px: f64) -> Vec<f32> {
     let sigma = sigma_px * SAMPLES as f64;
     let reach = (4.0 * sigma).ceil() as i64;
@@ -104,8 +106,8 @@ mod tests {
         let simulator = Simulator::new(config).unwrap();
         let image = simulator.irradiance_at_offset(1.3);
         let config = simulator.config();
-        // 31 x 31 samples per pixel over +-4 px, weighted by the exact integral of the Gaussian over the pixel's width:
-        // another kernel, another density, no separation.
+        // 31 x 31 samples per pixel over +-4 px, weighted by the exact integral of the Gaussian over the
+        // pixel's width: another kernel, another density, no separation.
         let density = 31;
         let sigma: f64 = 0.6;
         let weight = |distance: f64| {

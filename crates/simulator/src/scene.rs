@@ -1,13 +1,13 @@
 //! What the simulator's camera looks at: surfaces whose intersections with a ray have a closed form.
 //!
-//! Scene coordinates: u along x, v along y, both from the scene's origin; depth Z along the optical axis. With the scene
-//! displaced by s, a ray (a, b) = (X / Z, Y / Z) meets the surface at u = a Z - s, v = b Z. Translation along x changes no
-//! point's depth, so a point's disparity is f (s_last - s_first) / Z.
+//! Scene coordinates: u along x, v along y, both from the scene's origin; depth Z along the optical axis.
+//! With the scene displaced by s, a ray (a, b) = (X / Z, Y / Z) meets the surface at u = a Z - s, v = b Z.
+//! Translation along x changes no point's depth, so a point's disparity is f (s_last - s_first) / Z.
 
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
 use super::bands::Bands;
+use super::error::SimulatorError;
 
 /// A surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -29,8 +29,8 @@ pub enum Scene {
         /// Change of depth along |u|; 1 for faces at 45 degrees.
         slope: f64,
     },
-    /// The reverse side of a square tile (paper, section 5.2): stripes along v, hollow and raised in turn, on a dark,
-    /// featureless ground.
+    /// The reverse side of a square tile (paper, section 5.2): stripes along v, hollow and raised in turn, on
+    /// a dark, featureless ground.
     Tile {
         /// Depth of the raised stripes, in mm.
         distance_mm: f64,
@@ -75,7 +75,8 @@ impl Scene {
         }
     }
 
-    /// Whether every ray with |X / Z|, |Y / Z| up to `steepest` meets the surface once, in front of the camera.
+    /// Whether every ray with |X / Z|, |Y / Z| up to `steepest` meets the surface once, in front of the
+    /// camera.
     pub(super) fn check(&self, steepest: (f64, f64)) -> Result<(), SimulatorError> {
         let bad = |what, value, expected| Err(SimulatorError::BadNumber { what, value, expected });
         let distance_mm = self.distance_mm();
@@ -86,14 +87,14 @@ impl Scene {
             Self::Plane { slope_x, slope_y, .. } => {
                 let tilt = slope_x.abs() * steepest.0 + slope_y.abs() * steepest.1;
                 if tilt.is_nan() || tilt >= 1.0 {
-                    return Err(SimulatorError::HidesItself(
+                    return Err(SimulatorError::OccludesItself(
                         "the plane is seen edge-on at the border of the image",
                     ));
                 }
             }
             Self::CubeEdge { slope, .. } => {
                 if !(slope >= 0.0 && slope * steepest.0 < 1.0) {
-                    return Err(SimulatorError::HidesItself("a face of the cube is seen edge-on"));
+                    return Err(SimulatorError::OccludesItself("a face of the cube is seen edge-on"));
                 }
             }
             Self::Tile {
@@ -119,7 +120,9 @@ impl Scene {
                     );
                 }
                 if hollow_depth_mm.is_nan() || hollow_depth_mm.abs() * steepest.0 >= wall_mm {
-                    return Err(SimulatorError::HidesItself("the hollows' walls are steeper than the view"));
+                    return Err(SimulatorError::OccludesItself(
+                        "the hollows' walls are steeper than the view",
+                    ));
                 }
                 let wall = hollow_depth_mm.abs() / wall_mm;
                 let steepest_wall = match bands {
@@ -130,14 +133,15 @@ impl Scene {
                     None => steepest.0,
                 };
                 if wall * steepest_wall >= 1.0 {
-                    return Err(SimulatorError::HidesItself(
+                    return Err(SimulatorError::OccludesItself(
                         "the walls before the bands are steeper than the view",
                     ));
                 }
-                // Along a ray the bow's depth changes by this much per mm of depth, and a wall of the tile multiplies that.
+                // Along a ray the bow's depth changes by this much per mm of depth, and a wall of the tile
+                // multiplies that.
                 let bowed = 4.0 * bow_mm.abs() / side_mm * (steepest.0 + steepest.1);
                 if bowed.is_nan() || bowed >= 0.5 * (1.0 - wall * steepest_wall) {
-                    return Err(SimulatorError::HidesItself(
+                    return Err(SimulatorError::OccludesItself(
                         "the bow of the tile is too deep for so wide a view",
                     ));
                 }
@@ -146,8 +150,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Where the ray (a, b) meets the surface when the scene is displaced by `offset_mm`; `None` where it meets only the
-    /// featureless ground.
+    /// Where the ray (a, b) meets the surface when the scene is displaced by `offset_mm`; `None` where it
+    /// meets only the featureless ground.
     pub fn hit(&self, (a, b): (f64, f64), offset_mm: f64) -> Option<Hit> {
         match *self {
             Self::Plane { distance_mm, slope_x, slope_y } => {
@@ -184,18 +188,18 @@ impl Scene {
         }
     }
 
-    /// Depth at which the ray meets the tile; NaN if it passes the bowl of a bowed one. Beyond the tile's edges, where nothing is, the bow
-    /// goes on.
+    /// Depth at which the ray meets the tile; NaN if it passes the bowl of a bowed one. Beyond the tile's
+    /// edges, where nothing is, the bow goes on.
     ///
-    /// The depth of a hollow is that of its stripe or of the wall before the band, whichever is less deep, and the ray meets
-    /// the two where it meets the surface of each.
+    /// The depth of a hollow is that of its stripe or of the wall before the band, whichever is less deep,
+    /// and the ray meets the two where it meets the surface of each.
     fn tile_depth(&self, (a, b): (f64, f64), offset_mm: f64) -> f64 {
         let Self::Tile { distance_mm, side_mm, hollow_depth_mm, wall_mm, bow_mm, bands, .. } = *self else {
             return self.distance_mm();
         };
         let b = b.abs();
-        let bend = bow_mm / (0.25 * side_mm * side_mm);
-        let met = Met { a, b, offset_mm, distance_mm, bend, steep: bend * (a * a + b * b) };
+        let curvature = bow_mm / (0.25 * side_mm * side_mm);
+        let met = Met { a, b, offset_mm, distance_mm, curvature, steep: curvature * (a * a + b * b) };
         let bottom_mm = met.level(hollow_depth_mm);
         let Some(bands) = bands else { return self.stripe_depth(&met, bottom_mm) };
         let start_mm = bands.start_mm(side_mm);
@@ -213,7 +217,8 @@ impl Scene {
         if hollow_depth_mm > 0.0 { stripe_mm.min(end_mm) } else { stripe_mm.max(end_mm) }
     }
 
-    /// Depth at which the ray meets the tile's stripes as if they were endless; it meets the bottom of hollows at `bottom_mm`.
+    /// Depth at which the ray meets the tile's stripes as if they were endless; it meets the bottom of
+    /// hollows at `bottom_mm`.
     ///
     /// The one stretch that contains its own solution is the one that is hit.
     fn stripe_depth(&self, met: &Met, bottom_mm: f64) -> f64 {
@@ -250,24 +255,24 @@ struct Met {
     offset_mm: f64,
     distance_mm: f64,
     /// The bow's depth per square of the distance from the tile's middle, in 1/mm.
-    bend: f64,
-    /// bend (a^2 + b^2), in 1/mm.
+    curvature: f64,
+    /// curvature (a^2 + b^2), in 1/mm.
     steep: f64,
 }
 
 impl Met {
-    /// Where the ray meets what lies `deeper_mm` below the raised level, in mm.
+    /// Depth at which the ray meets the level `deeper_mm` below the raised one, in mm.
     fn level(&self, deeper_mm: f64) -> f64 {
-        if self.bend == 0.0 { self.distance_mm + deeper_mm } else { self.depth(deeper_mm, 0.0, 0.0) }
+        if self.curvature == 0.0 { self.distance_mm + deeper_mm } else { self.depth(deeper_mm, 0.0, 0.0) }
     }
 
-    /// Where the ray meets the surface of depth distance + c + m u + n |v| + bend (u^2 + v^2), in mm: with u = a Z - s and |v| = |b| Z the
-    /// nearer root of steep Z^2 - (1 - m a - n |b| + 2 bend a s) Z + distance + c - m s + bend s^2 = 0, in the form that
-    /// holds without bow as well.
+    /// Where the ray meets the surface of depth distance + c + m u + n |v| + curvature (u^2 + v^2), in mm:
+    /// with u = a Z - s and |v| = |b| Z the nearer root of steep Z^2 - (1 - m a - n |b| + 2 curvature a s) Z
+    /// + distance + c - m s + curvature s^2 = 0, in the form that holds without bow as well.
     fn depth(&self, c: f64, m: f64, n: f64) -> f64 {
         let (a, s) = (self.a, self.offset_mm);
-        let linear = 1.0 - m * a - n * self.b + 2.0 * self.bend * a * s;
-        let constant = self.distance_mm + c - m * s + self.bend * s * s;
+        let linear = 1.0 - m * a - n * self.b + 2.0 * self.curvature * a * s;
+        let constant = self.distance_mm + c - m * s + self.curvature * s * s;
         2.0 * constant / (linear + (linear * linear - 4.0 * self.steep * constant).sqrt())
     }
 
@@ -308,7 +313,8 @@ mod tests {
         }
     }
 
-    /// The depth at which the ray meets the surface, by bisection on the definition: independent of the closed forms.
+    /// The depth at which the ray meets the surface, by bisection on the definition: independent of the
+    /// closed forms.
     fn bisected(scene: &Scene, (a, b): (f64, f64), offset: f64) -> f64 {
         let behind = |z: f64| z - depth(scene, a * z - offset, b * z);
         let (mut near, mut far) = (1.0, 5000.0);
@@ -375,14 +381,14 @@ mod tests {
     #[test]
     fn scenes_that_hide_themselves_are_refused() {
         let edge_on = Scene::Plane { distance_mm: 700.0, slope_x: 8.0, slope_y: 0.0 };
-        assert!(matches!(edge_on.check((0.2, 0.2)), Err(SimulatorError::HidesItself(_))));
+        assert!(matches!(edge_on.check((0.2, 0.2)), Err(SimulatorError::OccludesItself(_))));
         let cube = Scene::CubeEdge { distance_mm: 700.0, slope: 6.0 };
-        assert!(matches!(cube.check((0.2, 0.2)), Err(SimulatorError::HidesItself(_))));
+        assert!(matches!(cube.check((0.2, 0.2)), Err(SimulatorError::OccludesItself(_))));
         assert_eq!(banded(0.2, 0.3).check((0.18, 0.18)), Ok(()));
         // The walls before the bands: 0.3 mm on 0.4 mm, seen at 1.5.
         assert_eq!(Scene::check(&banded(0.3, 0.0), (0.2, 0.9)), Ok(()));
-        assert!(matches!(banded(0.3, 0.0).check((0.2, 1.5)), Err(SimulatorError::HidesItself(_))));
-        assert!(matches!(banded(0.2, 30.0).check((0.2, 0.6)), Err(SimulatorError::HidesItself(_))));
+        assert!(matches!(banded(0.3, 0.0).check((0.2, 1.5)), Err(SimulatorError::OccludesItself(_))));
+        assert!(matches!(banded(0.2, 30.0).check((0.2, 0.6)), Err(SimulatorError::OccludesItself(_))));
         let flat = Scene::Plane { distance_mm: -1.0, slope_x: 0.0, slope_y: 0.0 };
         assert!(matches!(flat.check((0.2, 0.2)), Err(SimulatorError::BadNumber { .. })));
     }

@@ -1,4 +1,4 @@
-//! The simulator's sensor: noise, quantisation, and pixels that are not alike.
+//! The simulated sensor: noise, quantisation, and pixels that are not alike.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::SimulatorError;
+use super::error::SimulatorError;
 use epirig_core::frame::{Frame, Samples, full_scale};
 use epirig_core::grid::Grid;
 
@@ -19,7 +19,8 @@ const HOT: f32 = 0.97;
 /// Keeps the pattern of pixels apart from the noise, which has the same seed.
 const PATTERN: u64 = 0x7069_7865_6c73;
 
-/// A linear sensor with read noise and shot noise (both Gaussian; a good model of shot noise above some 20 electrons).
+/// A linear sensor with read noise and shot noise (both Gaussian; a good model of shot noise above some 20
+/// electrons).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sensor {
     /// Bits of a sample: 8, 10, 12 or 16.
@@ -28,7 +29,7 @@ pub struct Sensor {
     pub full_well_electrons: Option<f64>,
     /// Standard deviation of the read noise, in DN.
     pub read_noise_dn: f64,
-    /// Seed of the noise, and of what tells pixels from each other.
+    /// Seed of the noise, and of the differences between pixels.
     pub seed: u64,
     /// Level without light, in DN.
     #[serde(default)]
@@ -82,8 +83,8 @@ impl Sensor {
         }
     }
 
-    /// Numbers for `irradiance` (shares of full scale at reflectance 1) under a lamp that gives `lamp` of its mean light; `exposure` chooses
-    /// the noise.
+    /// Numbers for `irradiance` (shares of full scale at reflectance 1) under a lamp that gives `lamp` of its
+    /// mean light; `exposure` chooses the noise.
     pub(super) fn digitise(&self, irradiance: &Grid<f32>, lamp: f32, exposure: u32) -> Frame {
         let scale = f32::from(full_scale(self.bit_depth));
         let black = self.black_level_dn as f32;
@@ -94,7 +95,8 @@ impl Sensor {
             let mut gain = self.gains(y);
             for (level, &light) in out.iter_mut().zip(irradiance.row(y)) {
                 let signal = light * WHITE * scale * lamp * gain();
-                // A conversion cuts off what follows the point, and what is negative; `round` is a call for each pixel.
+                // A conversion drops the fraction and clips negative values; `round` is a call for each
+                // pixel.
                 *level = (f64::from((black + signal + noise(signal)).min(scale)) + 0.5) as u16;
             }
         });

@@ -1,10 +1,9 @@
-//! From pixel to ray and back: what [`Optics`] state, made ready for many pixels.
+//! From pixel to ray and back: a camera's geometry, made ready for many pixels.
 
-use super::Optics;
 use super::distortion::Distortion;
 use super::turn::Turn;
 
-/// The geometry of a lens and its mounting. What is not there costs nothing.
+/// The geometry of a lens and its mounting. Absent distortion and turns cost no time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sight {
     focal_length_px: f64,
@@ -14,13 +13,20 @@ pub(super) struct Sight {
 }
 
 impl Sight {
-    pub(super) fn new(optics: &Optics) -> Self {
-        let turned = optics.roll_rad != 0.0 || optics.pan_rad != 0.0;
+    /// The geometry of a camera with this focal length and principal point (column, row), turned by this roll
+    /// and pan.
+    pub(super) fn new(
+        focal_length_px: f64,
+        principal_point_px: (f64, f64),
+        distortion: Distortion,
+        (roll_rad, pan_rad): (f64, f64),
+    ) -> Self {
+        let turned = roll_rad != 0.0 || pan_rad != 0.0;
         Self {
-            focal_length_px: optics.focal_length_px,
-            principal_point_px: (optics.principal_point_x_px, optics.principal_point_y_px),
-            distortion: (!optics.distortion.is_none()).then_some(optics.distortion),
-            turn: turned.then(|| Turn::new(optics.roll_rad, optics.pan_rad)),
+            focal_length_px,
+            principal_point_px,
+            distortion: (!distortion.is_none()).then_some(distortion),
+            turn: turned.then(|| Turn::new(roll_rad, pan_rad)),
         }
     }
 
@@ -31,7 +37,7 @@ impl Sight {
         let seen = ((x - self.principal_point_px.0) / f, (y - self.principal_point_px.1) / f);
         match &self.distortion {
             None => seen,
-            Some(distortion) => distortion.straighten(seen).unwrap_or((f64::NAN, f64::NAN)),
+            Some(distortion) => distortion.undistort(seen).unwrap_or((f64::NAN, f64::NAN)),
         }
     }
 
@@ -44,7 +50,7 @@ impl Sight {
 
     /// The image point of an undistorted ray of the camera's own frame.
     pub(super) fn raw_pixel(&self, raw: (f64, f64)) -> (f64, f64) {
-        let seen = self.distortion.map_or(raw, |distortion| distortion.bend(raw));
+        let seen = self.distortion.map_or(raw, |distortion| distortion.distort(raw));
         let f = self.focal_length_px;
         (f * seen.0 + self.principal_point_px.0, f * seen.1 + self.principal_point_px.1)
     }

@@ -1,4 +1,4 @@
-//! Where the carriage truly stands.
+//! The true position of the simulated carriage.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 const UM_PER_MM: f64 = 1000.0;
 
-/// The error of each position that the stage reports: Gaussian, and the same whenever it comes there, as a lead screw repeats its
-/// errors. Positions that differ by a micrometre have nothing to do with each other.
+/// The error of each position that the stage reports: Gaussian, and the same whenever it comes there, as a
+/// lead screw repeats its errors. Positions that differ by a micrometre have nothing to do with each other.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct StepError {

@@ -1,4 +1,4 @@
-//! The simulator's paint: band-limited random texture, fixed to the surface.
+//! The simulated paint: band-limited random texture, fixed to the surface.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 /// Granite-like texture: random reflectances on a lattice, joined by cubic B-splines.
 ///
-/// A cubic B-spline of lattice step h passes less than 0.3 % of what lies beyond 1.5 / h cycles per mm (its response is the
-/// fourth power of a sinc), so three samples per pixel do not alias as long as a grain is at least a pixel wide.
+/// A cubic B-spline of lattice step h passes less than 0.3 % of the frequencies beyond 1.5 / h cycles per mm
+/// (its response is the fourth power of a sinc). So three samples per pixel do not alias as long as a grain
+/// is at least a pixel wide.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Texture {
     /// Lattice step, in mm on the surface.
@@ -53,7 +54,8 @@ impl Paint {
     }
 }
 
-/// Two-dimensional cubic B-spline over a periodic lattice of `period` x `period` coefficients, `period` a power of two.
+/// Two-dimensional cubic B-spline over a periodic lattice of `period` x `period` coefficients, `period` a
+/// power of two.
 fn spline(lattice: &[f32], period: usize, x: f64, y: f64) -> f32 {
     let (whole_x, whole_y) = (x.floor(), y.floor());
     let weights_x = weights((x - whole_x) as f32);

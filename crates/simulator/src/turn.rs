@@ -1,7 +1,7 @@
-//! How the simulator's camera is turned against the stage axis.
+//! Roll and pan of the simulated camera against the stage axis.
 
-/// The rotation of rays from the camera's own frame into the rectified one, in which the scene moves exactly along x:
-/// r' = Ry(pan) Rz(roll) r.
+/// The rotation of rays from the camera's own frame into the rectified one, in which the scene moves exactly
+/// along x: r' = Ry(pan) Rz(roll) r.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Turn {
     rows: [[f64; 3]; 3],

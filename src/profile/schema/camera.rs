@@ -5,7 +5,7 @@ use epirig_core::settings::quantity::{HZ, S, US};
 use epirig_devices::camera::pixels::{BayerUse, FourCc};
 use epirig_devices::camera::{CameraChoice, Size};
 
-use super::{Allowed, Key, Kind, key, keys, measure};
+use super::key::{Allowed, Key, Kind, key, keys, measure};
 
 const CAMERA: &str = "a path such as /dev/video0, a name in /dev/v4l/by-id, usb:SERIAL, replay:FOLDER or sim";
 const FORMAT_CODE: &str = "a code of one to four characters, such as GREY or Y12";

@@ -2,7 +2,7 @@
 
 /// Section `plan`.
 pub(in crate::profile) mod plan {
-    use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, key, keys, measure};
     use epirig_core::settings::quantity::{MM, MS};
 
     keys!(
@@ -46,7 +46,7 @@ pub(in crate::profile) mod plan {
 
 /// Section `optics`.
 pub(in crate::profile) mod optics {
-    use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, key, keys, measure};
     use epirig_core::settings::quantity::{MM, PERCENT, PX};
 
     keys!(
@@ -94,7 +94,7 @@ pub(in crate::profile) mod optics {
 
 /// Section `target`.
 pub(in crate::profile) mod target {
-    use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
     use epirig_core::settings::quantity::MM;
 
     keys!(
@@ -137,7 +137,7 @@ pub(in crate::profile) mod target {
 
 /// Section `board`.
 pub(in crate::profile) mod board {
-    use super::super::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, MOST_CORNERS, key, keys, measure};
     use epirig_core::settings::quantity::MM;
 
     keys!(
@@ -160,7 +160,7 @@ pub(in crate::profile) mod board {
 
 /// Section `limits`.
 pub(in crate::profile) mod limits {
-    use super::super::{Allowed, Key, Kind, key, keys, measure};
+    use super::super::key::{Allowed, Key, Kind, key, keys, measure};
     use epirig_core::settings::quantity::{MIN, PERCENT, PX, UM};
 
     keys!(

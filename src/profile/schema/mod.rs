@@ -1,37 +1,16 @@
 //! The sections and keys of a profile: what the reader accepts and what the commented profile explains.
 
 pub(super) mod camera;
+mod key;
 mod measurement;
 pub(super) mod sim;
 pub(super) mod stage;
 
 use super::error::{Problem, did_you_mean};
+
 use epirig_core::settings::quantity::Unit;
 pub(super) use epirig_core::settings::{Allowed, Key, Kind};
-
 pub(super) use measurement::{board, limits, optics, plan, target};
-
-/// More corners each way than any board has that a camera can count.
-pub(super) const MOST_CORNERS: i64 = 1000;
-
-/// A key of the section that the table around it is of.
-const fn key(name: &'static str, kind: Kind, example: &'static str, meaning: &'static str) -> Key {
-    Key::new("", name, kind, example, meaning)
-}
-
-const fn measure(unit: Unit, allowed: Allowed) -> Kind {
-    Kind::measure(unit, allowed)
-}
-
-/// Keys of a section, each with a name in code.
-macro_rules! keys {
-    ($section:literal, $($constant:ident = $key:expr),* $(,)?) => {
-        $(pub(in crate::profile) static $constant: Key = $key.within($section);)*
-        /// All of the section.
-        pub(in crate::profile) static KEYS: &[&Key] = &[$(&$constant),*];
-    };
-}
-use keys;
 
 /// A section.
 #[derive(Debug)]

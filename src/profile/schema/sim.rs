@@ -1,7 +1,7 @@
 //! The keys of section `sim`: the simulator, and its faults.
 
 use super::super::parts::SceneName;
-use super::{Allowed, Key, Kind, key, keys, measure};
+use super::key::{Allowed, Key, Kind, key, keys, measure};
 use epirig_core::choice::names;
 use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM};
 

@@ -3,7 +3,7 @@
 use epirig_core::settings::quantity::MM;
 use epirig_devices::stage::{Driver, driver_keys, drivers};
 
-use super::{Allowed, Key, Kind, key, keys, measure};
+use super::key::{Allowed, Key, Kind, key, keys, measure};
 
 keys!(
     "stage",

@@ -16,7 +16,7 @@ pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure
     let percent = |gain: &Grid<f32>| gain.map(|gain| 100.0 * gain);
     let (percent, range) = match (&field.model, &maps.flat_field) {
         (FlatModel::Polynomial(polynomial), _) => {
-            let percent = percent(&polynomial.plane());
+            let percent = percent(&polynomial.image());
             let range = whole_range(&percent);
             (percent, range)
         }

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// Distortion after Brown (1966) and Conrady (1919), in the terms and the order of OpenCV.
 ///
-/// With r2 = a^2 + b^2 the ray (a, b, 1) is seen at
-/// a (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 a b + p2 (r2 + 2 a^2), and likewise for b with p1 and p2 exchanged.
+/// With r2 = a^2 + b^2 the ray (a, b, 1) is seen at a (1 + k1 r2 + k2 r2^2 + k3 r2^3) + 2 p1 a b + p2 (r2 + 2
+/// a^2), and likewise for b with p1 and p2 exchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Distortion {
@@ -21,7 +21,7 @@ pub struct Distortion {
     pub k3: f64,
 }
 
-/// A distorted point and how it depends on what made it.
+/// A distorted point with its derivatives.
 pub(super) struct Distorted {
     pub(super) a: f64,
     pub(super) b: f64,
@@ -42,8 +42,8 @@ impl Distortion {
         )
     }
 
-    /// The ray that is seen at (a, b), by Newton's method; `None` where the distortion cannot be undone: beyond the radius at which
-    /// it folds the image back on itself.
+    /// The ray that is seen at (a, b), by Newton's method; `None` where the distortion cannot be undone:
+    /// beyond the radius at which it folds the image back on itself.
     pub fn remove(&self, a: f64, b: f64) -> Option<(f64, f64)> {
         if *self == Self::default() {
             return Some((a, b));
@@ -71,15 +71,15 @@ impl Distortion {
     pub(super) fn distorted(&self, a: f64, b: f64) -> Distorted {
         let r2 = a * a + b * b;
         let radial = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3));
-        let slope = 2.0 * (self.k1 + r2 * (2.0 * self.k2 + 3.0 * r2 * self.k3));
+        let by_r2 = 2.0 * (self.k1 + r2 * (2.0 * self.k2 + 3.0 * r2 * self.k3));
         let (x, y) = self.apply(a, b);
-        let mixed = a * b * slope + 2.0 * self.p1 * a + 2.0 * self.p2 * b;
+        let mixed = a * b * by_r2 + 2.0 * self.p1 * a + 2.0 * self.p2 * b;
         Distorted {
             a: x,
             b: y,
             by_ray: [
-                [radial + a * a * slope + 2.0 * self.p1 * b + 6.0 * self.p2 * a, mixed],
-                [mixed, radial + b * b * slope + 6.0 * self.p1 * b + 2.0 * self.p2 * a],
+                [radial + a * a * by_r2 + 2.0 * self.p1 * b + 6.0 * self.p2 * a, mixed],
+                [mixed, radial + b * b * by_r2 + 6.0 * self.p1 * b + 2.0 * self.p2 * a],
             ],
             by_terms: [
                 [a * r2, a * r2 * r2, 2.0 * a * b, r2 + 2.0 * a * a, a * r2 * r2 * r2],

@@ -14,12 +14,14 @@ pub struct LensEstimate {
     pub columns: usize,
     /// The lens.
     pub lens: Lens,
-    /// Covariance of its parameters in the order of [`Lens::to_array`]. A parameter with variance 0 is held as it is.
+    /// Covariance of its parameters in the order of [`Lens::to_array`]. A parameter with variance 0 is held
+    /// as it is.
     pub covariance: [[f64; Lens::PARAMETERS]; Lens::PARAMETERS],
 }
 
 impl LensEstimate {
-    /// A lens whose parameters are known independently, each with its standard deviation; 0 for one that is held.
+    /// A lens whose parameters are known independently, each with its standard deviation; 0 for one that is
+    /// held.
     pub fn independent(rows: usize, columns: usize, lens: Lens, sigma: [f64; Lens::PARAMETERS]) -> Self {
         let mut covariance = [[0.0; Lens::PARAMETERS]; Lens::PARAMETERS];
         for (index, sigma) in sigma.iter().enumerate() {

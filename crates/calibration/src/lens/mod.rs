@@ -1,4 +1,4 @@
-//! The lens: where a ray meets the sensor; how it is found, and what other programs say of it.
+//! Lenses: where a ray meets the sensor, how a lens is calibrated, and the files of other programs.
 
 mod distortion;
 mod estimate;

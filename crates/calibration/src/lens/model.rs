@@ -6,7 +6,8 @@ use super::Distortion;
 
 /// Focal lengths, principal point and distortion.
 ///
-/// Rays are (a, b, 1) = (X / Z, Y / Z, 1) in the frame of the camera: x to the right, y down, z into the scene.
+/// Rays are (a, b, 1) = (X / Z, Y / Z, 1) in the frame of the camera: x to the right, y down, z into the
+/// scene.
 ///
 /// ```
 /// use epirig_calibration::lens::{Distortion, Lens};
@@ -33,7 +34,7 @@ pub struct Lens {
     pub distortion: Distortion,
 }
 
-/// A pixel and how it depends on what made it.
+/// A pixel with its derivatives by the ray and by the lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projection {
     /// Column, in px.
@@ -73,7 +74,8 @@ impl Lens {
         )
     }
 
-    /// The ray (a, b, 1) that is seen at column `x_px` and row `y_px`; `None` where the distortion cannot be undone.
+    /// The ray (a, b, 1) that is seen at column `x_px` and row `y_px`; `None` where the distortion cannot be
+    /// undone.
     pub fn ray(&self, x_px: f64, y_px: f64) -> Option<(f64, f64)> {
         self.distortion.remove(
             (x_px - self.principal_point_x_px) / self.focal_length_x_px,

@@ -3,7 +3,8 @@
 use super::yaml::{camera_matrix, distortion, list, read};
 use super::{Lens, LensFile, LensFileError};
 
-/// The lens in a file that `cv::FileStorage` or OpenCV's samples for one camera and for a pair have written; of a pair the first.
+/// The lens in a file that `cv::FileStorage` or OpenCV's samples for one camera and for a pair have written;
+/// of a pair the first.
 ///
 /// # Errors
 /// [`LensFileError`] with the line if it is no such file, or of another model than the one of five terms.
@@ -21,7 +22,8 @@ pub fn read_lens(file: &str) -> Result<LensFile, LensFileError> {
     read(file)
 }
 
-/// A file that `cv::FileStorage` reads, with the names that OpenCV's calibration sample gives. Numbers come back to the last bit.
+/// A file that `cv::FileStorage` reads, with the names that OpenCV's calibration sample gives. Numbers come
+/// back to the last bit.
 pub fn write(rows: usize, columns: usize, lens: &Lens) -> String {
     format!(
         "%YAML:1.0\n---\nimage_width: {columns}\nimage_height: {rows}\ncamera_matrix: {}distortion_coefficients: {}",

@@ -1,14 +1,15 @@
-//! What is known of a lens before its frames are looked at.
+//! A lens from its data sheet, or unknown: an estimate without calibration frames.
 
 use super::{Distortion, Lens, LensEstimate};
 
-/// Distortion that a lens without data may have, as a share of the radius at the corner of the image: what cheap lenses have.
+/// Distortion of an unknown lens, as a share of the radius at the corner of the image: that of cheap lenses.
 const UNKNOWN_DISTORTION: f64 = 0.03;
-/// Standard deviation of a principal point that nobody has measured, as a share of the image's width: sensors sit so well behind lenses.
+/// Standard deviation of a principal point that was not measured, as a share of the image's width: the usual
+/// error of mounting.
 const PRINCIPAL_POINT: f64 = 0.01;
 /// Pixels are square to this share.
 const SQUARE: f64 = 1e-4;
-/// Focal length of a lens that nobody knows, in image widths, and its standard deviation as a share.
+/// Focal length of an unknown lens, in image widths, and its standard deviation as a share.
 const UNKNOWN_FOCAL_LENGTH: (f64, f64) = (1.5, 0.5);
 
 impl LensEstimate {
@@ -45,8 +46,9 @@ impl LensEstimate {
         Self::from_data_sheet(lens, sigma, rows, columns)
     }
 
-    /// A lens of which a file tells the parameters and not how well they are known: as a calibration that went well has them, with focal lengths
-    /// to 0.2 %, principal point to 0.2 % of the width, k1 to a twentieth and 0.1 % of the radius at the corner.
+    /// A lens of which a file tells the parameters and not how well they are known: as a calibration that
+    /// went well has them, with focal lengths to 0.2 %, principal point to 0.2 % of the width, k1 to a
+    /// twentieth and 0.1 % of the radius at the corner.
     pub fn of_a_calibration(lens: Lens, rows: usize, columns: usize) -> Self {
         let (fx, fy) = (lens.focal_length_x_px, lens.focal_length_y_px);
         let corner = (0.5 * columns as f64 / fx).powi(2) + (0.5 * rows as f64 / fy).powi(2);

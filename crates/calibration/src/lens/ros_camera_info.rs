@@ -3,7 +3,7 @@
 use super::yaml::{camera_matrix, distortion, list, read};
 use super::{Lens, LensFile, LensFileError};
 
-/// What a camera calibration file of ROS holds.
+/// The content of a camera calibration file of ROS.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraInfo {
     /// Name of the camera.

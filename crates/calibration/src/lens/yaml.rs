@@ -33,7 +33,7 @@ pub enum LensFileError {
     NotYaml {
         /// The line.
         line: usize,
-        /// What the parser says.
+        /// The parser's message.
         problem: String,
     },
     /// Something is not there.
@@ -41,7 +41,7 @@ pub enum LensFileError {
         "there is no {what} (a key named {names}): check that the file is a calibration of OpenCV or ROS"
     )]
     Missing {
-        /// What is not there.
+        /// The missing entry.
         what: &'static str,
         /// Names that it may have.
         names: String,
@@ -53,7 +53,7 @@ pub enum LensFileError {
         line: usize,
         /// Name of the key.
         name: String,
-        /// What it should be.
+        /// The expected value.
         expected: &'static str,
     },
     /// Another model of a lens.
@@ -65,12 +65,13 @@ pub enum LensFileError {
         line: usize,
         /// Name of the key.
         name: String,
-        /// What tells the other model.
+        /// The sign of the other model.
         problem: String,
     },
 }
 
-/// Names under which programs write the matrix of the camera: OpenCV's samples for one camera (two), for a pair.
+/// Names under which programs write the matrix of the camera: OpenCV's samples for one camera (two), for a
+/// pair.
 const MATRIX: &[&str] = &["camera_matrix", "cameraMatrix", "M1"];
 const DISTORTION: &[&str] = &["distortion_coefficients", "dist_coeffs", "distCoeffs", "D1"];
 const ROWS: &[&str] = &["image_height"];
@@ -181,7 +182,7 @@ fn not_yaml(error: ScanError) -> LensFileError {
     LensFileError::NotYaml { line: error.marker().line(), problem: error.info().to_owned() }
 }
 
-/// Refuses what nests deeper than any calibration: trees are walked by calls within calls.
+/// Refuses files that nest deeper than any calibration: trees are walked by recursion.
 fn check_depth(file: &str) -> Result<(), LensFileError> {
     const DEEPEST: usize = 16;
     let mut parser = Parser::new_from_str(file);
@@ -201,7 +202,8 @@ fn check_depth(file: &str) -> Result<(), LensFileError> {
     Ok(())
 }
 
-/// OpenCV begins its files with a directive in the manner of YAML 1.0, at which parsers stop; as a comment it keeps its line.
+/// OpenCV begins its files with a directive in the manner of YAML 1.0, at which parsers stop; as a comment it
+/// keeps its line.
 fn standard(file: &str) -> Cow<'_, str> {
     match file.strip_prefix("%YAML:") {
         Some(rest) => Cow::Owned(format!("#YAML:{rest}")),
@@ -209,7 +211,7 @@ fn standard(file: &str) -> Cow<'_, str> {
     }
 }
 
-/// The keys of a mapping with their values; none of anything else.
+/// The keys of a mapping with their values; nothing for other nodes.
 fn mapping<'a>(node: &'a MarkedYaml<'a>) -> impl Iterator<Item = (&'a str, &'a MarkedYaml<'a>)> {
     let node = match &node.data {
         YamlData::Tagged(_, inner) => inner,
@@ -275,7 +277,8 @@ fn terms(entry: &Entry<'_>) -> Result<[f64; 5], LensFileError> {
     Ok(std::array::from_fn(|index| numbers.get(index).copied().unwrap_or(0.0)))
 }
 
-/// A number that comes back to the last bit, in a form that YAML 1.0 and 1.1, whose numbers need a point and a signed exponent, know.
+/// A number that is read back to the last bit, in a form that YAML 1.0 and 1.1 accept: with a point and a
+/// signed exponent.
 pub(super) fn number(value: f64) -> String {
     let text = format!("{value:?}");
     match text.split_once('e') {

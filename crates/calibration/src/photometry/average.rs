@@ -1,4 +1,4 @@
-//! Sums over frames, taken up one after the other: mean and noise of every pixel.
+//! Mean and noise of every pixel over frames, summed up one frame after the other.
 
 use super::PhotometryError;
 use epirig_core::frame::{Frame, Samples};
@@ -13,7 +13,7 @@ pub(super) struct Sums {
     squares: Vec<u64>,
 }
 
-/// That there are frames, and that all are of one shape.
+/// Checks that there are frames, and that all have the same size and bit depth.
 pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), PhotometryError> {
     let first = frames.first().ok_or(PhotometryError::NoFrames { what })?;
     let words =
@@ -28,10 +28,10 @@ pub(super) fn check_alike(what: &'static str, frames: &[Frame]) -> Result<(), Ph
 }
 
 /// A frame as DN.
-pub(super) fn as_plane(frame: &Frame) -> Grid<f32> {
-    let mut plane = Grid::filled(frame.rows(), frame.columns(), 0.0);
-    frame.samples().copy_to_f32(0, plane.values_mut());
-    plane
+pub(super) fn as_grid(frame: &Frame) -> Grid<f32> {
+    let mut image = Grid::filled(frame.rows(), frame.columns(), 0.0);
+    frame.samples().copy_to_f32(0, image.values_mut());
+    image
 }
 
 impl Sums {
@@ -39,7 +39,7 @@ impl Sums {
         Self { rows, columns, frames: 0, samples: vec![0; rows * columns], squares: vec![0; rows * columns] }
     }
 
-    /// Of frames that are alike; empty if there are none.
+    /// Sums over frames of the same size; empty for no frames.
     pub(super) fn of<'a>(rows: usize, columns: usize, frames: impl Iterator<Item = &'a Frame>) -> Self {
         let mut sums = Self::new(rows, columns);
         frames.for_each(|frame| sums.add(frame));
@@ -62,7 +62,7 @@ impl Sums {
         }
     }
 
-    /// Takes up what another has summed.
+    /// Adds the sums of another.
     pub(super) fn merge(&mut self, other: &Self) {
         self.frames += other.frames;
         self.samples.iter_mut().zip(&other.samples).for_each(|(sum, other)| *sum += other);
@@ -84,8 +84,8 @@ impl Sums {
         mean
     }
 
-    /// Mean over the pixels of the variance of one frame's samples, in squared DN; pixels listed in `without` do not count. `None` for a
-    /// single frame.
+    /// Mean over the pixels of the variance of one frame's samples, in squared DN; pixels listed in `without`
+    /// do not count. `None` for a single frame.
     pub(super) fn variance_dn2(&self, without: &[(usize, usize)]) -> Option<f64> {
         if self.frames < 2 {
             return None;

@@ -1,10 +1,11 @@
-//! What a frame is corrected by.
+//! The correction of a frame: dark level and gain.
 
 use super::outliers::replace;
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
-/// A pixel's light is (value - subtract) * multiply; pixels in `defective` have the mean of their good neighbours, corrected, instead.
+/// A pixel's light is (value - subtract) * multiply; pixels in `defective` have the mean of their good
+/// neighbours, corrected, instead.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Correction {
     /// Dark level, in DN. `None` for zero everywhere.
@@ -33,13 +34,13 @@ impl Correction {
     /// # Ok::<(), epirig_core::frame::FrameError>(())
     /// ```
     pub fn applied(&self, frame: &Frame) -> Option<Grid<f32>> {
-        let fits = |plane: &Grid<f32>| (plane.rows(), plane.columns()) == (frame.rows(), frame.columns());
+        let fits = |map: &Grid<f32>| (map.rows(), map.columns()) == (frame.rows(), frame.columns());
         let all_fit = [&self.subtract, &self.multiply].into_iter().flatten().all(fits)
             && self.defective.iter().all(|&(x, y)| x < frame.columns() && y < frame.rows());
         if !all_fit {
             return None;
         }
-        let mut light = super::average::as_plane(frame);
+        let mut light = super::average::as_grid(frame);
         if let Some(dark) = &self.subtract {
             light.values_mut().iter_mut().zip(dark.values()).for_each(|(light, dark)| *light -= dark);
         }

@@ -1,17 +1,19 @@
-//! Which model of a flat field: each is judged on frames, or on cells, that it has not seen.
+//! Cross-validation of flat-field models: each is judged on frames, or on cells, that it was not fitted to.
 //!
-//! Let A and B be the means of two halves of the frames, with variances of noise s2 / a and s2 / b, and p_A and p_B a model of each. Then
-//! ((B - p_A)^2 + (A - p_B)^2 - (A - B)^2) / 2 has as its expectation the squared error of the model: what it cannot follow, and the noise that it
-//! has taken over. A map of the means follows everything, and has nothing but noise: s2 / (a + b), when it is made of all frames. That is its error, and what
-//! it is charged with, because it stays in every frame as a fixed pattern.
+//! Let A and B be the means of two halves of the frames, with variances of noise s2 / a and s2 / b, and p_A
+//! and p_B a model of each. Then ((B - p_A)^2 + (A - p_B)^2 - (A - B)^2) / 2 has as its expectation the
+//! squared error of the model: what it cannot follow, and the noise that it has taken over. A map of the
+//! means follows everything and has only the error of noise: s2 / (a + b), if it is made of all frames. That
+//! error counts against it, because it stays in every frame as a fixed pattern.
 
 use serde::{Deserialize, Serialize};
 
 use super::grid::CellGrid;
 use super::polynomial::{HIGHEST_ORDER, Patch, Polynomial};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::mean;
 
-/// Of the cells one in so many is left out at a time.
+/// Number of groups of cells; one group is left out at a time.
 const FOLDS: usize = 5;
 
 /// A model that takes part.
@@ -30,10 +32,11 @@ pub enum TrialModel {
 pub struct Trial {
     /// Which.
     pub model: TrialModel,
-    /// Root mean square of its error, in % of the mean level: of all pixels if there are several frames, else of cells that were left
-    /// out, their noise included. 0 if noise hides it.
+    /// Root mean square of its error, in % of the mean level: of all pixels if there are several frames, else
+    /// of cells that were left out, including their noise. 0 if it is below the noise.
     pub error_percent: f64,
-    /// How much larger its squared error is than that of the best, in standard errors of that difference over the cells.
+    /// How much larger its squared error is than that of the best, in standard errors of that difference over
+    /// the cells.
     pub worse_by_sigmas: f64,
 }
 
@@ -45,7 +48,7 @@ pub(super) struct Halves {
 }
 
 impl Halves {
-    /// Of means in DN, without outliers, of so many frames each.
+    /// From two means in DN, without outliers, of this number of frames each.
     pub(super) fn new(mut means: [Grid<f32>; 2], frames: [usize; 2]) -> Self {
         let patches = means.each_mut().map(|mean| {
             let grid = CellGrid::of(mean);
@@ -83,7 +86,7 @@ pub(super) fn trials_between_halves(halves: &Halves) -> Vec<Trial> {
     let mut errors: Vec<Errors> = (0..=HIGHEST_ORDER)
         .map_while(|order| {
             let fit = |patches: &[Patch]| Polynomial::fit(order, one.rows(), one.columns(), patches);
-            let (of_a, of_b) = (fit(&halves.patches[0])?.plane(), fit(&halves.patches[1])?.plane());
+            let (of_a, of_b) = (fit(&halves.patches[0])?.image(), fit(&halves.patches[1])?.image());
             let (of_a, of_b) = (of_a.values(), of_b.values());
             let square = |index: usize| {
                 let (b_left, a_left) = (f64::from(b[index] - of_a[index]), f64::from(a[index] - of_b[index]));
@@ -99,8 +102,8 @@ pub(super) fn trials_between_halves(halves: &Halves) -> Vec<Trial> {
     judge(&errors)
 }
 
-/// Polynomials fitted to four fifths of the cells and judged on the fifth, five times: what a single flat frame allows. The cells that
-/// are left out together are scattered like knights on a chess-board.
+/// Polynomials fitted to four fifths of the cells and judged on the fifth, five times: for a single flat
+/// frame. The cells that are left out together are scattered like knights on a chess-board.
 pub(super) fn trials_over_cells(grid: &CellGrid, rows: usize, columns: usize) -> Vec<Trial> {
     let level = grid.mean();
     let patches = grid.patches();
@@ -129,7 +132,6 @@ pub(super) fn trials_over_cells(grid: &CellGrid, rows: usize, columns: usize) ->
 
 /// Compares each model with the best, cell by cell.
 fn judge(errors: &[Errors]) -> Vec<Trial> {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     let best = errors.iter().min_by(|one, other| mean(&one.squares).total_cmp(&mean(&other.squares)));
     let Some(best) = best else { return Vec::new() };
     let trial = |errors: &Errors| {
@@ -148,8 +150,8 @@ fn judge(errors: &[Errors]) -> Vec<Trial> {
     errors.iter().map(trial).collect()
 }
 
-/// The first, hence simplest, whose error is larger than the best by no more than one standard error (the rule of Breiman, Friedman,
-/// Olshen and Stone 1984).
+/// The first, hence simplest, whose error is larger than the best by no more than one standard error (the
+/// rule of Breiman, Friedman, Olshen and Stone 1984).
 pub(super) fn best(trials: &[Trial]) -> Option<TrialModel> {
     trials.iter().find(|trial| trial.worse_by_sigmas <= 1.0).map(|trial| trial.model)
 }

@@ -1,4 +1,4 @@
-//! What the sensor gives without light.
+//! Dark level: what the sensor gives without light.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,42 +8,45 @@ use super::outliers::{Outlier, OutlierKind, departing};
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
-/// If more than this share of the samples are 0, the sensor may have cut off what was below, and the mean is too high. With Gaussian
-/// noise and this share, 1.28 standard deviations from the end, the mean errs by 5 % of the noise at most, and by less where noise is of the size of a
-/// DN, because what is rounded to 0 is not cut off; beyond, soon by all of it.
+/// If more than this share of the samples is 0, the sensor may cut off the values below, and the mean is too
+/// high. With Gaussian noise and this share, 1.28 standard deviations from the end, the mean errs by at most
+/// 5 % of the noise, and by less where the noise is about a DN, because values rounded to 0 are not cut off.
+/// Beyond this share the error soon is as large as the noise.
 const MOST_ZEROS: f64 = 0.1;
 /// A defective pixel departs from its neighbours by more than this, in DN: less is lost in the rounding ...
 const LEAST_DEPARTURE_DN: f64 = 1.0;
-/// ... and by more than this over the root of the number of frames: six times half a DN, which noise may have where rounding hides it from
-/// the robust standard deviation.
-const HIDDEN_DEPARTURE_DN: f64 = 3.0;
+/// ... and by more than this over the root of the number of frames: six times half a DN, which noise may have
+/// where rounding removes it from the robust standard deviation.
+const ROUNDED_DEPARTURE_DN: f64 = 3.0;
 
-/// What is subtracted.
+/// The dark level that is subtracted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum DarkModel {
-    /// The same level everywhere, in DN: the pixels differ by less than the noise of their means, which a map would add to every
-    /// frame as a fixed pattern.
+    /// The same level everywhere, in DN: the pixels differ by less than the noise of their means, which a map
+    /// would add to every frame as a fixed pattern.
     LevelDn(f64),
     /// A map of the means.
     Map,
-    /// Nothing: so large a share of the samples (given, 0 to 1) is 0 that the level may have been cut off, and its mean says nothing.
+    /// Nothing: this share of the samples (0 to 1) is 0, so the level may have been cut off and its mean is
+    /// wrong.
     CutOff(f64),
 }
 
-/// What dark frames say.
+/// The result of dark frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DarkFrame {
-    /// What to subtract.
+    /// The dark level to subtract.
     pub model: DarkModel,
     /// Mean of every pixel, in DN.
     pub mean: Grid<f32>,
     /// Mean of the pixels that are no outliers, in DN.
     pub level_dn: f64,
-    /// Standard deviation of a sample from frame to frame (read noise, rounding), in DN, of pixels that are no outliers; `None` for a
-    /// single frame.
+    /// Standard deviation of a sample from frame to frame (read noise, rounding), in DN, of pixels that are
+    /// no outliers; `None` for a single frame.
     pub noise_dn: Option<f64>,
-    /// Standard deviation of the means over the pixels that noise does not explain, in DN: the fixed pattern. `None` for a single frame.
+    /// Standard deviation of the means over the pixels that noise does not explain, in DN: the fixed pattern.
+    /// `None` for a single frame.
     pub pattern_dn: Option<f64>,
     /// Pixels too bright or too dark, by row and column.
     pub outliers: Vec<Outlier>,
@@ -53,8 +56,8 @@ pub struct DarkFrame {
 
 /// Level, noise, fixed pattern and defective pixels from dark frames; they are summed up one after the other.
 ///
-/// A pixel is defective if its mean departs from the median of its neighbours by more than six robust standard deviations (of all pixels'
-/// departures) and by more than 1 DN (3 DN of a single frame).
+/// A pixel is defective if its mean departs from the median of its neighbours by more than six robust
+/// standard deviations (of all pixels' departures) and by more than 1 DN (3 DN of a single frame).
 ///
 /// # Errors
 /// [`PhotometryError::NoFrames`] and [`PhotometryError::Shapes`].
@@ -63,7 +66,7 @@ pub fn dark_frame(frames: &[Frame]) -> Result<DarkFrame, PhotometryError> {
     let (rows, columns) = (frames[0].rows(), frames[0].columns());
     let sums = Sums::of(rows, columns, frames.iter());
     let mean = sums.mean();
-    let least_dn = LEAST_DEPARTURE_DN.max(HIDDEN_DEPARTURE_DN / (frames.len() as f64).sqrt());
+    let least_dn = LEAST_DEPARTURE_DN.max(ROUNDED_DEPARTURE_DN / (frames.len() as f64).sqrt());
     let outliers: Vec<Outlier> = departing(&mean, least_dn, false)
         .into_iter()
         .map(|(x, y, by)| Outlier { x, y, kind: if by > 0.0 { OutlierKind::Hot } else { OutlierKind::Cold } })

@@ -1,8 +1,8 @@
-//! Why dark and flat frames do not tell a correction.
+//! Why dark and flat frames give no correction.
 
 use thiserror::Error;
 
-/// What is wrong with dark or flat frames, or with the record of a correction.
+/// An error of dark or flat frames, or of the record of a correction.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PhotometryError {

@@ -1,28 +1,32 @@
-//! Flat frames that say nothing, or something wrong, are refused.
+//! Checks of flat frames: those that would give a wrong flat field are refused.
 
 use super::PhotometryError;
-use super::average::as_plane;
+use super::average::as_grid;
 use super::grid::{Cell, CellGrid};
 use super::polynomial::{HIGHEST_ORDER, Polynomial};
 use epirig_core::frame::Frame;
 use epirig_core::statistics::median;
 
-/// Samples at full scale that are allowed, in %: defective pixels of a poor sensor. More means that light was cut off.
+/// Samples at full scale that are allowed, in %: defective pixels of a poor sensor. More means that light was
+/// cut off.
 const MOST_SATURATED_PERCENT: f64 = 0.1;
-/// The darkest cell has at least this share of full scale: a dark level that is wrong by 0.04 DN of 8 bit moves the gain there by 0.3 %.
+/// The darkest cell has at least this share of full scale: a dark level that is wrong by 0.04 DN of 8 bit
+/// moves the gain there by 0.3 %.
 const LEAST_LEVEL: f64 = 0.05;
-/// A frame may be so much brighter or darker than the median of all, in %: lamps on mains flicker by several per cent, and the
-/// brightness as a whole does not matter. More is another exposure, or a lamp that warms up and changes its pattern, too.
+/// Largest deviation of a frame's brightness from the median of all, in %. Lamps on mains flicker by several
+/// per cent, and the overall brightness does not matter. A larger deviation is another exposure, or a lamp
+/// that warms up and changes its pattern, too.
 const MOST_LAMP_PERCENT: f64 = 10.0;
-/// A cell of a frame may differ from the mean of all by this, apart from the brightness as a whole, in %: of eight frames or more one
-/// alone then moves the gain by less than 0.13 %.
+/// A cell of a frame may differ from the mean of all by this, apart from the brightness as a whole, in %: of
+/// eight frames or more one alone then moves the gain by less than 0.13 %.
 const MOST_CHANGE_PERCENT: f64 = 1.0;
-/// A cell may depart from the smooth field by this, in %. Order 8 follows cos^4 with 40 % of vignetting to 0.03 %; dust on the sensor, 30 px
-/// wide and 10 % dark, changes the mean of a cell of 100 x 100 px by 0.7 %.
+/// A cell may depart from the smooth field by this, in %. Order 8 follows cos^4 with 40 % of vignetting to
+/// 0.03 %; dust on the sensor, 30 px wide and 10 % dark, changes the mean of a cell of 100 x 100 px by 0.7 %.
 const MOST_STRUCTURE_PERCENT: f64 = 1.0;
-/// So large a share of the cells may depart: dust and scratches, no edge of a shadow, which crosses ten cells of a hundred and more.
+/// Largest share of the cells that may deviate: dust and scratches. The edge of a shadow crosses ten cells of
+/// a hundred and more.
 const MOST_CELLS: f64 = 0.05;
-/// Or by so many standard deviations of the noise, whichever is more: of 100 cells in 100 frames none.
+/// Or by this many standard deviations of the noise, whichever is more: of 100 cells in 100 frames none does.
 const SIGMAS: f64 = 6.0;
 
 /// No samples at full scale but for defective pixels.
@@ -50,13 +54,14 @@ pub(super) fn check_light(grid: &CellGrid, full_scale: u16) -> Result<(), Photom
     }
 }
 
-/// Frames that show the same but for brightness and noise; `grid` is of all pixels of their mean as it is, `noise_dn` of a sample.
+/// Frames that show the same but for brightness and noise; `grid` is of all pixels of their mean as it is,
+/// `noise_dn` of a sample.
 pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> Result<(), PhotometryError> {
     if frames.len() < 2 {
         return Ok(());
     }
     let shares: Vec<Vec<f64>> =
-        frames.iter().map(|frame| shares_of(&CellGrid::of_all_pixels(&as_plane(frame)), grid)).collect();
+        frames.iter().map(|frame| shares_of(&CellGrid::of_all_pixels(&as_grid(frame)), grid)).collect();
     let levels: Vec<f64> =
         shares.iter().map(|shares| median(&mut shares.to_vec()).unwrap_or(f64::NAN)).collect();
     let typical = median(&mut levels.clone()).unwrap_or(f64::NAN);
@@ -84,7 +89,8 @@ pub(super) fn check_frames(frames: &[Frame], grid: &CellGrid, noise_dn: f64) -> 
     worst.map_or(Ok(()), |(_, error)| Err(error))
 }
 
-/// No more structure than a lens and dust make; the grid is of the mean less the dark level, `noise_dn` is that of the mean's pixels.
+/// No more structure than a lens and dust make; the grid is of the mean less the dark level, `noise_dn` is
+/// that of the mean's pixels.
 pub(super) fn check_uniformity(
     grid: &CellGrid,
     rows: usize,

@@ -1,4 +1,4 @@
-//! The flat field: the fixed gain of lens and pixels, from frames of something uniform.
+//! The flat field: vignetting and the fixed gain of pixels, from frames of a uniform target.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,17 +11,21 @@ use super::polynomial::{HIGHEST_ORDER, Polynomial};
 use super::{DarkFrame, DarkModel, PhotometryError};
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
+use epirig_core::statistics::{mean, root_mean_square};
 
-/// A pixel's gain departs from its neighbours' by more than this share, or the pixel may be used: less drowns in a frame's noise of about 1 %.
+/// A pixel's gain departs from its neighbours' by more than this share, or the pixel may be used: less drowns
+/// in a frame's noise of about 1 %.
 const LEAST_GAIN_DEPARTURE: f64 = 0.02;
 
 /// How the flat field is modelled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FlatMethod {
-    /// A polynomial of this total order, 0 to [`HIGHEST_ORDER`], fitted to the means of 10 x 10 cells; order 3 is the paper's.
+    /// A polynomial of this total order, 0 to [`HIGHEST_ORDER`], fitted to the means of 10 x 10 cells; order
+    /// 3 is the paper's.
     Polynomial(usize),
-    /// The simplest of all polynomials and the map whose error is not significantly larger than the least, by cross-validation.
+    /// The simplest of all polynomials and the map whose error is not significantly larger than the least, by
+    /// cross-validation.
     Automatic,
     /// The mean of every pixel, with the noise of the flat frames in it.
     PerPixel,
@@ -37,34 +41,35 @@ pub enum FlatModel {
     PerPixel,
 }
 
-/// A flat field and how good it is. The gain has mean 1 over the image, because the brightness of the flat frames is that of their lamp
-/// and says nothing of the camera: so correcting leaves a frame's mean level, and what fits its bit depth, as they were.
+/// A flat field and its quality. The gain has mean 1 over the image: the brightness of the flat frames is
+/// that of their lamp, not of the camera. So a corrected frame keeps its mean level and fits its bit depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FlatField {
-    /// The method that was asked for.
+    /// The method chosen.
     pub method: FlatMethod,
     /// The gain.
     pub model: FlatModel,
     /// Number of flat frames.
     pub frames: usize,
-    /// What the model leaves of the means of the cells, in % of the model there; a list for each row of cells.
+    /// Residuals of the cells' means against the model, in % of the model there; a list for each row of
+    /// cells.
     pub residual_percent: Vec<Vec<f64>>,
     /// Root mean square of these.
     pub residual_rms_percent: f64,
-    /// How much darker the darkest corner is than the brightest place, in %, as a polynomial has it: the model, or for a map the polynomial
-    /// of the highest order that its cells determine.
+    /// How much darker the darkest corner is than the brightest place, in %, as a polynomial has it: the
+    /// model, or for a map the polynomial of the highest order that its cells determine.
     pub vignetting_percent: f64,
     /// The cross-validation, simplest model first; empty unless the method is [`FlatMethod::Automatic`].
     pub trials: Vec<Trial>,
-    /// Standard deviation of the correction by the noise of the flat frames, in %, root mean square over the image; for a single
-    /// flat frame that of a polynomial is from the residuals, that of a map unknown.
+    /// Standard deviation of the correction by the noise of the flat frames, in %, root mean square over the
+    /// image; for a single flat frame that of a polynomial is from the residuals, that of a map unknown.
     pub sigma_percent: Option<f64>,
     /// Pixels whose gain is far from their neighbours', by row and column.
     pub outliers: Vec<Outlier>,
 }
 
-/// The mean of flat frames, and what it is compared with.
+/// The mean of flat frames, and the means of their halves.
 struct Flat {
     mean: Grid<f32>,
     grid: CellGrid,
@@ -75,11 +80,12 @@ struct Flat {
     outliers: Vec<Outlier>,
 }
 
-/// The flat field from `frames` of something uniform, less the dark level of `dark`, and the map of the gain if the model is a map. The
-/// frames are summed up one after the other, those with even and with odd places apart.
+/// The flat field from `frames` of a uniform target, less the dark level of `dark`, and the map of the gain
+/// if the model is a map. Frames with even and with odd places are summed up apart, one after the other.
 ///
 /// # Errors
-/// [`PhotometryError`] if there are no frames, they are not alike, saturated, too dark, or not uniform, or the order is too high.
+/// [`PhotometryError`] if there are no frames, they are not alike, saturated, too dark, or not uniform, or
+/// the order is too high.
 pub fn flat_field(
     frames: &[Frame],
     dark: Option<&DarkFrame>,
@@ -115,7 +121,7 @@ pub fn flat_field(
             (FlatModel::PerPixel, (0..=HIGHEST_ORDER).rev().find_map(fit), Some(map))
         }
     };
-    let gain = map.clone().or_else(|| smooth.as_ref().map(Polynomial::plane));
+    let gain = map.clone().or_else(|| smooth.as_ref().map(Polynomial::image));
     let positive = |gain: &Grid<f32>| gain.values().iter().all(|&gain| gain > 0.0 && gain.is_finite());
     let Some(gain) = gain.filter(positive) else { return Err(PhotometryError::NotPositive) };
     let residuals = residuals_percent(&flat.grid, &gain);
@@ -177,7 +183,7 @@ fn take_up(frames: &[Frame], dark: Option<&DarkFrame>) -> Result<Flat, Photometr
 /// Variance of a sample that comes from the brightness of the frames as wholes, in squared DN.
 fn lamp_variance_dn2(frames: &[Frame]) -> f64 {
     let levels: Vec<f64> = frames.iter().map(|frame| frame.samples().mean()).collect();
-    let mean = levels.iter().sum::<f64>() / levels.len().max(1) as f64;
+    let mean = mean(&levels);
     levels.iter().map(|level| (level - mean).powi(2)).sum::<f64>()
         / levels.len().saturating_sub(1).max(1) as f64
 }
@@ -196,7 +202,7 @@ fn less_dark(mut mean: Grid<f32>, dark: Option<&DarkFrame>) -> Grid<f32> {
     mean
 }
 
-/// What the gain leaves of the cells, in %, each against the mean of all.
+/// Residuals of the cells after correction by the gain, in %, each against the mean of all.
 fn residuals_percent(grid: &CellGrid, gain: &Grid<f32>) -> Vec<f64> {
     let left: Vec<f64> = grid
         .cells()
@@ -207,12 +213,13 @@ fn residuals_percent(grid: &CellGrid, gain: &Grid<f32>) -> Vec<f64> {
             cell.mean * (cell.rows.len() * cell.columns.len()) as f64 / sum
         })
         .collect();
-    let mean = left.iter().sum::<f64>() / left.len().max(1) as f64;
+    let mean = mean(&left);
     left.iter().map(|left| 100.0 * (left / mean - 1.0)).collect()
 }
 
-/// Standard deviation of the correction by the frames' noise. A least squares fit of p coefficients to n cells has, on the average
-/// over the cells, the variance of a cell times p / n (the trace of the hat matrix is p).
+/// Standard deviation of the correction by the frames' noise. A least squares fit of p coefficients to n
+/// cells has, on the average over the cells, the variance of a cell times p / n (the trace of the hat matrix
+/// is p).
 fn sigma_percent(flat: &Flat, model: &FlatModel, residuals_percent: &[f64]) -> Option<f64> {
     let level = flat.grid.mean();
     let of_pixel = flat.variance_dn2.map(|variance| 100.0 * (variance / flat.frames as f64).sqrt() / level);
@@ -242,14 +249,10 @@ fn vignetting_percent(model: &Polynomial) -> f64 {
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
     let darkest = corners.map(|(x, y)| model.at(x, y)).into_iter().fold(f64::INFINITY, f64::min);
     let brightest =
-        model.plane().values().iter().fold(f64::MIN_POSITIVE, |most, &value| most.max(value.into()));
+        model.image().values().iter().fold(f64::MIN_POSITIVE, |most, &value| most.max(value.into()));
     100.0 * (1.0 - darkest / brightest)
 }
 
-fn mean_of(plane: &Grid<f32>) -> f64 {
-    plane.values().iter().map(|&value| f64::from(value)).sum::<f64>() / plane.values().len().max(1) as f64
-}
-
-fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+fn mean_of(image: &Grid<f32>) -> f64 {
+    image.values().iter().map(|&value| f64::from(value)).sum::<f64>() / image.values().len().max(1) as f64
 }

@@ -1,19 +1,21 @@
-//! The gain of every frame: lamps flicker.
+//! The gain of every frame, for lamps that flicker.
 //!
-//! The same surface points are seen in many frames, so the frames themselves tell how bright the lamp was: the logarithm of the mean of window w
-//! in frame t is a_w + g_t, if the window moves with the surface. All windows and frames are fitted together, by weighted
-//! least squares with a robust loss; windows that scatter (they show something that moves otherwise, or that is covered for a while) have
-//! little weight.
+//! The same surface points are seen in many frames, so the frames themselves show how bright the lamp was.
+//! The logarithm of the mean of window w in frame t is a_w + g_t, if the window moves with the surface. All
+//! windows and frames are fitted together, by weighted least squares with a robust loss. Windows that
+//! scatter, because they show something that moves differently or is covered for a while, have little weight.
 //!
-//! What noise allows: the mean of P pixels of level L with noise s has the standard deviation s / (L sqrt P) of itself. With 1.4 DN, 100 DN and 10 000
-//! pixels in view that is 0.014 %. To this comes what enters and leaves at the edges of the windows where they are followed wrongly: for an error of e px in the
-//! place, edge pixels of contrast C that are alike over l px, and n windows of W x H, e C sqrt(2 l / H) / (W sqrt n) of the mean; for 0.1 px, 30 %,
-//! 2 px, and 100 windows of 16 x 16, 0.01 %. The standard deviations that are given are from the scatter of the windows, so both are in them.
+//! Precision: the mean of P pixels of level L with noise s has the relative standard deviation s / (L sqrt
+//! P). With 1.4 DN, 100 DN and 10 000 pixels in view that is 0.014 %. Texture that enters and leaves at the
+//! edges of windows that are followed wrongly adds to it: for an error of e px in the place, edge pixels of
+//! contrast C that are alike over l px, and n windows of W x H, e C sqrt(2 l / H) / (W sqrt n) of the mean.
+//! For 0.1 px, 30 %, 2 px, and 100 windows of 16 x 16 that is 0.01 %. The standard deviations given come from
+//! the scatter of the windows, so both are in them.
 //!
-//! What cannot be told from flicker: a vignetting that is left in the frames and grows along the way of the surface. It is to be corrected
-//! before.
+//! Limit: vignetting that is left in the frames and grows along the way of the surface looks like flicker. It
+//! has to be corrected before.
 
-use epirig_core::statistics::upper_median;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -23,10 +25,8 @@ use crate::registration::{ShiftError, shift_between};
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::volume::Volume;
 
-/// Residuals beyond so many standard deviations have linear loss (Huber).
+/// Residuals beyond this many standard deviations have linear loss (Huber).
 const ROBUST_FROM: f64 = 2.0;
-/// The median absolute deviation of Gaussian noise, as a share of its standard deviation, inverted.
-const MAD_TO_SIGMA: f64 = 1.4826;
 /// Times the weights are found anew.
 const REWEIGHTINGS: usize = 12;
 /// Windows that have to see a frame, so that their scatter says how well its gain is known.
@@ -37,7 +37,8 @@ const PIVOT: f64 = 1e-9;
 const LEAST_SIGMA: f64 = 1e-6;
 /// Pairs of neighbouring frames from which a disparity is guessed.
 const PAIRS: usize = 16;
-/// What pairs say may scatter by so much, in px or as a share of it: beyond, there is no dominant disparity.
+/// Largest scatter of the disparities of pairs, in px or as a share of the disparity; with more there is no
+/// dominant disparity.
 const MOST_SCATTER_PX: f64 = 2.0;
 const MOST_SCATTER: f64 = 0.05;
 
@@ -45,14 +46,15 @@ const MOST_SCATTER: f64 = 0.05;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrameGains {
-    /// By how much each frame is too bright: divide it by this. Geometric mean 1; all 1 if they are not [`significant`](Self::significant).
+    /// By how much each frame is too bright: divide it by this. Geometric mean 1; all 1 if they are not
+    /// [`significant`](Self::significant).
     pub gain: Vec<f64>,
     /// Standard deviation of each, as a share, from the scatter of the windows.
     pub sigma: Vec<f64>,
-    /// Root mean square of what was found, as a share, whether or not it is significant.
+    /// Root mean square of the gains found, as a share, whether or not they are significant.
     pub flicker: f64,
-    /// Whether that is larger than the standard deviations (root mean square). If not, dividing would add more than it takes away, and
-    /// nothing is divided.
+    /// Whether that is larger than the standard deviations (root mean square). If not, dividing would add
+    /// more than it takes away, and nothing is divided.
     pub significant: bool,
     /// Number of windows.
     pub windows: usize,
@@ -66,7 +68,7 @@ pub struct FrameGains {
 pub enum GainError {
     /// Too few windows see a frame.
     #[error(
-        "frame {frame} shares only {windows} windows of surface with other frames, {least} are needed to tell its brightness from texture; take \
+        "frame {frame} shares only {windows} windows of surface with other frames, {least} are needed to separate its brightness from texture; take \
          smaller steps, or leave the frames' brightness as it is"
     )]
     TooFewWindows {
@@ -90,7 +92,7 @@ pub enum GainError {
     #[error("a disparity of {0} px is no number that windows can follow")]
     NoDisparity(f64),
     /// The movement between two frames cannot be seen.
-    #[error("how far the picture moves from frame {frame} to the next cannot be told: {source}")]
+    #[error("how far the picture moves from frame {frame} to the next cannot be measured: {source}")]
     Shift {
         /// Index of the first of the two, from 0.
         frame: usize,
@@ -99,11 +101,11 @@ pub enum GainError {
     },
     /// Neighbouring frames contradict each other.
     #[error(
-        "neighbouring frames speak for disparities that scatter by {scatter_px:.1} px around {disparity_px:.1} px, so there is none that dominates; \
+        "neighbouring frames show disparities that scatter by {scatter_px:.1} px around {disparity_px:.1} px, so none dominates; \
          give the disparity, or leave the frames' brightness as it is"
     )]
     NoneDominates {
-        /// Median of what they say, in px.
+        /// Median of their disparities, in px.
         disparity_px: f64,
         /// Its robust standard deviation, in px.
         scatter_px: f64,
@@ -113,8 +115,9 @@ pub enum GainError {
     Frame(#[from] FrameError),
 }
 
-/// The gain of every frame from a volume that is rectified and corrected for dark level and vignetting, and whose surface mainly has a
-/// disparity of `disparity_px`, which need be right to about a px (signed, over the whole baseline).
+/// The gain of every frame from a volume that is rectified and corrected for dark level and vignetting, and
+/// whose surface mainly has a disparity of `disparity_px`, which need be right to about a px (signed, over
+/// the whole baseline).
 ///
 /// # Errors
 /// [`GainError`] if frames have too little in common.
@@ -145,8 +148,8 @@ pub fn frame_gains(volume: &Volume, disparity_px: f64) -> Result<FrameGains, Gai
     })
 }
 
-/// Logarithms of the gains, with mean 0, and their variances, by sums over windows that hold whatever their errors have in common over the frames
-/// (the "sandwich" of Liang and Zeger 1986).
+/// Logarithms of the gains, with mean 0, and their variances, by sums over windows that hold whatever their
+/// errors have in common over the frames (the "sandwich" of Liang and Zeger 1986).
 fn fit(logarithms: &[Vec<f64>], frames: usize) -> Result<(Vec<f64>, Vec<f64>), GainError> {
     let mut gains = DVector::zeros(frames);
     let mut weights: Vec<Vec<f64>> = logarithms
@@ -201,7 +204,8 @@ fn add_weighted(
     }
 }
 
-/// The normal equations of the gains with the windows' levels eliminated; that the gains have mean 0 is added, which their matrix leaves open.
+/// The normal equations of the gains with the windows' levels eliminated; that the gains have mean 0 is
+/// added, which their matrix leaves open.
 fn normal(weights: &[Vec<f64>], frames: usize) -> Result<Cholesky<f64, Dyn>, GainError> {
     let mut matrix = DMatrix::<f64>::zeros(frames, frames);
     for weights in weights {
@@ -223,7 +227,8 @@ fn normal(weights: &[Vec<f64>], frames: usize) -> Result<Cholesky<f64, Dyn>, Gai
     Ok(factor)
 }
 
-/// Weights from the residuals: a window's scatter, at least that of the typical window, and less for what departs from the rest of it.
+/// Weights from the residuals. A window's scatter counts, at least that of the typical window; residuals that
+/// deviate from the rest of their window have less weight.
 fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64>) -> Vec<Vec<f64>> {
     let residuals: Vec<Vec<f64>> = logarithms
         .iter()
@@ -238,7 +243,7 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
         .map(|residuals| {
             let seen =
                 residuals.iter().filter(|residual| residual.is_finite()).map(|residual| residual.abs());
-            MAD_TO_SIGMA * upper_median(&mut seen.collect::<Vec<_>>()).unwrap_or(0.0)
+            SIGMA_OF_MEDIAN_4 * upper_median(&mut seen.collect::<Vec<_>>()).unwrap_or(0.0)
         })
         .collect();
     let typical = upper_median(&mut scatter.clone()).unwrap_or(0.0).max(LEAST_SIGMA);
@@ -253,11 +258,12 @@ fn reweighted(logarithms: &[Vec<f64>], weights: &[Vec<f64>], gains: &DVector<f64
     residuals.iter().zip(&scatter).map(of_window).collect()
 }
 
-/// The disparity that most of the picture has, over the whole baseline and signed, in px: from the shifts between neighbouring frames, up to 16
-/// pairs spread over the volume.
+/// The disparity that most of the picture has, over the whole baseline and signed, in px: from the shifts
+/// between neighbouring frames, up to 16 pairs spread over the volume.
 ///
 /// # Errors
-/// [`GainError::Shift`] if a pair shows no movement that can be told, [`GainError::NoneDominates`] if pairs contradict each other.
+/// [`GainError::Shift`] if a pair shows no movement that can be told, [`GainError::NoneDominates`] if pairs
+/// contradict each other.
 pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
     let tau = volume.tau().values();
     let pairs = volume.frames() - 1;
@@ -271,7 +277,7 @@ pub fn dominant_disparity(volume: &Volume) -> Result<f64, GainError> {
     let disparities: Vec<f64> = disparities.collect::<Result<_, GainError>>()?;
     let disparity_px = upper_median(&mut disparities.clone()).unwrap_or(0.0);
     let mut deviations: Vec<f64> = disparities.iter().map(|other| (other - disparity_px).abs()).collect();
-    let scatter_px = MAD_TO_SIGMA * upper_median(&mut deviations).unwrap_or(0.0);
+    let scatter_px = SIGMA_OF_MEDIAN_4 * upper_median(&mut deviations).unwrap_or(0.0);
     if scatter_px > MOST_SCATTER_PX.max(MOST_SCATTER * disparity_px.abs()) {
         return Err(GainError::NoneDominates { disparity_px, scatter_px });
     }

@@ -4,16 +4,17 @@ use std::ops::Range;
 
 use super::polynomial::{Patch, Polynomial};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 
 /// Cells across and down, as in the paper. Smaller images have a cell for each pixel.
 const CELLS: usize = 10;
-/// Pixels that depart by more than so many robust standard deviations from their cell's median do not count. Within a cell vignetting is
-/// a ramp; the median absolute deviation of a ramp is a quarter of its height, so that it keeps 1.9 times its height to either side, and
-/// is never cut. Of Gaussian noise one in two million is lost, on either side alike.
+/// Pixels that deviate by more than this many robust standard deviations from their cell's median do not
+/// count. Within a cell vignetting is a ramp. The median absolute deviation of a ramp is a quarter of its
+/// height, so the limit lies 1.9 times its height to either side, and a ramp is never cut. Of Gaussian noise
+/// one in two million is lost, on either side alike.
 const CUT: f64 = 5.0;
-/// The median absolute deviation of Gaussian noise, as a share of its standard deviation, inverted.
-const MAD_TO_SIGMA: f64 = 1.4826;
-/// Where most pixels of a cell have one value, the standard deviation is taken to be this, in units of the image: half a DN.
+/// Where most pixels of a cell have one value, the standard deviation is taken to be this, in units of the
+/// image: half a DN.
 const LEAST_SIGMA: f64 = 0.5;
 
 /// Some pixels and their mean.
@@ -109,7 +110,7 @@ impl CellGrid {
         self.cells.iter().map(|cell| cell.mean).sum::<f64>() / self.cells.len().max(1) as f64
     }
 
-    /// What `model` leaves of each cell, as a share of the model there, row by row.
+    /// Residual of each cell against `model`, as a share of the model there, row by row.
     pub fn residuals(&self, model: &Polynomial) -> Vec<f64> {
         let share = |cell: &Cell| cell.mean / model.mean_over(&cell.columns, &cell.rows) - 1.0;
         self.cells.iter().map(share).collect()
@@ -121,16 +122,12 @@ impl CellGrid {
     }
 }
 
-/// Mean of the values that lie within the cut around their median, and how many they are. NaN if there are none.
+/// Mean and number of the values that lie within the cut around their median; NaN and 0 for no values.
 fn mean_without_outliers(values: &mut [f32]) -> (f64, usize) {
-    if values.is_empty() {
-        return (f64::NAN, 0);
-    }
-    let half = values.len() / 2;
-    let median = *values.select_nth_unstable_by(half, f32::total_cmp).1;
+    let Some(median) = upper_median(values) else { return (f64::NAN, 0) };
     let mut departures: Vec<f32> = values.iter().map(|value| (value - median).abs()).collect();
-    let typical = f64::from(*departures.select_nth_unstable_by(half, f32::total_cmp).1);
-    let limit = CUT * (MAD_TO_SIGMA * typical).max(LEAST_SIGMA);
+    let typical = upper_median(&mut departures).map_or(0.0, f64::from);
+    let limit = CUT * (SIGMA_OF_MEDIAN_4 * typical).max(LEAST_SIGMA);
     let kept = values
         .iter()
         .map(|&value| f64::from(value))

@@ -1,14 +1,15 @@
-//! Whether twice the light makes twice the number.
+//! Linearity of the sensor: whether twice the light gives twice the number.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::CellGrid;
-use super::average::as_plane;
+use super::average::as_grid;
 use epirig_core::frame::Frame;
+use epirig_core::statistics::upper_median;
 
-/// Cells from this share of full scale on do not count: noise begins to be cut off there. Standard EMVA 1288 judges linearity up to
-/// the same share.
+/// Cells from this share of full scale on do not count: noise begins to be cut off there. Standard EMVA 1288
+/// judges linearity up to the same share.
 const MOST_LEVEL: f64 = 0.95;
 /// Exposures that a line with an offset needs to be contradicted by anything.
 const LEAST_EXPOSURES: usize = 3;
@@ -25,7 +26,7 @@ pub struct ExposureLevel {
 impl ExposureLevel {
     /// Of a flat frame.
     pub fn of(relative_exposure: f64, frame: &Frame) -> Self {
-        let grid = CellGrid::of(&as_plane(frame));
+        let grid = CellGrid::of(&as_grid(frame));
         Self { relative_exposure, cells_dn: grid.cells().iter().map(|cell| cell.mean).collect() }
     }
 }
@@ -49,8 +50,9 @@ pub struct Linearity {
 }
 
 impl Linearity {
-    /// The usual limit, in % of full scale. A response that bends like a parabola and departs from its best line by e leaves up to 0.9 e of
-    /// a vignetting of 30 %, if the flat frames are half as bright as the object: 6 e (0.5 - 0.35). A flat field is good to 0.3 %.
+    /// The usual limit, in % of full scale. A response that bends like a parabola and departs from its best
+    /// line by e leaves up to 0.9 e of a vignetting of 30 %, if the flat frames are half as bright as the
+    /// object: 6 e (0.5 - 0.35). A flat field is good to 0.3 %.
     pub const USUAL_LIMIT_PERCENT: f64 = 0.33;
 
     /// Whether the response is a straight line within the limit.
@@ -59,7 +61,7 @@ impl Linearity {
     }
 }
 
-/// Why nothing can be said of the linearity.
+/// Why linearity cannot be measured.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LinearityError {
@@ -98,8 +100,8 @@ pub enum LinearityError {
     },
 }
 
-/// The straight line through the levels of each cell, and the largest departure from it. Cells have lines of their own, because vignetting gives each its
-/// own slope.
+/// The straight line through the levels of each cell, and the largest departure from it. Cells have lines of
+/// their own, because vignetting gives each its own slope.
 ///
 /// # Errors
 /// [`LinearityError`] if there are fewer than three exposures that count, or they do not fit together.
@@ -138,11 +140,8 @@ pub fn linearity(
             }
         }
     }
-    if offsets.is_empty() {
-        return Err(LinearityError::TooFewExposures { least: LEAST_EXPOSURES, percent: 100.0 * MOST_LEVEL });
-    }
-    let middle = offsets.len() / 2;
-    let offset_dn = *offsets.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let too_few = LinearityError::TooFewExposures { least: LEAST_EXPOSURES, percent: 100.0 * MOST_LEVEL };
+    let offset_dn = upper_median(&mut offsets).ok_or(too_few)?;
     Ok(Linearity {
         offset_dn,
         largest_departure_percent: 100.0 * largest / full_scale_dn,
@@ -202,8 +201,8 @@ mod tests {
 
     #[test]
     fn a_bend_is_found_as_large_as_it_is() {
-        // Levels 20, 52, 80 and 108 at exposures 1 to 4: the line is 7.4... By hand: mean 65, slope (1.5 * 88 + 0.5 * 28) / 5 = 29.2, offset -8;
-        // residuals -1.2, 1.6, 0.4, -0.8.
+        // Levels 20, 52, 80 and 108 at exposures 1 to 4: the line is 7.4... By hand: mean 65, slope (1.5 * 88
+        // + 0.5 * 28) / 5 = 29.2, offset -8; residuals -1.2, 1.6, 0.4, -0.8.
         let levels = [20.0, 52.0, 80.0, 108.0];
         let series: Vec<ExposureLevel> = (1..=4)
             .map(|step| ExposureLevel {

@@ -1,7 +1,8 @@
-//! From what the sensor gave to what the light was: dark level, defective pixels, flat field, flicker of the lamp, linearity.
+//! Photometric calibration: dark level, defective pixels, flat field (vignetting), flicker of the lamp,
+//! linearity.
 //!
-//! A frame is corrected as (value - dark) / gain, where the gain is that of lens and pixel as flat frames show it, with mean 1. All
-//! of it is data: [`Photometry`] is the record of what was found, [`Correction`] what a frame is corrected by.
+//! A frame is corrected as (value - dark) / gain, where the gain is that of lens and pixel as flat frames
+//! show it, with mean 1. [`Photometry`] is the record of what was found, [`Correction`] is applied to frames.
 
 mod average;
 mod correction;

@@ -1,15 +1,13 @@
-//! Single pixels that are unlike their neighbours, and what is put in their place.
+//! Defective pixels: single pixels unlike their neighbours, and the values that replace them.
 
-use epirig_core::statistics::upper_median;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN_4, upper_median};
 use serde::{Deserialize, Serialize};
 
 use epirig_core::grid::Grid;
 
-/// Beyond so many robust standard deviations a pixel is an outlier: among ten million pixels with Gaussian noise there is one in fifty
-/// images.
+/// Beyond this many robust standard deviations a pixel is an outlier: of ten million pixels with Gaussian
+/// noise there is one in fifty images.
 const SIGMAS: f64 = 6.0;
-/// The median absolute deviation of Gaussian noise, as a share of its standard deviation, inverted.
-const MAD_TO_SIGMA: f64 = 1.4826;
 
 /// How a pixel differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,12 +31,13 @@ pub struct Outlier {
     pub x: usize,
     /// Row.
     pub y: usize,
-    /// What is wrong with it.
+    /// The kind of defect.
     pub kind: OutlierKind,
 }
 
-/// Pixels whose value departs from the median of its up to eight neighbours by more than six robust standard deviations of that
-/// departure, and by more than `least`: column, row, and the departure. With `relative`, departures are shares of the median.
+/// Pixels whose value departs from the median of its up to eight neighbours by more than six robust standard
+/// deviations of that departure, and by more than `least`: column, row, and the departure. With `relative`,
+/// departures are shares of the median.
 pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(usize, usize, f64)> {
     let (rows, columns) = (image.rows(), image.columns());
     let mut departures = Grid::filled(rows, columns, 0.0_f32);
@@ -55,7 +54,7 @@ pub(super) fn departing(image: &Grid<f32>, least: f64, relative: bool) -> Vec<(u
     }
     let mut sizes: Vec<f32> = departures.values().iter().map(|departure| departure.abs()).collect();
     let typical = upper_median(&mut sizes).map_or(0.0, f64::from);
-    let limit = (SIGMAS * MAD_TO_SIGMA * typical).max(least);
+    let limit = (SIGMAS * SIGMA_OF_MEDIAN_4 * typical).max(least);
     let all = departures.values().iter().enumerate();
     all.filter(|&(_, &departure)| f64::from(departure.abs()) > limit)
         .map(|(index, &departure)| (index % columns, index / columns, departure.into()))
@@ -79,8 +78,9 @@ fn around(
     })
 }
 
-/// Puts the mean of the nearest good neighbours in the place of every pixel in `bad` (column, row; sorted): of the eight around it, or
-/// of the next ring, if all of those are bad. An image without a good pixel is left as it is.
+/// Puts the mean of the nearest good neighbours in the place of every pixel in `bad` (column, row; sorted):
+/// of the eight around it, or of the next ring, if all of those are bad. An image without a good pixel is
+/// left as it is.
 pub(super) fn replace(image: &mut Grid<f32>, bad: &[(usize, usize)]) {
     let (rows, columns) = (image.rows(), image.columns());
     let is_bad = |place: &(usize, usize)| bad.binary_search(place).is_ok();

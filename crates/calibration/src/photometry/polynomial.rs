@@ -10,12 +10,12 @@ use epirig_core::grid::Grid;
 /// Highest total order that is supported: 45 coefficients, of which a grid of 10 x 10 cells leaves none open.
 pub const HIGHEST_ORDER: usize = 8;
 
-/// A diagonal element of R this much smaller than the largest is rounding: the places leave a coefficient open. Order 8 over 10 x 10
-/// cells has a ratio of about 1e-3.
+/// A diagonal element of R this much smaller than the largest is rounding: the places leave a coefficient
+/// open. Order 8 over 10 x 10 cells has a ratio of about 1e-3.
 const OPEN: f64 = 1e-9;
 
-/// A polynomial of total order n: the sum of c_ij u^i v^j for i + j <= n, where u and v run from -1 in the first to 1 in the last column
-/// and row.
+/// A polynomial of total order n: the sum of c_ij u^i v^j for i + j <= n, where u and v run from -1 in the
+/// first to 1 in the last column and row.
 ///
 /// Coefficients are sorted by total order, then by falling powers of u: 1, u, v, u2, uv, v2, ...
 ///
@@ -58,7 +58,7 @@ impl TryFrom<Written> for Polynomial {
     }
 }
 
-/// A rectangle of pixels and the mean of what is seen in it; of one pixel, a place and its value.
+/// A rectangle of pixels with the mean of its values; for a single pixel, a place and its value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
     /// Its columns, not empty.
@@ -99,17 +99,18 @@ fn mean_powers(range: &Range<usize>, size: usize, order: usize) -> Vec<f64> {
 }
 
 impl Polynomial {
-    /// Over an image of `rows` x `columns`; `None` if the image is empty, a coefficient is not finite, or their number is not that of
-    /// an order from 0 to [`HIGHEST_ORDER`].
+    /// Over an image of `rows` x `columns`; `None` if the image is empty, a coefficient is not finite, or
+    /// their number is not that of an order from 0 to [`HIGHEST_ORDER`].
     pub fn new(rows: usize, columns: usize, coefficients: Vec<f64>) -> Option<Self> {
         let fits = (0..=HIGHEST_ORDER).any(|order| terms(order) == coefficients.len());
         let finite = coefficients.iter().all(|coefficient| coefficient.is_finite());
         (fits && finite && rows > 0 && columns > 0).then_some(Self { rows, columns, coefficients })
     }
 
-    /// The polynomial of `order` whose means over `patches` have the least squared departures from theirs, over an image of `rows` x
-    /// `columns`. Its own means are exact (the mean of a power over the pixels of a patch, not its value in the middle), so that a field
-    /// that is such a polynomial is found as it is, however large the patches are.
+    /// The polynomial of `order` whose means over `patches` have the least squared departures from theirs,
+    /// over an image of `rows` x `columns`. Its own means are exact (the mean of a power over the pixels of a
+    /// patch, not its value in the middle), so that a field that is such a polynomial is found as it is,
+    /// however large the patches are.
     ///
     /// `None` if the patches leave a coefficient open, or the order is higher than [`HIGHEST_ORDER`].
     pub fn fit(order: usize, rows: usize, columns: usize, patches: &[Patch]) -> Option<Self> {
@@ -183,11 +184,12 @@ impl Polynomial {
         self
     }
 
-    /// The values at all pixels. For each row the powers of v are summed up once, so a pixel costs n multiplications.
-    pub fn plane(&self) -> Grid<f32> {
+    /// The values at all pixels. For each row the powers of v are summed up once, so a pixel costs n
+    /// multiplications.
+    pub fn image(&self) -> Grid<f32> {
         let order = self.order();
         let across: Vec<f64> = (0..self.columns).map(|x| normalised(x as f64, self.columns)).collect();
-        let mut plane = Grid::filled(self.rows, self.columns, 0.0);
+        let mut image = Grid::filled(self.rows, self.columns, 0.0);
         let mut of_row = vec![0.0; order + 1];
         for y in 0..self.rows {
             let v = normalised(y as f64, self.rows);
@@ -195,11 +197,11 @@ impl Polynomial {
             for (coefficient, (i, j)) in self.coefficients.iter().zip(powers(order)) {
                 of_row[i] += coefficient * v.powi(j as i32);
             }
-            for (out, u) in plane.row_mut(y).iter_mut().zip(&across) {
+            for (out, u) in image.row_mut(y).iter_mut().zip(&across) {
                 *out = of_row.iter().rev().fold(0.0, |sum, coefficient| sum * u + coefficient) as f32;
             }
         }
-        plane
+        image
     }
 }
 
@@ -226,7 +228,8 @@ mod tests {
 
     #[test]
     fn a_known_field_has_known_coefficients() {
-        // Columns 0 to 4 are u = -1, -0.5, 0, 0.5, 1; rows 0 to 2 are v = -1, 0, 1. The field is 7 + 3 u - 2 v + 4 u v.
+        // Columns 0 to 4 are u = -1, -0.5, 0, 0.5, 1; rows 0 to 2 are v = -1, 0, 1. The field is 7 + 3 u - 2
+        // v + 4 u v.
         let field = |x: f64, y: f64| {
             let (u, v) = (x / 2.0 - 1.0, y - 1.0);
             7.0 + 3.0 * u - 2.0 * v + 4.0 * u * v
@@ -280,12 +283,12 @@ mod tests {
             for (found, truth) in found.coefficients().iter().zip(truth.coefficients()) {
                 prop_assert!((found - truth).abs() < 1e-8, "{found} {truth}");
             }
-            let plane = found.plane();
+            let image = found.image();
             for (x, y) in [(0, 0), (columns - 1, 0), (columns / 2, rows - 1), (columns / 3, rows / 2)] {
                 // f32 at a value of up to 45.
-                prop_assert!((f64::from(plane.at(x, y)) - truth.at(x as f64, y as f64)).abs() < 4e-6);
+                prop_assert!((f64::from(image.at(x, y)) - truth.at(x as f64, y as f64)).abs() < 4e-6);
             }
-            let mean = plane.values().iter().map(|&value| f64::from(value)).sum::<f64>() / (rows * columns) as f64;
+            let mean = image.values().iter().map(|&value| f64::from(value)).sum::<f64>() / (rows * columns) as f64;
             prop_assert!((found.mean() - mean).abs() < 1e-6);
         }
     }

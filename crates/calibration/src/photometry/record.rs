@@ -1,4 +1,4 @@
-//! The record of what was found of a camera's photometry, from which the correction can be made again.
+//! The record of a camera's photometry, from which its correction is made again.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::{
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
-/// What is to be corrected.
+/// The corrections wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PhotometryOptions {
@@ -18,7 +18,8 @@ pub struct PhotometryOptions {
     pub flat_field: Option<FlatMethod>,
     /// Replace pixels that cannot be used.
     pub defective_pixels: bool,
-    /// Divide each frame by its own gain, which [`frame_gains`](super::frame_gains) finds once the frames are rectified.
+    /// Divide each frame by its own gain, which [`frame_gains`](super::frame_gains) finds once the frames are
+    /// rectified.
     pub frame_gain: bool,
 }
 
@@ -29,7 +30,7 @@ impl Default for PhotometryOptions {
     }
 }
 
-/// What became of a part of the correction.
+/// The outcome of a part of the correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome<T> {
@@ -42,7 +43,7 @@ pub enum Outcome<T> {
 }
 
 impl<T> Outcome<T> {
-    /// What is applied.
+    /// The correction, if it is applied.
     pub fn applied(&self) -> Option<&T> {
         match self {
             Self::Applied(found) => Some(found),
@@ -51,11 +52,11 @@ impl<T> Outcome<T> {
     }
 }
 
-/// What of the dark frames goes into the record.
+/// The part of the dark frames' result that is recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DarkRecord {
-    /// What is subtracted.
+    /// The dark level that is subtracted.
     pub model: DarkModel,
     /// Mean, in DN.
     pub level_dn: f64,
@@ -67,7 +68,8 @@ pub struct DarkRecord {
     pub frames: usize,
 }
 
-/// What was found and is applied. Maps are not part of it: they are stored as files beside it.
+/// The photometric calibration that was found and is applied. Maps are not part of it: they are stored as
+/// files beside it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Photometry {
@@ -75,13 +77,13 @@ pub struct Photometry {
     pub rows: usize,
     /// Columns of the frames.
     pub columns: usize,
-    /// What was asked for.
+    /// The options.
     pub options: PhotometryOptions,
     /// Dark level.
     pub dark: Outcome<DarkRecord>,
     /// Flat field.
     pub flat_field: Outcome<FlatField>,
-    /// Pixels that are replaced, by column and row; what dark and what flat frames show.
+    /// Pixels that are replaced, by column and row, from dark and from flat frames.
     pub defective_pixels: Outcome<Vec<Outlier>>,
 }
 
@@ -98,7 +100,8 @@ impl Photometry {
     /// From dark and flat frames, either of which may be missing, for frames of `rows` x `columns`.
     ///
     /// # Errors
-    /// [`PhotometryError`] if frames are given that will not do. Missing ones are no error: the record says what is not corrected.
+    /// [`PhotometryError`] if frames are given that will not do. Missing ones are no error: the record says
+    /// what is not corrected.
     pub fn find(
         dark: &[Frame],
         flat: &[Frame],
@@ -180,7 +183,8 @@ impl Photometry {
     /// The correction that the record describes, with the maps that were stored with it.
     ///
     /// # Errors
-    /// [`PhotometryError::MapMissing`] if a map is missing or of another size, [`PhotometryError::NotPositive`] if a gain is not positive.
+    /// [`PhotometryError::MapMissing`] if a map is missing or of another size,
+    /// [`PhotometryError::NotPositive`] if a gain is not positive.
     pub fn correction(&self, maps: &Maps) -> Result<Correction, PhotometryError> {
         let (rows, columns) = (self.rows, self.columns);
         let map = |what: &'static str, map: &Option<Grid<f32>>| match map {
@@ -198,7 +202,7 @@ impl Photometry {
                 if (polynomial.rows(), polynomial.columns()) != (rows, columns) {
                     return Err(PhotometryError::MapMissing { what: "flat field", columns, rows });
                 }
-                Some(polynomial.plane())
+                Some(polynomial.image())
             }
             None => None,
         };

@@ -26,7 +26,7 @@ fn series(frames: u64, seed: u64, noise_dn: f64, light: impl Fn(usize, usize) ->
     (0..frames).map(|frame| noisy(noise_dn, 1000 * seed + frame, &light)).collect()
 }
 
-fn darkened(vignetting: f64) -> Optics {
+fn with_vignetting(vignetting: f64) -> Optics {
     Optics { vignetting, ..SimulatorConfig::textured_plane(COLUMNS, ROWS, 3).optics }
 }
 
@@ -37,7 +37,7 @@ fn flats(optics: &Optics, frames: u64, seed: u64) -> Vec<Frame> {
 /// The gain that a found field has.
 fn gain(found: &(FlatField, Option<Grid<f32>>)) -> Grid<f32> {
     match (&found.0.model, &found.1) {
-        (FlatModel::Polynomial(polynomial), None) => polynomial.plane(),
+        (FlatModel::Polynomial(polynomial), None) => polynomial.image(),
         (FlatModel::PerPixel, Some(map)) => map.clone(),
         other => panic!("{other:?}"),
     }
@@ -57,7 +57,7 @@ fn worst_percent(gain: &Grid<f32>, optics: &Optics) -> f64 {
 fn less_than_three_thousandths_of_the_vignetting_are_left() {
     for (index, vignetting) in [0.0, 0.15, 0.25, 0.4].into_iter().enumerate() {
         for frames in [4, 16] {
-            let optics = darkened(vignetting);
+            let optics = with_vignetting(vignetting);
             let found =
                 flat_field(&flats(&optics, frames, index as u64), None, FlatMethod::Automatic).unwrap();
             let gain = gain(&found);
@@ -85,13 +85,14 @@ fn less_than_three_thousandths_of_the_vignetting_are_left() {
 #[test]
 fn the_paper_s_polynomial_will_do_for_little_vignetting_and_not_for_much() {
     let worst = |vignetting: f64| {
-        let optics = darkened(vignetting);
+        let optics = with_vignetting(vignetting);
         let found = flat_field(&flats(&optics, 8, 3), None, FlatMethod::Polynomial(3)).unwrap();
         assert!(found.0.trials.is_empty() && found.0.residual_percent.len() == 10);
         (worst_percent(&gain(&found), &optics), found.0.residual_rms_percent)
     };
-    // 1 / (1 + s)^2 = 1 - 2 s + 3 s^2 - ..., and s = s_c (0.64 u^2 + 0.36 v^2) with s_c = 0.0847 for 15 %. By Legendre polynomials, least squares
-    // leave 8/35 of u^4 and v^4 and 4/9 of u^2 v^2 in the corner: 3 s_c^2 (0.41 x 8/35 + 0.13 x 8/35 + 2 x 0.23 x 4/9) = 0.70 %, and noise.
+    // 1 / (1 + s)^2 = 1 - 2 s + 3 s^2 - ..., and s = s_c (0.64 u^2 + 0.36 v^2) with s_c = 0.0847 for 15 %. By
+    // Legendre polynomials, least squares leave 8/35 of u^4 and v^4 and 4/9 of u^2 v^2 in the corner: 3 s_c^2
+    // (0.41 x 8/35 + 0.13 x 8/35 + 2 x 0.23 x 4/9) = 0.70 %, and noise.
     let (small, residual) = worst(0.15);
     assert!((small - 0.70).abs() < 0.1 && residual < 0.15, "{small} {residual}");
     // For 40 % s_c is 0.29 and the same term 8 %, less those of higher order.
@@ -101,10 +102,11 @@ fn the_paper_s_polynomial_will_do_for_little_vignetting_and_not_for_much() {
 
 #[test]
 fn a_single_flat_frame_is_enough_for_a_polynomial() {
-    let optics = darkened(0.25);
+    let optics = with_vignetting(0.25);
     let found = flat_field(&flats(&optics, 1, 5), None, FlatMethod::Automatic).unwrap();
     let worst = worst_percent(&gain(&found), &optics);
-    // A cell is known to 0.05 %; a fit of up to 45 coefficients to 100 cells has in the corners about twice that, and four times again.
+    // A cell is known to 0.05 %; a fit of up to 45 coefficients to 100 cells has in the corners about twice
+    // that, and four times again.
     assert!(worst < 0.4, "{worst} %, {:?}", found.0.trials);
     assert!(found.0.trials.iter().all(|trial| trial.model != TrialModel::PerPixel));
     let map = flat_field(&flats(&optics, 1, 5), None, FlatMethod::PerPixel).unwrap();
@@ -146,8 +148,9 @@ fn the_stated_standard_deviation_is_that_of_the_correction() {
             stated += (result.0.sigma_percent.unwrap() / 100.0).powi(2);
         }
         let ratio = (found / stated).sqrt();
-        // A polynomial has 9 degrees of freedom but for the level, of 10: 0.95. Their 270 squares are known to 9 %, the root to 4.3 %; beyond the
-        // middles of the outer cells it is known worse than in the cells, which raises it by some per cent.
+        // A polynomial has 9 degrees of freedom but for the level, of 10: 0.95. Their 270 squares are known
+        // to 9 %, the root to 4.3 %; beyond the middles of the outer cells it is known worse than in the
+        // cells, which raises it by some per cent.
         assert!((0.78..1.25).contains(&ratio), "{method:?}: {ratio}");
     }
 }
@@ -185,7 +188,7 @@ fn flat_frames_that_will_not_do_are_refused_with_the_reason() {
 #[test]
 fn flicker_and_dust_are_no_reason_to_refuse() {
     // A lamp that changes by 3 %, and a grain that takes 20 % over 7 px.
-    let optics = darkened(0.2);
+    let optics = with_vignetting(0.2);
     let light = |x: usize, y: usize| {
         let grain = if (40..47).contains(&x) && (50..57).contains(&y) { 0.8 } else { 1.0 };
         grain * optics.transmission(x as f64, y as f64)
@@ -194,7 +197,8 @@ fn flicker_and_dust_are_no_reason_to_refuse() {
         .map(|index| noisy(1.4, index, |x, y| (190.0 + 3.0 * (index % 3) as f64) * light(x, y)))
         .collect();
     let (field, _) = flat_field(&frames, None, FlatMethod::Polynomial(6)).unwrap();
-    // The lamp's 1.5 % do not count as noise of the pixels: 1.4 / 193 x sqrt(28 / 100 / 192 / 8), vignetting makes it more.
+    // The lamp's 1.5 % do not count as noise of the pixels: 1.4 / 193 x sqrt(28 / 100 / 192 / 8), vignetting
+    // makes it more.
     let expected = 100.0 * 1.43 / 193.0 * (28.0 / 100.0 / 192.0 / 8.0_f64).sqrt();
     assert!((field.sigma_percent.unwrap() / expected - 1.0).abs() < 0.15, "{field:?}");
 }
@@ -256,7 +260,7 @@ fn pixels_that_only_flat_frames_show_are_found_and_replaced() {
 
 #[test]
 fn the_record_makes_the_same_correction_again() {
-    let optics = darkened(0.3);
+    let optics = with_vignetting(0.3);
     let flat = series(6, 8, 1.4, |x, y| 12.0 + 180.0 * optics.transmission(x as f64, y as f64));
     for (dark, method) in [
         (series(6, 9, 1.4, |_, _| 12.0), FlatMethod::Automatic),

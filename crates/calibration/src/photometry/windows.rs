@@ -1,38 +1,40 @@
-//! Large windows that move with the picture, and what they show in every frame.
+//! Large windows that move with the picture, and their means in every frame.
 
 use rayon::prelude::*;
 
 use epirig_core::frame::full_scale;
 use epirig_core::volume::Volume;
 
-/// Windows across and down a frame, roughly: a few hundred, so that what is wrong with some does not matter.
+/// Windows across and down a frame, roughly: a few hundred, so that a few bad ones do not matter.
 const PER_SIDE: usize = 12;
 /// Least and largest side of a window, in px.
 const SIDES: (usize, usize) = (8, 64);
-/// A window in which more than this share of the samples is at full scale does not count in that frame: 1 % that does not follow 0.3 % of
-/// flicker errs by 0.003 %.
+/// A window in which more than this share of the samples is at full scale does not count in that frame: 1 %
+/// that does not follow 0.3 % of flicker errs by 0.003 %.
 const MOST_SATURATED: f64 = 0.01;
 /// A window that is darker than this share of full scale does not count: the dark level would matter.
 const LEAST_LEVEL: f64 = 0.02;
 /// Steps by which a window finds its own disparity.
 const STEPS: usize = 4;
-/// No step is longer than this, in px: gradients tell nothing of what is farther away ...
+/// Longest step, in px: gradients are valid only near their pixel ...
 const LONGEST_STEP_PX: f64 = 1.0;
 /// ... and no window departs farther, in px: it shows something else.
 const FARTHEST_PX: f64 = 3.0;
-/// Of each window so many rows are looked at for that.
+/// Number of rows of each window that are used for that.
 const ROWS_LOOKED_AT: usize = 16;
 
 /// Means of windows in all frames.
 pub(super) struct Followed {
-    /// Natural logarithms of the means; NaN where a window is not, or not wholly, in view. A list over the frames for each window.
+    /// Natural logarithms of the means; NaN where a window is not, or not wholly, in view. A list over the
+    /// frames for each window.
     pub(super) logarithms: Vec<Vec<f64>>,
     /// Disparity of each, in px.
     pub(super) disparities_px: Vec<f64>,
 }
 
-/// Follows windows through the volume that move by about `disparity_px`. Each finds its own disparity first: by Gauss-Newton steps on the
-/// drift of its contents with tau, whatever the brightness. So no texture enters or leaves at its edges, although the surface may be slanted.
+/// Follows windows through the volume that move by about `disparity_px`. Each finds its own disparity first:
+/// by Gauss-Newton steps on the drift of its contents with tau, whatever the brightness. So no texture enters
+/// or leaves at its edges, although the surface may be slanted.
 pub(super) fn follow(volume: &Volume, disparity_px: f64) -> Followed {
     let side = |size: usize| (size / PER_SIDE).clamp(SIDES.0, SIDES.1).min(size);
     let (width, height) = (side(volume.columns()), side(volume.rows()));
@@ -148,8 +150,9 @@ impl<'a> Band<'a> {
         own.clamp(disparity_px - FARTHEST_PX, disparity_px + FARTHEST_PX)
     }
 
-    /// How much more disparity the contents have than they are followed with, in px. They are f(k) in the mean; in frame t, f(k - step
-    /// (tau - mean tau)): so the regression of the samples on tau is -step f'(k).
+    /// How much more disparity the contents have than they are followed with, in px. They are f(k) in the
+    /// mean; in frame t, f(k - step (tau - mean tau)): so the regression of the samples on tau is -step
+    /// f'(k).
     fn drift(&self, start: f64, disparity_px: f64, width: usize) -> Option<f64> {
         let seen: Vec<(usize, f64, f64)> = (0..self.tau.len())
             .filter_map(|t| {

@@ -1,4 +1,4 @@
-//! What is put right in the raw samples before they are resampled.
+//! Correction of the raw samples before they are resampled.
 
 use super::RectifyError;
 use crate::photometry::Correction;
@@ -15,29 +15,26 @@ pub(super) struct Replaced {
 /// Farthest that a good neighbour may be, in px: farther off the picture is another one.
 const FARTHEST_PX: usize = 3;
 
-/// Checks sizes and values against the raw frames, and finds the neighbours of the defective pixels, in the order of their rows.
+/// Checks sizes and values against the raw frames, and finds the neighbours of the defective pixels, in the
+/// order of their rows.
 pub(super) fn prepared(
     correction: &Correction,
     rows: usize,
     columns: usize,
 ) -> Result<Vec<Replaced>, RectifyError> {
-    for (plane, name) in [(&correction.subtract, "dark"), (&correction.multiply, "gain")] {
-        let Some(plane) = plane else { continue };
-        if (plane.rows(), plane.columns()) != (rows, columns) {
+    for (map, name) in [(&correction.subtract, "dark"), (&correction.multiply, "gain")] {
+        let Some(map) = map else { continue };
+        if (map.rows(), map.columns()) != (rows, columns) {
             return Err(RectifyError::CorrectionSize {
-                plane: name,
-                rows: plane.rows(),
-                columns: plane.columns(),
+                map: name,
+                rows: map.rows(),
+                columns: map.columns(),
                 expected_rows: rows,
                 expected_columns: columns,
             });
         }
-        if let Some(index) = plane.values().iter().position(|value| !value.is_finite()) {
-            return Err(RectifyError::CorrectionValue {
-                plane: name,
-                x: index % columns,
-                y: index / columns,
-            });
+        if let Some(index) = map.values().iter().position(|value| !value.is_finite()) {
+            return Err(RectifyError::CorrectionValue { map: name, x: index % columns, y: index / columns });
         }
     }
     let mut defective: Vec<_> = correction.defective.iter().map(|&(x, y)| (y, x)).collect();
@@ -57,10 +54,10 @@ pub(super) fn prepared(
     defective.iter().map(replaced).collect()
 }
 
-/// What a sample of pixel (`x`, `y`) becomes.
+/// The corrected sample of pixel (`x`, `y`).
 pub(super) fn apply(correction: &Correction, x: usize, y: usize, sample: f32) -> f32 {
-    let dark = correction.subtract.as_ref().map_or(0.0, |plane| plane.at(x, y));
-    let gain = correction.multiply.as_ref().map_or(1.0, |plane| plane.at(x, y));
+    let dark = correction.subtract.as_ref().map_or(0.0, |map| map.at(x, y));
+    let gain = correction.multiply.as_ref().map_or(1.0, |map| map.at(x, y));
     (sample - dark) * gain
 }
 
@@ -94,12 +91,12 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        let plane = |rows, value| Some(Grid::filled(rows, 4, value));
-        let dark = Correction { subtract: plane(2, 1.0), ..Correction::default() };
-        assert!(matches!(prepared(&dark, 3, 4), Err(RectifyError::CorrectionSize { plane: "dark", .. })));
-        let mut gain = Correction { multiply: plane(3, 1.0), ..Correction::default() };
+        let map = |rows, value| Some(Grid::filled(rows, 4, value));
+        let dark = Correction { subtract: map(2, 1.0), ..Correction::default() };
+        assert!(matches!(prepared(&dark, 3, 4), Err(RectifyError::CorrectionSize { map: "dark", .. })));
+        let mut gain = Correction { multiply: map(3, 1.0), ..Correction::default() };
         gain.multiply.as_mut().unwrap().row_mut(2)[1] = f32::NAN;
-        assert_eq!(prepared(&gain, 3, 4), Err(RectifyError::CorrectionValue { plane: "gain", x: 1, y: 2 }));
+        assert_eq!(prepared(&gain, 3, 4), Err(RectifyError::CorrectionValue { map: "gain", x: 1, y: 2 }));
         let all = (0..12).map(|index| (index % 4, index / 4)).collect();
         let all = Correction { defective: all, ..Correction::default() };
         assert_eq!(prepared(&all, 3, 4), Err(RectifyError::Defective { x: 0, y: 0 }));

@@ -36,14 +36,14 @@ pub enum RectifyError {
         /// Columns of the image.
         columns: usize,
     },
-    /// A plane of the correction has another size than the raw frames.
+    /// A map of the correction has another size than the raw frames.
     #[error(
-        "the {plane} frame is {columns} x {rows}, the frames are {expected_columns} x {expected_rows}; take it again with \
+        "the {map} frame is {columns} x {rows}, the frames are {expected_columns} x {expected_rows}; take it again with \
          the camera's present format"
     )]
     CorrectionSize {
-        /// Which: what is subtracted ("dark") or multiplied ("gain").
-        plane: &'static str,
+        /// The map: the subtracted ("dark") or the multiplied one ("gain").
+        map: &'static str,
         /// Its rows.
         rows: usize,
         /// Its columns.
@@ -55,11 +55,11 @@ pub enum RectifyError {
     },
     /// A correction that is no number, or infinite.
     #[error(
-        "the {plane} frame has no finite value at ({x}, {y}); list that pixel as defective and give it any value"
+        "the {map} frame has no finite value at ({x}, {y}); list that pixel as defective and give it any value"
     )]
     CorrectionValue {
-        /// Which: what is subtracted ("dark") or multiplied ("gain").
-        plane: &'static str,
+        /// The map: the subtracted ("dark") or the multiplied one ("gain").
+        map: &'static str,
         /// Column.
         x: usize,
         /// Row.

@@ -1,4 +1,4 @@
-//! The rectified camera that suits a lens and its stage axis.
+//! The rectified camera that fits a lens and its stage axis.
 
 use rayon::prelude::*;
 
@@ -8,11 +8,13 @@ use crate::lens::Lens;
 use epirig_core::grid::Grid;
 
 impl Mapping {
-    /// The mapping whose rectified image is as large as it can be without any pixel that the raw image does not show.
+    /// The mapping whose rectified image is as large as it can be without any pixel that the raw image does
+    /// not show.
     ///
-    /// Its focal length is the mean of the lens's two, so that a pixel stays as large as the sensor's: a larger one would add no
-    /// detail, a smaller one would lose some. Of the grid on which the middles of both images coincide it is the largest upright rectangle of
-    /// whole pixels that stay [`BORDER_PX`] inside the raw image; without roll, pan and distortion it is the raw image.
+    /// Its focal length is the mean of the lens's two, so that a pixel stays as large as the sensor's: a
+    /// larger one would add no detail, a smaller one would lose some. Of the grid on which the middles of
+    /// both images coincide it is the largest upright rectangle of whole pixels that stay [`BORDER_PX`]
+    /// inside the raw image; without roll, pan and distortion it is the raw image.
     ///
     /// # Errors
     /// [`RectifyError::NothingLeft`] if there is no such pixel.
@@ -32,8 +34,8 @@ impl Mapping {
         Ok(uncut.cut(columns, rows))
     }
 
-    /// The mapping whose rectified image shows all of the raw image, and whatever lies around it; [`Self::valid`] tells which is
-    /// which. At most twice the raw image's width and height are covered.
+    /// The mapping whose rectified image shows all of the raw image, and whatever lies around it;
+    /// [`Self::valid`] tells which is which. At most twice the raw image's width and height are covered.
     ///
     /// # Errors
     /// [`RectifyError::NothingLeft`] if the middle of the raw image is not in front of the rectified camera.
@@ -68,7 +70,7 @@ impl Mapping {
         };
         mapping.camera.principal_point_x_px += middle_x - x;
         mapping.camera.principal_point_y_px += middle_y - y;
-        // What the border of the raw image becomes, in whole pixels around the middle.
+        // The border of the raw image as whole pixels around the middle of the rectified one.
         let across = (0..raw_columns).flat_map(|x| [(x as f64, 0.0), (x as f64, last_y)]);
         let down = (0..raw_rows).flat_map(|y| [(0.0, y as f64), (last_x, y as f64)]);
         let (mut least, mut most) = ((middle_x, middle_y), (middle_x, middle_y));
@@ -96,7 +98,8 @@ impl Mapping {
                 let (a, b) = self.raw_ray(&rotation, x as f64, y as f64);
                 let seen = self.lens.project(a, b);
                 let [[aa, ab], [ba, bb]] = seen.by_ray;
-                // Beyond the radius at which the distortion folds the image back on itself nothing is seen twice.
+                // Beyond the radius at which the distortion folds the image back on itself nothing is seen
+                // twice.
                 let unfolded = aa * bb - ab * ba > 0.0;
                 *valid = unfolded && inside(seen.x_px, self.raw_columns) && inside(seen.y_px, self.raw_rows);
             }
@@ -114,9 +117,11 @@ impl Mapping {
     }
 }
 
-/// Columns and rows of the largest rectangle of `true`, the first one if there are several; `None` if all is `false`.
+/// Columns and rows of the largest rectangle of `true`, the first one if there are several; `None` if all is
+/// `false`.
 ///
-/// For each row the heights of the columns of `true` that end there; a stack of rising heights gives the widest rectangle under each.
+/// For each row the heights of the columns of `true` that end there; a stack of rising heights gives the
+/// widest rectangle under each.
 fn largest_rectangle(mask: &Grid<bool>) -> Option<(std::ops::Range<i64>, std::ops::Range<i64>)> {
     let columns = mask.columns();
     let mut heights = vec![0_usize; columns];
@@ -191,8 +196,8 @@ mod tests {
             let mapping = Mapping::fitting(lens, roll, pan, 100, 120).unwrap();
             let camera = mapping.camera;
             prop_assert!(mapping.valid().values().iter().all(|&valid| valid));
-            // At most are lost: 2 x 8 px of border, 0.05 of the other side to roll, 2.5 % to the mean focal length, 2 px each to pan
-            // and to whole pixels.
+            // At most are lost: 2 x 8 px of border, 0.05 of the other side to roll, 2.5 % to the mean focal
+            // length, 2 px each to pan and to whole pixels.
             prop_assert!(camera.columns >= 92 && camera.rows >= 71, "{} x {}", camera.columns, camera.rows);
             // The middles coincide, up to what was cut: a whole number of pixels.
             let (x, y) = mapping.rectified(59.5, 49.5).unwrap();

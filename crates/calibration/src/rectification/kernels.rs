@@ -1,20 +1,23 @@
 //! The inner loops, compiled for each instruction set and chosen at run time.
 //!
-//! The map is the same for all frames, so eight frames are worked on together: a pixel is eight samples, one of each frame, and whatever
-//! is done to a pixel is one vector operation. Nothing is gathered, and weights are found once for eight frames. Products and sums
-//! are not fused, so that the results are the same with every instruction set.
+//! The map is the same for all frames, so eight frames are processed together: a pixel is eight samples, one
+//! of each frame, and each operation on a pixel is one vector operation. There are no gathers, and weights
+//! are found once for eight frames. Products and sums are not fused, so that the results are the same with
+//! every instruction set. The recursive filter runs over these pixels, so only its poles are shared with
+//! [`epirig_core::spline`].
 
 use std::array;
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::spline::{POLES, TAPS, weights};
+use epirig_core::spline::quintic::{POLES, TAPS, weights};
 
 /// Frames that are worked on together.
 pub(super) const LANES: usize = 8;
 /// The samples of one pixel in as many frames.
 pub(super) type Pixel = [f32; LANES];
-/// Pixels of a row that are filtered down the columns together: with 150 rows they are 150 kB, which a core's own cache holds.
+/// Pixels of a row that are filtered down the columns together: with 150 rows they are 150 kB, which a core's
+/// own cache holds.
 const BLOCK: usize = 32;
 
 /// The same row of eight frames as pixels.
@@ -93,7 +96,7 @@ fn filter_lines<S: Simd>(_simd: S, buffer: &mut [Pixel], stride: usize) {
     }
 }
 
-/// What each pole remembers where a row has always been `pixel`.
+/// State of each pole after a long row of equal pixels.
 #[inline(always)]
 fn constant_before(mut pixel: Pixel) -> [Pixel; POLES.len()] {
     POLES.map(|pole| {
@@ -114,7 +117,8 @@ fn step(pixel: &mut Pixel, states: &mut [Pixel; POLES.len()]) {
     }
 }
 
-/// The weights for each of the `fractions` times `factor`: all those of the first tap, then of the second, and so on.
+/// The weights for each of the `fractions` times `factor`: all those of the first tap, then of the second,
+/// and so on.
 pub(super) fn weight_rows(level: Level, fractions: &[f32], factor: f32, out: &mut [f32]) {
     dispatch!(level, simd => weigh(simd, fractions, factor, out));
 }

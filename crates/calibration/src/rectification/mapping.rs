@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::lens::{Distortion, Lens};
 
-/// An ideal pinhole camera with square pixels: what the volume is as if taken by.
+/// The rectified camera: an ideal pinhole camera with square pixels, from which the volume is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RectifiedCamera {
@@ -40,7 +40,8 @@ impl RectifiedCamera {
 
 /// The one map from raw images to rectified ones: lens, roll, pan and the rectified camera.
 ///
-/// A ray r of the raw camera is R r in the rectified one, R = Ry(pan) Rz(roll); there the scene moves along x alone.
+/// A ray r of the raw camera is R r in the rectified one, R = Ry(pan) Rz(roll); there the scene moves along x
+/// alone.
 ///
 /// ```
 /// use epirig_calibration::lens::Lens;
@@ -66,7 +67,7 @@ pub struct Mapping {
     pub raw_rows: usize,
     /// Columns of the raw frames.
     pub raw_columns: usize,
-    /// What the frames become as if taken by.
+    /// The rectified camera.
     pub camera: RectifiedCamera,
 }
 
@@ -82,7 +83,8 @@ impl Mapping {
         ]
     }
 
-    /// Where the rectified pixel (`x_px`, `y_px`) lies in the raw image: column and row. NaN if its ray comes from behind the camera.
+    /// Where the rectified pixel (`x_px`, `y_px`) lies in the raw image: column and row. NaN if its ray comes
+    /// from behind the camera.
     pub fn raw(&self, x_px: f64, y_px: f64) -> (f64, f64) {
         if self.is_identity() {
             return (x_px, y_px);
@@ -91,8 +93,8 @@ impl Mapping {
         self.lens.pixel(a, b)
     }
 
-    /// Where the raw pixel (`x_px`, `y_px`) lies in the rectified image: column and row; `None` where the lens's distortion
-    /// cannot be undone, or the ray comes from behind the rectified camera.
+    /// Where the raw pixel (`x_px`, `y_px`) lies in the rectified image: column and row; `None` where the
+    /// lens's distortion cannot be undone, or the ray comes from behind the rectified camera.
     pub fn rectified(&self, x_px: f64, y_px: f64) -> Option<(f64, f64)> {
         if self.is_identity() {
             return Some((x_px, y_px));
@@ -113,7 +115,8 @@ impl Mapping {
             && lens.principal_point_y_px == camera.principal_point_y_px
     }
 
-    /// The ray (a, b, 1) of the raw camera that becomes the rectified pixel; `rotation` is [`Self::rotation`].
+    /// The ray (a, b, 1) of the raw camera that becomes the rectified pixel; `rotation` is
+    /// [`Self::rotation`].
     pub(super) fn raw_ray(&self, rotation: &[[f64; 3]; 3], x_px: f64, y_px: f64) -> (f64, f64) {
         let (a, b) = self.camera.ray(x_px, y_px);
         let [first, second, third] = rotation;

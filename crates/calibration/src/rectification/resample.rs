@@ -8,22 +8,24 @@ use rayon::prelude::*;
 
 use super::correction::{Replaced, apply, prepared};
 use super::kernels::{self, LANES, Pixel, Taps};
-use super::spline::{HORIZON, TAPS, filter_gain};
+use super::spline::{HORIZON, filter_gain};
 use super::{Mapping, RectifyError};
 use crate::photometry::Correction;
 use epirig_core::frame::{Frame, Samples};
+use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
-/// Rectified rows that are made together. Each such band filters the raw rows that it needs for itself, with [`HORIZON`] more on
-/// either side, so that bands are independent and what comes out does not depend on the number of threads.
+/// Rectified rows that are made together. Each band filters the raw rows that it needs for itself, with
+/// [`HORIZON`] more on either side. So bands are independent, and the result does not depend on the number of
+/// threads.
 const BAND: usize = 64;
 /// Mirrored pixels around a row: for the filter to settle, and for the taps of samples at the border.
 const PAD: usize = HORIZON + TAPS;
-/// What a place on the border of the raw image may seem to lie outside by, in px.
+/// Largest distance, in px, by which rounding may put a place on the border of the raw image outside of it.
 const ROUNDING_PX: f64 = 1e-6;
 /// Coefficients before the pixel of a sample.
-const BEFORE: usize = TAPS / 2 - 1;
+const BEFORE: usize = TAPS_BEFORE;
 
 /// Puts frames, corrected and resampled, into a volume.
 ///
@@ -49,7 +51,8 @@ pub struct Rectifier {
     mapping: Mapping,
     correction: Correction,
     replaced: Vec<Replaced>,
-    /// For each rectified pixel the first of its coefficients in the padded raw image; empty for the identity, like the next two.
+    /// For each rectified pixel the first of its coefficients in the padded raw image; empty for the
+    /// identity, like the next two.
     starts: Vec<u32>,
     /// Its column less the whole part.
     fractions_x: Vec<f32>,
@@ -62,7 +65,7 @@ pub struct Rectifier {
     level: Level,
 }
 
-/// What one band is worked on in.
+/// Buffers of one band.
 #[derive(Debug, Default)]
 struct Buffers {
     coefficients: Vec<Pixel>,
@@ -116,12 +119,12 @@ impl Rectifier {
         Volume::fine(self.mapping.camera.rows, self.mapping.camera.columns, bit_depth, tau)
     }
 
-    /// Corrects and resamples `frames` and puts them into a fine `volume`, the first at place `first_index`. Eight at a time go
-    /// as fast as one.
+    /// Corrects and resamples `frames` and puts them into a fine `volume`, the first at place `first_index`.
+    /// Eight at a time go as fast as one.
     ///
     /// # Errors
-    /// [`RectifyError`] if the volume is not one that [`Self::volume`] makes or has no such places, or a frame does not have the raw size or
-    /// the volume's bit depth. The volume is then as it was.
+    /// [`RectifyError`] if the volume is not one that [`Self::volume`] makes or has no such places, or a
+    /// frame does not have the raw size or the volume's bit depth. The volume is then as it was.
     pub fn insert(
         &self,
         volume: &mut Volume,
@@ -135,7 +138,7 @@ impl Rectifier {
         for (chunk, frames) in frames.chunks(LANES).enumerate() {
             let first = (first_index + LANES * chunk) * columns;
             let places = first..first + frames.len() * columns;
-            // Missing frames are stood in for by the first; what becomes of them is not kept.
+            // The first frame stands in for missing ones; their results are dropped.
             let lanes: [&Frame; LANES] = std::array::from_fn(|lane| frames.get(lane).unwrap_or(&frames[0]));
             counts.par_chunks_mut((BAND * all * columns).max(1)).enumerate().for_each(|(band, epis)| {
                 let taken = self.buffers.lock().ok().and_then(|mut free| free.pop());
@@ -266,7 +269,8 @@ impl Rectifier {
         }
     }
 
-    /// Fills `coefficients` with what the taps of a band need; the row of the padded image that they begin with.
+    /// Fills `coefficients` with those that the taps of a band need; returns the row of the padded image with
+    /// which they begin.
     fn find_coefficients(
         &self,
         band: usize,

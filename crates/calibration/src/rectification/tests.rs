@@ -60,7 +60,8 @@ fn plane(volume: &Volume, t: usize) -> Grid<f32> {
 #[test]
 fn a_texture_is_found_where_the_lens_puts_it() {
     let mapping = rig();
-    // Waves of 5 px and more: the spline's error grows with the sixth power of the frequency (Unser 1999), see `spline`.
+    // Waves of 5 px and more: the spline's error grows with the sixth power of the frequency (Unser 1999),
+    // see `spline`.
     let waves = [(1.2, 0.4, 0.3), (-0.4, 1.1, 1.1), (0.8, -0.8, 2.0), (0.21, 0.13, 0.7)];
     let amplitude = 5000.0;
     for phase in [0.0, 1.0, 2.0] {
@@ -75,29 +76,29 @@ fn a_texture_is_found_where_the_lens_puts_it() {
             let (raw_x, raw_y) = mapping.raw(x, y);
             scene(raw_x, raw_y)
         };
-        // Error and slope along x of every pixel.
+        // Error and gradient along x of every pixel.
         let mut values = Grid::filled(found.rows(), found.columns(), (0.0, 0.0));
         let mut squares = 0.0;
         for y in 0..found.rows() {
             for x in 0..found.columns() {
                 let (u, v) = (x as f64, y as f64);
-                let slope = (truth(u + 1e-3, v) - truth(u - 1e-3, v)) / 2e-3;
-                values.row_mut(y)[x] = (f64::from(found.at(x, y)) - truth(u, v), slope);
-                squares += slope * slope;
+                let gradient = (truth(u + 1e-3, v) - truth(u - 1e-3, v)) / 2e-3;
+                values.row_mut(y)[x] = (f64::from(found.at(x, y)) - truth(u, v), gradient);
+                squares += gradient * gradient;
             }
         }
-        let slope = (squares / values.values().len() as f64).sqrt();
+        let gradient = (squares / values.values().len() as f64).sqrt();
         let largest = values.values().iter().map(|(error, _)| error.abs()).fold(0.0, f64::max);
-        // As a shift of a typical slope.
-        assert!(largest / slope < 0.002, "{} px", largest / slope);
+        // As a shift of a typical gradient.
+        assert!(largest / gradient < 0.002, "{} px", largest / gradient);
         let side = 9;
         for y in (0..=found.rows() - side).step_by(side) {
             for x in (0..=found.columns() - side).step_by(side) {
                 let window = values.cropped(x..x + side, y..y + side);
                 let (mut product, mut energy) = (0.0, 0.0);
-                window.values().iter().for_each(|(error, slope)| {
-                    product += error * slope;
-                    energy += slope * slope;
+                window.values().iter().for_each(|(error, gradient)| {
+                    product += error * gradient;
+                    energy += gradient * gradient;
                 });
                 assert!((product / energy).abs() < 0.001, "({x}, {y}): {} px", product / energy);
             }
@@ -108,16 +109,18 @@ fn a_texture_is_found_where_the_lens_puts_it() {
 #[test]
 fn a_ramp_is_followed_up_to_the_border_that_is_kept() {
     let mapping = rig();
-    let slope = 300.0;
-    let volume = rectified(mapping, Correction::default(), &[frame(16, |x, y| 500.0 + slope * x + 10.0 * y)]);
+    let gradient = 300.0;
+    let volume =
+        rectified(mapping, Correction::default(), &[frame(16, |x, y| 500.0 + gradient * x + 10.0 * y)]);
     let found = plane(&volume, 0);
     for y in 0..found.rows() {
         for x in 0..found.columns() {
             let (raw_x, raw_y) = mapping.raw(x as f64, y as f64);
             assert!(raw_x >= BORDER_PX && raw_x <= (COLUMNS - 1) as f64 - BORDER_PX);
-            let error = f64::from(found.at(x, y)) - (500.0 + slope * raw_x + 10.0 * raw_y);
-            // 0.0002 px of either slope, half a count of 2 DN, and the rounding of sums of 32 bit floats up to 65535.
-            assert!(error.abs() < 0.0002 * (slope + 10.0) + 1.05, "({x}, {y}): {error}");
+            let error = f64::from(found.at(x, y)) - (500.0 + gradient * raw_x + 10.0 * raw_y);
+            // 0.0002 px of either gradient, half a count of 2 DN, and the rounding of sums of 32 bit floats
+            // up to 65535.
+            assert!(error.abs() < 0.0002 * (gradient + 10.0) + 1.05, "({x}, {y}): {error}");
         }
     }
 }
@@ -195,7 +198,8 @@ fn threads_and_company_change_nothing() {
     assert_eq!(together, one_by_one);
 }
 
-/// Variance of a sample at `fraction` made of pixels with independent noise of variance 1, from the frequency response of the spline.
+/// Variance of a sample at `fraction` made of pixels with independent noise of variance 1, from the frequency
+/// response of the spline.
 fn noise_share(fraction: f64) -> f64 {
     let steps = 2000;
     let share = |step: i32| {
@@ -236,7 +240,8 @@ fn noise_is_left_as_the_kernel_predicts() {
         let found =
             variance(&mut planes.iter().flat_map(|plane| plane.values()).map(|&value| f64::from(value)));
         let expected = raw * noise_share(x) * noise_share(y);
-        // 8 x 25200 samples tell a variance to 0.3 %; neighbours are correlated by half at most, which is twice that.
+        // 8 x 25200 samples tell a variance to 0.3 %; neighbours are correlated by half at most, which is
+        // twice that.
         assert!((found / expected - 1.0).abs() < 0.02, "({x}, {y}): {found}, expected {expected}");
     }
 }

@@ -1,9 +1,10 @@
-//! How far the picture has moved between two frames.
+//! Image registration: how far the picture has moved between two frames.
 //!
-//! One translation of the whole image, by the method of Lucas and Kanade (1981): Gauss-Newton steps from coarse to fine, with contrast
-//! and offset of the intensities eliminated. The second frame is looked up between its pixels by a cubic B-spline. The gradient is that of the
-//! first frame at its pixels, where noise has no part in the product of a value and its slope; so noise spreads the answer and does
-//! not bias it. Pixels at full scale, in either frame, do not count.
+//! One translation of the whole image, by the method of Lucas and Kanade (1981): Gauss-Newton steps from
+//! coarse to fine, with contrast and offset of the intensities eliminated. The second frame is interpolated
+//! by a cubic B-spline. The gradient is that of the first frame at its pixels, where the noise of value and
+//! gradient is uncorrelated; so noise scatters the answer and does not bias it. Pixels at full scale, in
+//! either frame, do not count.
 
 mod pair;
 mod pyramid;
@@ -19,26 +20,29 @@ use spline::noise_share;
 
 /// Steps at one size, at most. Four are usual; noise in the gradients makes them short.
 const STEPS: usize = 60;
-/// Steps from zero, at most: farther than that, what is seen at smaller sizes leads there.
+/// Most steps from zero; for larger shifts the pyramid leads there.
 const STEPS_FROM_ZERO: usize = 8;
-/// No step is longer than this, in px: gradients tell nothing of what is farther away.
+/// Longest step, in px: gradients are valid only near their pixel.
 const LONGEST_STEP_PX: f64 = 1.0;
 /// A step that is shorter than this is the last, in px, at the size of the frames ...
 const FINE_PX: f64 = 1e-4;
 /// ... and where the shift is a start only.
 const COARSE_PX: f64 = 0.02;
-/// Two frames show the same thing if half of the variance that they show is common, i.e. from this correlation on.
+/// Two frames show the same thing if half of the variance that they show is common, i.e. from this
+/// correlation on.
 const LEAST_CORRELATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// No shift that is known worse than this is one, in px.
 const WORST_SIGMA_PX: f64 = 0.5;
 /// Variance by rounding to whole DN, of two frames, in squared DN.
 const ROUNDING_DN2: f64 = 2.0 / 12.0;
-/// Where a texture repeats, frames agree at several shifts. The one near zero is meant if it leaves less than this unexplained (1 less the
-/// correlation) ...
+/// Where a texture repeats, frames agree at several shifts. The one near zero is meant if it leaves less than
+/// this unexplained (1 less the correlation) ...
 const MOST_UNEXPLAINED: f64 = 0.1;
-/// ... and no more than so many times what the other leaves: noise and rounding are not the same at any two shifts.
+/// ... and no more than this many times the residual of the other: noise and rounding differ between any two
+/// shifts.
 const CLEARLY_BETTER: f64 = 1.5;
-/// A clipped pixel spoils the spline around it: its two taps on either side, and by 0.27 the coefficient beyond.
+/// A clipped pixel spoils the spline around it: its two taps on either side, and by 0.27 the coefficient
+/// beyond.
 const SPREAD: usize = 3;
 
 /// The translation of a second frame against a first.
@@ -48,12 +52,14 @@ pub struct Shift {
     pub x_px: f64,
     /// How far the contents have moved to higher rows, in px.
     pub y_px: f64,
-    /// Standard deviation of either, whichever is known worse, in px: from the residual (at least that of rounding to whole DN) and the
-    /// gradients. Interpolation errs besides, by up to some 0.001 px for texture that lens and pixel have blurred as the simulator's.
+    /// Standard deviation of either, whichever is known worse, in px: from the residual (at least that of
+    /// rounding to whole DN) and the gradients. Interpolation errs besides, by up to some 0.001 px for
+    /// texture that lens and pixel have blurred as the simulator's.
     pub sigma_px: f64,
     /// Ratio of the contrasts, second over first: that of the light, whatever black level is added to it.
     pub light: f64,
-    /// Root mean square of what is left once shift, light and offset are fitted, in DN: noise of both frames.
+    /// Root mean square of the residuals after shift, light and offset are fitted, in DN: the noise of both
+    /// frames.
     pub residual_dn: f64,
 }
 
@@ -106,11 +112,13 @@ pub enum ShiftError {
 
 /// The translation of `second` against `first`.
 ///
-/// Found are shifts of at least a quarter of the shorter side, and no more than half of any (up to some 120 px at 640 x 480). Where a texture
-/// repeats, of several shifts that agree equally well the one that is reached from zero counts.
+/// Found are shifts of at least a quarter of the shorter side, and no more than half of any (up to some 120
+/// px at 640 x 480). Where a texture repeats, of several shifts that agree equally well the one that is
+/// reached from zero counts.
 ///
 /// # Errors
-/// [`ShiftError`] if the shapes differ, the frames are smaller than 16 x 16, have too little texture, or do not show the same.
+/// [`ShiftError`] if the shapes differ, the frames are smaller than 16 x 16, have too little texture, or do
+/// not show the same.
 ///
 /// ```
 /// use epirig_calibration::registration::shift_between;
@@ -161,7 +169,7 @@ fn image(frame: &Frame, mean: f32) -> Grid<f32> {
     image
 }
 
-/// 0 at and around pixels at full scale, 1 elsewhere, of both frames; `None` if there are no such pixels.
+/// 0 at and around pixels at full scale, 1 elsewhere, for both frames; `None` if no pixel is at full scale.
 fn usable(first: &Frame, second: &Frame) -> Option<[Grid<f32>; 2]> {
     let clipped = |frame: &Frame| frame.samples().count_at_least(frame.full_scale()) > 0;
     (clipped(first) || clipped(second)).then(|| [first, second].map(below_full_scale))
@@ -191,7 +199,8 @@ struct Found {
     step_px: f64,
 }
 
-/// Goes on from `start` until a step is shorter than `limit_px`; `None` if the images have too little in common there.
+/// Goes on from `start` until a step is shorter than `limit_px`; `None` if the images have too little in
+/// common there.
 fn converge(pair: &Pair, start: [f64; 2], limit_px: f64, steps: usize) -> Option<Found> {
     let mut found = Found { shift: start, sums: pair.sums(start)?, step_px: f64::INFINITY };
     for _ in 0..steps {
@@ -208,7 +217,7 @@ fn converge(pair: &Pair, start: [f64; 2], limit_px: f64, steps: usize) -> Option
     Some(found)
 }
 
-/// What is reached from zero, if that agrees as well as `far`; else `far`.
+/// The shift reached from zero, if the frames agree there as well as at `far`; else `far`.
 fn nearest_of_equals(pair: &Pair, far: Option<Found>) -> Option<Found> {
     let is_near = |found: &Found| found.shift[0].hypot(found.shift[1]) < LONGEST_STEP_PX;
     if far.as_ref().is_some_and(is_near) {
@@ -227,7 +236,7 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
     let Found { shift, sums, step_px } = found.ok_or(OPEN)?;
     let agreement = pair.agreement(shift, &sums).ok_or(OPEN)?;
     let light = sums.light();
-    // Rounding alone limits what weak gradients can tell, however well the frames agree.
+    // Rounding limits the precision by weak gradients, however well the frames agree.
     let rounding_px = sigma(agreement.squares, &agreement.squares_as_products(), ROUNDING_DN2);
     if rounding_px > WORST_SIGMA_PX {
         return Err(ShiftError::TooLittleTexture { sigma_px: rounding_px });
@@ -240,7 +249,7 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
             residual_dn,
         });
     }
-    // Between pixels the spline smooths the second frame's noise; what is spread by it is spread as if it did not.
+    // Between pixels the spline smooths the noise of the second frame. Its correlation is neglected.
     let share: f64 = shift.iter().map(|pixels| noise_share(pixels.rem_euclid(1.0))).product();
     let smoothing = (1.0 + light * light) / (share + light * light);
     let variance = (agreement.residual2 * smoothing).max(ROUNDING_DN2);
@@ -251,8 +260,9 @@ fn judge(pair: &Pair, found: Option<Found>) -> Result<Shift, ShiftError> {
     Ok(Shift { x_px: shift[0], y_px: shift[1], sigma_px, light, residual_dn })
 }
 
-/// The larger standard deviation of the two coordinates, for residuals of `variance`: the shift is P^-1 times the sum of gradients times
-/// residuals, whose covariance is the variance times the squared gradients S; so the shift's is variance P^-1 S P^-T.
+/// The larger standard deviation of the two coordinates, for residuals of `variance`: the shift is P^-1 times
+/// the sum of gradients times residuals, whose covariance is the variance times the squared gradients S; so
+/// the shift's is variance P^-1 S P^-T.
 fn sigma([sxx, sxy, syy]: [f64; 3], [xx, xy, yx, yy]: &[f64; 4], variance: f64) -> f64 {
     let determinant = xx * yy - xy * yx;
     // Rows of P^-1.

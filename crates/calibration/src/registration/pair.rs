@@ -1,11 +1,14 @@
-//! Two images of one shape, one of them looked up between its pixels: what they say of a shift, and how well they agree at it.
+//! Two images of one size, the second one interpolated: the shift between them, and how well they agree at
+//! it.
 
 use rayon::prelude::*;
 
-use super::spline::{TAPS, along_line, semi_global, slope_weights, to_coefficients, weights};
+use super::spline::{combine_along, combine_rows, gradient_weights, weights};
 use epirig_core::grid::Grid;
+use epirig_core::spline::cubic::{TAPS, filter_image};
 
-/// Pixels left out at the borders: where a spline is mirrored it depends on where the border is, by 0.27^distance.
+/// Pixels left out at the borders: where a spline is mirrored it depends on where the border is, by
+/// 0.27^distance.
 pub(super) const BORDER: usize = 4;
 /// Width and height of the blocks within which agreement is judged.
 const BLOCK: usize = 32;
@@ -18,12 +21,12 @@ const LEAST_COUNT: f64 = 64.0;
 pub(super) struct Pair {
     first: Grid<f32>,
     second: Grid<f32>,
-    /// 1 for what may be looked at, 0 for the rest; `None` if that is everything.
+    /// 1 for usable pixels, 0 for others; `None` if all are usable.
     weights: Option<[Grid<f32>; 2]>,
 }
 
-/// Sums over the pixels that both images show. `a`: first image, `b`: second, looked up at the shift; `g`: gradient of the first
-/// along x and y.
+/// Sums over the pixels that both images show. `a`: first image, `b`: second, looked up at the shift; `g`:
+/// gradient of the first along x and y.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
     count: f64,
@@ -41,7 +44,7 @@ pub(super) struct Sums {
 /// How well a pair agrees at a shift.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Agreement {
-    /// Correlation within blocks: what both show more slowly varying than that, as light and lens do, does not count.
+    /// Correlation within blocks: slower variations, as those of light and lens, do not count.
     pub correlation: f64,
     /// Mean squared difference, once light is fitted.
     pub residual2: f64,
@@ -76,7 +79,7 @@ impl Pair {
     /// A pair of images (not coefficients) of one shape.
     pub(super) fn new(first: &Grid<f32>, second: &Grid<f32>, weights: Option<[Grid<f32>; 2]>) -> Self {
         let [mut first, mut second] = [first.clone(), second.clone()];
-        rayon::join(|| to_coefficients(&mut first), || to_coefficients(&mut second));
+        rayon::join(|| filter_image(&mut first), || filter_image(&mut second));
         Self { first, second, weights }
     }
 
@@ -99,7 +102,7 @@ impl Pair {
         Some(Overlap { left, width: right - left, top, bottom, whole, fraction })
     }
 
-    /// What the pair says at `shift`; `None` if too little is seen by both.
+    /// The sums of the pair at `shift`; `None` if too few pixels are seen by both.
     pub(super) fn sums(&self, shift: [f64; 2]) -> Option<Sums> {
         let overlap = self.overlap(shift)?;
         let of_row = |lines: &mut Lines, y: usize| {
@@ -157,14 +160,14 @@ impl Pair {
     fn look_up(&self, overlap: &Overlap, y: usize, lines: &mut Lines) {
         let Overlap { left, fraction, width, .. } = *overlap;
         let Lines { wide, a, gradient, b, weight, .. } = lines;
-        semi_global(&self.first, y, left - 1, weights(0.0), wide);
-        along_line(wide, weights(0.0), a);
-        along_line(wide, slope_weights(0.0), &mut gradient[0]);
-        semi_global(&self.first, y, left - 1, slope_weights(0.0), wide);
-        along_line(wide, weights(0.0), &mut gradient[1]);
+        combine_rows(&self.first, y, left - 1, weights(0.0), wide);
+        combine_along(wide, weights(0.0), a);
+        combine_along(wide, gradient_weights(0.0), &mut gradient[0]);
+        combine_rows(&self.first, y, left - 1, gradient_weights(0.0), wide);
+        combine_along(wide, weights(0.0), &mut gradient[1]);
         let (start, row) = overlap.in_second(y);
-        semi_global(&self.second, row, start - 1, weights(fraction[1]), wide);
-        along_line(wide, weights(fraction[0]), b);
+        combine_rows(&self.second, row, start - 1, weights(fraction[1]), wide);
+        combine_along(wide, weights(fraction[0]), b);
         if let Some([of_first, of_second]) = &self.weights {
             // The pixel that is nearest, if the shift lies between two.
             let nearest = fraction.map(|fraction| usize::from(fraction > 0.5));
@@ -179,10 +182,10 @@ impl Pair {
         let [across, down] = overlap.fraction;
         let (start, row) = overlap.in_second(y);
         let Lines { wide, second_gradient, .. } = lines;
-        semi_global(&self.second, row, start - 1, weights(down), wide);
-        along_line(wide, slope_weights(across), &mut second_gradient[0]);
-        semi_global(&self.second, row, start - 1, slope_weights(down), wide);
-        along_line(wide, weights(across), &mut second_gradient[1]);
+        combine_rows(&self.second, row, start - 1, weights(down), wide);
+        combine_along(wide, gradient_weights(across), &mut second_gradient[0]);
+        combine_rows(&self.second, row, start - 1, gradient_weights(down), wide);
+        combine_along(wide, weights(across), &mut second_gradient[1]);
     }
 }
 
@@ -280,14 +283,15 @@ impl Sums {
         if spread > 0.0 { self.centred(self.a, self.b, self.ab) / spread } else { 0.0 }
     }
 
-    /// Ratio of the contrasts, second over first. A regression of one on the other would take noise for weaker light.
+    /// Ratio of the contrasts, second over first. A regression of one on the other would take noise for
+    /// weaker light.
     pub(super) fn light(&self) -> f64 {
         let ratio = self.centred(self.b, self.b, self.bb) / self.centred(self.a, self.a, self.aa);
         if ratio.is_finite() && ratio > 0.0 { ratio.sqrt() } else { 1.0 }
     }
 
-    /// The Gauss-Newton step towards the shift at which the images agree, light and offset eliminated; `None` if they leave a
-    /// direction open.
+    /// The Gauss-Newton step towards the shift at which the images agree, light and offset eliminated; `None`
+    /// if they leave a direction open.
     pub(super) fn step(&self) -> Option<[f64; 2]> {
         let aa = self.centred(self.a, self.a, self.aa);
         let regression = self.centred(self.a, self.b, self.ab) / aa;
@@ -308,7 +312,7 @@ impl Sums {
     }
 }
 
-/// What a band of rows adds to the agreement.
+/// The part of the agreement from a band of rows.
 #[derive(Debug, Clone, Copy, Default)]
 struct Band {
     squares: f64,

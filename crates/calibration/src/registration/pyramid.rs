@@ -1,4 +1,4 @@
-//! Images at half the size, again and again, and the search in the smallest.
+//! An image pyramid, and the search in its smallest image.
 
 use rayon::prelude::*;
 
@@ -22,7 +22,8 @@ pub(super) fn pyramid(first: Grid<f32>, second: Grid<f32>) -> Vec<[Grid<f32>; 2]
     }
 }
 
-/// Half as large: each pixel is the binomial mean 1 3 3 1 about the corner of four pixels, which lets little alias.
+/// Half as large: each pixel is the binomial mean 1 3 3 1 about the corner of four pixels, which lets little
+/// alias.
 fn halved(image: &Grid<f32>) -> Grid<f32> {
     let (rows, columns) = (image.rows() / 2, image.columns() / 2);
     let mut small = Grid::filled(rows, columns, 0.0);
@@ -50,7 +51,7 @@ pub(super) fn best_whole_shift([first, second]: &[Grid<f32>; 2]) -> [f64; 2] {
     best.map_or([0.0; 2], |(shift, _)| shift.map(|pixels| pixels as f64))
 }
 
-/// Correlation of what both images show if the second is shifted by whole pixels.
+/// Correlation of the common part of both images if the second is shifted by whole pixels.
 fn correlation(first: &Grid<f32>, second: &Grid<f32>, [x, y]: [isize; 2]) -> f64 {
     let range = |size: usize, shift: isize| {
         ((-shift).max(0) as usize, (size as isize - shift.max(0)).max(0) as usize)

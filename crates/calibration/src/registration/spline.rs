@@ -1,106 +1,35 @@
-//! Images between their pixels: the cubic B-spline through all of them (Unser 1999).
-
-use rayon::prelude::*;
+//! Interpolation of images by the cubic B-spline (Unser 1999).
 
 use epirig_core::grid::Grid;
+use epirig_core::spline::cubic::{self, SINGLE_HORIZON, TAPS};
 
-/// Number of coefficients that a sample is made of, along each axis.
-pub(super) const TAPS: usize = 4;
-/// Pole of the filter from samples to coefficients: sqrt 3 - 2.
-const POLE: f32 = -0.267_949_2;
-/// Terms of the filter's first value: POLE^16 is below the resolution of f32.
-const HORIZON: usize = 16;
-
-/// Weights of the coefficients at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset 0.
+/// Weights of the coefficients at offsets -1, 0, 1 and 2 for a sample at `fraction` in [0, 1) beyond offset
+/// 0.
 pub(super) fn weights(fraction: f64) -> [f32; TAPS] {
-    precise_weights(fraction).map(|weight| weight as f32)
-}
-
-fn precise_weights(fraction: f64) -> [f64; TAPS] {
-    let (f, g) = (fraction, 1.0 - fraction);
-    [
-        g * g * g / 6.0,
-        (4.0 + f * f * (3.0 * f - 6.0)) / 6.0,
-        (4.0 + g * g * (3.0 * g - 6.0)) / 6.0,
-        f * f * f / 6.0,
-    ]
+    cubic::weights(fraction).map(|weight| weight as f32)
 }
 
 /// Weights of the same coefficients for the derivative there, per px.
-pub(super) fn slope_weights(fraction: f64) -> [f32; TAPS] {
-    let (f, g) = (fraction, 1.0 - fraction);
-    [-0.5 * g * g, 0.5 * f * (3.0 * f - 4.0), 0.5 * g * (4.0 - 3.0 * g), 0.5 * f * f]
-        .map(|weight| weight as f32)
+pub(super) fn gradient_weights(fraction: f64) -> [f32; TAPS] {
+    cubic::gradient_weights(fraction).map(|weight| weight as f32)
 }
 
-/// Variance of a sample at `fraction` made of pixels with independent noise of variance 1: 1 at the pixels, least between them.
+/// Variance of a sample at `fraction` made of pixels with independent noise of variance 1: 1 at the pixels,
+/// least between them.
 pub(super) fn noise_share(fraction: f64) -> f64 {
-    let pole = f64::from(POLE);
-    // The filter's answer to a single pixel (Unser 1999, equation 11).
-    let response = |distance: i32| -6.0 * pole / (1.0 - pole * pole) * pole.powi(distance.abs());
-    let weights = precise_weights(fraction);
-    let reach = HORIZON as i32;
+    // The pole of the filter in single precision.
+    let pole = f64::from(cubic::POLE as f32);
+    let response = |distance: i32| cubic::impulse_response(pole, distance);
+    let weights = cubic::weights(fraction);
+    let reach = SINGLE_HORIZON as i32;
     let of_pixel = |pixel: i32| -> f64 {
         weights.iter().zip(-1..).map(|(weight, offset)| weight * response(pixel - offset)).sum()
     };
     (-reach..=reach).map(|pixel| of_pixel(pixel).powi(2)).sum()
 }
 
-/// Replaces the samples of `image` by the coefficients of the spline through them, mirrored at the borders.
-pub(super) fn to_coefficients(image: &mut Grid<f32>) {
-    let columns = image.columns();
-    image.values_mut().par_chunks_mut(columns).for_each(along_row);
-    along_columns(image.values_mut(), columns);
-}
-
-fn along_row(row: &mut [f32]) {
-    let mut sum = 0.0;
-    for &value in row.iter().take(HORIZON).rev() {
-        sum = value + POLE * sum;
-    }
-    row[0] = sum;
-    let mut previous = sum;
-    for value in &mut row[1..] {
-        previous = *value + POLE * previous;
-        *value = previous;
-    }
-    let last = row.len() - 1;
-    let before = row[last.saturating_sub(1)];
-    previous = POLE / (POLE * POLE - 1.0) * (row[last] + POLE * before);
-    row[last] = 6.0 * previous;
-    for value in row[..last].iter_mut().rev() {
-        previous = POLE * (previous - *value);
-        *value = 6.0 * previous;
-    }
-}
-
-/// The same down the columns, a row at a time.
-fn along_columns(values: &mut [f32], columns: usize) {
-    let rows = values.len() / columns;
-    let mut sum = vec![0.0; columns];
-    for row in values.chunks_exact(columns).take(HORIZON).rev() {
-        sum.iter_mut().zip(row).for_each(|(sum, value)| *sum = value + POLE * *sum);
-    }
-    values[..columns].copy_from_slice(&sum);
-    for y in 1..rows {
-        let (above, here) = values[(y - 1) * columns..(y + 1) * columns].split_at_mut(columns);
-        here.iter_mut().zip(above).for_each(|(value, above)| *value += POLE * *above);
-    }
-    let last = rows - 1;
-    let before = last.saturating_sub(1);
-    for x in 0..columns {
-        let end = values[last * columns + x] + POLE * values[before * columns + x];
-        values[last * columns + x] = POLE / (POLE * POLE - 1.0) * end;
-    }
-    for y in (0..last).rev() {
-        let (here, below) = values[y * columns..(y + 2) * columns].split_at_mut(columns);
-        here.iter_mut().zip(below).for_each(|(value, below)| *value = POLE * (*below - *value));
-    }
-    values.iter_mut().for_each(|value| *value *= 6.0);
-}
-
 /// Combines rows `row - 1` to `row + 2` of `coefficients`, from column `start` on, into `out`.
-pub(super) fn semi_global(
+pub(super) fn combine_rows(
     coefficients: &Grid<f32>,
     row: usize,
     start: usize,
@@ -115,7 +44,7 @@ pub(super) fn semi_global(
 }
 
 /// Combines each four neighbours of `line`, which is longer than `out` by three.
-pub(super) fn along_line(line: &[f32], weights: [f32; TAPS], out: &mut [f32]) {
+pub(super) fn combine_along(line: &[f32], weights: [f32; TAPS], out: &mut [f32]) {
     let count = out.len();
     let [a, b, c, d] = [0, 1, 2, 3].map(|offset| &line[offset..offset + count]);
     let [wa, wb, wc, wd] = weights;
@@ -144,10 +73,10 @@ mod tests {
     fn sample(coefficients: &Grid<f32>, x: f64, y: f64, by_x: bool) -> f64 {
         let mut line = [0.0; TAPS];
         let start = x.floor() as usize - 1;
-        semi_global(coefficients, y.floor() as usize, start, weights(y.fract()), &mut line);
+        combine_rows(coefficients, y.floor() as usize, start, weights(y.fract()), &mut line);
         let mut out = [0.0];
-        let across = if by_x { slope_weights(x.fract()) } else { weights(x.fract()) };
-        along_line(&line, across, &mut out);
+        let across = if by_x { gradient_weights(x.fract()) } else { weights(x.fract()) };
+        combine_along(&line, across, &mut out);
         out[0].into()
     }
 
@@ -155,7 +84,7 @@ mod tests {
     fn the_spline_goes_through_all_pixels() {
         let image = waves(20, 30);
         let mut coefficients = image.clone();
-        to_coefficients(&mut coefficients);
+        cubic::filter_image(&mut coefficients);
         for y in 1..18 {
             for x in 1..28 {
                 let found = sample(&coefficients, x as f64, y as f64, false);
@@ -165,15 +94,16 @@ mod tests {
     }
 
     #[test]
-    fn waves_and_their_slopes_are_found_between_the_pixels() {
+    fn waves_and_their_gradients_are_found_between_the_pixels() {
         let mut coefficients = waves(40, 40);
-        to_coefficients(&mut coefficients);
-        // Error of a cubic spline: (w / 2 pi)^4 * 2 pi^4 / 45 of a wave of w rad per px, 0.7 at most, and ten times that of its slope.
+        cubic::filter_image(&mut coefficients);
+        // Error of a cubic spline: (w / 2 pi)^4 * 2 pi^4 / 45 of a wave of w rad per px, 0.7 at most, and ten
+        // times that of its gradient.
         let bound = 2.0 * (0.7_f64 / std::f64::consts::TAU).powi(4) * 4.4;
         for (x, y) in [(12.3, 15.8), (20.5, 20.5), (25.9, 11.1)] {
             assert!((sample(&coefficients, x, y, false) - wave(x, y)).abs() < bound, "({x}, {y})");
-            let slope = 0.7 * (0.7 * x + 0.3 * y).cos() + 0.2 * (0.4 * y - 0.2 * x).sin();
-            assert!((sample(&coefficients, x, y, true) - slope).abs() < 10.0 * bound, "({x}, {y})");
+            let gradient = 0.7 * (0.7 * x + 0.3 * y).cos() + 0.2 * (0.4 * y - 0.2 * x).sin();
+            assert!((sample(&coefficients, x, y, true) - gradient).abs() < 10.0 * bound, "({x}, {y})");
         }
     }
 
@@ -186,9 +116,9 @@ mod tests {
         let of_pixel = |pixel: usize| {
             let mut image = Grid::filled(3, 41, 0.0);
             (0..3).for_each(|y| image.values_mut()[y * 41 + pixel] = 1.0);
-            along_row(&mut image.values_mut()[..41]);
+            cubic::filter_image(&mut image);
             let mut out = [0.0];
-            along_line(&image.row(0)[19..23], weights(0.5), &mut out);
+            combine_along(&image.row(0)[19..23], weights(0.5), &mut out);
             f64::from(out[0]).powi(2)
         };
         let sum: f64 = (0..41).map(of_pixel).sum();

@@ -1,4 +1,4 @@
-//! Bundle adjustment of everything at once: lens, direction, where the points are, and where the stage stood.
+//! Bundle adjustment of lens, stage axis, points and positions together.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +7,8 @@ use crate::lens::{Lens, LensEstimate};
 use crate::target::Observation;
 use epirig_core::least_squares::{Block, Problem};
 
-/// Parameters of a point: rectified x and y of its ray in the frame at tau = 0, and its disparity, all over the focal length.
+/// Parameters of a point: rectified x and y of its ray in the frame at tau = 0, and its disparity, all over
+/// the focal length.
 pub(super) const OF_POINT: usize = 3;
 /// The angles.
 const ANGLES: usize = 2;
@@ -19,7 +20,7 @@ pub(super) struct Bundle<'a> {
     pub(super) observations: &'a [Observation],
     /// Which observations count.
     pub(super) used: &'a [bool],
-    /// What the standard deviations of the observations are to be multiplied by.
+    /// Factor of the standard deviations of the observations.
     pub(super) noise: f64,
     pub(super) lens: &'a LensEstimate,
     prior: Prior,
@@ -32,7 +33,7 @@ pub(super) struct Bundle<'a> {
     pub(super) tau_column: Vec<Option<usize>>,
 }
 
-/// What is known of the lens beforehand.
+/// The prior of the lens.
 struct Prior {
     /// Parameters that are not held, in the order of [`Lens::to_array`].
     free: Vec<usize>,
@@ -41,7 +42,7 @@ struct Prior {
 }
 
 impl<'a> Bundle<'a> {
-    /// `None` if the lens's covariance is none.
+    /// `None` if the lens's covariance is not one.
     pub(super) fn new(
         observations: &'a [Observation],
         used: &'a [bool],

@@ -1,9 +1,9 @@
-//! Which way the scene moves, as the two angles that undo it.
+//! The direction of the stage axis, as the two angles that rectify it.
 
 use serde::{Deserialize, Serialize};
 
-/// The rotation R = Ry(pan) Rz(roll) that makes the stage axis the x axis: a rotation about the optical axis, then a pan
-/// (paper, section 5.2).
+/// The rotation R = Ry(pan) Rz(roll) that makes the stage axis the x axis: a rotation about the optical axis,
+/// then a pan (paper, section 5.2).
 ///
 /// A ray r of the camera is R r in the rectified frame.
 ///
@@ -24,7 +24,7 @@ pub struct Direction {
     pub pan_rad: f64,
 }
 
-/// A ray of the camera and how it depends on what made it.
+/// A ray of the camera with its derivatives.
 pub(super) struct RawRay {
     /// The ray (a, b, 1).
     pub(super) ray: [f64; 2],
@@ -33,8 +33,8 @@ pub(super) struct RawRay {
 }
 
 impl Direction {
-    /// The stage axis `v` in the frame of the camera; `None` if it is not along x rather than along y or the optical axis.
-    /// A vector that points to negative x is the same axis, backwards.
+    /// The stage axis `v` in the frame of the camera; `None` if it is not along x rather than along y or the
+    /// optical axis. A vector that points to negative x is the same axis, backwards.
     pub fn of(v: [f64; 3]) -> Option<Self> {
         let length = v.iter().map(|value| value * value).sum::<f64>().sqrt();
         let forwards = v.map(|value| value * v[0].signum() / length);

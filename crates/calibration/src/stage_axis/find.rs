@@ -1,4 +1,4 @@
-//! From tracks to angles and positions.
+//! Stage axis and positions from the tracks of a target.
 
 use super::bundle::{Bundle, OF_POINT};
 use super::{AxisPoint, Direction, MeasuredTau, StageAxis, StageAxisError, TrackResidual, vanishing};
@@ -13,18 +13,20 @@ const FRAMES_OF_A_CORNER: usize = 3;
 const CORNERS: usize = 4;
 /// Of the robust loss, in standard deviations of a coordinate.
 const HUBER: f64 = 2.0;
-/// Distance at which an observation is wrong, in the same: of good ones, one in 25,000 lies farther off (exp(-4.5^2 / 2)).
+/// Distance at which an observation is wrong, in the same: of good ones, one in 25,000 lies farther off
+/// (exp(-4.5^2 / 2)).
 const REJECTED: f64 = 4.5;
-/// Drawn corners may be exact, but then what is known of the lens would be nothing beside them, to rounding: the least noise, as a share of
-/// what corners state.
+/// Least noise, as a share of the corners' stated sigma: drawn corners may be exact, and rounding would then
+/// make the prior of the lens worth nothing.
 const EXACT: f64 = 1e-3;
 /// Median of the length of a vector of two independent normal numbers: sqrt(2 ln 2).
 const MEDIAN_LENGTH: f64 = 1.177_410_022_515_474_7;
 
-/// Direction of travel and position of every frame from the target's tracks.
+/// The direction of the stage axis and the position of every frame, from the target's tracks.
 ///
-/// `positions_mm` are the stage's own, one for each frame, or the frames' indices if nobody knows them; they fix scale and origin of tau, and
-/// keep frames apart that no corner connects. `lens` is what is known of the lens beforehand; parameters with variance 0 are held.
+/// `positions_mm` are the stage's own, one for each frame, or the frames' indices if unknown. They fix scale
+/// and origin of tau, and hold frames that no corner connects. `lens` is the prior of the lens; parameters
+/// with variance 0 are fixed.
 ///
 /// # Errors
 /// [`StageAxisError`] if the tracks do not tell the direction.
@@ -36,7 +38,8 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
     let (first, last) = (positions_mm[0], positions_mm[positions_mm.len() - 1]);
     let tau: Vec<f64> = positions_mm.iter().map(|position| (position - first) / (last - first)).collect();
     let (direction, points) = start(&observations, corners.len(), &tau, lens)?;
-    // Half a mean step is far more than a stage that works is off; beside what corners tell it is nothing.
+    // Half a mean step is far more than the error of a working stage; beside the corners it has next to no
+    // weight.
     let tau_sigma = 0.5 / (tau.len() - 1) as f64;
 
     let mut used = vec![true; observations.len()];
@@ -50,7 +53,8 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
     let noise = (upper_median(&mut lengths.clone()).unwrap_or(0.0) / MEDIAN_LENGTH).max(EXACT);
     used.iter_mut().zip(&lengths).for_each(|(used, length)| *used = *length <= REJECTED * noise);
 
-    // What is known beforehand has its own standard deviations, so those of the observations must be absolute, too: found first, then used.
+    // Priors have absolute standard deviations, so those of the observations must be absolute, too: their
+    // factor is found first, then used.
     let mut bundle = Bundle::new(&observations, &used, lens, corners.len(), (&tau, tau_sigma))
         .ok_or(StageAxisError::BadLens)?;
     bundle.noise = noise;
@@ -60,7 +64,8 @@ pub fn find(tracks: &Tracks, positions_mm: &[f64], lens: &LensEstimate) -> Resul
     Ok(describe(&bundle, &found, &corners))
 }
 
-/// Corners seen often enough, by their index in the tracks, and their observations, whose corners are counted anew.
+/// Corners seen often enough, by their index in the tracks, and their observations, whose corners are counted
+/// anew.
 fn long_tracks(tracks: &Tracks) -> Result<(Vec<usize>, Vec<Observation>), StageAxisError> {
     let mut seen = vec![0; tracks.corners.len()];
     tracks.observations.iter().for_each(|observation| seen[observation.corner] += 1);
@@ -123,14 +128,15 @@ fn length([x, y]: [f64; 2]) -> f64 {
     x.hypot(y)
 }
 
-/// Standard deviation of the observations over what was assumed: squares over degrees of freedom, without those of what was known beforehand.
+/// Standard deviation of the observations over the assumed one: squares over degrees of freedom, without
+/// those of the priors.
 fn spread(bundle: &Bundle<'_>, found: &Minimum) -> f64 {
     let seen = bundle.observations.iter().zip(bundle.used).filter(|(_, used)| **used);
     let (squares, count) = seen.fold((0.0, 0), |(squares, count), (seen, _)| {
         let off = length(bundle.residual(&found.parameters, seen)) / (bundle.noise * seen.sigma_px);
         (squares + off * off, count + 2)
     });
-    // Lens and tau are bought by their priors; what the tracks determine beside them costs degrees of freedom.
+    // Lens and tau are bound by their priors; the other parameters cost degrees of freedom.
     let freedom = count as f64 - (found.parameters.len() - bundle.angle_column()) as f64;
     (squares / freedom.max(1.0)).sqrt()
 }

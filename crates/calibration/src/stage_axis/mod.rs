@@ -1,8 +1,9 @@
-//! The stage axis: which way the scene moves, and where it stood in every frame, from the tracks of a rigid target.
+//! The stage axis and the position of every frame, from the tracks of a rigid target.
 //!
-//! The model is the paper's (section 5.2): the stage axis is the same for all frames, so that two angles rectify them all. Beyond the
-//! paper, everything that the tracks depend on is found at once, by bundle adjustment: the lens (from what is known of it beforehand), the two angles, the place
-//! and depth of every corner, and the position of every frame. So the standard deviations hold what each leaves open in the others.
+//! The model is the paper's (section 5.2): the stage axis is the same for all frames, so two angles rectify
+//! them all. Beyond the paper, everything that the tracks depend on is found together, by bundle adjustment:
+//! the lens (with its prior), the two angles, the place and depth of every corner, and the position of every
+//! frame. So each standard deviation includes the uncertainty of all the others.
 
 mod bundle;
 mod direction;
@@ -24,7 +25,7 @@ pub use scale::{TargetScale, baseline_by_target};
 use crate::lens::LensEstimate;
 use epirig_core::least_squares::LeastSquaresError;
 
-/// Why the stage axis cannot be told.
+/// Why the stage axis cannot be found.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StageAxisError {
@@ -61,8 +62,8 @@ pub enum StageAxisError {
         /// Row, in px.
         y_px: f64,
     },
-    /// What is known of the lens contradicts itself.
-    #[error("the covariance of the lens is none; calibrate the lens again")]
+    /// The prior of the lens is not valid.
+    #[error("the covariance of the lens is not valid; calibrate the lens again")]
     BadLens,
     /// The bundle adjustment failed.
     #[error("the target's tracks do not fit a straight axis: {0}; check that target and camera are fixed")]
@@ -107,7 +108,7 @@ pub struct MeasuredTau {
     pub sigma: f64,
 }
 
-/// What the tracks tell.
+/// The stage axis as the tracks show it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageAxis {
     /// The two angles.
@@ -118,15 +119,18 @@ pub struct StageAxis {
     pub pan_sigma_rad: f64,
     /// The lens, as the tracks have refined it.
     pub lens: LensEstimate,
-    /// tau of every frame that shows the target, on a scale on which the first and the last of them have the tau that the stage reported.
+    /// tau of every frame that shows the target, on a scale on which the first and the last of them have the
+    /// tau that the stage reported.
     pub tau: Vec<Option<MeasuredTau>>,
     /// The corners that were used.
     pub points: Vec<AxisPoint>,
     /// Every observation that counted.
     pub residuals: Vec<TrackResidual>,
-    /// Observations that lie more than 4.5 standard deviations from their tracks and do not count: frame and corner.
+    /// Observations that lie more than 4.5 standard deviations from their tracks and do not count: frame and
+    /// corner.
     pub rejected: Vec<(usize, usize)>,
-    /// Standard deviation of a coordinate of a corner as the tracks show it over what the corners' own fits state.
+    /// Standard deviation of a coordinate of a corner, as the tracks show it, over that which the corners'
+    /// own fits state.
     pub noise_factor: f64,
 }
 

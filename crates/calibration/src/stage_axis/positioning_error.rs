@@ -1,4 +1,4 @@
-//! The stage, checked by the target.
+//! Positioning error of the stage, measured with the target.
 
 use epirig_core::statistics::upper_median;
 use serde::{Deserialize, Serialize};
@@ -14,11 +14,12 @@ const MAD: f64 = 1.482_602_218_505_602;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FramePosition {
-    /// What the stage reported, in mm.
+    /// The position that the stage reported, in mm.
     pub reported_mm: f64,
     /// Where the target shows it, on the stage's scale, in mm; as reported where no target is seen.
     pub measured_mm: f64,
-    /// Standard deviation of `measured_mm`, in mm, against the first and the last frame that show the target; `None` where none is seen.
+    /// Standard deviation of `measured_mm`, in mm, against the first and the last frame that show the target;
+    /// `None` where none is seen.
     pub sigma_mm: Option<f64>,
 }
 
@@ -32,11 +33,11 @@ pub struct PositioningError {
     pub rms_um: f64,
     /// The largest of them, in um.
     pub largest_um: f64,
-    /// Frames that stand out.
+    /// Outliers: frames with significant errors.
     pub outliers: Vec<usize>,
     /// Length of the baseline between the first and the last frame, in mm.
     pub baseline_mm: f64,
-    /// Its standard deviation, in mm: what the stage's errors leave of its scale.
+    /// Its standard uncertainty, in mm, by the stage's positioning errors.
     pub baseline_sigma_mm: f64,
 }
 
@@ -50,8 +51,8 @@ impl PositioningError {
     }
 }
 
-/// Puts measured tau on the stage's scale: the straight line through reported positions over tau, by least squares without the frames that stand
-/// out. `None` if less than two frames show the target.
+/// Puts measured tau on the stage's scale: the straight line through reported positions over tau, by least
+/// squares without the outliers. `None` if less than two frames show the target.
 ///
 /// # Panics
 /// If the numbers of positions and taus differ.
@@ -69,7 +70,7 @@ pub fn positioning_error(tau: &[Option<MeasuredTau>], reported_mm: &[f64]) -> Op
     for _ in 0..5 {
         let mut errors: Vec<f64> = good.iter().map(|point| line.error(point).abs()).collect();
         let deviation = MAD * upper_median(&mut errors).unwrap_or(0.0);
-        // What the target itself leaves open is no fault of the stage.
+        // The target's own uncertainty is no fault of the stage.
         let limit = |frame: usize| {
             let sigma = tau[frame].map_or(0.0, |measured| measured.sigma) * line.slope.abs();
             OUTLIER * deviation.max(sigma)
@@ -139,7 +140,8 @@ mod tests {
 
     #[test]
     fn a_stop_that_is_off_is_named_and_does_not_bend_the_others() {
-        // Ten stops at 10, 11, ... 19 mm, the stage's errors +-1 um in turn; in frame 4 it stood 50 um farther, and frame 7 shows no target.
+        // Ten stops at 10, 11, ... 19 mm, the stage's errors +-1 um in turn; in frame 4 it stood 50 um
+        // farther, and frame 7 shows no target.
         let reported: Vec<f64> = (0..10).map(|index| 10.0 + f64::from(index)).collect();
         let mut tau: Vec<_> = (0..10)
             .map(|index| {

@@ -1,4 +1,4 @@
-//! The stage's scale, checked by the squares of the target.
+//! The stage's scale, compared with the size of the target's squares.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use crate::target::{Target, Tracks};
 pub struct TargetScale {
     /// Length of the baseline, if the squares have the stated size, in mm.
     pub baseline_mm: f64,
-    /// What it would be by the stage, in mm.
+    /// Its length by the stage, in mm.
     pub reported_mm: f64,
 }
 
@@ -23,11 +23,13 @@ impl TargetScale {
     }
 }
 
-/// Length of the baseline, in mm, for which the target's boards, seen by triangulation over it, have their stated size.
+/// Length of the baseline, in mm, for which the target's boards, seen by triangulation over it, have their
+/// stated size.
 ///
-/// A point with disparity d over the baseline b lies at depth b / d (all over the focal length), so triangulated boards have a size in units of
-/// the baseline, whatever the focal length along the depth; each band is compared on its own, because only its squares are known well. `None` if
-/// no band shows corners at different places.
+/// A point with disparity d over the baseline b lies at depth b / d (all over the focal length), so
+/// triangulated boards have a size in units of the baseline, whatever the focal length along the depth; each
+/// band is compared on its own, because only its squares are known well. `None` if no band shows corners at
+/// different places.
 pub fn baseline_by_target(points: &[AxisPoint], tracks: &Tracks, target: &Target) -> Option<f64> {
     let (mut stated, mut seen) = (0.0, 0.0);
     for band in 0..target.bands {

@@ -153,7 +153,8 @@ fn a_wrong_focal_length_leaves_the_rows_straight() {
     };
     scan.lens = LensEstimate::independent(512, 512, wrong, [0.0; Lens::PARAMETERS]);
     let found = find(&scan.tracks, &scan.reported_mm, &scan.lens).unwrap();
-    // The pan scales with the focal length; rows do not suffer: K is needed only roughly (paper, section 5.2).
+    // The pan scales with the focal length; rows do not suffer: K is needed only roughly (paper, section
+    // 5.2).
     assert!(found.rows_rms_px() < 0.002, "{}", found.rows_rms_px());
     assert!((found.direction.roll_rad - ROLL).abs() < 1e-4);
     assert!((found.direction.pan_rad / PAN - 1000.0 / 1422.0).abs() < 0.02, "{:?}", found.direction);

@@ -1,13 +1,14 @@
-//! The point at which the tracks of all points of a translating object meet: a closed form for the stage axis.
+//! The vanishing point of the tracks of a translating object: a closed form for the stage axis.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Direction of travel, a unit vector in the camera's frame, from tracks of undistorted rays (a, b, 1), one list for each point.
+/// The direction of the stage axis, a unit vector in the camera's frame, from tracks of undistorted rays (a,
+/// b, 1), one list for each point.
 ///
-/// The rays of one track lie in a plane through the centre of the camera; the direction lies in all of these planes. Each plane's
-/// normal is the least eigenvector of its rays' scatter, and the direction that of the normals' (Hartley and Zisserman 2004, section 8.6),
-/// weighted by how long the track is. `None` if there are no two tracks, or they all lie in one plane: then the point at which they
-/// meet is open.
+/// The rays of one track lie in a plane through the centre of the camera, and the direction lies in all of
+/// these planes. Each plane's normal is the least eigenvector of its rays' scatter, and the direction that of
+/// the normals' (Hartley and Zisserman 2004, section 8.6), weighted by the length of the track. `None` if
+/// there are fewer than two tracks, or all lie in one plane: then their vanishing point is open.
 pub(super) fn direction<'a>(tracks: impl Iterator<Item = &'a [[f64; 2]]>) -> Option<[f64; 3]> {
     let mut normals = Matrix3::zeros();
     for track in tracks.filter(|track| track.len() >= 2) {

@@ -1,4 +1,4 @@
-//! Places that may be corners: saddles of the smoothed image with four alternating sectors around them.
+//! Corner candidates: saddles of the smoothed image with four alternating sectors around them.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,8 @@ const LEAST_CONTRAST: f64 = 0.02;
 const RING_PX: f64 = 4.0;
 /// Samples on the ring.
 const RING: usize = 16;
-/// Opposite samples may differ by this share of what neighbouring sectors differ by: halfway between a corner (0) and an edge (2).
+/// Opposite samples may differ by this share of the difference between neighbouring sectors: halfway between
+/// a corner (0) and an edge (2).
 const MOST_ODD: f32 = 0.8;
 /// The most promising places that are kept: ten boards of 400 corners.
 const MOST: usize = 4000;
@@ -92,7 +93,8 @@ fn candidates(smooth: &Grid<f32>) -> Vec<Candidate> {
         return Vec::new();
     }
     let (least, most) = smooth.values().iter().fold((f32::MAX, f32::MIN), |(a, b), &v| (a.min(v), b.max(v)));
-    // A corner of half step b under a blur s has a mixed derivative of 2 b / (pi s^2). Edges may be blurred as much again as we smooth.
+    // A corner of half step b under a blur s has a mixed derivative of 2 b / (pi s^2). Edges may be blurred
+    // as much again as we smooth.
     let blur2 = 2.0 * f64::from(SMOOTHING_PX).powi(2);
     let threshold = (2.0 * LEAST_CONTRAST * f64::from(most - least) / (PI * blur2)).powi(2) as f32;
     let responses = responses(smooth);
@@ -115,17 +117,18 @@ fn candidates(smooth: &Grid<f32>) -> Vec<Candidate> {
 fn candidate(smooth: &Grid<f32>, column: usize, row: usize, strength: f64) -> Option<Candidate> {
     let [xx, xy, yy] = second_derivatives(smooth, column, row);
     let at = |x: usize, y: usize| f64::from(smooth.at(x, y));
-    let slope_x = 0.5 * (at(column + 1, row) - at(column - 1, row));
-    let slope_y = 0.5 * (at(column, row + 1) - at(column, row - 1));
+    let gradient_x = 0.5 * (at(column + 1, row) - at(column - 1, row));
+    let gradient_y = 0.5 * (at(column, row + 1) - at(column, row - 1));
     // The saddle lies where the gradient vanishes.
     let determinant = xx * yy - xy * xy;
-    let dx = (-(yy * slope_x - xy * slope_y) / determinant).clamp(-1.0, 1.0);
-    let dy = (-(xx * slope_y - xy * slope_x) / determinant).clamp(-1.0, 1.0);
+    let dx = (-(yy * gradient_x - xy * gradient_y) / determinant).clamp(-1.0, 1.0);
+    let dy = (-(xx * gradient_y - xy * gradient_x) / determinant).clamp(-1.0, 1.0);
     let (x, y) = (column as f64 + dx, row as f64 + dy);
     if !has_four_sectors(smooth, x, y) {
         return None;
     }
-    // The curvature along an angle is m + A cos(2 (angle - middle)): positive in the bright sector, zero along the edges.
+    // The curvature along an angle is m + A cos(2 (angle - middle)): positive in the bright sector, zero
+    // along the edges.
     let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
     let middle = 0.5 * xy.atan2(half);
     let opening = 0.5 * (-mean / half.hypot(xy)).clamp(-1.0, 1.0).acos();

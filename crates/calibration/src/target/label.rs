@@ -1,32 +1,36 @@
-//! A lattice of corners becomes a board: which way is up, which corners belong to it, which were overlooked.
+//! From a lattice of corners to a board: its orientation, its corners, and corners that detection has missed.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use super::board::{BoardCorner, ChessBoard, FoundBoard};
 use super::detect::Scene;
 use super::lattice::{LEAST_CORNERS, Lattice, lattices};
 use super::refine::{Corner, EdgeCross, refine_corner};
 use super::sampling::halved;
-use super::{BoardCorner, ChessBoard, FoundBoard};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
 
-/// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch it.
+/// Radius of the window of a fit, as a share of the distance of the nearest parallel edge: half would touch
+/// it.
 const WINDOW: f64 = 0.45;
 /// Least and largest radius, in px: nine unknowns need some 28 pixels, and a lens bends long edges.
 const RADIUS_PX: (f64, f64) = (3.0, 14.0);
 /// A fit may move a corner by this share of the distance to the nearest parallel edge.
 const MOVED: f64 = 0.25;
-/// Blur beyond this share of the distance to the nearest parallel edge leaves no level ground in the squares; waves have 0.25.
+/// Blur beyond this share of the distance to the nearest parallel edge leaves no level ground in the squares;
+/// waves have 0.25.
 const BLUR: f64 = 0.16;
-/// Of three corners in a row the middle one is this near to the line through the others, as a share of their distance: a lens bends lines less.
+/// Of three corners in a row the middle one is this near to the line through the others, as a share of their
+/// distance: a lens bends lines less.
 const STRAIGHT: f64 = 0.03;
 /// And by this, in px, whatever the distance: noise.
 const STRAIGHT_PX: f64 = 0.2;
 /// A corner has at least this share of the contrast around it: where the board ends, a false one has half.
 const CONTRAST: f64 = 0.6;
-/// How often overlooked corners are looked for around those there are.
+/// Rounds of looking for missed corners around those found.
 const ROUNDS: usize = 4;
-/// Of three corners two that are no corners are too many: after so many of them a lattice is given up as texture.
+/// Most rejected corners of a lattice, if two of three are rejected; with more it is texture.
 const MOST_REFUSED: usize = 8;
 /// Grids that are looked at: texture may have some, too.
 const MOST_LATTICES: usize = 12;
@@ -61,7 +65,8 @@ fn share_a_corner(one: &FoundBoard, other: &FoundBoard) -> bool {
 struct Labelled<'a> {
     board: &'a ChessBoard,
     rough: BTreeMap<Label, (f64, f64)>,
-    /// Whether the square between the directions to higher columns and to higher rows is bright at even sums of column and row.
+    /// Whether the square between the directions to higher columns and to higher rows is bright at even sums
+    /// of column and row.
     even_bright: bool,
 }
 
@@ -74,7 +79,8 @@ struct Steps {
 impl Steps {
     /// Of the corners around a label.
     fn at(places: &BTreeMap<Label, (f64, f64)>, (column, row): Label) -> Option<Self> {
-        // The longer the chord about the corner, the better; if its own row has none, a row beside it will do.
+        // The longer the chord about the corner, the better; if its own row has none, a row beside it will
+        // do.
         let along = |dc: i32, dr: i32| {
             [0, 1, -1, 2, -2].into_iter().find_map(|side| {
                 let (c, r) = (column + side * dr, row + side * dc);
@@ -156,7 +162,8 @@ impl<'a> Labelled<'a> {
                 .map(|(at, place)| ((at.0 - column, at.1 - row), place))
                 .filter(|(at, _)| inside(at))
                 .collect();
-            // At the lattice's (0, 0) a bright square follows the direction of columns; each quarter of a turn and each odd shift change that.
+            // At the lattice's (0, 0) a bright square follows the direction of columns; each quarter of a
+            // turn and each odd shift change that.
             let even_bright = (quarters as i32 + column + row).rem_euclid(2) == 0;
             best = Some((count, angle, Self { board, rough, even_bright }));
         }
@@ -210,7 +217,7 @@ impl<'a> Labelled<'a> {
         (corners.len() >= LEAST_CORNERS).then(|| self.board_of(corners))
     }
 
-    /// Fits corners where those there are lead; whether there were any.
+    /// Fits corners at the places that the found ones predict; whether any was added.
     fn add_overlooked(&self, image: &Grid<f32>, corners: &mut BTreeMap<Label, Corner>) -> bool {
         let places: BTreeMap<Label, (f64, f64)> =
             corners.iter().map(|(&at, corner)| (at, (corner.x_px, corner.y_px))).collect();
@@ -262,8 +269,7 @@ impl<'a> Labelled<'a> {
         };
         let median = |of: fn(&Corner) -> f64| {
             let mut values: Vec<f64> = corners.values().map(of).collect();
-            values.sort_by(f64::total_cmp);
-            values[values.len() / 2]
+            upper_median(&mut values).unwrap_or(f64::NAN)
         };
         let (blur_px, contrast_dn) = (median(|corner| corner.blur_px), median(|corner| corner.contrast_dn));
         let mut labelled: Vec<BoardCorner> = corners
@@ -281,7 +287,8 @@ impl<'a> Labelled<'a> {
     }
 }
 
-/// Removes corners that have much less contrast than those around them: where the board ends, shadows make false ones.
+/// Removes corners that have much less contrast than those around them: where the board ends, shadows make
+/// false ones.
 fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
     let faint: Vec<Label> = corners
         .iter()
@@ -291,8 +298,7 @@ fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
                 .filter_map(|(dc, dr)| corners.get(&(column + dc, row + dr)))
                 .map(|other| other.contrast_dn)
                 .collect();
-            around.sort_by(f64::total_cmp);
-            around.get(around.len() / 2).is_some_and(|&usual| corner.contrast_dn < CONTRAST * usual)
+            upper_median(&mut around).is_some_and(|usual| corner.contrast_dn < CONTRAST * usual)
         })
         .map(|(&at, _)| at)
         .collect();
@@ -301,22 +307,23 @@ fn drop_faint(corners: &mut BTreeMap<Label, Corner>) {
     }
 }
 
-/// Removes corners that are in fewer straight lines of three than in crooked ones, until there are none: the edges of a board are straight.
+/// Removes corners that are in fewer straight lines of three than in crooked ones, until none is: the edges
+/// of a board are straight.
 fn drop_crooked(corners: &mut BTreeMap<Label, Corner>) {
     loop {
-        let mut votes: BTreeMap<Label, i32> = corners.keys().map(|&at| (at, 0)).collect();
+        let mut scores: BTreeMap<Label, i32> = corners.keys().map(|&at| (at, 0)).collect();
         for (&(column, row), middle) in corners.iter() {
             for (dc, dr) in [(1, 0), (0, 1)] {
                 let (before, after) = ((column - dc, row - dr), (column + dc, row + dr));
                 if let (Some(a), Some(b)) = (corners.get(&before), corners.get(&after)) {
-                    let vote = if is_straight(a, middle, b) { 1 } else { -1 };
+                    let score = if is_straight(a, middle, b) { 1 } else { -1 };
                     for at in [before, (column, row), after] {
-                        *votes.entry(at).or_default() += vote;
+                        *scores.entry(at).or_default() += score;
                     }
                 }
             }
         }
-        let worst = votes.into_iter().min_by_key(|&(_, vote)| vote).filter(|&(_, vote)| vote < 0);
+        let worst = scores.into_iter().min_by_key(|&(_, score)| score).filter(|&(_, score)| score < 0);
         let Some((label, _)) = worst else { return };
         corners.remove(&label);
     }

@@ -1,4 +1,5 @@
-//! Candidates that form a lattice: neighbours along their edges, with alternating colours and an edge between them.
+//! Lattices of corner candidates: neighbours along their edges, with alternating colours and an edge between
+//! them.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::f64::consts::PI;
@@ -8,19 +9,23 @@ use super::sampling::bilinear;
 
 /// Side of the cells by which candidates are found, in px.
 const CELL_PX: f64 = 24.0;
-/// A neighbour is looked for this far, as a share of the image's longer side: boards of 2 x 2 corners fill it.
+/// A neighbour is looked for this far, as a share of the image's longer side: boards of 2 x 2 corners fill
+/// it.
 const REACH: f64 = 0.3;
 /// Edges are followed in steps of this, in px ...
 const EDGE_STEP_PX: f64 = 3.0;
 /// ... and a neighbour is looked for a little beyond, since an edge is lost where corners are blurred.
 const BEYOND_EDGE: f64 = 1.3;
-/// A neighbour lies within this of an edge's direction, in rad (12 deg): that of smoothed second derivatives is known to some 3 deg.
+/// A neighbour lies within this of an edge's direction, in rad (12 deg): that of smoothed second derivatives
+/// is known to some 3 deg.
 const ALONG_RAD: f64 = 0.21;
-/// Edges of neighbours differ by less than this, in rad (25 deg): perspective turns them by some degrees from square to square.
+/// Edges of neighbours differ by less than this, in rad (25 deg): perspective turns them by some degrees from
+/// square to square.
 const ALIKE_RAD: f64 = 0.44;
 /// A neighbour lies within this share of a step of where its neighbours expect it.
 const EXPECTED: f64 = 0.3;
-/// From one step to the next a length changes by at most this factor: at 40 deg of tilt, and a camera as far as three squares.
+/// From one step to the next a length changes by at most this factor: at 40 deg of tilt, and a camera as far
+/// as three squares.
 const STEP_RATIO: f64 = 1.6;
 /// The step across an edge between two corners is at least this share of their own.
 const LEAST_EDGE: f64 = 0.35;
@@ -81,8 +86,8 @@ impl Growing<'_> {
         &self.scene.candidates[index]
     }
 
-    /// Bright less dark across the line at (x, y) along `direction`, `aside` px to either side: positive if the brighter one
-    /// comes after it as angles grow.
+    /// Bright less dark across the line at (x, y) along `direction`, `aside` px to either side: positive if
+    /// the brighter one comes after it as angles grow.
     fn across(&self, (x, y): (f64, f64), direction: f64, aside: f64) -> f32 {
         let (sin, cos) = direction.sin_cos();
         let at = |side: f64| bilinear(&self.scene.smooth, x - side * sin, y + side * cos);
@@ -106,7 +111,8 @@ impl Growing<'_> {
         steps.into_iter().all(|step| step > LEAST_EDGE as f32 * largest)
     }
 
-    /// Whether `to` can be the neighbour of `from`: each has an edge along the line between them, of the other kind, and the edge is there.
+    /// Whether `to` can be the neighbour of `from`: each has an edge along the line between them, of the
+    /// other kind, and the edge is there.
     fn are_neighbours(&self, from: usize, to: usize) -> bool {
         let (a, b) = (self.candidate(from), self.candidate(to));
         let (dx, dy) = (b.x - a.x, b.y - a.y);
@@ -127,7 +133,7 @@ impl Growing<'_> {
         let steps = [0.3, 0.5, 0.7]
             .map(|share| sign * self.across((a.x + share * dx, a.y + share * dy), direction, aside));
         let largest = steps.into_iter().fold(0.0, f32::max);
-        // Against what is farther along: a line through texture has steps of either sign and any size.
+        // Against the steps farther along: a line through texture has steps of either sign and any size.
         largest > 0.0 && steps.into_iter().all(|step| step > LEAST_EDGE as f32 * largest)
     }
 
@@ -145,8 +151,8 @@ impl Growing<'_> {
             })
     }
 
-    /// How far the edge from `from` along `direction` keeps its colours, in px: up to the next corner. `sign` is 1 if a bright square
-    /// follows it, -1 if a dark one does.
+    /// How far the edge from `from` along `direction` keeps its colours, in px: up to the next corner. `sign`
+    /// is 1 if a bright square follows it, -1 if a dark one does.
     fn edge_px(&self, from: usize, direction: f64, sign: f32) -> f64 {
         let corner = self.candidate(from);
         let (sin, cos) = direction.sin_cos();

@@ -1,4 +1,4 @@
-//! An image looked up between its pixels, smoothed, and at half its size.
+//! Interpolation, smoothing and halving of an image.
 
 use epirig_core::grid::Grid;
 
@@ -15,7 +15,8 @@ pub(super) fn bilinear(image: &Grid<f32>, x: f64, y: f64) -> f32 {
     above + fy * (under - above)
 }
 
-/// The image convolved with a Gaussian, cut off at three standard deviations; at borders the outermost pixels are repeated.
+/// The image convolved with a Gaussian, cut off at three standard deviations; at borders the outermost pixels
+/// are repeated.
 pub(super) fn smoothed(image: &Grid<f32>, sigma_px: f32) -> Grid<f32> {
     let radius = (3.0 * sigma_px).ceil() as usize;
     let weight = |k: usize| (-0.5 * (k as f32 / sigma_px).powi(2)).exp();
@@ -57,7 +58,8 @@ pub(super) fn smoothed(image: &Grid<f32>, sigma_px: f32) -> Grid<f32> {
     smooth
 }
 
-/// The image at half its size: means of 2 x 2 pixels. The pixel at (x, y) has its centre at (2 x + 0.5, 2 y + 0.5) of the image.
+/// The image at half its size: means of 2 x 2 pixels. The pixel at (x, y) has its centre at (2 x + 0.5, 2 y +
+/// 0.5) of the image.
 pub(super) fn halved(image: &Grid<f32>) -> Grid<f32> {
     let (rows, columns) = (image.rows() / 2, image.columns() / 2);
     let mut half = Grid::filled(rows, columns, 0.0_f32);

@@ -1,4 +1,5 @@
-//! Whole frames with boards in them, rendered by supersampling a homography, among texture, with noise and uneven light.
+//! Whole frames with boards in them, rendered by supersampling a homography, among texture, with noise and
+//! uneven light.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -89,7 +90,8 @@ fn frame(
     Frame::new(size, size, bit_depth, samples).unwrap()
 }
 
-/// Checks places and labels against the pose, up to one shift, which is returned; `turn` maps labels to those of the drawing.
+/// Checks places and labels against the pose, up to one shift, which is returned; `turn` maps labels to those
+/// of the drawing.
 fn check(
     found: &FoundBoard,
     board: &ChessBoard,

@@ -1,4 +1,5 @@
-//! Chess-boards are found in real photographs, where OpenCV finds them; a printed target is found again, at its true scale.
+//! Chess-boards are found in real photographs, where OpenCV finds them; a printed target is found again, at
+//! its true scale.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,10 +12,12 @@ use epirig_core::frame::{Frame, Samples};
 
 const BOARD: ChessBoard = ChessBoard { columns: 9, rows: 6, square_mm: 25.0 };
 
-/// Prints, for each photograph and each of OpenCV's ways that finds the board complete: name of the way, path, x and y of each corner.
+/// Prints, for each photograph and each of OpenCV's ways that finds the board complete: name of the way,
+/// path, x and y of each corner.
 ///
-/// `sector` is the newer detector, which fits at a finer scale (OpenCV's most accurate); `wide` refines by gradients in windows that end before the next
-/// edges, at most 9 px to either side; `five` in those of most examples.
+/// `sector` is the newer detector, which fits at a finer scale (OpenCV's most accurate); `wide` refines by
+/// gradients in windows that end before the next edges, at most 9 px to either side; `five` in those of most
+/// examples.
 const FIND: &str = r#"
 import sys, cv2, numpy
 stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_MAX_ITER, 100, 1e-4)
@@ -35,8 +38,9 @@ for path in sys.argv[1:]:
         print(way, path, *(f"{value:.4f}" for value in corners.ravel()))
 "#;
 
-/// For the corners in each file: calibrates the left and the right camera on them, and prints the residuals' root mean squares, in px; then the scatter
-/// of corners along rows, in px, by their fourth differences: neither camera nor board bends that fast.
+/// For the corners in each file: calibrates the left and the right camera on them, and prints the residuals'
+/// root mean squares, in px; then the scatter of corners along rows, in px, by their fourth differences:
+/// neither camera nor board bends that fast.
 const JUDGE: &str = r#"
 import sys, cv2, numpy
 board = numpy.array([[column, row, 0] for row in range(6) for column in range(9)], numpy.float32)
@@ -214,11 +218,13 @@ fn corners_are_where_opencv_has_them() {
         let (theirs, ours) = figures.split_at(3);
         println!("{way}: median {apart_px:.3} px apart, of photographs {:.3?}", compared.medians_px);
         println!("  left, right, scatter: theirs {theirs:.3?}, ours {ours:.3?}");
-        // Against residuals of a calibrated camera, and without any: what is between them and us is their scatter.
+        // Against residuals of a calibrated camera, and without any: what is between them and us is their
+        // scatter.
         assert!(ours.iter().zip(theirs).all(|(ours, theirs)| ours < theirs), "{way}: {ours:?} {theirs:?}");
         match way.as_str() {
             "sector" | "wide" => assert!(apart_px < 0.1, "{way}: {apart_px} px"),
-            // Windows of 5 px leave them 0.1 px of scatter in x and in y: a median distance of 1.18 times that.
+            // Windows of 5 px leave them 0.1 px of scatter in x and in y: a median distance of 1.18 times
+            // that.
             _ => assert!(apart_px < 1.18 * theirs[2].hypot(ours[2]) + 0.02, "{way}: {apart_px} px"),
         }
     }

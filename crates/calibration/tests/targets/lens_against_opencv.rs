@@ -1,6 +1,8 @@
-//! OpenCV's own calibration of its own photographs, beside ours of the same corners; and files that each reads of the other.
+//! OpenCV's own calibration of its own photographs, beside ours of the same corners; and files that each
+//! reads of the other.
 //!
-//! The photographs are not part of the repository; where they or Python are missing, the tests say so and do nothing.
+//! The photographs are not part of the repository; where they or Python are missing, the tests say so and do
+//! nothing.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -111,7 +113,8 @@ fn agrees_with_opencv(views: &[View], said: &str) -> LensCalibration {
     for (index, name) in Lens::NAMES.into_iter().enumerate() {
         let error = (ours[index] - lens[index]) / sigma[index];
         assert!(error.abs() < 3.0, "{name}: {} {} differ by {error} sigma", ours[index], lens[index]);
-        // Since 4.7 OpenCV scales the inverse of the normal matrix by the sum of squares over the degrees of freedom, as we do.
+        // Since 4.7 OpenCV scales the inverse of the normal matrix by the sum of squares over the degrees of
+        // freedom, as we do.
         let ratio = found.estimate.sigma()[index] / sigma[index];
         assert!((0.8..1.25).contains(&ratio), "the standard deviation of {name} is {ratio} times OpenCV's");
     }

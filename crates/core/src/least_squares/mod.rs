@@ -1,7 +1,9 @@
-//! Least squares for problems whose residuals come in small blocks: lens, stage axis and positions are found by it.
+//! Least squares for problems whose residuals come in small blocks, such as bundle adjustment: lens, stage
+//! axis and positions.
 //!
-//! Levenberg's and Marquardt's damped Gauss-Newton steps (Marquardt 1963) on the normal equations, which are dense: the problems here have
-//! some hundred parameters and some ten thousand residuals, of which each depends on a dozen parameters.
+//! Damped Gauss-Newton steps (Levenberg and Marquardt; Marquardt 1963) on dense normal equations: the
+//! problems here have some hundred parameters and some ten thousand residuals, each of which depends on a
+//! dozen parameters.
 
 mod solve;
 
@@ -19,7 +21,7 @@ pub struct Block<'a> {
     pub columns: &'a [usize],
     /// Derivatives of the *prediction*, in the same units: residuals x columns, row by row.
     pub jacobian: &'a [f64],
-    /// Whether it may be wrong altogether, so that a robust loss applies. What is known beforehand may not.
+    /// Whether it may be an outlier, so that a robust loss applies; priors may not.
     pub may_be_wrong: bool,
 }
 
@@ -31,7 +33,8 @@ pub trait Problem {
     /// Gives all blocks of residuals at `parameters`, in the same order every time.
     fn blocks(&self, parameters: &[f64], give: &mut dyn FnMut(Block<'_>));
 
-    /// Goes a step from `parameters`; addition, unless parameters live on something curved, such as rotations.
+    /// Goes a step from `parameters`; addition, unless parameters live on something curved, such as
+    /// rotations.
     fn step(&self, parameters: &mut [f64], step: &[f64]) {
         parameters.iter_mut().zip(step).for_each(|(parameter, step)| *parameter += step);
     }
@@ -46,13 +49,14 @@ pub enum Loss {
     Huber(f64),
 }
 
-/// What a solution has found.
+/// The minimum, with its covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Minimum {
     /// Best parameters.
     pub parameters: Vec<f64>,
-    /// Inverse of the normal equations: the covariance of the parameters, if the standard deviations of the residuals are right.
-    /// Times [`variance_factor`](Self::variance_factor), if they are right up to a common factor.
+    /// Inverse of the normal equations: the covariance of the parameters, if the standard deviations of the
+    /// residuals are right. Times [`variance_factor`](Self::variance_factor), if they are right up to a
+    /// common factor.
     pub covariance: DMatrix<f64>,
     /// Weighted sum of the squared residuals.
     pub sum_of_squares: f64,
@@ -63,7 +67,8 @@ pub struct Minimum {
 }
 
 impl Minimum {
-    /// Sum of squares over degrees of freedom: 1 if the residuals are as large as stated. At least one degree is counted.
+    /// Sum of squares over degrees of freedom: 1 if the residuals are as large as stated. At least one degree
+    /// is counted.
     pub fn variance_factor(&self) -> f64 {
         let degrees = self.residuals.saturating_sub(self.parameters.len()).max(1);
         self.sum_of_squares / degrees as f64
@@ -75,7 +80,7 @@ impl Minimum {
 #[non_exhaustive]
 pub enum LeastSquaresError {
     /// The residuals leave some combination of the parameters open.
-    #[error("what was measured leaves parameter {parameter} of {parameters} open")]
+    #[error("the measurements leave parameter {parameter} of {parameters} undetermined")]
     Undetermined {
         /// Index of one that is open.
         parameter: usize,

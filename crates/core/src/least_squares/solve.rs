@@ -4,13 +4,14 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::{Block, LeastSquaresError, Loss, Minimum, Problem};
 
-/// Steps after which a search is given up. Ten are enough where the residuals are errors of measurement; where they are those of a model
-/// that does not fit, Gauss-Newton steps converge slowly, and two hundred have been seen.
+/// Steps after which a search is given up. Ten are enough where the residuals are errors of measurement;
+/// where they are those of a model that does not fit, Gauss-Newton steps converge slowly, and two hundred
+/// have been seen.
 const STEPS: usize = 1000;
 /// A step that would lessen the sum of squares by less than this share of it changes nothing that is known.
 const CONVERGED: f64 = 1e-12;
-/// The same, absolute and for each residual: 1e-8 standard deviations, squared. Residuals that small are rounding, of which no share is
-/// to be had.
+/// The same, absolute and for each residual: 1e-8 standard deviations, squared. Residuals that small are
+/// rounding, of which no share is to be had.
 const NOTHING: f64 = 1e-16;
 /// A pivot this much smaller than its diagonal element is rounding: the parameter depends on those before it.
 const PIVOT: f64 = 1e-13;
@@ -19,7 +20,7 @@ struct Normal {
     matrix: DMatrix<f64>,
     right: DVector<f64>,
     sum_of_squares: f64,
-    /// What the robust loss makes of the residuals: decides whether a step is an improvement.
+    /// The robust loss of the residuals: it decides whether a step is an improvement.
     loss: f64,
     residuals: usize,
 }

@@ -1,15 +1,17 @@
-//! Half the resolution: for what is looked for at large first.
+//! The volume at half the resolution, for coarse-to-fine search.
 
-use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::{Samples, Tau, Volume};
+use super::Volume;
+use crate::tau::Tau;
 
 impl Volume {
-    /// The volume at half the resolution: every pixel is the mean of 2 x 2, a last odd row or column left out.
+    /// The volume at half the resolution: every pixel is the mean of 2 x 2, a last odd row or column left
+    /// out.
     ///
-    /// Column X of it lies between the columns 2 X and 2 X + 1 of this volume, and disparities are half as large. It has this volume's frame gains
-    /// and shares its samples: means are taken where rows are read, which takes less time than to store them and fetch them again.
+    /// Column X of it lies between the columns 2 X and 2 X + 1 of this volume, and disparities are half as
+    /// large. It has this volume's frame gains and shares its samples: means are taken where rows are read,
+    /// which takes less time than to store them and fetch them again.
     ///
     /// ```
     /// use epirig_core::frame::{Frame, Samples};
@@ -48,23 +50,5 @@ impl Volume {
             });
         }
         rounded
-    }
-}
-
-/// Means of the samples of two rows, of which each is twice as long as `target` and may be longer, that begin at `starts`.
-pub(super) fn copy_means(samples: &Samples, starts: [usize; 2], target: &mut [f32]) {
-    let rows = starts.map(|start| start..start + 2 * target.len());
-    dispatch!(Level::new(), simd => match samples {
-        Samples::U8(values) => means(simd, rows.map(|row| &values[row]), target),
-        Samples::U16(values) => means(simd, rows.map(|row| &values[row]), target),
-    });
-}
-
-#[inline(always)]
-fn means<S: Simd, T: Copy + Into<i32>>(_simd: S, [upper, lower]: [&[T]; 2], target: &mut [f32]) {
-    let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
-    for (out, (upper, lower)) in target.iter_mut().zip(pairs) {
-        let sum = upper[0].into() + upper[1].into() + lower[0].into() + lower[1].into();
-        *out = 0.25 * sum as f32;
     }
 }

@@ -1,18 +1,21 @@
-//! Samples that are made of those that were there, in their place.
+//! Samples replaced in their place by values computed from them.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Samples, Volume, full_scale};
+use super::Volume;
+use crate::frame::{Samples, full_scale};
 
 impl Volume {
-    /// The volume with samples that `fill` makes of those that it had, in DN of `bit_depth`; [fine](Self::fine) if asked for. They take the place of
-    /// the old ones, unless those are shared: then it is a copy that changes. Frames' gains are part of what `fill` is given, and are 1 afterwards.
+    /// The volume with its samples replaced by those that `fill` makes of them, in DN of `bit_depth`;
+    /// [fine](Self::fine) if asked for. They are replaced in their place, unless they are shared with another
+    /// volume: then they are copied. `fill` gets samples with the frames' gains, which are 1 afterwards.
     ///
-    /// `fill` is called for up to `band_rows` rows of each frame, in any order and from any thread: with the rows, the frame, the values in DN of those
-    /// rows and of up to `reach` above and below that the frame has, and room for the rows' own values. Samples are rounded to whole counts and clipped
-    /// to those that there are.
+    /// `fill` is called for up to `band_rows` rows of each frame, in any order and from any thread. It gets
+    /// the rows, the frame, the values in DN of those rows and of up to `reach` rows above and below (as far
+    /// as the frame has them), and room for the rows' new values. Samples are rounded to whole counts and
+    /// clipped to their range.
     ///
     /// # Panics
     /// If samples of `bit_depth`, or fine ones, are wider or narrower than the volume's.
@@ -30,7 +33,7 @@ impl Volume {
         (self.bit_depth, self.fine) = (bit_depth, fine);
         self.frame_gains.fill(1.0);
         let counts_per_dn = 1.0 / self.dn_per_count();
-        // Casts round towards zero and clip to what the type holds; a bit depth may hold less.
+        // Casts round towards zero and clip to the range of the type; a bit depth may have a smaller one.
         let largest = if fine { u16::MAX } else { full_scale(bit_depth) };
         let count = move |value: f32| (value * counts_per_dn + 0.5).min(largest.into());
         let wide = fine || bit_depth > 8;
@@ -44,7 +47,8 @@ impl Volume {
     }
 }
 
-/// Refills bands of rows x frames x columns in their place; `gains` make DN of the samples of each frame, and `convert` samples of DN.
+/// Refills bands of rows x frames x columns in their place; `gains` make DN of the samples of each frame, and
+/// `convert` samples of DN.
 fn refill<T: Copy + Into<f32> + Send + Sync>(
     samples: &mut [T],
     (frames, columns): (usize, usize),
@@ -54,7 +58,7 @@ fn refill<T: Copy + Into<f32> + Send + Sync>(
     convert: impl Fn(f32) -> T + Sync,
 ) {
     let epi = frames * columns;
-    // What a band needs of its neighbours, as it was before they changed.
+    // The rows that a band needs of its neighbours, before they change.
     let beside: Vec<[Vec<T>; 2]> = (0..samples.len().div_ceil(band_rows * epi))
         .map(|index| {
             let (start, end) = (index * band_rows * epi, ((index + 1) * band_rows * epi).min(samples.len()));

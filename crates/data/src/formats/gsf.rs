@@ -1,5 +1,6 @@
-//! Gwyddion Simple Field, as <http://gwyddion.net/documentation/user-guide-en/gsf.html> specifies it: a text header, zeros up to the next
-//! multiple of four bytes (one at least), then 32-bit floats, little endian, row by row from the top. Lengths in m.
+//! Gwyddion Simple Field, as <http://gwyddion.net/documentation/user-guide-en/gsf.html> specifies it: a text
+//! header, zeros up to the next multiple of four bytes (one at least), then 32-bit floats, little endian, row
+//! by row from the top. Lengths in m.
 
 use epirig_core::grid::Grid;
 

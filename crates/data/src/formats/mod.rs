@@ -1,18 +1,19 @@
 //! Maps in the file formats that other programs read: PFM, TIFF and NumPy; surfaces as PLY and GSF.
 //!
-//! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory, TIFF and NPY, and infinity in PFM, as the
-//! Middlebury benchmark has it.
+//! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory, TIFF and NPY, and infinity in
+//! PFM, as the Middlebury benchmark has it.
 
+mod error;
 mod gsf;
 mod npy;
 mod pfm;
 mod ply;
 mod tiff;
 
-use thiserror::Error;
-
 use epirig_core::grid::Grid;
 
+pub use error::FormatError;
+use error::malformed;
 pub use gsf::gsf;
 pub use ply::{Vertex, ply};
 
@@ -27,20 +28,6 @@ pub enum MapFormat {
     Npy,
     /// Comma-separated values, one line for each row of the map, `nan` for unknown.
     Csv,
-}
-
-/// Why bytes are no map, or a map no bytes.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum FormatError {
-    /// The bytes do not follow the format.
-    #[error("not a {format} map of 32-bit floats: {reason}")]
-    Malformed {
-        /// The format expected.
-        format: &'static str,
-        /// What is wrong.
-        reason: String,
-    },
 }
 
 impl MapFormat {
@@ -94,10 +81,6 @@ fn csv(map: &Grid<f32>) -> Vec<u8> {
         text.push('\n');
     }
     text.into_bytes()
-}
-
-fn malformed(format: &'static str, reason: impl ToString) -> FormatError {
-    FormatError::Malformed { format, reason: reason.to_string() }
 }
 
 #[cfg(test)]

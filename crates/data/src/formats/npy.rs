@@ -2,7 +2,7 @@
 
 use npyz::{NpyFile, Order, WriterBuilder};
 
-use super::{FormatError, malformed};
+use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};
 
 pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
@@ -25,7 +25,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
     if file.order() != Order::C {
         return Err(malformed("NPY", "it is in Fortran order; save it with numpy.ascontiguousarray"));
     }
-    // The shape is believed only as far as there are bytes for it.
+    // The shape counts only as far as there are bytes for it.
     let count = usize::try_from(rows).ok().zip(usize::try_from(columns).ok());
     let count = count.and_then(|(rows, columns)| area(rows, columns));
     if count.is_none_or(|count| count > bytes.len()) {
@@ -42,13 +42,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
         .ok_or_else(|| malformed("NPY", "the number of samples is not the shape in the header"))
 }
 
-/// Refuses headers that no map has, before they are read as the Python expression that they are: theirs is a dictionary of three entries with a
-/// pair of numbers in it.
+/// Refuses headers that no map has, before they are read as the Python expression that they are: theirs is a
+/// dictionary of three entries with a pair of numbers in it.
 fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
     const LONGEST: usize = 1024;
     const DEEPEST: usize = 2;
     let wrong = || malformed("NPY", "its header is not that of a map of rows x columns");
-    // Magic, version, and the length of what follows, in two bytes or, from version 2 on, in four.
+    // Magic, version, and the length of the header, in two bytes or, from version 2 on, in four.
     let (length, start) = match bytes {
         [_, _, _, _, _, _, 1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 10),
         [_, _, _, _, _, _, 2 | 3, _, a, b, c, d, ..] => {

@@ -1,6 +1,7 @@
-//! Portable float map: `Pf`, width and height, a scale whose sign tells the byte order, then rows from the bottom up.
+//! Portable float map: `Pf`, width and height, a scale whose sign tells the byte order, then rows from the
+//! bottom up.
 
-use super::{FormatError, malformed};
+use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};
 
 pub(super) fn encode(map: &Grid<f32>) -> Vec<u8> {

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::encoder::{Compression, TiffEncoder, colortype::Gray32Float};
 
-use super::{FormatError, malformed};
+use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};
 
 pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {

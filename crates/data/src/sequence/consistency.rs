@@ -1,4 +1,4 @@
-//! What the records of a sequence tell twice has to agree.
+//! Consistency of the records of a sequence: what is stated twice has to agree.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,7 +27,7 @@ impl Finding {
 const RESTORE: &str = "restore the records from a copy";
 
 impl Sequence {
-    /// Refuses records that contradict each other: one of them is wrong, and nobody knows which. No frame is read.
+    /// Refuses records that contradict each other: it is not known which of them is wrong. No frame is read.
     ///
     /// # Errors
     /// [`SequenceError::Contradiction`].
@@ -41,7 +41,7 @@ impl Sequence {
         Err(SequenceError::Contradiction { folder: self.folder().to_owned(), file, problem, others })
     }
 
-    /// All in which the records contradict each other, or what can be. That frames are missing is none of it.
+    /// All contradictions between the records, and impossible values. Missing frames are not among them.
     pub fn contradictions(&self) -> Vec<Finding> {
         let mut found = Vec::new();
         self.check_plan(&mut found);
@@ -132,7 +132,8 @@ impl Sequence {
         }
     }
 
-    /// What all certificates of a scan share, until it is resumed with other limits: and that each attempt before a frame is told.
+    /// Checks that all certificates of a scan agree (until it is resumed with other limits), and that each
+    /// attempt before a frame is recorded.
     fn check_certificates(&self, found: &mut Vec<Finding>) {
         let mut shared = None;
         let mut retakes: BTreeMap<usize, usize> = BTreeMap::new();
@@ -166,7 +167,7 @@ impl Sequence {
         }
     }
 
-    /// What the rig was found to be at the end of a scan that is called complete.
+    /// Checks the closure of a scan that is called complete.
     fn check_closure(&self, found: &mut Vec<Finding>) {
         let Some(stop) = self.stop() else { return };
         if let Some(times) = &stop.times
@@ -206,7 +207,7 @@ impl Sequence {
         }
     }
 
-    /// What is wrong with the line of a frame.
+    /// Problems of the line of a frame.
     fn frame_problems(&self, kind: FrameKind, frame: &FrameRecord) -> Vec<String> {
         let record = self.record();
         let mut problems = Vec::new();
@@ -253,7 +254,7 @@ impl Sequence {
     }
 }
 
-/// What a certificate tells that is the same for all frames of a scan, until it is resumed.
+/// The part of a certificate that is the same for all frames of a scan, until it is resumed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Limits {
     position_mm: f64,
@@ -277,7 +278,8 @@ impl Limits {
     }
 }
 
-/// The place of the stage is told five times: asked for, read before and after the exposure, reported, and how far off it may be.
+/// The position of the stage is recorded five times: commanded, read before and after the exposure, reported,
+/// and its tolerance.
 fn certificate_problems(frame: &FrameRecord, certificate: &CertificateRecord) -> Vec<String> {
     let mut problems = Vec::new();
     let (tolerance_mm, readings) = (certificate.position_tolerance_mm, certificate.readings_mm);

@@ -1,4 +1,4 @@
-//! Sequences that are made of others.
+//! Sequences derived from others, such as rectified frames.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ use crate::storage::RealDisk;
 use epirig_core::frame::{Frame, FrameError};
 use epirig_core::progress::Progress;
 
-/// What is known of a sequence that is made of another, besides its frames.
+/// The record of a sequence that is made of another, without its frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Derived {
-    /// What it is made of, and how.
+    /// Its source, and how it was made.
     pub origin: Origin,
     /// Rows of a frame.
     pub rows: usize,
@@ -24,11 +24,11 @@ pub struct Derived {
     pub bit_depth: u8,
     /// Lens and pixels, if known.
     pub intrinsics: Option<Intrinsics>,
-    /// Position of each frame, in mm; `None` if they are equidistant and nobody knows how far.
+    /// Position of each frame, in mm; `None` if frames are equidistant at an unknown distance.
     pub positions_mm: Option<Vec<f64>>,
     /// The file that each frame is made of.
     pub sources: Vec<String>,
-    /// How the scan ended that it is made of: what is wrong with its positions is wrong with these.
+    /// How the source's scan ended: an error of its positions is one of these, too.
     pub exit_status: ExitStatus,
     /// Why it ended so, if it was not complete.
     pub reason: Option<String>,
@@ -36,7 +36,7 @@ pub struct Derived {
 
 /// Makes the sequence `out`, with a frame for each of its sources, which `frame` gives by their index.
 ///
-/// It is built beside `out` and renamed when it is whole: what fails leaves nothing.
+/// It is built beside `out` and renamed when it is complete; a failure leaves nothing.
 ///
 /// # Errors
 /// [`SequenceError`] if `out` exists and is not empty, or cannot be written, or `frame` fails.

@@ -16,14 +16,14 @@ pub enum SequenceError {
     /// The operating system refused.
     #[error("cannot {action} {}: {source}; {}", path.display(), advice(source))]
     Io {
-        /// What was tried.
+        /// The action that failed.
         action: &'static str,
         /// On which file or folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// The operating system's message.
         source: std::io::Error,
     },
-    /// A file that cannot be read, or is none.
+    /// A file that cannot be read, or is not a regular file.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The folder to be made exists and is not empty.
@@ -49,7 +49,7 @@ pub enum SequenceError {
     CannotLink {
         /// The image.
         path: PathBuf,
-        /// What the operating system said.
+        /// The operating system's message.
         source: std::io::Error,
     },
     /// Another program writes the sequence.
@@ -67,7 +67,7 @@ pub enum SequenceError {
         /// The folder.
         path: PathBuf,
     },
-    /// Names of images behind which there is no file.
+    /// Names of images that are not files.
     #[error("{}: {}; each name has to be one image: put it there, or move the name away, or every later frame would be one step off", folder.display(), found.join(", "))]
     NotFiles {
         /// The folder.
@@ -80,7 +80,7 @@ pub enum SequenceError {
     Unusable {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Why not.
         reason: String,
     },
     /// Fewer than two frames.
@@ -88,7 +88,7 @@ pub enum SequenceError {
     TooFewFrames {
         /// The folder.
         path: PathBuf,
-        /// How many there are.
+        /// Number found.
         count: usize,
     },
     /// More frames than a sequence can have.
@@ -96,7 +96,7 @@ pub enum SequenceError {
     TooManyFrames {
         /// The folder.
         path: PathBuf,
-        /// How many there are.
+        /// Number found.
         count: usize,
         /// How many there may be.
         most: usize,
@@ -118,7 +118,7 @@ pub enum SequenceError {
     BadImage {
         /// The file.
         path: PathBuf,
-        /// What the decoder said.
+        /// The decoder's message.
         reason: String,
     },
     /// An image unlike the first.
@@ -126,22 +126,22 @@ pub enum SequenceError {
     Unlike {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Its size and format.
         found: String,
         /// The first file.
         first: PathBuf,
-        /// What that is.
+        /// Size and format of the first.
         expected: String,
     },
     /// A calibration image unlike the frames.
-    #[error("{} is {found}, but the frames are {expected}; calibration images tell of the frames only if the same camera took them with \
+    #[error("{} is {found}, but the frames are {expected}; calibration images are valid for the frames only if the same camera took them with \
              the same setting: take them again, or import without them", path.display())]
     CalibrationUnlike {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Its size and format.
         found: String,
-        /// What the frames are.
+        /// Size and format of the frames.
         expected: String,
     },
     /// Samples that contradict the stated bit depth.
@@ -149,7 +149,7 @@ pub enum SequenceError {
     BitDepth {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// The contradiction.
         source: FrameError,
     },
     /// A table of positions that cannot be read.
@@ -189,11 +189,11 @@ pub enum SequenceError {
         source: TauError,
     },
     /// A scan whose positions are known to be wrong.
-    #[error("{}: the scan was not closed, so the positions of its frames are wrong ({reason}); take the scan again, or go on all the same with --anyway", folder.display())]
+    #[error("{}: the scan was not closed, so the positions of its frames are wrong ({reason}); take the scan again, or use it all the same with --anyway", folder.display())]
     NotClosed {
         /// The sequence.
         folder: PathBuf,
-        /// What was found at its end.
+        /// The finding at its end.
         reason: String,
     },
     /// A record that contradicts a frame that is as it was written.
@@ -201,7 +201,7 @@ pub enum SequenceError {
     RecordAtFault {
         /// The record.
         path: PathBuf,
-        /// What contradicts what.
+        /// The contradiction.
         reason: String,
     },
     /// Records that contradict each other.
@@ -272,13 +272,13 @@ impl From<RecordError> for SequenceError {
 }
 
 impl SequenceError {
-    /// Whether a frame's file is not what was written, so that taking it again is right. Of all other errors nobody knows whether the
-    /// file is at fault.
+    /// Whether a frame's file is not the one that was written, so that taking the frame again is right. For
+    /// all other errors it is not known whether the file is at fault.
     pub fn is_of_the_file(&self) -> bool {
         matches!(self, Self::MissingFrame { .. } | Self::HashMismatch { .. })
     }
 
-    /// Whether the disk or the access to it is at fault rather than what it holds.
+    /// Whether the disk or the access to it is at fault, not the content.
     pub fn is_trouble(&self) -> bool {
         match self {
             Self::Io { .. } => true,
@@ -293,7 +293,7 @@ impl SequenceError {
     }
 }
 
-/// What a person can do about an error of the operating system.
+/// Advice for an error of the operating system.
 fn advice(error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match error.kind() {

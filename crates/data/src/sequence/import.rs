@@ -1,4 +1,4 @@
-//! Images that other software took, made a sequence.
+//! Import: a sequence made of images that other software took.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ use crate::storage::{RealDisk, kind, read_file};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 
-/// What a person says of the images.
+/// Facts about the images from a person.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ImportOptions {
     /// First and last index of the images to use, in natural order from 0, both included; `None` for all.
@@ -38,7 +38,7 @@ pub struct ImportOptions {
     pub flat: Option<PathBuf>,
     /// A folder of images of a chess-board in a hand.
     pub board: Option<PathBuf>,
-    /// What is known of lens and targets, for [`Origin::Imported`].
+    /// The rig's lens and targets, for [`Origin::Imported`].
     pub rig: Option<serde_json::Value>,
     /// Whether grey PNG files are linked instead of copied.
     pub link: bool,
@@ -59,7 +59,7 @@ impl ImportOptions {
     }
 }
 
-/// What an import did.
+/// The result of an import.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Imported {
     /// Frames written.
@@ -72,7 +72,7 @@ pub struct Imported {
     pub columns: usize,
     /// Bits of a sample.
     pub bit_depth: u8,
-    /// What was done to the images, one sentence each.
+    /// Conversions of the images, one sentence each.
     pub conversions: Vec<String>,
     /// Names of hidden files that were passed over.
     pub hidden: Vec<String>,
@@ -83,15 +83,16 @@ pub struct Imported {
 pub struct Listing {
     /// The images in natural order: `frame_9` before `frame_10`.
     pub images: Vec<PathBuf>,
-    /// Names of hidden files that were passed over: some systems keep notes of their own beside images (`._0001.png`).
+    /// Names of hidden files that were passed over: some systems keep notes of their own beside images
+    /// (`._0001.png`).
     pub hidden: Vec<String>,
 }
 
 /// Lists the images in a folder. Links to files count as files.
 ///
 /// # Errors
-/// [`SequenceError`] if the folder cannot be listed or holds no images; [`SequenceError::NotFiles`] if a name of an image has no file
-/// behind it.
+/// [`SequenceError`] if the folder cannot be listed or holds no images; [`SequenceError::NotFiles`] if a name
+/// of an image has no file behind it.
 pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
     let (mut images, mut hidden, mut wrong) = (Vec::new(), Vec::new(), Vec::new());
     for entry in fs::read_dir(folder).map_err(SequenceError::io("look into", folder))? {
@@ -128,8 +129,8 @@ pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
     Ok(Listing { images, hidden })
 }
 
-/// Makes the sequence `out` of the images in `folder`, which stay as they are. Calibration images must be of the size and the bit depth
-/// of the frames, or they tell nothing of them.
+/// Makes the sequence `out` of the images in `folder`, which stay as they are. Calibration images must be of
+/// the size and the bit depth of the frames, or they tell nothing of them.
 ///
 /// The sequence is built beside `out` and renamed when it is whole: a failed import leaves nothing.
 ///
@@ -184,7 +185,8 @@ pub fn import(
     let scratch = scratch_beside(out)?;
     let building = scratch.path().join("sequence");
 
-    // Conversions are known only after the last image, so the record is written with the first frames' and then again.
+    // Conversions are known only after the last image, so the record is written with the first frames' and
+    // then again.
     let mut record = start_record(folder, &head, images.len(), positions_mm.clone(), options);
     let mut import = Import {
         writer: SequenceWriter::create(&building, &record)?,
@@ -234,11 +236,11 @@ struct Import<'a> {
     options: &'a ImportOptions,
     /// The image that the others must be like ...
     first: &'a Path,
-    /// ... what its head says ...
+    /// ... the value in its header ...
     stored: String,
-    /// ... and what it makes.
+    /// ... and the value expected.
     expected: String,
-    /// What was done to how many images.
+    /// Number of images by conversion.
     conversions: BTreeMap<&'static str, usize>,
 }
 

@@ -1,4 +1,4 @@
-//! From frames on disk to the volume.
+//! Frames of a sequence, read as a volume.
 
 use rayon::prelude::*;
 
@@ -6,12 +6,13 @@ use super::{Origin, Sequence, SequenceError};
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 
-/// Reads all frames of `sequence` into a volume: a few at a time, so that besides the volume only those are in memory. Frames that were rectified have
-/// the DN of their originals: noise and cost mean the same in both.
+/// Reads all frames of `sequence` into a volume: a few at a time, so that besides the volume only those are
+/// in memory. Frames that were rectified have the DN of their originals: noise and cost mean the same in
+/// both.
 ///
 /// # Errors
-/// [`SequenceError`] naming the first frame that cannot be used, or [`Contradiction`](SequenceError::Contradiction) if the records
-/// are not to be believed.
+/// [`SequenceError`] naming the first frame that cannot be used, or
+/// [`Contradiction`](SequenceError::Contradiction) if the records are not to be believed.
 pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volume, SequenceError> {
     let record = sequence.record();
     let tau = sequence.tau()?;

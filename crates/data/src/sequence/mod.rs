@@ -1,14 +1,16 @@
 //! Frames on disk with the records that make them a measurement.
 //!
-//! A sequence folder holds `sequence.json` (what was meant to be done), `journal.jsonl` (what happened, one line per
-//! event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes one frame by frame,
-//! [`import`] makes one of images that other software took, [`Sequence`] reads it and [`verify`] checks every byte.
+//! A sequence folder holds `sequence.json` (what was meant to be done), `journal.jsonl` (what happened, one
+//! line per event), `frames/` (what the sensor gave) and `stop.json` (how it ended). [`SequenceWriter`] makes
+//! one frame by frame, [`import`] makes one of images that other software took, [`Sequence`] reads it and
+//! [`verify`] checks every byte.
 
 mod consistency;
 mod derived;
 mod error;
 pub mod import;
 mod load;
+mod lock;
 mod nominal_lens;
 mod pixels;
 mod positions;
@@ -22,6 +24,7 @@ pub use consistency::Finding;
 pub use derived::{Derived, write_derived};
 pub use error::SequenceError;
 pub use load::load_volume;
+pub use lock::{lock, refuse_busy};
 pub use nominal_lens::{FocalLength, NominalLens};
 pub use pixels::{DecodedImage, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header};
 pub use positions::read_positions;
@@ -31,7 +34,6 @@ pub use record::{
     FORMAT_VERSION, FrameKind, FrameRecord, Intrinsics, Origin, ResumedRecord, RetakeRecord, SequenceRecord,
     StopRecord, TimesRecord,
 };
-pub use resume::{lock, refuse_busy};
 pub use verify::{VerifyReport, verify};
 pub use writer::{FrameFacts, SequenceWriter, StopFacts};
 pub use writer::{new_uid, now, refuse_existing};

@@ -1,4 +1,4 @@
-//! A lens as its data sheet tells, before the size of the images is known.
+//! A lens from its data sheet, before the size of the images is known.
 
 use super::Intrinsics;
 
@@ -37,7 +37,7 @@ impl FocalLength {
 }
 
 impl NominalLens {
-    /// What is known of lens and pixels of an image of `columns` x `rows`.
+    /// Lens and pixels for an image of `columns` x `rows`.
     pub fn intrinsics(&self, columns: usize, rows: usize) -> Intrinsics {
         let centred = Intrinsics::centred(self.focal_length.px(columns), columns, rows);
         self.principal_point_px.map_or(centred, |(x_px, y_px)| Intrinsics {

@@ -1,4 +1,4 @@
-//! Between image files and frames.
+//! Image files, decoded to frames and encoded from them.
 
 use std::io::Cursor;
 
@@ -9,14 +9,14 @@ use thiserror::Error;
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::area;
 
-/// An image as a grey frame, with what had to be done to it.
+/// An image as a grey frame, with its conversion.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DecodedImage {
     /// The grey frame, 8 or 16 bit.
     pub frame: Frame,
     /// Whether the file is a grey PNG that can be used as it is.
     pub usable_as_is: bool,
-    /// What was done, in words; `None` for a grey image in a lossless format.
+    /// The conversion in words; `None` for a grey image in a lossless format.
     pub conversion: Option<&'static str>,
 }
 
@@ -51,7 +51,7 @@ impl From<image::ImageError> for ImageFault {
     }
 }
 
-/// What the head of an image file says, before a pixel is decoded.
+/// The header of an image file, before a pixel is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
     /// Rows of the frame that it makes.
@@ -70,10 +70,12 @@ pub fn header(bytes: &[u8]) -> Result<Header, ImageFault> {
     head(bytes).map(|(_, _, _, header)| header)
 }
 
-/// Bytes of the largest image file that is read: room for the largest that is decoded, if it is not compressed.
+/// Bytes of the largest image file that is read: room for the largest that is decoded, if it is not
+/// compressed.
 pub const LARGEST_IMAGE: u64 = 5 << 28;
 
-/// Most bytes that the decoded image may take: 16 bit grey of the largest size takes half of it, colour of 8 bit three quarters.
+/// Most bytes that the decoded image may take: 16 bit grey of the largest size takes half of it, colour of 8
+/// bit three quarters.
 const MOST_DECODED: u64 = 1 << 30;
 
 type Head<'a> = (image::ImageFormat, Box<dyn ImageDecoder + 'a>, Orientation, Header);
@@ -85,7 +87,7 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
     let format = reader.format().ok_or_else(|| ImageFault::Damaged("not a PNG, TIFF or JPEG".to_owned()))?;
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some(match format {
-        // Of a PNG it bounds what lies beside the pixels, such as colour profiles.
+        // For PNG this limits data beside the pixels, such as colour profiles.
         image::ImageFormat::Png => 64 << 20,
         _ => 2 * MOST_DECODED,
     });
@@ -121,7 +123,7 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
     Ok((format, Box::new(decoder), orientation, Header { rows, columns, bits }))
 }
 
-/// Refuses what a decoder would make up: images whose end is missing, or that are too large for their bytes.
+/// Refuses images that a decoder would complete: their end is missing, or they are too large for their bytes.
 fn check_jpeg(bytes: &[u8], rows: usize, columns: usize) -> Result<(), ImageFault> {
     /// A block of 64 pixels takes a bit at least.
     const PIXELS_OF_A_BYTE: usize = 8 * 64;
@@ -149,7 +151,7 @@ fn check_jpeg(bytes: &[u8], rows: usize, columns: usize) -> Result<(), ImageFaul
     Ok(())
 }
 
-/// Refuses a file of several images: nobody knows which of them is the frame.
+/// Refuses a file of several images: it is not known which of them is the frame.
 fn check_single(bytes: &[u8]) -> Result<(), ImageFault> {
     let several = tiff::decoder::Decoder::new(Cursor::new(bytes)).is_ok_and(|decoder| decoder.more_images());
     if several {
@@ -170,8 +172,8 @@ fn turns_by_a_quarter(orientation: Orientation) -> bool {
     )
 }
 
-/// Decodes a PNG, TIFF or JPEG, whatever its name says, and makes it grey: Rec. 709 luma of the stored values, transparency
-/// ignored.
+/// Decodes a PNG, TIFF or JPEG, whatever its name says, and makes it grey: Rec. 709 luma of the stored
+/// values, transparency ignored.
 ///
 /// # Errors
 /// [`ImageFault`].

@@ -9,12 +9,12 @@ use epirig_core::tau::Tau;
 /// More than a line for each of the frames that a sequence can have.
 const LARGEST_TABLE: u64 = 64 << 20;
 
-/// Reads a CSV of positions in mm: one number a line, or a table with a column named `position_mm`. Lines that start with
-/// `#` are comments.
+/// Reads a CSV of positions in mm: one number a line, or a table with a column named `position_mm`. Lines
+/// that start with `#` are comments.
 ///
 /// # Errors
-/// [`SequenceError`] if the file cannot be read, a field is no number, the count is not `frames` or the positions do not
-/// increase strictly.
+/// [`SequenceError`] if the file cannot be read, a field is no number, the count is not `frames` or the
+/// positions do not increase strictly.
 pub fn read_positions(path: &Path, frames: usize) -> Result<Vec<f64>, SequenceError> {
     let text = read_text(path, LARGEST_TABLE)?;
     let mut reader = csv::ReaderBuilder::new()

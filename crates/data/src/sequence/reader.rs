@@ -15,7 +15,7 @@ use epirig_core::tau::Tau;
 
 /// The start record.
 pub(super) const START: &str = "sequence.json";
-/// Name of the journal in a sequence's folder: what happened, a line for each event.
+/// Name of the journal in the folder of a sequence: what happened, one line per event.
 pub const JOURNAL: &str = "journal.jsonl";
 /// The final record.
 pub(super) const STOP: &str = "stop.json";
@@ -27,7 +27,7 @@ const MOST_LINES: usize = 5 * MOST_FRAMES;
 /// Largest journal: [`MOST_FRAMES`] lines, each ten times as long as a frame's usually is.
 pub(super) const LARGEST_JOURNAL: u64 = 1 << 30;
 
-/// What is wrong with a scan that ended so.
+/// The problem of a scan that was not closed.
 const NOT_CLOSED: &str =
     "the scan was not closed: the rig did not stay as it was, so the positions of its frames are wrong";
 
@@ -45,7 +45,8 @@ impl Sequence {
     /// Reads the records in `folder`; frames are read when asked for.
     ///
     /// # Errors
-    /// [`SequenceError`] naming the record that is missing, of another version, not to be understood, or holds what cannot be.
+    /// [`SequenceError`] naming the record that is missing, of another version, not to be understood, or
+    /// holds what cannot be.
     pub fn open(folder: &Path) -> Result<Self, SequenceError> {
         let path = folder.join(START);
         if path.symlink_metadata().is_err() {
@@ -83,7 +84,7 @@ impl Sequence {
         named_frames(&self.events, kind)
     }
 
-    /// What happened, line by line, frames included.
+    /// The events of the journal, line by line, frames included.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
@@ -98,7 +99,7 @@ impl Sequence {
         self.stop.as_ref().map_or("unfinished", |stop| stop.exit_status.name())
     }
 
-    /// What a person has to know of how the scan ended; `None` if it is complete.
+    /// The end of the scan in words, for a person; `None` if it is complete.
     pub fn end_in_words(&self) -> Option<String> {
         let (there, planned) = (self.frames.len(), self.record.frames);
         let how = match self.stop.as_ref().map(|stop| stop.exit_status) {
@@ -132,7 +133,7 @@ impl Sequence {
         }
     }
 
-    /// tau of the frames that are there: from reported positions, else from those asked for, else by count.
+    /// tau of the frames that are there: from reported positions, else from commanded ones, else by count.
     ///
     /// # Errors
     /// [`SequenceError`] if there are fewer than two frames or their positions do not increase.
@@ -163,11 +164,12 @@ impl Sequence {
         self.folder.join(&frame.file)
     }
 
-    /// Reads a frame and checks it against the records: its hash first, then its size and format, and only then its pixels.
+    /// Reads a frame and checks it against the records: its hash first, then its size and format, and only
+    /// then its pixels.
     ///
     /// # Errors
-    /// [`SequenceError`] if the file is missing, changed, outside the sequence's folder or no file at all; and
-    /// [`SequenceError::RecordAtFault`] if it is as it was written, but the records say otherwise.
+    /// [`SequenceError`] if the file is missing, changed, outside the sequence's folder or no file at all;
+    /// and [`SequenceError::RecordAtFault`] if it is as it was written, but the records say otherwise.
     pub fn read(&self, named: &FrameRecord) -> Result<Frame, SequenceError> {
         let path = self.path(named);
         let bytes = read_inside(&self.folder, &named.file, self.largest_file()).map_err(|error| {
@@ -185,7 +187,7 @@ impl Sequence {
                 false => SequenceError::HashMismatch { path },
             });
         }
-        // From here on the file is what was written, so a contradiction is the records'.
+        // From here on the file is the one that was written, so a contradiction is one of the records.
         let (record, file) = (&self.record, &named.file);
         let wrong = |record: &str, reason: String| {
             Err(SequenceError::RecordAtFault { path: self.folder.join(record), reason })
@@ -222,7 +224,8 @@ impl Sequence {
         }
     }
 
-    /// Whether a file with another hash than the journal's has the size and the brightness that the journal tells: then the hash is wrong.
+    /// Whether a file with another hash than the journal's has the size and the brightness that the journal
+    /// tells: then the hash is wrong.
     fn is_as_described(&self, record: &FrameRecord, bytes: &[u8]) -> bool {
         let (rows, columns) = (self.record.rows, self.record.columns);
         let is_so_large = header(bytes).is_ok_and(|header| (header.rows, header.columns) == (rows, columns));
@@ -234,7 +237,8 @@ impl Sequence {
         frame.is_some_and(|frame| brightness(&frame) == (record.mean_dn, record.saturated))
     }
 
-    /// Bytes that the file of a frame has at most: what does not compress becomes little larger, and some programs add text.
+    /// Largest number of bytes of a frame's file: incompressible samples become little larger, and some
+    /// programs add text.
     fn largest_file(&self) -> u64 {
         const TEXT: u64 = 16 << 20;
         let samples = (self.record.rows * self.record.columns) as u64;
@@ -242,12 +246,13 @@ impl Sequence {
     }
 }
 
-/// Mean in DN, and samples at full scale: the same sums over the same samples, written and read back to the last bit.
+/// Mean in DN, and samples at full scale: the same sums over the same samples, written and read back to the
+/// last bit.
 fn brightness(frame: &Frame) -> (f64, usize) {
     (frame.samples().mean(), frame.samples().count_at_least(frame.full_scale()))
 }
 
-/// What a start record says that cannot be; `None` if all of it can.
+/// The first impossible value of a start record; `None` if all are possible.
 fn impossible(record: &SequenceRecord) -> Option<String> {
     let SequenceRecord { rows, columns, bit_depth, frames, .. } = *record;
     if area(rows, columns).is_none() || !(1..=16).contains(&bit_depth) {
@@ -275,7 +280,8 @@ fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
         }
         match event(line) {
             Ok(event) => events.push(event),
-            // The last line is cut short if the program was killed while it wrote; what it names was not promised.
+            // The last line is cut short if the program was killed while it wrote; the frame that it names
+            // was not promised.
             Err(_) if lines.peek().is_none() && !line.ends_with(b"\n") => {}
             Err(reason) => {
                 return Err(SequenceError::BadRecord {
@@ -293,7 +299,7 @@ fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
 pub(super) fn event(line: &[u8]) -> Result<Event, String> {
     let text = std::str::from_utf8(line).map_err(|error| format!("not text in UTF-8 ({error})"))?;
     parse_record(text).map_err(|fault| {
-        // Which key is wrong is told by the record that the event holds, without its kind.
+        // The record that the event holds tells which key is wrong, without its kind.
         match parse_record::<FrameRecord>(text) {
             Err(of_frame) if !of_frame.key.is_empty() => of_frame.to_string(),
             _ => fault.to_string(),

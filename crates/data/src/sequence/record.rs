@@ -1,4 +1,4 @@
-//! What a sequence's records hold.
+//! The records of a sequence.
 
 use std::collections::BTreeMap;
 
@@ -13,11 +13,11 @@ pub const FORMAT_VERSION: u32 = 2;
 pub enum Origin {
     /// Taken by this program with a stage and a camera.
     Captured {
-        /// What the stage said it is.
+        /// The stage's identity, as it says.
         stage: String,
-        /// What the camera said it is.
+        /// The camera's identity, as it says.
         camera: String,
-        /// What the camera was set to, read back.
+        /// The camera's settings, read back.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         configuration: Option<CameraRecord>,
         /// The rig's profile and plan, as far as the program knows how to connect to it again.
@@ -31,16 +31,18 @@ pub enum Origin {
     Imported {
         /// The folder that held the images.
         folder: String,
-        /// What was done to the images to make frames of them, one sentence each.
+        /// Conversions of the images, one sentence each.
         conversions: Vec<String>,
         /// The folders that held calibration images, by the sequence's own folder for them.
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
         calibration_folders: BTreeMap<String, String>,
-        /// What the person said of lens and targets, as a profile; its stage, camera and plan mean nothing.
+        /// Lens and targets as the person stated them, as a profile; its stage, camera and plan have no
+        /// meaning.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         rig: Option<serde_json::Value>,
     },
-    /// Corrected and rectified frames of another sequence. A sample of 32768 is what one step above full scale was there.
+    /// Corrected and rectified frames of another sequence. A sample of 32768 is one level above full scale of
+    /// the original.
     Rectified {
         /// The folder of that sequence.
         folder: String,
@@ -48,7 +50,7 @@ pub enum Origin {
         sequence_uid: String,
         /// BLAKE3 of the calibration that was applied.
         calibration: String,
-        /// What a sample of 1 is worth in the original frames, in DN.
+        /// Size of a sample of 1 in the original frames, in DN.
         dn_per_sample: f64,
         /// Bits of the original frames, in whose DN these are matched.
         original_bit_depth: u8,
@@ -66,7 +68,7 @@ impl Origin {
     }
 }
 
-/// What a camera was set to, as its driver told it.
+/// The settings of a camera, as its driver reports them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CameraRecord {
     /// Code of the pixel format.
@@ -102,7 +104,7 @@ pub struct ExposureRecord {
     pub received_ns: u64,
     /// The driver's flags.
     pub flags: u32,
-    /// Frames that were passed over because they were begun too early.
+    /// Frames that were passed over because they differed from the one before.
     pub stale: usize,
     /// Frames that were passed over because they were damaged.
     pub damaged: usize,
@@ -117,26 +119,26 @@ pub struct ExposureRecord {
     pub difference_dn: Option<f64>,
 }
 
-/// Why a frame is good: what was made sure of besides what [`ExposureRecord`] tells.
+/// The certificate of a frame: the checks besides those of [`ExposureRecord`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CertificateRecord {
     /// Which attempt this frame comes from, from 1.
     pub attempt: usize,
-    /// What the stage reported before and after the exposure, in mm.
+    /// Positions that the stage reported before and after the exposure, in mm.
     pub readings_mm: [f64; 2],
     /// How far readings may be from where the stage was sent, in mm.
     pub position_tolerance_mm: f64,
     /// How long the stage was given to come to rest, in ms; the exposure began later.
     pub settle_ms: f64,
-    /// Watched controls that read what they were set to after the exposure.
+    /// Number of watched controls that still had their setting after the exposure.
     pub controls_as_set: usize,
     /// Share of the samples at full scale, 0 to 1, ...
     pub saturated_share: f64,
-    /// ... and what is allowed.
+    /// ... and its limit.
     pub saturated_limit: f64,
 }
 
-/// What is known of the lens and the pixels.
+/// The lens and the pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Intrinsics {
     /// Focal length, in px.
@@ -154,8 +156,9 @@ impl Intrinsics {
         Self { focal_length_px, principal_point_x_px: middle(columns), principal_point_y_px: middle(rows) }
     }
 
-    /// What in them cannot be of a camera that took images of `rows` x `columns`; `None` if all can. Its view is narrower than 179.9 deg
-    /// and wider than a second of arc, and its axis meets the plane of the image within a hundred images from the middle.
+    /// The first value that cannot be of a camera with images of `rows` x `columns`; `None` if all can. The
+    /// view is narrower than 179.9 deg and wider than a second of arc, and the axis meets the image plane
+    /// within a hundred images from the middle.
     pub fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
         let size = rows.max(columns) as f64;
         let length_px = self.focal_length_px;
@@ -168,7 +171,7 @@ impl Intrinsics {
     }
 }
 
-/// `sequence.json`: what was known before the first frame.
+/// `sequence.json`: the start record, written before the first frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SequenceRecord {
     /// [`FORMAT_VERSION`].
@@ -189,7 +192,8 @@ pub struct SequenceRecord {
     pub bit_depth: u8,
     /// Number of frames planned.
     pub frames: usize,
-    /// Position of each planned frame, in mm; `None` where only their order is known and they count as equidistant.
+    /// Position of each planned frame, in mm; `None` where only their order is known and they count as
+    /// equidistant.
     pub positions_mm: Option<Vec<f64>>,
     /// Lens and pixels, if known.
     pub intrinsics: Option<Intrinsics>,
@@ -235,7 +239,7 @@ pub struct FrameRecord {
     pub source: Option<String>,
 }
 
-/// What a frame is of.
+/// The subject of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FrameKind {
     /// The object, at a position of the plan.
@@ -299,7 +303,7 @@ pub struct ComparisonRecord {
 /// A scan that goes on after its position had been lost: by an interruption, or with stage or camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ResumedRecord {
-    /// What had happened.
+    /// The event before.
     pub after: String,
     /// Where homing found home, in mm by the count kept until then, if the stage can tell.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -330,7 +334,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// The frame that was written, if one was, and what it is of.
+    /// The frame that was written, if any, and its subject.
     pub fn frame(&self) -> Option<(FrameKind, &FrameRecord)> {
         match self {
             Self::Frame(frame) => Some((FrameKind::Scan, frame)),
@@ -352,7 +356,7 @@ pub enum ExitStatus {
     Aborted,
     /// Something went wrong.
     Failed,
-    /// The position was lost in it and nobody noticed at the time: its frames do not show what their positions say.
+    /// The position was lost during the scan, unnoticed: frames may not stand where their positions say.
     NotClosed,
 }
 
@@ -368,11 +372,11 @@ impl ExitStatus {
     }
 }
 
-/// Whether the rig was at the end what it was at the beginning.
+/// The closure: whether the rig was the same at the end as at the beginning.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ClosureRecord {
-    /// Where homing at the end found home, in mm by the count kept until then: what was lost or gained. `None` if the stage
-    /// cannot tell.
+    /// Position at which homing at the end found home, in mm by the count kept until then: steps lost or
+    /// gained. `None` if the stage cannot tell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub home_shift_mm: Option<f64>,
     /// The first frame, taken again before that. `None` if it shows too little to be compared.
@@ -394,7 +398,8 @@ pub struct TimesRecord {
 }
 
 impl TimesRecord {
-    /// The whole over what stage and camera need: 1 for a program that never makes them wait. `None` if nothing was done.
+    /// The whole time over the time that stage and camera need: 1 for a program that never makes them wait.
+    /// `None` if nothing was done.
     pub fn overhead(&self) -> Option<f64> {
         let needed_s = self.moving_s + self.settling_s + self.exposing_s;
         (needed_s > 0.0).then(|| self.total_s / needed_s)
@@ -413,7 +418,7 @@ pub struct StopRecord {
     /// Why it ended before it was complete.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What re-homing and the first frame, taken again, showed at the end.
+    /// Findings of re-homing and of the first frame, taken again, at the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closure: Option<ClosureRecord>,
     /// Where the time went.

@@ -1,17 +1,18 @@
-//! Going on with a sequence that was interrupted at any moment.
+//! Resuming a sequence that was interrupted at any moment.
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::path::Path;
 
-use super::SequenceError;
+use super::error::SequenceError;
+use super::lock::lock;
 use super::reader::{JOURNAL, LARGEST_JOURNAL, STOP, Sequence, event};
 use super::record::{Event, FrameKind};
 use super::writer::SequenceWriter;
-use crate::storage::{Disk, is_in_the_making, open_file, read_file};
+use crate::storage::{Disk, is_in_the_making, read_file};
 
 impl SequenceWriter {
-    /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files in the making and the
-    /// record of an earlier end.
+    /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files
+    /// in the making and the record of an earlier end.
     ///
     /// # Errors
     /// [`SequenceError`] if it is no sequence, another program writes it, or it cannot be read or written.
@@ -38,15 +39,8 @@ impl SequenceWriter {
     }
 }
 
-/// Refuses a sequence that another program writes now.
-///
-/// # Errors
-/// [`SequenceError::Busy`], or that its journal cannot be opened.
-pub fn refuse_busy(folder: &Path) -> Result<(), SequenceError> {
-    lock(folder).map(drop)
-}
-
-/// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's length.
+/// Takes away a last line that was cut short, and ends one that lacks only its end. Returns the journal's
+/// length.
 fn mend_journal(disk: &mut dyn Disk, path: &Path) -> Result<u64, SequenceError> {
     let bytes = read_file(path, LARGEST_JOURNAL)?;
     let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
@@ -78,15 +72,4 @@ fn remove_unfinished(disk: &mut dyn Disk, folder: &Path) -> std::io::Result<()> 
         }
     }
     Ok(())
-}
-
-/// Keeps other programs from writing the same sequence, where the file system knows locks.
-pub fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
-    let path = folder.join(JOURNAL);
-    let journal = open_file(&path)?;
-    match journal.try_lock() {
-        Ok(()) => Ok(Some(journal)),
-        Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),
-        Err(TryLockError::Error(_)) => Ok(None),
-    }
 }

@@ -1,4 +1,4 @@
-//! Checking that a sequence is what its records say.
+//! Verification: whether a sequence is what its records say.
 
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
@@ -19,14 +19,16 @@ pub struct VerifyReport {
     pub good_frames: usize,
     /// Frames planned.
     pub planned_frames: usize,
-    /// What is not as recorded; empty for a sound sequence.
+    /// Contradictions to the records; empty for a sound sequence.
     pub findings: Vec<Finding>,
 }
 
-/// Reads every frame and compares all that the records tell twice: hashes, sizes, formats, brightness, gaps, positions, stray files.
+/// Reads every frame and compares everything that is recorded twice: hashes, sizes, formats, brightness,
+/// gaps, positions, stray files.
 ///
 /// # Errors
-/// [`SequenceError`] only if the frames' folder cannot be listed; what is wrong with the sequence is in the report.
+/// [`SequenceError`] only if the frames' folder cannot be listed; what is wrong with the sequence is in the
+/// report.
 pub fn verify(sequence: &Sequence, progress: &dyn Progress) -> Result<VerifyReport, SequenceError> {
     let record = sequence.record();
     let mut findings = Vec::new();
@@ -64,7 +66,7 @@ fn gaps(sequence: &Sequence) -> Vec<Finding> {
     .collect()
 }
 
-/// What is wrong with how it ended.
+/// A finding about its end.
 fn end(sequence: &Sequence) -> Option<Finding> {
     let Some(stop) = sequence.stop() else {
         return Some(Finding::new(STOP, "missing: the scan has not ended"));

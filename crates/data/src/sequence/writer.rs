@@ -1,4 +1,4 @@
-//! Making a sequence, frame by frame, so that what the journal names is on disk.
+//! Writing a sequence frame by frame, so that every frame in the journal is on disk.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -7,17 +7,17 @@ use std::path::{Path, PathBuf};
 use tracing::{debug, info};
 
 use super::error::SequenceError;
+use super::lock::lock;
 use super::pixels::encode_png;
 use super::reader::{JOURNAL, START, STOP, Sequence};
 use super::record::{
     CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
     FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
 };
-use super::resume::lock;
 use crate::storage::{Disk, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
 use epirig_core::frame::Frame;
 
-/// What is known of a frame besides its pixels.
+/// Facts about a frame besides its pixels.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrameFacts {
     /// Position that was asked for, in mm.
@@ -34,12 +34,12 @@ pub struct FrameFacts {
     pub source: Option<String>,
 }
 
-/// What is known of the end of a sequence besides how it ended.
+/// Facts about the end of a sequence besides its status.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StopFacts {
     /// Why it ended before it was complete.
     pub reason: Option<String>,
-    /// What re-homing showed.
+    /// Findings of re-homing.
     pub closure: Option<ClosureRecord>,
     /// Where the time went.
     pub times: Option<TimesRecord>,
@@ -144,7 +144,8 @@ impl SequenceWriter {
         self.record(kind, index, frame, encoded, facts)
     }
 
-    /// Adds the frame `index` as another name of the grey PNG `target`, whose bytes are `encoded`: no second copy is made.
+    /// Adds the frame `index` as another name of the grey PNG `target`, whose bytes are `encoded`: no second
+    /// copy is made.
     ///
     /// # Errors
     /// As [`SequenceWriter::add`]; and if both are not on the same file system.
@@ -262,7 +263,8 @@ pub fn now() -> String {
 /// Refuses a folder that is there already, unless it is empty.
 ///
 /// # Errors
-/// [`SequenceError::Exists`] or [`SequenceError::Unfinished`] with its name, [`SequenceError::NoName`] for a path that ends in none.
+/// [`SequenceError::Exists`] or [`SequenceError::Unfinished`] with its name, [`SequenceError::NoName`] for a
+/// path that ends in none.
 pub fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     if folder.file_name().is_none() {
         return Err(SequenceError::NoName { path: folder.to_owned() });
@@ -278,7 +280,7 @@ pub fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     }
 }
 
-/// Whether a scan can be gone on with there.
+/// Whether a scan in this folder can be resumed.
 fn is_unfinished(folder: &Path) -> bool {
     Sequence::open(folder).is_ok_and(|sequence| {
         let can_end = sequence

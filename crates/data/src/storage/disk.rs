@@ -1,4 +1,4 @@
-//! What the program does to a disk, step by step, so that each step can be made to fail.
+//! The steps that the program does to a disk, one function each, so that each can be made to fail in a test.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use super::Step;
 use super::scratch::parent;
 
-/// The steps of which everything that is written consists.
+/// A disk, as the steps of which all writing consists.
 ///
-/// A step is as small as the operating system makes it: whoever ends the program between two of them, or lets one of them
-/// fail, meets all that can be met. An interruption waits for the step under way, as [`Step`] says.
+/// A step is as small as the operating system makes it. So ending the program between two of them, or letting
+/// one fail, tries every state that can occur. An interruption waits for the step under way, see [`Step`].
 pub trait Disk: Send {
     /// Makes a folder.
     ///
@@ -43,10 +43,11 @@ pub trait Disk: Send {
     /// See [`make_folder`](Self::make_folder).
     fn rename(&mut self, from: &Path, to: &Path) -> io::Result<()>;
 
-    /// Lets two names change places, whatever they name, in one step.
+    /// Exchanges two names, whatever they name, in one step.
     ///
     /// # Errors
-    /// See [`make_folder`](Self::make_folder); of kind `Unsupported` or `InvalidInput` where the file system knows no such step.
+    /// See [`make_folder`](Self::make_folder); of kind `Unsupported` or `InvalidInput` where the file system
+    /// knows no such step.
     fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()>;
 
     /// Gives a file a second name.
@@ -142,7 +143,7 @@ fn not_following(options: &mut OpenOptions) -> &mut OpenOptions {
     options
 }
 
-/// Whether there is a folder, and not a link to one, which may lie anywhere; `false` if there is nothing.
+/// Whether there is a folder, not a link to one, which may lead anywhere; `false` if there is nothing.
 ///
 /// # Errors
 /// What the operating system says; of kind `NotADirectory` if something else is there.
@@ -155,7 +156,7 @@ pub fn is_own_folder(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Whether anything has this name. Of what cannot be looked at, that is an error, and not "no".
+/// Whether anything has this name. A name that cannot be examined is an error, not "no".
 ///
 /// # Errors
 /// What the operating system says.
@@ -178,8 +179,8 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// A file under its final name only when it is whole: temporary file, fsync, rename, fsync of the folder. No interruption
-/// comes between.
+/// Writes a file so that its final name exists only when it is complete: temporary file, fsync, rename, fsync
+/// of the folder. No interruption comes between.
 ///
 /// # Errors
 /// What the operating system says. What had the name before keeps it.
@@ -191,7 +192,7 @@ pub fn write_whole(disk: &mut dyn Disk, path: &Path, bytes: &[u8]) -> io::Result
         .and_then(|()| disk.sync(&temporary))
         .and_then(|()| disk.rename(&temporary, path));
     if let Err(error) = written {
-        // What has failed is told; a part that stays behind is overwritten by the next attempt.
+        // The failure is returned; a part that stays behind is overwritten by the next attempt.
         let _ = disk.remove(&temporary);
         return Err(error);
     }

@@ -1,4 +1,4 @@
-//! A disk that fails when it is told to.
+//! A disk that fails on purpose, for tests.
 
 use std::io;
 use std::path::Path;
@@ -8,9 +8,9 @@ use super::{Disk, RealDisk};
 /// How a disk fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DiskFault {
-    /// The program is killed in the middle of the step: half of what it wrote is there, and it does nothing any more.
+    /// The program is killed in the middle of the step: half of the data is written, and nothing follows.
     Killed,
-    /// The disk is full from that step on: half of what is written fits; what needs no room still works.
+    /// The disk is full from that step on: half of the data fits; steps that need no room still work.
     Full,
 }
 
@@ -45,7 +45,7 @@ impl FaultyDisk {
         Self { fault, steps, dead: false, exchanges: true }
     }
 
-    /// The same on a file system that knows no exchange of names.
+    /// The same on a file system without exchange of names.
     pub fn without_exchange(self) -> Self {
         Self { exchanges: false, ..self }
     }

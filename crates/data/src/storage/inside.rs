@@ -1,4 +1,4 @@
-//! Files that a record names, which lie in the record's folder or are not read.
+//! Files that a record names: they are read only if they lie in the record's folder.
 
 use std::path::Path;
 
@@ -8,8 +8,8 @@ use super::read::{WITHOUT_WAITING, read_open};
 #[cfg(not(target_os = "linux"))]
 use super::read_file;
 
-/// Reads the file `name` in `folder`, of at most `limit` bytes. Absolute names, `..` and links that lead out of the folder
-/// are refused, as is anything but a regular file.
+/// Reads the file `name` in `folder`, of at most `limit` bytes. Absolute names, `..` and links that lead out
+/// of the folder are refused, as is anything but a regular file.
 ///
 /// # Errors
 /// [`ReadError`].
@@ -47,7 +47,7 @@ fn outside(folder: &Path, name: &str) -> ReadError {
     ReadError::Outside { folder: folder.to_owned(), name: name.to_owned() }
 }
 
-/// The same question without the kernel's help: the answer holds as long as nobody moves links about.
+/// The same check without the kernel's help; it holds as long as links are not changed meanwhile.
 fn check(folder: &Path, name: &str) -> Result<(), ReadError> {
     use std::path::Component;
 

@@ -1,76 +1,18 @@
 //! The end of the program by a signal, which waits for the step of the disk that is under way.
 
-use std::cell::Cell;
-use std::marker::PhantomData;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::Scratch;
+use super::scratch::Scratch;
+use super::step::close;
 
-/// Whether steps may begin, and how many threads are in one.
-struct State {
-    closed: bool,
-    steps: usize,
-}
-
-static STATE: Mutex<State> = Mutex::new(State { closed: false, steps: 0 });
-static CHANGED: Condvar = Condvar::new();
-
-thread_local! {
-    /// Steps of this thread, one within the other.
-    static DEPTH: Cell<usize> = const { Cell::new(0) };
-}
-
-/// As long as it lives, an interruption does not end the program. Steps may lie within each other.
-///
-/// Whoever begins a step after an interruption waits until the program has ended.
-#[derive(Debug)]
-#[must_use = "the step ends when this is dropped"]
-pub struct Step {
-    /// It counts for its thread.
-    thread: PhantomData<*const ()>,
-}
-
-impl Step {
-    /// Begins a step of this thread.
-    pub fn begin() -> Self {
-        let depth = DEPTH.get();
-        if depth == 0 {
-            let open = CHANGED.wait_while(state(), |state| state.closed);
-            open.unwrap_or_else(PoisonError::into_inner).steps += 1;
-        }
-        DEPTH.set(depth + 1);
-        Self { thread: PhantomData }
-    }
-}
-
-impl Drop for Step {
-    fn drop(&mut self) {
-        let depth = DEPTH.get() - 1;
-        DEPTH.set(depth);
-        if depth == 0 {
-            state().steps -= 1;
-            CHANGED.notify_all();
-        }
-    }
-}
-
-/// For a program that ends now: lets no further step begin, waits for those under way, and removes all scratch folders.
-/// Other threads that want to write wait from now on.
+/// For a program that ends now: lets no further step begin, waits for those under way, and removes all
+/// scratch folders. Other threads that want to write wait from now on.
 ///
 /// `false`: after `patience` the disk had not answered, and everything was left as it is.
 pub fn abandon(patience: Duration) -> bool {
-    let mut state = state();
-    state.closed = true;
-    let waited = CHANGED.wait_timeout_while(state, patience, |state| state.steps > 0);
-    let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-    let quiet = state.steps == 0;
+    let quiet = close(patience);
     if quiet {
         Scratch::remove_all();
     }
     quiet
-}
-
-fn state() -> MutexGuard<'static, State> {
-    STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }

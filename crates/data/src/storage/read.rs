@@ -1,4 +1,4 @@
-//! Reading files whose size and kind nobody has vouched for.
+//! Reading files of unknown size and kind, within limits.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read};
@@ -15,15 +15,15 @@ pub enum ReadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The operating system's message.
         source: io::Error,
     },
     /// A folder, a pipe, a device.
     #[error("{} is {found}, not a file; put the file itself there", path.display())]
     NotAFile {
-        /// What should be a file.
+        /// The path.
         path: PathBuf,
-        /// What it is.
+        /// The kind found.
         found: &'static str,
     },
     /// A name that leads out of its folder.
@@ -39,7 +39,7 @@ pub enum ReadError {
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// What is allowed.
+        /// The limit.
         limit: u64,
     },
     /// Bytes that are no text.
@@ -58,7 +58,7 @@ impl ReadError {
         matches!(self, Self::Io { source, .. } if source.kind() == ErrorKind::NotFound)
     }
 
-    /// Whether the disk or the access to it is at fault rather than what it holds.
+    /// Whether the disk or the access to it is at fault, not the content.
     pub fn is_trouble(&self) -> bool {
         matches!(self, Self::Io { .. })
     }
@@ -69,7 +69,7 @@ impl ReadError {
     }
 }
 
-/// What a person can do about an error of the operating system.
+/// Advice for an error of the operating system.
 fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         ErrorKind::NotFound => "check the path",
@@ -93,8 +93,8 @@ pub fn open_file(path: &Path) -> Result<File, ReadError> {
     }
 }
 
-/// Reads a file of at most `limit` bytes. Anything but a regular file is refused at once: a pipe would be waited for, and a
-/// device never ends.
+/// Reads a file of at most `limit` bytes. Anything but a regular file is refused at once: a pipe would be
+/// waited for, and a device never ends.
 ///
 /// # Errors
 /// [`ReadError`].
@@ -105,7 +105,7 @@ pub fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
 /// Bytes that are read of a device: more than a person types.
 const LARGEST_OF_A_DEVICE: u64 = 1 << 20;
 
-/// Reads at most `limit` bytes of what a person has named, which may also be a pipe or a terminal.
+/// Reads at most `limit` bytes of a file that a person has named; it may be a pipe or a terminal.
 ///
 /// # Errors
 /// [`ReadError`].
@@ -148,7 +148,7 @@ fn open(path: &Path) -> io::Result<File> {
 pub(super) const WITHOUT_WAITING: rustix::fs::OFlags =
     rustix::fs::OFlags::NONBLOCK.union(rustix::fs::OFlags::NOCTTY).union(rustix::fs::OFlags::CLOEXEC);
 
-/// What is open, if it is a regular file of at most `limit` bytes; `path` is its name for messages.
+/// Reads the open `file`, if it is a regular one of at most `limit` bytes; `path` is its name for messages.
 pub(super) fn read_open(file: File, path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     let metadata = file.metadata().map_err(ReadError::io(path))?;
     if !metadata.is_file() {
@@ -170,7 +170,7 @@ fn read_to_limit(file: File, path: &Path, limit: u64) -> Result<Vec<u8>, ReadErr
     Ok(bytes)
 }
 
-/// What something is that is no regular file, in words.
+/// The kind of something that is not a regular file, in words.
 pub fn kind(kind: std::fs::FileType) -> &'static str {
     #[cfg(unix)]
     {

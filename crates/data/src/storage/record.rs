@@ -33,12 +33,12 @@ pub enum RecordError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// The fault and its place.
         fault: RecordFault,
     },
 }
 
-/// What is wrong in the text of a record, and where.
+/// A fault in the text of a record, and its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordFault {
     /// Line, from 1; 0 if it is not known.
@@ -72,7 +72,7 @@ impl std::fmt::Display for RecordFault {
 pub fn parse_record<T: DeserializeOwned>(text: &str) -> Result<T, RecordFault> {
     let fault = |key: String, error: serde_json::Error| {
         let said = error.to_string();
-        // The line is told beside it, and columns of one line of a journal help nobody.
+        // The line is reported separately, and columns of a journal line are of no use.
         let reason = said.split(" at line ").next().unwrap_or_default().to_owned();
         RecordFault { line: error.line(), key, reason }
     };
@@ -103,7 +103,7 @@ pub fn parse_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, R
 /// # Errors
 /// [`RecordError`].
 pub fn read_record<T: DeserializeOwned>(path: &Path, version: u32) -> Result<T, RecordError> {
-    /// What all records have. The other keys of another version would only confuse.
+    /// The keys that all records have. Other keys of another version would only confuse.
     #[derive(Deserialize)]
     struct Head {
         #[serde(default)]

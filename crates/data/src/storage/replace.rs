@@ -1,4 +1,4 @@
-//! One folder in the place of another, so that at any moment one of the two is there.
+//! Replacing one folder by another, so that at any moment one of the two is there.
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use super::scratch::{is_written_beside, parent};
 use super::{Disk, Step, is_there};
 
-/// Puts the folder `new` at `target`. What was there, if anything, is at `new` afterwards, for the caller to remove.
+/// Puts the folder `new` at `target`. The folder that was there, if any, is at `new` afterwards, for the
+/// caller to remove.
 ///
-/// The two change places in one step where the file system can do that. Elsewhere what was there is set aside meanwhile
-/// under a name that [`recover`] knows: whoever is killed between the steps loses nothing.
+/// The two are exchanged in one step where the file system can do that. Elsewhere the former folder is set
+/// aside under a name that [`recover`] knows, so a program that is killed between the steps loses nothing.
 ///
 /// # Errors
 /// What the operating system said. Unless the new one stands already, what was there stays.
@@ -41,14 +42,14 @@ fn exchange_by_two_renames(disk: &mut dyn Disk, new: &Path, target: &Path) -> io
     disk.rename(&former, new)
 }
 
-/// Brings a folder back that was set aside when a program was killed, and removes it if the new one stands. To be called
-/// before `target` is read or written.
+/// Brings a folder back that was set aside when a program was killed, and removes it if the new one stands.
+/// To be called before `target` is read or written.
 ///
 /// # Errors
 /// What the operating system said.
 pub fn recover(disk: &mut dyn Disk, target: &Path) -> io::Result<()> {
     let former = former(target);
-    // Whoever works beside it may be between its two renames.
+    // Another program that works beside it may be between its two renames.
     if !is_there(&former)? || is_written_beside(target) {
         return Ok(());
     }
@@ -60,7 +61,7 @@ pub fn recover(disk: &mut dyn Disk, target: &Path) -> io::Result<()> {
     disk.sync(parent(target))
 }
 
-/// Where what was at `target` is set aside.
+/// The name under which the former `target` is set aside.
 fn former(target: &Path) -> PathBuf {
     let mut name = OsString::from(".");
     name.push(target.file_name().unwrap_or_default());
@@ -77,12 +78,13 @@ fn is_occupied(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Whether an error says that file system or kernel know no exchange.
+/// Whether an error says that file system or kernel have no exchange of names.
 fn is_unknown(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::Unsupported | ErrorKind::InvalidInput)
 }
 
-/// The names in a folder and in those below it, on disk. Files are by whoever has written them.
+/// Flushes the names in a folder and in those below it to disk. The files were flushed when they were
+/// written.
 fn sync_folders(disk: &mut dyn Disk, folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;

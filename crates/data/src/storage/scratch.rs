@@ -1,22 +1,23 @@
-//! Folders in the making: hidden beside their place, renamed when whole, removed when the work is given up.
+//! Scratch folders: hidden beside their target, renamed when complete, removed when the work is given up.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::Step;
+use super::step::Step;
 
 /// How names of scratch folders begin.
 const PREFIX: &str = ".epirig-";
 
-/// Scratch folders that exist now, for whoever has to end the program at once.
+/// Scratch folders that exist now, for an interruption that ends the program at once.
 static EXISTING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// A hidden folder beside `target`, on the same file system, so that what is built in it can be renamed to `target`.
-/// Dropped, it is removed with all that it holds.
+/// A hidden folder beside `target`, on the same file system, so that it can be renamed to `target`. It is
+/// removed with its content when dropped.
 ///
-/// It is locked while it is in use, so that one whose program was killed is known, and removed by the next one beside it.
+/// It is locked while in use. One that a killed program has left is not locked, and the next program beside
+/// it removes it.
 #[derive(Debug)]
 pub struct Scratch {
     path: PathBuf,
@@ -60,10 +61,11 @@ impl Scratch {
         &self.path
     }
 
-    /// Removes the scratch folders of all threads: for a program that was told to end now and runs no destructors.
+    /// Removes the scratch folders of all threads: for a program that was told to end now and runs no
+    /// destructors.
     pub(super) fn remove_all() {
         for folder in existing().drain(..) {
-            // Nobody is left to be told.
+            // The program ends: the error has no reader.
             let _ = fs::remove_dir_all(folder);
         }
     }
@@ -119,11 +121,11 @@ fn lock(path: &Path) -> Locked {
 
 /// Removes what killed programs have left in `parent`.
 fn remove_deserted(parent: &Path) {
-    // Whoever cannot look into the folder learns that when it is written to.
+    // A folder that cannot be listed fails when it is written to.
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         if is_scratch(&entry.file_name()) && is_folder {
-            // Without a lock nobody knows whether it is in use.
+            // Without a lock it is not known whether it is in use.
             if let Locked::Mine(Some(_lock)) = lock(&entry.path()) {
                 let _ = fs::remove_dir_all(entry.path());
             }

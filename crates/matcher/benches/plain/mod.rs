@@ -3,8 +3,8 @@
 use epirig_core::volume::Volume;
 use epirig_matcher::DisparityRange;
 
-/// Variance with linear interpolation as a good first attempt has it: pixel by pixel, frame by frame. The sum of the least variances
-/// of row `y` over the disparities of `range`, one every `disparity_step_px`.
+/// Variance with linear interpolation as a good first attempt has it: pixel by pixel, frame by frame. The sum
+/// of the least variances of row `y` over the disparities of `range`, one every `disparity_step_px`.
 pub(crate) fn plain_variance(
     volume: &Volume,
     y: usize,

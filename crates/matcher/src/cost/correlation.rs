@@ -1,20 +1,23 @@
 //! Normalised correlation of a window along a candidate with a model of it (paper, section 4).
 //!
-//! The cost is one minus the mean correlation over the frames that see the candidate. The reference frame itself is left
-//! out of that mean: with its own window as the model its correlation is 1 whatever the candidate.
+//! The cost is one minus the mean correlation over the frames that see the candidate. The reference frame
+//! itself is left out of that mean: with its own window as the model its correlation is 1 whatever the
+//! candidate.
 
 use fearless_simd::Level;
 
-use super::{Band, best_side, kernels};
+use super::band::Band;
+use super::kernels;
+use super::sides::best_side;
 use crate::interpolation::Interpolation;
 use crate::lines::{Lines, SeenRule, Shift, Sightings};
 use crate::options::Method;
 
 /// Fills cost rows one disparity after another.
 ///
-/// A frame sees a candidate if it contains the window's centre; a window that sticks out is completed by mirroring, but for
-/// the reference frame's own window where that is the model: such pixels have no cost.
-/// At the upper and lower border the window has fewer rows.
+/// A frame sees a candidate if it contains the window's centre; a window that sticks out is completed by
+/// mirroring, but for the reference frame's own window where that is the model: such pixels have no cost. At
+/// the upper and lower border the window has fewer rows.
 pub(super) struct Correlation<'a> {
     band: &'a Band,
     lines: &'a Lines,
@@ -96,7 +99,8 @@ impl<'a> Correlation<'a> {
         }
         let sightings = Sightings::count(self.lines, disparity_px);
         for (out, [before, after]) in rows.zip(&self.totals) {
-            // A model that sticks out of the reference frame is half mirror image, which does not move with the scene.
+            // A model that sticks out of the reference frame is half mirror image, which does not move with
+            // the scene.
             let margin = if self.mean_model { 0 } else { self.band.half };
             let whole = margin..out.len() - margin;
             for (x, cost) in out.iter_mut().enumerate().filter(|(x, _)| whole.contains(x)) {

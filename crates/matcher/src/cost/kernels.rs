@@ -5,6 +5,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::interpolation::TAPS;
+use crate::window_sums::window_sums;
 
 /// `out[x] = sum of weights * taps[x ..]`.
 pub(super) fn sample(level: Level, taps: &[f32], weights: [f32; TAPS], out: &mut [f32]) {
@@ -94,23 +95,11 @@ fn add_row_products<S: Simd>(_simd: S, samples: &[f32], model: &[f32], sums: [&m
 
 /// `out[x] = sum of values[x .. x + side]`; `values` is `side - 1` longer than `out`.
 pub(super) fn box_sums(level: Level, values: &[f32], side: usize, out: &mut [f32]) {
-    dispatch!(level, simd => box_row_sums(simd, values, side, out));
+    dispatch!(level, _simd => window_sums(values, side, out));
 }
 
-#[inline(always)]
-fn box_row_sums<S: Simd>(_simd: S, values: &[f32], side: usize, out: &mut [f32]) {
-    let count = out.len();
-    out.copy_from_slice(&values[..count]);
-    for offset in 1..side {
-        let shifted = &values[offset..offset + count];
-        for x in 0..count {
-            out[x] += shifted[x];
-        }
-    }
-}
-
-/// Adds to `total` the normalised correlation of each window with the model's, from the windows' sums over `count` pixels;
-/// nothing where either has no contrast.
+/// Adds to `total` the normalised correlation of each window with the model's, from the windows' sums over
+/// `count` pixels; nothing where either has no contrast.
 pub(super) fn add_correlation(
     level: Level,
     windows: [&[f32]; 3],
@@ -132,7 +121,8 @@ fn add_row_correlation<S: Simd>(
     let columns = total.len();
     let [sum, squares, products] = windows.map(|slice| &slice[..columns]);
     let [model_sum, model_squares] = model.map(|slice| &slice[..columns]);
-    // Below this share of the squares the difference of sums is rounding: 24 bits of an f32 over some hundred terms.
+    // Below this share of the squares the difference of sums is rounding: 24 bits of an f32 over some hundred
+    // terms.
     const ROUNDING: f32 = 1e-5;
     for x in 0..columns {
         let energy = squares[x] - sum[x] * sum[x] / count;

@@ -1,8 +1,10 @@
-//! The costs against their definitions, written down plainly in f64: no rows, no running sums, no shared samples.
+//! The costs against their definitions, written down in f64: no rows, no running sums, no shared
+//! samples.
 
 use super::{Band, band_costs};
+use crate::candidates::Candidates;
 use crate::interpolation::Interpolation;
-use crate::lines::{Candidates, Lines, SeenRule};
+use crate::lines::{Lines, SeenRule};
 use crate::{DisparityRange, MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
@@ -16,7 +18,8 @@ fn volume(positions: &[f64]) -> Volume {
     let mut state = 12345_u32;
     for t in 0..positions.len() {
         let mut next = || {
-            // A linear congruential generator (Numerical Recipes); its upper bits are random enough for texture.
+            // A linear congruential generator (Numerical Recipes); its upper bits are random enough for
+            // texture.
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 20) as u16
         };
@@ -74,7 +77,8 @@ impl Case {
         (0..self.taus.len()).filter(inside).collect()
     }
 
-    /// Frames over which the cost is taken: all that see the candidate, those up to the reference, those from it on.
+    /// Frames over which the cost is taken: all that see the candidate, those up to the reference, those from
+    /// it on.
     fn subsets(&self, x: usize, d: f64) -> Vec<Vec<usize>> {
         let seen = self.seen(x, d);
         let mut subsets = vec![seen.clone()];
@@ -126,8 +130,8 @@ impl Case {
         let half = (self.options.window_px / 2) as isize;
         let model = match self.options.method {
             Method::NccFirst => self.window(x, y, self.reference, d),
-            // Each pixel of the model is the mean over the frames whose windows cover it: those that see the candidate
-            // of a pixel whose window contains it. In the middle of the image that is all of them.
+            // Each pixel of the model is the mean over the frames whose windows cover it: those that see the
+            // candidate of a pixel whose window contains it. In the middle of the image that is all of them.
             _ => {
                 let frames = self.seen(x, d);
                 assert!(

@@ -2,14 +2,16 @@
 
 use fearless_simd::Level;
 
-use super::{Band, best_side, kernels};
+use super::band::Band;
+use super::kernels;
+use super::sides::best_side;
 use crate::interpolation::Interpolation;
 use crate::lines::{Lines, SeenRule, Sightings};
 
 /// Fills cost rows one disparity after another.
 ///
-/// Samples enter the sums less the reference frame's own pixel: around the right candidate the sums stay small, so single
-/// precision suffices there; and the reference frame itself adds nothing.
+/// Samples enter the sums less the reference frame's own pixel: around the right candidate the sums stay
+/// small, so single precision suffices there; and the reference frame itself adds nothing.
 pub(super) struct Variance<'a> {
     band: &'a Band,
     lines: &'a Lines,

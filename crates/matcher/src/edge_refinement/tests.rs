@@ -1,7 +1,8 @@
 use super::*;
 use crate::OrderingUsed;
+use crate::candidates::DisparityRange;
 use crate::lines::{Lines, SeenRule};
-use crate::options::{DisparityRange, MatchOptions, Method, Occlusion};
+use crate::options::{MatchOptions, Method, Occlusion};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;

@@ -1,8 +1,8 @@
-//! A check that needs no truth: frames that the matcher was not shown are predicted from the disparity.
+//! A check without truth: frames that were left out of the match are predicted from the disparity.
 //!
-//! Each pixel of the disparity map is carried to the left-out frame along its line; nearer surfaces hide farther ones.
-//! The predicted intensity is the mean of the nearest frames before and after, sampled along the line. The error is shown
-//! beside that of repeating the nearest frame, which knows nothing of disparity.
+//! Each pixel of the disparity map is carried to the left-out frame along its line; nearer surfaces occlude
+//! farther ones. The predicted intensity is the mean of the nearest frames before and after, sampled along
+//! the line. The error is reported beside that of repeating the nearest frame, which uses no disparity.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -51,7 +51,8 @@ pub struct LeaveOutReport {
     pub halved: f64,
 }
 
-/// Matches `volume` without every `every`th frame and predicts those. The first, the last and the reference frame stay.
+/// Matches `volume` without every `every`th frame and predicts those. The first, the last and the reference
+/// frame stay.
 ///
 /// # Errors
 /// [`LeaveOutError`] if too few frames are left or they cannot be matched.
@@ -169,13 +170,14 @@ fn sample(epi: &SampledEpi, t: usize, position: f64, columns: usize) -> Option<f
     })
 }
 
-/// The disparity of each column of a frame `offset` of the baseline away, from that of the reference frame's columns.
+/// The disparity of each column of a frame `offset` of the baseline away, from that of the reference frame's
+/// columns.
 ///
-/// Neighbouring pixels of one surface carry the stretch between them along; of several candidates the nearest surface, that
-/// of the largest |disparity|, is seen.
+/// Neighbouring pixels of one surface carry the stretch between them along; of several candidates the nearest
+/// surface, that of the largest |disparity|, is seen.
 fn carry(disparity: &[f32], offset: f64) -> Vec<f32> {
     // Neighbours belong to one surface while it is not stretched to more than twice its width.
-    const LARGEST_STRETCH: f64 = 2.0;
+    const LARGEST_ELONGATION: f64 = 2.0;
     let mut carried = vec![f32::NAN; disparity.len()];
     let mut see = |column: f64, value: f32| {
         if column >= 0.0 && column < carried.len() as f64 {
@@ -193,7 +195,7 @@ fn carry(disparity: &[f32], offset: f64) -> Vec<f32> {
         }
         see(here.round(), disparity[x]);
         let Some(next) = (x + 1 < disparity.len()).then(|| place(x + 1)) else { continue };
-        if next > here && next - here <= LARGEST_STRETCH {
+        if next > here && next - here <= LARGEST_ELONGATION {
             let mut column = here.ceil();
             while column <= next {
                 let share = ((column - here) / (next - here)) as f32;
@@ -225,8 +227,8 @@ mod tests {
         let volume = simulator.render_volume(&Silent).unwrap();
         let (report, _) = leave_out(&volume, 4, &MatchOptions::default(), &Silent).unwrap();
         assert_eq!(report.frames, [3, 7, 11]);
-        // Two samples of quantisation noise averaged against a third: the mean of |error| is about 0.35 DN, and
-        // interpolation adds its own.
+        // Two samples of quantisation noise averaged against a third: the mean of |error| is about 0.35 DN,
+        // and interpolation adds its own.
         assert!(report.prediction_error_dn < 1.0, "{report:?}");
         assert!(report.repetition_error_dn > 4.0 * report.prediction_error_dn, "{report:?}");
         assert!(report.predicted > 0.85, "{report:?}");

@@ -1,4 +1,5 @@
-//! How good a disparity map is: against truth, against frames that the matcher was not shown, or against another match.
+//! The quality of a disparity map: against truth, against frames left out of the match, or against another
+//! match.
 
 mod consistency;
 mod leave_out;

@@ -4,6 +4,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
 
 /// The maps to be compared do not cover the same pixels.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -46,7 +47,8 @@ pub struct ErrorStatistics {
     pub within_2_sigma: f64,
 }
 
-/// Errors over all pixels with a truth, and over those whose point is in the image in both the first and the last frame.
+/// Errors over all pixels with a truth, and over those whose point is in the image in both the first and the
+/// last frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TruthReport {
     /// All pixels with a truth.
@@ -55,8 +57,8 @@ pub struct TruthReport {
     pub in_both_end_frames: ErrorStatistics,
 }
 
-/// Compares a disparity map and its sigma (empty shares without one) with the truth for the same reference frame, which
-/// has `tau_before` of the baseline before it and `tau_after` after it.
+/// Compares a disparity map and its sigma (empty shares without one) with the truth for the same reference
+/// frame, which has `tau_before` of the baseline before it and `tau_after` after it.
 ///
 /// # Errors
 /// [`SizeMismatch`].
@@ -90,15 +92,14 @@ pub fn compare_with_truth(
     Ok(TruthReport { all: all.statistics(), in_both_end_frames: in_both_end_frames.statistics() })
 }
 
-/// Median of `map` where the truth lies within `tolerance` of `low`, less its median where it lies within `tolerance` of
-/// `high`; `None` if either holds no answered pixel.
+/// Median of `map` where the truth lies within `tolerance` of `low`, less its median where it lies within
+/// `tolerance` of `high`; `None` if either holds no answered pixel.
 pub fn median_step(map: &Grid<f32>, truth: &Grid<f32>, low: f32, high: f32, tolerance: f32) -> Option<f64> {
     let median = |level: f32| {
         let values = map.values().iter().zip(truth.values());
         let chosen = values.filter(|(value, truth)| !value.is_nan() && (*truth - level).abs() <= tolerance);
         let mut values: Vec<f32> = chosen.map(|(&value, _)| value).collect();
-        let middle = values.len() / 2;
-        (!values.is_empty()).then(|| f64::from(*values.select_nth_unstable_by(middle, f32::total_cmp).1))
+        upper_median(&mut values).map(f64::from)
     };
     Some(median(low)? - median(high)?)
 }

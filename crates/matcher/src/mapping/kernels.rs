@@ -1,8 +1,8 @@
 //! The inner loops of the mapping's search, compiled for each instruction set and chosen at run time.
 //!
-//! A column of the search holds one value for each candidate. The step from one column to the next is a minimum over a window
-//! that slides along the candidates. It is never found one value at a time: eight or more neighbours are found together, from
-//! shifted copies of the column.
+//! A column of the search holds one value for each candidate. The step from one column to the next is a
+//! minimum over a window that slides along the candidates. It is never found one value at a time: eight or
+//! more neighbours are found together, from shifted copies of the column.
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x8};
 
@@ -19,7 +19,7 @@ fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The least of `values`; infinite if there are none.
+/// The least of `values`; infinite for no values.
 #[inline(always)]
 pub(super) fn least(values: &[f32]) -> f32 {
     let (chunks, rest) = values.as_chunks::<LANES>();
@@ -32,12 +32,12 @@ pub(super) fn least(values: &[f32]) -> f32 {
     rest.iter().chain(&lanes).fold(f32::INFINITY, |low, &value| lesser(low, value))
 }
 
-/// The first index of the least of `values`, or its last one; 0 if there are none.
+/// The first index of the least of `values`, or its last one; 0 for no values.
 #[inline(always)]
 pub(super) fn place_of_least<S: Simd>(simd: S, values: &[f32], last: bool) -> usize {
     let low = least(values);
     let is_least = |&value: &f32| value == low;
-    // A window that begins far below is sought through whole vectors; from its end on the way is short.
+    // A window that begins far below is searched by whole vectors; few values remain after its end.
     if last {
         return values.iter().rposition(is_least).unwrap_or(0);
     }
@@ -54,7 +54,8 @@ pub(super) fn place_of_least<S: Simd>(simd: S, values: &[f32], last: bool) -> us
 
 /// Costs of up to [`BLOCK`] columns of `costs` from `first` on, a column of `length` after the other.
 ///
-/// A cost of NaN becomes `unknown`, places beyond the candidates are infinite, and `reversed` puts the last candidate first.
+/// A cost of NaN becomes `unknown`, places beyond the candidates are infinite, and `reversed` puts the last
+/// candidate first.
 #[inline(always)]
 pub(super) fn take_columns<S: Simd>(
     simd: S,
@@ -94,7 +95,8 @@ pub(super) fn take_columns<S: Simd>(
     }
 }
 
-/// Rows to columns: three perfect shuffles of the 64 values, each of which moves one bit of a value's row behind its column.
+/// Rows to columns: three perfect shuffles of the 64 values, each of which moves one bit of a value's row
+/// behind its column.
 #[inline(always)]
 fn transposed<S: Simd>(simd: S, mut rows: [f32x8<S>; LANES]) -> [f32x8<S>; LANES] {
     for _ in 0..LANES.ilog2() {
@@ -119,7 +121,8 @@ pub(super) fn step_unlimited<S: Simd>(
     costs: &[f32],
     out: &mut [f32],
 ) {
-    // Each lane has met the values up to `fall` before its own first; windows of `LANES` values continue without a gap.
+    // Each lane has met the values up to `fall` before its own first; windows of `LANES` values continue
+    // without a gap.
     let mut low = f32x8::splat(simd, least(&reached[front..front + fall]));
     let begin = front + fall + 1 - LANES;
     let sources = &reached[begin..begin + costs.len() + LANES - 1];
@@ -150,7 +153,8 @@ pub(super) fn step_within(
     [windows, scratch]: [&mut Vec<f32>; 2],
     out: &mut [f32],
 ) {
-    // Windows of 1, 4, 16 ... values, each of four of those before; the window asked for is covered by four of the last.
+    // Windows of 1, 4, 16 ... values, each of four of those before; the window asked for is covered by four
+    // of the last.
     let mut width = 1;
     let mut source = reached;
     if 4 <= side {
@@ -174,7 +178,8 @@ pub(super) fn step_within(
     }
 }
 
-/// `out[i]` = the least of `values` at i and at one, two and three times `apart` beyond; as far as there are so many.
+/// `out[i]` = the least of `values` at i and at one, two and three times `apart` beyond it, as far as they
+/// exist.
 #[inline(always)]
 fn four(values: &[f32], apart: usize, out: &mut [f32]) {
     let count = values.len().saturating_sub(3 * apart);

@@ -1,8 +1,9 @@
 //! The optimal strictly increasing mapping of an EPI, by dynamic programming (paper, section 4).
 //!
-//! Every column of the reference frame is given one candidate so that the sum of the costs is least, under the condition
-//! that points keep their order: both the column in the first frame and the column in the last increase strictly from one
-//! reference column to the next. With reference position tau_r and disparities d, d' of neighbouring columns this says
+//! Every column of the reference frame is given one candidate so that the sum of the costs is least, under
+//! the condition that points keep their order: both the column in the first frame and the column in the last
+//! increase strictly from one reference column to the next. With reference position tau_r and disparities d,
+//! d' of neighbouring columns this says
 //!
 //! ```text
 //! last frame:   1 + (d' - d) (1 - tau_r) > 0,   so d' - d > -1 / (1 - tau_r)
@@ -30,7 +31,8 @@ pub struct OrderingLimits {
 }
 
 impl OrderingLimits {
-    /// The limits that keep the order of points in the first and the last frame, for candidates `disparity_step_px` apart.
+    /// The limits that keep the order of points in the first and the last frame, for candidates
+    /// `disparity_step_px` apart.
     pub fn new(lines: &Lines, disparity_step_px: f64) -> Self {
         // The largest whole number strictly below 1 / (share * step); a share of zero sets no limit.
         let strictly_below = |share: f64| {
@@ -41,15 +43,16 @@ impl OrderingLimits {
     }
 }
 
-/// The candidate of each column on the cheapest strictly increasing mapping: [`MappingSearch::run`] on its own.
+/// The candidate of each column on the cheapest strictly increasing mapping: [`MappingSearch::run`] on its
+/// own.
 pub fn optimal_mapping(costs: &CostTable, limits: OrderingLimits, unknown_cost: f32) -> Vec<u16> {
     MappingSearch::new().run(costs, limits, unknown_cost)
 }
 
 /// The search for the cheapest mapping, with memory that it keeps from one EPI to the next.
 ///
-/// It holds the least sum of costs by which each candidate can be reached, 4 bytes each; where a candidate was reached from is
-/// looked up again on the way back, which costs a window for each column instead of a table.
+/// It holds, for each candidate, the least sum of costs that leads to it, 4 bytes each. The predecessor of a
+/// candidate is not stored but found again on the way back, at the cost of one window for each column.
 #[derive(Debug)]
 pub struct MappingSearch {
     level: Level,
@@ -84,12 +87,14 @@ impl MappingSearch {
 
     /// The candidate of each column on the cheapest strictly increasing mapping.
     ///
-    /// A candidate without cost (NaN) counts `unknown_cost`, a finite number, so that a point may leave the image without bending the
-    /// mapping of those that stay. Of equal sums the lower candidate is taken, column by column from the last. The time is
-    /// proportional to columns x candidates, times the logarithm of the limits if both are below the number of candidates.
+    /// A candidate without cost (NaN) counts `unknown_cost`, a finite number, so that a point may leave the
+    /// image without distorting the mapping of those that stay. Of equal sums the lower candidate is taken,
+    /// column by column from the last. The time is proportional to columns x candidates, times the logarithm
+    /// of the limits if both are below the number of candidates.
     ///
-    /// Sums are of single precision and less the least of their column every 16 columns, so they stay as small as what a mapping loses by a
-    /// detour. The sum of the mapping found exceeds the least one by rounding only: at most 2^-23 of the largest such detour for each column.
+    /// Sums are of single precision. Every 16 columns the least sum of the column is subtracted, so they stay
+    /// as small as what a mapping loses by a detour. The sum of the mapping found exceeds the least one by
+    /// rounding only: at most 2^-23 of the largest such detour for each column.
     pub fn run(&mut self, costs: &CostTable, limits: OrderingLimits, unknown_cost: f32) -> Vec<u16> {
         let way = Way::new(costs.candidates(), limits);
         let columns = costs.columns();
@@ -192,7 +197,8 @@ mod tests {
     use epirig_core::tau::Tau;
     use proptest::prelude::*;
 
-    /// The least sum over all strictly increasing mappings, by trying every one: the definition, not the method.
+    /// The least sum over all strictly increasing mappings, by trying every one: the definition, not the
+    /// method.
     fn exhaustive(costs: &CostTable, lines: &Lines, step: f64, unknown: f32) -> f64 {
         fn extend(
             costs: &CostTable,

@@ -1,15 +1,15 @@
-//! The cost of what has none.
+//! The cost of a candidate that has none, because it leaves the image.
 
 use epirig_core::statistics::upper_median;
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::cost::CostTable;
 
-/// Cost that a candidate without cost is taken to have: halfway between what a right candidate costs in this EPI and what
-/// any candidate costs (medians over columns).
+/// The neutral cost, for candidates without a cost: halfway between the cost of a right candidate in this EPI
+/// and that of any candidate (medians over columns).
 ///
-/// A right candidate in view is then preferred to an unknown one, and an unknown one to a wrong one. `None` if no candidate
-/// has a cost.
+/// So a right candidate in view is preferred to an unknown one, and an unknown one to a wrong one. `None` if
+/// no candidate has a cost.
 pub fn neutral_cost(costs: &CostTable) -> Option<f32> {
     let columns = costs.columns();
     let mut least = vec![f32::INFINITY; columns];

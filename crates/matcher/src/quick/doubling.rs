@@ -1,6 +1,7 @@
 //! From half the resolution to the whole one.
 //!
-//! On one surface disparities are interpolated. Where several lie around a pixel, it decides for itself ([`edge_refinement`](crate::settling)).
+//! On one surface disparities are interpolated. Where several surfaces lie around a pixel, edge refinement
+//! decides ([`edge_refinement`](crate::edge_refinement)).
 
 use rayon::prelude::*;
 
@@ -8,14 +9,15 @@ use crate::edge_refinement::Around;
 use crate::search::{Searched, Task};
 use epirig_core::grid::Grid;
 
-/// What was found at half the resolution, for each pixel of `task`: disparities twice as large, settled where surfaces meet; cost, confidence and the reason of no answer
-/// are those of the halved pixel that holds it. `reach` is how far from a surface its disparity may be found, in px of the halved frames.
-pub(super) fn settled(task: Task<'_>, coarse: &Searched, reach: usize) -> Searched {
+/// The result of the search at half the resolution, for each pixel of `task`: disparities twice as large,
+/// with refined edges; cost, confidence and kind of answer are those of the halved pixel that contains it.
+/// `reach` is how far from a surface its disparity may be found, in px of the halved frames.
+pub(super) fn refined(task: Task<'_>, coarse: &Searched, reach: usize) -> Searched {
     let (rows, columns) = (task.volume.rows(), task.volume.columns());
     let mut guess = Grid::filled(rows, columns, f32::NAN);
     let around = Around::new(&coarse.guess, 2.0, reach);
-    let settling = guess.values_mut().par_chunks_mut(columns).enumerate();
-    settling.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
+    let guesses = guess.values_mut().par_chunks_mut(columns).enumerate();
+    guesses.for_each(|(y, guess)| refine_row(task, (&coarse.guess, &around), y, guess));
     Searched {
         guess,
         cost: doubled(&coarse.cost, (rows, columns)),
@@ -68,7 +70,8 @@ fn refine_row(task: Task<'_>, (coarse, around): (&Grid<f32>, &Around<'_>), y: us
     around.refine_row(task, y, &open, guess);
 }
 
-/// The halved pixels before and after the one at `place`, and the share of the latter: their middles lie between two pixels.
+/// The halved pixels before and after the one at `place`, and the share of the latter: their middles lie
+/// between two pixels.
 fn between(place: usize, halved_count: usize) -> (usize, usize, f32) {
     let last = halved_count - 1;
     let after = place.div_ceil(2);

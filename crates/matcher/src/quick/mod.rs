@@ -1,7 +1,10 @@
-//! A first look: disparities found at half the resolution, where that takes an eighth of the work, and carried to the whole one.
+//! A first look: disparities are searched at half the resolution, at an eighth of the work, and carried to
+//! the whole one.
 //!
-//! Averages of 2 x 2 pixels ([`Volume::halved`]) are searched as any frames are, and a step of the fit brings their disparities to some hundredths of a pixel
-//! (coarse to fine; Bergen and others 1992). What half the resolution blurs is where surfaces meet, which the pixels themselves settle ([`doubling`]).
+//! Averages of 2 x 2 pixels ([`Volume::halved`]) are searched like any frames, and a step of the fit brings
+//! their disparities to some hundredths of a pixel (coarse to fine; Bergen and others 1992). Half the
+//! resolution blurs the edges between surfaces; edge refinement at the whole resolution decides these
+//! ([`doubling`]).
 
 mod doubling;
 #[cfg(test)]
@@ -9,24 +12,27 @@ mod tests;
 
 use std::ops::Range;
 
+use super::candidates::DisparityRange;
 use super::lines::{Lines, SeenRule};
-use super::options::{DisparityRange, LARGEST_WINDOW_PX, MatchError, MatchOptions};
+use super::options::{LARGEST_WINDOW_PX, MatchError, MatchOptions};
 use super::range::survey;
 use super::refine::stepped;
 use super::search::{Searched, Task, search};
-use doubling::settled;
+use doubling::refined;
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
-/// Windows are wider by this much, in px of the halved frames: a disparity step of whole pixels needs steadier costs.
+/// Windows are wider by this much, in px of the halved frames: a disparity step of whole pixels needs
+/// steadier costs.
 const WIDER_PX: usize = 2;
 
-/// Sequences of fewer frames are asked as a whole, and of longer ones half of the frames.
+/// Sequences of fewer frames are used as a whole; of longer ones half of the frames are.
 const MANY_FRAMES: usize = 100;
 /// Those are all of the ends, up to this share of the sequence, which tell a line's slope best, ...
 const END_SHARE: f64 = 1.0 / 6.0;
-/// ... two thirds of the half, and the others are spread over what lies between, for points that are not seen at the ends.
+/// ... two thirds of the half. The others are spread over the frames between, for points that the ends do not
+/// see.
 const HALF_AT_END: f64 = 1.0 / 3.0;
 
 /// The frames that a first look's fit asks.
@@ -40,8 +46,8 @@ pub(super) struct TellingFrames {
 }
 
 impl TellingFrames {
-    /// Half of the frames of `volume`, of which a fit knows nearly as much as of all: they leave 1.14 times the sigma. `None` if all are needed. `minimum_frames` of all have to see a
-    /// point.
+    /// The half of the frames of `volume` that tells most: it leaves 1.14 times the sigma of all. `None` if
+    /// all are needed. `minimum_frames` of all have to see a point.
     pub(super) fn of(volume: &Volume, reference: usize, minimum_frames: usize) -> Option<Self> {
         let count = volume.frames();
         if count < MANY_FRAMES {
@@ -101,13 +107,13 @@ impl Halved {
         });
         let window_px = (options.window_px + WIDER_PX).min(LARGEST_WINDOW_PX);
         let options = MatchOptions { window_px, range, ..options.clone() };
-        // What the whole frames allow is too much for these only if they are too small.
+        // Options that suit the whole frames do not suit these only if these are too small.
         options.check(halved.rows(), halved.columns(), halved.frames()).ok()?;
         let lines = Lines::new(halved.tau(), lines.reference(), halved.columns());
         Some(Self { volume: halved, lines, options })
     }
 
-    /// The range of disparities in px of the whole frames; `None` if none stands out.
+    /// The range of disparities in px of the whole frames; `None` if none is significant.
     pub(super) fn range(&self, progress: &dyn Progress) -> Option<DisparityRange> {
         progress.begin("looking for the range", 1);
         let found = survey(&self.volume, &self.lines, &self.options);
@@ -115,7 +121,8 @@ impl Halved {
         Some(scaled(found?.range, 2.0))
     }
 
-    /// What `task` asks for, searched in these frames and settled in its own. `progress` is told each row of these.
+    /// The result of `task`, searched in these frames and refined in its own. `progress` counts each row of
+    /// these.
     ///
     /// # Errors
     /// As [`search`].
@@ -127,7 +134,7 @@ impl Halved {
         if options.refine {
             found.guess = stepped(volume, lines, found.guess, rule, || ());
         }
-        Ok(settled(task, &found, options.window_px / 2))
+        Ok(refined(task, &found, options.window_px / 2))
     }
 
     /// Rows that are searched.

@@ -80,17 +80,18 @@ fn coarse(guess: Grid<f32>, answer: Grid<Answer>) -> Searched {
 }
 
 #[test]
-fn edges_are_settled_to_a_pixel() {
+fn edges_are_refined_to_a_pixel() {
     let volume = step();
     let lines = Lines::new(volume.tau(), 0, COLUMNS);
     let options = MatchOptions::default();
     let halves = (ROWS / 2, COLUMNS / 2);
-    // What windows of the halved frames do: the nearer surface reaches farther than it is, by a pixel and what an edge leaves of another.
+    // What windows of the halved frames do: the nearer surface reaches farther than it is, by a pixel and
+    // what an edge leaves of another.
     let mut guess = Grid::filled(halves.0, halves.1, 0.0);
     let last = EDGE / 2 + 1;
     (0..halves.0).for_each(|y| guess.row_mut(y)[..=last].fill(0.5 * NEAR_PX as f32));
     let answer = Grid::filled(halves.0, halves.1, Answer::Found);
-    let found = settled(task(&volume, &lines, &options), &coarse(guess, answer), 2);
+    let found = refined(task(&volume, &lines, &options), &coarse(guess, answer), 2);
     for y in 0..ROWS {
         for x in 8..COLUMNS - 8 {
             let truth = if x <= EDGE { NEAR_PX as f32 } else { 0.0 };
@@ -118,7 +119,7 @@ fn a_plane_stays_a_plane_and_reasons_stay_with_their_pixels() {
     }
     guess.row_mut(5)[20] = f32::NAN;
     answer.row_mut(5)[20] = Answer::Ambiguous;
-    let found = settled(task(&volume, &lines, &options), &coarse(guess, answer), 2);
+    let found = refined(task(&volume, &lines, &options), &coarse(guess, answer), 2);
     for y in 1..ROWS - 1 {
         for x in 1..COLUMNS - 2 {
             let unknown = (40..42).contains(&x) && (10..12).contains(&y);

@@ -1,18 +1,24 @@
-//! From observations to a surface: which windows are tried, and in what order.
+//! Adaptive support: which windows are tried, and in what order.
 //!
-//! First the plane of each pixel is found among windows of several shapes, centred on it and beside it; at creases the faces' own planes settle it. These planes then tell
-//! which observations belong together, and the smallest window that leaves the wanted sigma joins those around each pixel. Where none does, wider ones may, or the plane itself may be known
-//! better (`window_growth`) or a neighbour's (`neighbours`). At creases the supports' planes settle once more what is left.
+//! 1. Windows of several shapes, centred on a pixel or beside it, compete for it; the best one's plane is the
+//!    pixel's. At creases the planes of the faces decide.
+//! 2. These planes tell which observations belong together. Around each pixel the smallest window that leaves
+//!    the wanted sigma joins those that belong.
+//! 3. Where no window does, wider ones may (`window_growth`), or the pixel takes a better known plane: that
+//!    of step 1, or a neighbour's (`neighbours`).
+//! 4. At creases the planes of the supports decide about the pixels that are left.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::Fit;
 use super::creases::decide_creases;
+use super::fit::Fit;
 use super::foreshortening::take_off_drift;
 use super::neighbours::take_neighbours;
-use super::planes::{ObservationPlanes, SparePlanes, SurfacePlanes};
-use super::smoothing::{LEAST_SPARE, disagreement, missed_by_small, smoothed_away, told, told_by_both};
+use super::planes::{ObservationMaps, SpareMaps, SurfacePlanes};
+use super::smoothing::{
+    LEAST_SPARE, common_variance, disagreement, missed_by_small, own_variance, smoothed_away,
+};
 use super::support::{SupportRule, join_nested_row, join_row, nested_reaches, take_best_window};
 use super::window_growth::{WIDE_REACHES, take_better, take_wide};
 use crate::options::{Effort, LARGEST_GROWN_WINDOW_PX};
@@ -20,25 +26,27 @@ use epirig_core::grid::Grid;
 
 /// Reaches of the windows of the steps before the last, in columns and rows.
 const FIRST_REACH: (usize, usize) = (2, 2);
-/// Reaches of the windows that compete for a pixel, in columns and rows: a square one, and long ones that see small steps that they lie along, of
-/// which narrower ones, see [`join_nested_row`], fit between two steps.
+/// Reaches of the windows that compete for a pixel, in columns and rows: a square one, and long ones, which
+/// see small steps along them. Narrower ones (see [`join_nested_row`]) fit between two steps.
 const SQUARE_REACH: (usize, usize) = (3, 3);
 const LONG_REACHES: [(usize, usize); 2] = [(3, 10), (10, 3)];
 /// Reaches to which supports grow, in px.
 const REACHES: [usize; 5] = [1, 2, 3, 4, LARGEST_GROWN_WINDOW_PX / 2];
-/// Reaches of the small windows that tell what supports smooth away, in px.
+/// Reaches of the small windows that show what supports smooth away, in px.
 const SMALL_REACHES: [usize; 2] = [1, 2];
-/// Disparities that differ by more than this many of their sigmas belong to two surfaces. Chance exceeds it once in fifty, and a wider limit lets
-/// more of small steps in.
+/// Disparities that differ by more than this many of their sigmas belong to two surfaces. Chance exceeds it
+/// once in fifty. A wider limit lets more small steps into the support.
 const BELONGS_SIGMAS: f32 = 2.3;
 /// The same for windows whose size is given: chance exceeds it once in ten thousand.
 const BELONGS_TO_FIXED: f32 = 4.0;
-/// The mean squares of u and v, in px^2, in the windows that tell slants: 4 to 24 in those of 7 x 7 to 7 x 17, 12 as a rule.
+/// Mean square of u and v, in px^2, in the windows that show slants: 4 to 24 in those of 7 x 7 to 7 x 17,
+/// usually 12.
 const SLANT_SPREAD: f32 = 12.0;
-/// The same of the least of them, so that windows whose size is given lose nothing of a plane that is known no better.
+/// The same for the smallest of them: windows of a given size then lose nothing of a plane that is known no
+/// better.
 const SLANT_SPREAD_OF_FIXED: f32 = 4.0;
-/// What the variance of a plane grows by where it is carried across a crease, as a share of what both slants' variances make: one of two where supports are as wide as high, and all
-/// where windows may be narrow across the crease.
+/// Growth of a plane's variance where it is carried across a crease, over the variance by both slants: half
+/// where supports are as wide as high, all where windows may be narrow across the crease.
 const SHARE_OF_SUPPORTS: f32 = 0.5;
 const SHARE_OF_NARROW: f32 = 1.0;
 /// Guesses of one surface differ by their step, and for each px of distance by a slant this steep at most.
@@ -48,13 +56,13 @@ const NO_SLACK: (f32, f32) = (0.0, 0.0);
 /// The surface through the observations: supports of the smallest window, or as `options` say.
 pub(super) fn join_observations(
     level: Level,
-    observations: &mut ObservationPlanes,
+    observations: &mut ObservationMaps,
     guess: &Grid<f32>,
     origin: f32,
     options: Option<Fit>,
 ) -> SurfacePlanes {
     let (rows, columns) = (guess.rows(), guess.columns());
-    // A window of a given size is wanted whole.
+    // A window of a given size is used as a whole.
     let quick = options.is_some_and(|options| options.effort == Effort::Quick);
     let fixed = options.is_none_or(|options| quick || options.wanted_sigma_px.is_infinite());
     let (belongs_sigmas, slant_spread) =
@@ -66,21 +74,16 @@ pub(super) fn join_observations(
         slack,
         slants_known: slack == NO_SLACK,
     };
-    let join = |observations: &ObservationPlanes,
-                map: &SurfacePlanes,
-                rule: SupportRule,
-                mut next: SurfacePlanes| {
-        next.par_rows().enumerate().for_each(|(y, out)| {
-            join_row(level, (observations, map), rule, y, None, out);
-        });
-        next
-    };
-    let mut spare = SparePlanes::none(rows, columns);
+    let join =
+        |observations: &ObservationMaps, map: &SurfacePlanes, rule: SupportRule, mut next: SurfacePlanes| {
+            next.par_rows().enumerate().for_each(|(y, out)| {
+                join_row(level, (observations, map), rule, y, None, out);
+            });
+            next
+        };
+    let mut spare = SpareMaps::none(rows, columns);
     let guesses = SurfacePlanes::of_guesses(observations, guess, origin);
-    let survey = |observations: &ObservationPlanes,
-                  square,
-                  long: &[(usize, usize)],
-                  spare: &mut SparePlanes| {
+    let survey = |observations: &ObservationMaps, square, long: &[(usize, usize)], spare: &mut SpareMaps| {
         let mut map = spare.unknown();
         let mut take_best = |windows: &SurfacePlanes, reach| {
             map.par_rows()
@@ -112,7 +115,7 @@ pub(super) fn join_observations(
     let least = options.window_px / 2;
     let side = |reach: usize| 2 * reach + 1;
     let [smallest, small] = SMALL_REACHES;
-    let join_small = |observations: &ObservationPlanes, reach: usize, planes: SurfacePlanes| {
+    let join_small = |observations: &ObservationMaps, reach: usize, planes: SurfacePlanes| {
         let mut small = join(observations, &guesses, rule((reach, reach), GUESS_SLACK), planes);
         small.forget_fit();
         small
@@ -127,7 +130,7 @@ pub(super) fn join_observations(
         let windows = join_small(observations, smallest, spare.supports());
         let missed = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
         surface.raise_variance(&smoothed);
-        surface.raise_variance(&told(missed));
+        surface.raise_variance(&own_variance(missed));
         return surface;
     }
     let map = survey(observations, SQUARE_REACH, &[], &mut spare);
@@ -170,6 +173,6 @@ pub(super) fn join_observations(
     let windows = join_small(observations, smallest, spare.supports());
     let missed_by_smallest = missed_by_small(&surface, (&windows, side(smallest)), LEAST_SPARE);
     surface.raise_variance(&smoothed);
-    surface.raise_variance(&told_by_both(missed_by_smallest, &missed));
+    surface.raise_variance(&common_variance(missed_by_smallest, &missed));
     surface
 }

@@ -1,10 +1,11 @@
-//! Planes that pixels take from elsewhere: from another map, or from a neighbour, carried to them.
+//! Planes carried to a pixel: from another map, or from a neighbour.
 
 use rayon::prelude::*;
 
 use super::planes::SurfacePlanes;
 
-/// One pixel's plane, or another one's carried to it: disparity in px, slants in px/px, and the variances of both.
+/// One pixel's plane, or another one's carried to it: disparity in px, slants in px/px, and the variances of
+/// both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CarriedPlane {
     pub(super) disparity: f32,
@@ -15,7 +16,8 @@ pub(super) struct CarriedPlane {
 }
 
 impl CarriedPlane {
-    /// The plane `u` columns and `v` rows on, where the variance has grown by this share of what the slants' does over the distance.
+    /// The plane `u` columns and `v` rows away. Its variance grows by this share of the variance that the
+    /// slants make over the distance.
     pub(super) fn carried(self, (u, v): (f32, f32), share: f32) -> Self {
         Self {
             disparity: self.slant_x.mul_add(u, self.slant_y.mul_add(v, self.disparity)),
@@ -25,7 +27,7 @@ impl CarriedPlane {
     }
 }
 
-/// One row of what is known of planes.
+/// One row of planes.
 struct CarriedRow<'a> {
     disparity: &'a mut [f32],
     slant_x: &'a mut [f32],
@@ -45,7 +47,8 @@ impl CarriedRow<'_> {
 }
 
 impl SurfacePlanes {
-    /// Takes the plane and the variances of `other` at the places, of padded rows, and in the rows for which `takes` says so of the variances of both.
+    /// Takes the plane and the variances of `other` at the places, of padded rows, and in the rows for which
+    /// `takes` says so of the variances of both.
     pub(super) fn take_where(&mut self, other: &Self, takes: impl Fn(usize, usize, [f32; 2]) -> bool + Sync) {
         self.par_planes().enumerate().for_each(|(y, mut row)| {
             for place in 0..row.variance.len() {
@@ -75,7 +78,7 @@ impl SurfacePlanes {
         }
     }
 
-    /// The rows of what stays when it is forgotten how planes were fitted.
+    /// The rows of the maps that remain when the fit's own quality is dropped.
     fn par_planes(&mut self) -> impl IndexedParallelIterator<Item = CarriedRow<'_>> {
         let first = self.disparity.par_rows().zip(self.slant_x.par_rows()).zip(self.slant_y.par_rows());
         let all = first.zip(self.variance.par_rows()).zip(self.slant_variance.par_rows());

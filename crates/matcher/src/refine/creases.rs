@@ -1,25 +1,32 @@
-//! Where two faces meet, their planes cross: that tells to which face the pixels beside the crease belong.
+//! Creases: where two faces meet, their planes cross, and that tells which face a pixel beside the crease
+//! belongs to.
 //!
-//! Windows reach across a crease as far as their misfit stays below the noise, so planes of the wrong face, or of windows that straddle, win pixels or two of the right one. The faces'
-//! own planes, a few px away, tell where they cross to a tenth of a pixel. Of those a face has the one that is known best where it is carried to: narrow windows know the slant badly.
+//! Windows reach across a crease as long as their misfit stays below the noise. So a pixel or two beside it
+//! get the plane of the wrong face, or of a window astride. The planes a few px to both sides tell to a tenth
+//! of a pixel where the faces cross. Of the planes of a face, the one is used that is known best at the pixel
+//! to which it is carried: narrow windows know their slant badly.
 
 use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
 use super::carried::CarriedPlane;
-use super::planes::{PAD, SurfacePlanes};
+use super::padded::PAD;
+use super::planes::SurfacePlanes;
 
 /// Planes this far from a pixel are those of the faces, in px: windows reach 3 px, ...
 const BESIDE_PX: RangeInclusive<isize> = 3..=6;
 /// ... and those as far again are the same.
 const BEYOND_PX: RangeInclusive<isize> = 7..=12;
-/// Faces meet where their slants differ by more than this many standard deviations: among the differences of a megapixel, chance exceeds it less than once in five hundred images.
+/// Faces meet where their slants differ by more than this many standard deviations: among the differences of
+/// a megapixel, chance exceeds it less than once in five hundred images.
 const CHANGE_SIGMAS: f32 = 6.0;
-/// Slants are those of one face if they differ by less than this share of the change. Of a surface that is curved evenly they would differ by a half of it.
+/// Slants are those of one face if they differ by less than this share of the change. Of a surface that is
+/// curved evenly they would differ by a half of it.
 const ONE_FACE: f32 = 0.25;
-/// A pixel's plane is its face's if neither disparity nor slant differ by more than this many standard deviations; chance exceeds it once in four hundred.
-const SETTLED_SIGMAS: f32 = 3.0;
+/// A pixel's plane is its face's if neither disparity nor slant differ by more than this many standard
+/// deviations; chance exceeds it once in four hundred.
+const ALIKE_SIGMAS: f32 = 3.0;
 
 /// In which direction the faces follow each other.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +36,7 @@ enum Across {
 }
 
 impl Across {
-    /// The place so many px on.
+    /// The place `away` px along the direction.
     fn at(self, (place, y): (usize, usize), away: isize) -> (usize, usize) {
         match self {
             Self::Columns => (place.wrapping_add_signed(away), y),
@@ -58,11 +65,12 @@ struct Beside {
     place: usize,
     face: Face,
     /// Whether the pixel has the face's plane already.
-    settled: bool,
+    decided: bool,
 }
 
-/// Gives pixels beside creases the planes of their faces, and tells where such pixels lie: places of the padded row, for each row. Where planes are carried, their variance grows by
-/// this `share` of what that of both slants does: a half where windows are as wide as high.
+/// Gives pixels beside creases the planes of their faces. Returns the places of these pixels in the padded
+/// row, for each row. The variance of a carried plane grows by this `share` of the variance that both slants
+/// make: a half where windows are as wide as high.
 pub(super) fn decide_creases(map: &mut SurfacePlanes, share: f32) -> Vec<Vec<usize>> {
     let beside: Vec<Vec<Beside>> = (0..map.rows())
         .into_par_iter()
@@ -76,18 +84,18 @@ pub(super) fn decide_creases(map: &mut SurfacePlanes, share: f32) -> Vec<Vec<usi
             (PAD..map.disparity.row(y).len() - PAD).filter_map(any).collect()
         })
         .collect();
-    let unsettled = |row: &Vec<Beside>| {
-        row.iter().filter(|pixel| !pixel.settled).map(|pixel| (pixel.place, pixel.face.plane)).collect()
+    let undecided = |row: &Vec<Beside>| {
+        row.iter().filter(|pixel| !pixel.decided).map(|pixel| (pixel.place, pixel.face.plane)).collect()
     };
-    map.take(&beside.iter().map(unsettled).collect::<Vec<_>>());
+    map.take(&beside.iter().map(undecided).collect::<Vec<_>>());
     map.texture.par_rows().zip(&beside).for_each(|(texture, row)| {
-        row.iter().filter(|pixel| !pixel.settled).for_each(|pixel| texture[pixel.place] = pixel.face.texture);
+        row.iter().filter(|pixel| !pixel.decided).for_each(|pixel| texture[pixel.place] = pixel.face.texture);
     });
     beside.into_iter().map(|row| row.into_iter().map(|pixel| pixel.place).collect()).collect()
 }
 
-/// Whether slants on both sides of each pixel of row `y` hint at a crease: half as clearly as they must, at one of two distances. Most pixels are spared
-/// [`face_beside_crease`] by that, which is slow.
+/// Whether slants on both sides of each pixel of row `y` hint at a crease: half as clearly as they must, at
+/// one of two distances. Most pixels are spared [`face_beside_crease`] by that, which is slow.
 fn slant_changes(map: &SurfacePlanes, y: usize, across: Across) -> Vec<bool> {
     let (slants, farthest) = match across {
         Across::Columns => (&map.slant_x, 0),
@@ -149,12 +157,11 @@ fn face_beside_crease(
         }
     }
     let (own, face) = (face(0), if crease > 0.0 { before } else { after });
-    let alike = |difference: f32, variance: f32| {
-        difference * difference <= SETTLED_SIGMAS * SETTLED_SIGMAS * variance
-    };
-    let settled = alike(slant(&own) - slant(&face), own.plane.slant_variance + face.plane.slant_variance)
+    let alike =
+        |difference: f32, variance: f32| difference * difference <= ALIKE_SIGMAS * ALIKE_SIGMAS * variance;
+    let decided = alike(slant(&own) - slant(&face), own.plane.slant_variance + face.plane.slant_variance)
         && alike(own.plane.disparity - face.plane.disparity, own.plane.variance + face.plane.variance);
-    Some(Beside { place: pixel.0, face, settled })
+    Some(Beside { place: pixel.0, face, decided })
 }
 
 #[cfg(test)]
@@ -174,7 +181,8 @@ mod tests {
     /// Where the faces of `roof` meet, in columns.
     const CREASE: f64 = 20.3;
 
-    /// A map of the planes that touch `surface`, which gives disparity and slant along x, and along y with `turned`.
+    /// A map of the planes that touch `surface`, which gives disparity and slant along x, and along y with
+    /// `turned`.
     fn map_of(surface: impl Fn(f64) -> (f64, f64), turned: bool, noise: f64) -> SurfacePlanes {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
@@ -221,7 +229,8 @@ mod tests {
                     assert!((f64::from(found[1]) - slant).abs() < 1e-6, "{turned} {x} {y}: {found:?}");
                 }
             }
-            // Beside the crease lie those that it is at most 3 px from, as far as the faces' own planes can be told.
+            // Beside the crease lie those that it is at most 3 px from, as far as the faces' own planes can
+            // be told.
             let told = |x: usize, y: usize| beside[y].contains(&(PAD + x));
             for across in 0..COLUMNS {
                 let told = if turned { told(5, across) } else { told(across, 5) };
@@ -238,7 +247,8 @@ mod tests {
     fn a_face_has_the_plane_that_is_known_best_where_it_is_carried_to() {
         let mut map = map_of(roof, false, 0.0);
         for y in 0..ROWS {
-            // A straddling window won; and next to it, windows that are narrow know the slant badly and have it wrong.
+            // A straddling window won; and next to it, windows that are narrow know the slant badly and have
+            // it wrong.
             let straddling = PAD + 20;
             map.disparity.row_mut(y)[straddling] = -0.05;
             map.slant_x.row_mut(y)[straddling] = 0.0;

@@ -1,21 +1,24 @@
-//! What slant does to the blur.
+//! Foreshortening of blur: the effect of slant on the intensity along a line.
 //!
-//! Lens and pixel blur a picture by a fixed variance kappa on the sensor, but a slanted surface is stretched from frame to frame: by
-//! 1 + p tau' along x, and sheared by q tau', for a disparity that grows by p px per px of x and q of y. Seen from the surface the blur shrinks where the picture
-//! is stretched, so that the intensity along the true line is not constant: by the heat equation it drifts by
-//! -kappa (p I_xx + q I_xy) per unit of tau. A observation would take that for disparity. kappa is one number for all pixels; it is
-//! found from the observations themselves, which scatter about their planes by it, and its effect is taken off.
+//! Lens and pixel blur the image by a fixed variance kappa on the sensor. The image of a slanted surface is
+//! stretched from frame to frame: by 1 + p tau' along x, and sheared by q tau', for a disparity that grows by
+//! p px per px of x and q of y. On the surface the blur therefore shrinks where the image is stretched, so
+//! the intensity along the true line is not constant. By the heat equation it drifts by -kappa (p I_xx + q
+//! I_xy) per unit of tau, and an observation takes that for disparity. kappa is one number for all pixels. It
+//! is found by regression from the observations, which scatter about their planes because of it, and its
+//! effect is subtracted.
 
 use rayon::prelude::*;
 
-use super::planes::{ObservationPlanes, PAD, SurfacePlanes};
+use super::padded::PAD;
+use super::planes::{ObservationMaps, SurfacePlanes};
 
 /// The largest variance of a blur that is believed, in px^2: a point spread of sigma 2 px.
 const LARGEST_BLUR: f64 = 4.0;
 
-/// Finds the variance of the blur, in px^2, from the observations and the planes through them, and takes its effect off the observations' moments. Without slants nothing is
-/// found and nothing changes.
-pub(super) fn take_off_drift(observations: &mut ObservationPlanes, map: &SurfacePlanes) {
+/// Finds the variance of the blur, in px^2, from the observations and the planes through them, and takes its
+/// effect off the observations' moments. Without slants nothing is found and nothing changes.
+pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePlanes) {
     let rows = observations.rows();
     // Numerator and denominator of the regression, row by row: the order of sums is fixed.
     let sums: Vec<(f64, f64)> = (0..rows)
@@ -51,8 +54,8 @@ pub(super) fn take_off_drift(observations: &mut ObservationPlanes, map: &Surface
     });
 }
 
-/// What a blur of variance 1 adds to the moments of row `y`: S g (p I_xx + q I_xy).
-fn drift_row(observations: &ObservationPlanes, map: &SurfacePlanes, y: usize) -> Vec<f32> {
+/// Moments that a blur of variance 1 adds to row `y`: S g (p I_xx + q I_xy).
+fn drift_row(observations: &ObservationMaps, map: &SurfacePlanes, y: usize) -> Vec<f32> {
     let (weight, gradient, curvature) =
         (observations.weight.row(y), observations.gradient.row(y), observations.curvature.row(y));
     let (first, last) = (y.saturating_sub(1), (y + 1).min(observations.rows() - 1));
@@ -83,7 +86,7 @@ mod tests {
     /// S of the formula.
     const SPREAD: f64 = 8.0;
 
-    /// p and q of a surface that bends: slants vary.
+    /// p and q of a curved surface: slants vary.
     fn slants(x: f64, y: f64) -> (f64, f64) {
         (0.02 + 0.001 * x, -0.03 + 0.0008 * y)
     }
@@ -100,10 +103,11 @@ mod tests {
         (14.0 * turned.sin() + y * crossed, 9.8 * turned.cos() - 0.12 * y * (0.4 * x).sin(), crossed)
     }
 
-    /// Observations on a surface whose slants are `scale` times the formula's, seen through a blur of variance `blur`, with noise of `sigma` DN; and the true
-    /// surface, unknown in the first and last row, which have no neighbour on one side.
-    fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationPlanes, SurfacePlanes) {
-        let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+    /// Observations on a surface whose slants are `scale` times the formula's, seen through a blur of
+    /// variance `blur`, with noise of `sigma` DN; and the true surface, unknown in the first and last row,
+    /// which have no neighbour on one side.
+    fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationMaps, SurfacePlanes) {
+        let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
         let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
         let mut random = ChaCha8Rng::seed_from_u64(11);
         for y in 0..ROWS {
@@ -155,7 +159,8 @@ mod tests {
 
     #[test]
     fn the_drift_of_a_blur_is_found_and_taken_off() {
-        // Moments up to 5000 in single precision are known to 0.0003, of drifts above 10: 3e-5, and twice that for the difference.
+        // Moments up to 5000 in single precision are known to 0.0003, of drifts above 10: 3e-5, and twice
+        // that for the difference.
         let (least, greatest) = taken_off(0.7, 0.0);
         assert!(least > 0.7 - 1e-4 && greatest < 0.7 + 1e-4, "{least} to {greatest}");
         let (mut observations, map) = observations_through(0.7, 1.0, 0.0);

@@ -1,7 +1,7 @@
-//! What light varied from frame to frame, if photometry has left any: the gain of each frame against the mean along the lines.
+//! Gain of each frame against the mean along the lines: what is left of varying light after photometry.
 //!
-//! A frame that is brighter than the others moves the intensities of all its points together, so windows do not average that out. The
-//! points tell it: in a frame of gain g every point is g times as bright as its mean over all frames, whatever it shows.
+//! A frame that is brighter than the others changes the intensities of all its points together, so no window
+//! averages that out. In a frame of gain g every point is g times as bright as its mean over all frames.
 
 use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
@@ -17,22 +17,25 @@ const SAMPLED_ROWS: usize = 64;
 /// The same for a first look, if they hold enough points: a thousand leave less than a tenth of a percent.
 const SAMPLED_ROWS_OF_QUICK: usize = 16;
 const ENOUGH_POINTS: usize = 1000;
-/// Every so manieth column is: nearer ones show the same texture.
+/// Only every n-th column is used: nearer ones show the same texture.
 const COLUMN_STEP: usize = 4;
 /// Darker points than this share of full scale say little of a factor.
 const LEAST_LIGHT: f32 = 1.0 / 32.0;
 /// Fewer points tell nothing.
 const LEAST_POINTS: usize = 50;
-/// Points are believed whose intensities vary along their lines by no more than this many times what those of a good one do, the lower quartile (in
-/// squares). What lies beside the object has no line of its own. A narrower limit would choose points whose noise hides the gains.
-const BELIEVED: f32 = 6.0;
+/// Points count if their intensities vary along their lines by at most this many times the lower quartile (in
+/// squares). Background beside the object has no line of its own. A narrower limit would choose points whose
+/// noise masks the gains.
+const ACCEPTED: f32 = 6.0;
 /// Points this many standard deviations away have full weight: of normal ones few lie beyond.
 const FAR_SIGMAS: f32 = 2.0;
-/// Gains that vary by less than this (RMS) are left as they are: of 100 DN that is a fifth of a DN, less than quantisation leaves of a single pixel.
+/// Gains that vary by less than this (RMS) are left as they are: of 100 DN that is a fifth of a DN, less than
+/// quantisation leaves of a single pixel.
 const LEAST_VARIATION: f32 = 0.002;
 /// Gains beyond this factor are no light that photometry has left.
 const LARGEST: f32 = 1.25;
-/// Gains that are no more than chance have a mean squared deviation of one variance; with some ten frames chance seldom makes it four.
+/// Gains that are no more than chance have a mean squared deviation of one variance; with some ten frames
+/// chance seldom makes it four.
 const SIGNIFICANT: f32 = 4.0;
 
 /// One over the gain of each frame; `None` if they are all alike, as far as chance lets tell.
@@ -55,7 +58,7 @@ pub(super) fn corrections(
     }
     let quartile = points.len() / 4;
     points.select_nth_unstable_by(quartile, |one, other| one.spread.total_cmp(&other.spread));
-    let limit = (BELIEVED * points[quartile].spread).max(f32::MIN_POSITIVE);
+    let limit = (ACCEPTED * points[quartile].spread).max(f32::MIN_POSITIVE);
     // Belief ends gradually, so that no point is decisive.
     points.iter_mut().for_each(|point| point.weight = (2.0 - point.spread / limit).clamp(0.0, 1.0));
     points.retain(|point| point.weight > 0.0);
@@ -75,8 +78,8 @@ struct Gain {
 }
 
 impl Gain {
-    /// The mean of the points' ratios, of which those farther than [`FAR_SIGMAS`] from the median count as no farther (Huber 1964): points on wrong lines
-    /// hardly move it.
+    /// The mean of the points' ratios, of which those farther than [`FAR_SIGMAS`] from the median count as no
+    /// farther (Huber 1964): points on wrong lines hardly move it.
     fn of(points: &[Point], t: usize) -> Self {
         let mut ratios: Vec<f32> = points.iter().map(|point| point.ratios[t]).collect();
         let middle = upper_median(&mut ratios).unwrap_or(f32::NAN);

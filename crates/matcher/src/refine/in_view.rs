@@ -1,14 +1,15 @@
 //! Which frames see a block of pixels, and where.
 
-use super::moments::{FrameSample, LANES, SeenStretch};
+use super::moments::{FrameSample, LANES, VisibleInterval};
 use super::spline::FRACTIONS;
 use crate::lines::Lines;
 
-// Whole pixels and fractions of a shift are told apart by bits.
+// Whole pixels and fractions of a shift are separated by bits.
 const _: () = assert!(FRACTIONS.is_power_of_two());
 
-/// Of the `shown` frames, with their tau', those that see any of the `served` pixels of the block from column `start` on, whose disparity is about `common`; and,
-/// unless all see all, each pixel's interval. Of tau' = tau - tau_r those in `visible`, one for each pixel of the row, count where they are known.
+/// Of the `shown` frames, with their tau', those that see any of the `served` pixels of the block from column
+/// `start` on, whose disparity is about `common`; and, unless all see all, each pixel's interval. Of tau' =
+/// tau - tau_r those in `visible`, one for each pixel of the row, count where they are known.
 pub(super) fn in_view(
     lines: &Lines,
     (start, common): (usize, f64),
@@ -16,20 +17,21 @@ pub(super) fn in_view(
     shown: &[(usize, f64)],
     visible: Option<&[(f32, f32)]>,
     samples: &mut Vec<FrameSample>,
-) -> Option<SeenStretch> {
+) -> Option<VisibleInterval> {
     // The spline is mirrored at the borders, so within a pixel of them its gradient is not that of the scene.
     let (low, high) = (1.0, (lines.columns() - 2) as f64);
     let moved = [-lines.tau_before(), lines.tau_after()].map(|tau| common * tau);
     let leftmost = start as f64 + moved[0].min(moved[1]);
     let rightmost = (start + LANES - 1) as f64 + moved[0].max(moved[1]);
-    // Far from the borders all frames see all of the block. A pixel is more than what rounding could move a line by.
+    // Far from the borders all frames see the whole block. A pixel is more than rounding could move a line
+    // by.
     let inside = leftmost >= low + 1.0 && rightmost <= high - 1.0 && visible.is_none();
     samples.clear();
     if inside {
         samples.extend(shown.iter().map(|&(t, tau)| sample(start, common, t, tau)));
         return None;
     }
-    let mut seen = SeenStretch { first: [f32::INFINITY; LANES], last: [f32::NEG_INFINITY; LANES] };
+    let mut seen = VisibleInterval { first: [f32::INFINITY; LANES], last: [f32::NEG_INFINITY; LANES] };
     let (mut earliest, mut latest) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut everywhere = true;
     for lane in (0..LANES).filter(|&lane| served[lane]) {

@@ -1,17 +1,23 @@
-//! How far pixels lock, measured at the lines of some thousand points, and what that does to each disparity.
+//! Pixel locking, measured along the lines of some thousand points, and the bias that it gives to each
+//! disparity.
 //!
-//! Texture of frequency omega, sampled at whole pixels and interpolated at the fraction f, comes back as H_0 + sum of H_h exp(-2 pi i h f), where the
-//! H_h are the shares of its aliases (of a spline: (omega - 2 pi h)^-6 over their sum; Unser 1999). So with e_t = exp(-2 pi i h f_t) the values along a
-//! point's line are T + Re(C e_t), and the gradients g_0 + Re(D e_t). The fit regresses the values on tau', with the mean gradient g = g_0 + Re(D u),
-//! u = mean of e_t, for weight. With m, the slope of e_t over tau', the disparities of many points err on average by
+//! Texture of frequency omega, sampled at whole pixels and interpolated at the fraction f, comes back as H_0
+//! + sum of H_h exp(-2 pi i h f), where the H_h are the shares of its aliases (of a spline: (omega - 2 pi
+//! h)^-6 over their sum; Unser 1999). So with e_t = exp(-2 pi i h f_t) the values along a point's line are T
+//! + Re(C e_t), and the gradients g_0 + Re(D e_t). The fit regresses the values on tau', weighted by the mean
+//! gradient g = g_0 + Re(D u), u = mean of e_t. With m, the slope of e_t over tau', the disparities of many
+//! points err on average by
 //!
-//!   -(alpha Im(-m) - kappa / 2 Im(u conj(m))) / (G + 2 gamma Re(u) + Q |u|^2 / 2),
+//! -(alpha Im(-m) - kappa / 2 Im(u conj(m))) / (G + 2 gamma Re(u) + Q |u|^2 / 2),
 //!
-//! G = mean of g_0^2, alpha = that of g_0 Im(C), kappa = that of Im(D conj(C)), gamma = that of g_0 Re(D), Q = that of |D|^2; the other means vanish for
-//! texture that looks alike from left and right. alpha is what interpolation takes from texture near two pixels per period, kappa is finer texture,
-//! which the sensor shows as a coarser one that moves the wrong way. All of them are measured where fractions are well spread, and
-//! tell what happens where they are not. Where they are well spread nowhere, kappa stays unknown, but alpha shows in a single frame: half a pixel beside
-//! the pixels the variance is less by the sum of 4 H_0 H_1 P, and H_0 H_1 leaves little but omega = pi. Without kappa the bias is mostly overstated.
+//! G = mean of g_0^2, alpha = that of g_0 Im(C), kappa = that of Im(D conj(C)), gamma = that of g_0 Re(D), Q
+//! = that of |D|^2. The other means vanish for texture that looks alike from left and right.
+//!
+//! alpha is what interpolation takes from texture near two pixels per period. kappa is finer texture, which
+//! the sensor shows as a coarser one that moves the wrong way. All of them are measured where fractions are
+//! well spread, and predict the bias where they are not. If fractions are well spread nowhere, kappa stays
+//! unknown and the bias is mostly overstated. alpha still shows in a single frame: halfway between pixels the
+//! variance is less by the sum of 4 H_0 H_1 P, and H_0 H_1 leaves little but omega = pi.
 
 mod prediction;
 mod products;
@@ -29,19 +35,23 @@ use crate::lines::Lines;
 
 /// Rows that are looked at, spread over the image.
 const SAMPLED_ROWS: usize = 32;
-/// Every so manieth column is: nearer ones show the same texture.
+/// Only every n-th column is used: nearer ones show the same texture.
 const COLUMN_STEP: usize = 4;
-/// Points whose residuals vary by more than this many times those of a good one of their row, the lower quartile (in squares), count as much less.
-const BELIEVED: f64 = 6.0;
-/// Fractions are well spread if a harmonic is known with at most this many times the variance that evenly spread ones leave.
+/// Points whose residuals vary by more than this many times those of a good one of their row, the lower
+/// quartile (in squares), count as much less.
+const ACCEPTED: f64 = 6.0;
+/// Fractions are well spread if a harmonic is known with at most this many times the variance that evenly
+/// spread ones leave.
 const WELL_SPREAD: f64 = 1.25;
 /// Fewer points of a row tell nothing.
 const LEAST_POINTS: usize = 8;
-/// Fewer frames do not tell so many terms from chance.
+/// With fewer frames, this many terms cannot be separated from chance.
 const LEAST_FRAMES: usize = 2 * TERMS;
-/// Columns before a point from which coefficients are taken, so that all that a sample's square is made of lie behind.
+/// Columns before a point from which coefficients are taken, so that all that a sample's square is made of
+/// lie behind.
 const BESIDE: isize = 4;
-/// A frame moved by a whole number of pixels but for this many steps of the table shows texture as the reference frame does.
+/// A frame moved by a whole number of pixels but for this many steps of the table shows texture as the
+/// reference frame does.
 const NEARLY_WHOLE: usize = FRACTIONS / 8;
 
 /// Whether row `y` of `rows` is looked at.
@@ -55,12 +65,12 @@ pub(super) fn is_sampled(y: usize, rows: usize) -> bool {
 struct Sighting {
     frame: usize,
     tau: f64,
-    /// Column of the sample, towards the smaller, and what is left of its place, in steps of the table.
+    /// Column of the sample, rounded down, and the rest of its place, in steps of the table.
     column: isize,
     fraction: usize,
 }
 
-/// What the points of one row tell.
+/// Sums over the points of one row.
 pub(super) struct RowSums {
     /// By lines whose fractions are well spread.
     lines: Option<LineSums>,
@@ -89,7 +99,7 @@ struct Point {
 #[derive(Clone, Copy)]
 pub(super) struct RowLines<'a> {
     pub(super) lines: &'a Lines,
-    /// Disparities, NaN where there is none.
+    /// Disparities in px, NaN where unknown.
     pub(super) disparities: &'a [f32],
     /// First and last tau' in which each pixel is seen; `None`: wherever it is in the image.
     pub(super) visible: Option<&'a [(f32, f32)]>,
@@ -151,29 +161,29 @@ impl RowLines<'_> {
         if (2..TERMS).any(|term| inverse[(term, term)] > WELL_SPREAD * even) {
             return None;
         }
-        let (mut values, mut slopes) = (Terms::zeros(), Terms::zeros());
+        let (mut values, mut gradients) = (Terms::zeros(), Terms::zeros());
         let mut residuals = Vec::with_capacity(count);
         for sighting in &sightings {
             let taps = epi.taps(sighting.frame, sighting.column);
-            let [value, slope, _] = spline.weights(sighting.fraction);
+            let [value, gradient, _] = spline.weights(sighting.fraction);
             let dot =
                 |weights: &[f32]| weights.iter().zip(taps).map(|(weight, tap)| weight * tap).sum::<f32>();
-            let (value, slope) = (f64::from(dot(value)), f64::from(dot(slope)));
+            let (value, gradient) = (f64::from(dot(value)), f64::from(dot(gradient)));
             let terms = turns.terms(sighting.tau, sighting.fraction);
             values += terms * value;
-            slopes += terms * slope;
+            gradients += terms * gradient;
             residuals.push(value);
         }
-        (values, slopes) = (inverse * values, inverse * slopes);
+        (values, gradients) = (inverse * values, inverse * gradients);
         for (residual, sighting) in residuals.iter_mut().zip(&sightings) {
             *residual -= values.dot(&turns.terms(sighting.tau, sighting.fraction));
         }
         let spread = residuals.iter().map(|residual| residual * residual).sum::<f64>();
-        let products = Products::of(&values, &slopes, 1.0);
-        Some(Point { sightings, residuals, products, gradient: slopes[0], spread })
+        let products = Products::of(&values, &gradients, 1.0);
+        Some(Point { sightings, residuals, products, gradient: gradients[0], spread })
     }
 
-    /// What the row's points tell.
+    /// Sums over the row's points.
     pub(super) fn sums(&self, spline: &Spline, turns: &Turns, epi: &SplineEpi) -> RowSums {
         RowSums { lines: self.line_sums((spline, turns), epi), texture: self.texture_sums(spline, epi) }
     }
@@ -186,7 +196,7 @@ impl RowLines<'_> {
         }
         let mut spreads: Vec<f64> = points.iter().map(|point| point.spread).collect();
         let quartile = spreads.len() / 4;
-        let limit = BELIEVED * *spreads.select_nth_unstable_by(quartile, f64::total_cmp).1;
+        let limit = ACCEPTED * *spreads.select_nth_unstable_by(quartile, f64::total_cmp).1;
         let frames = vec![(0.0, 0.0); self.lines.frames()];
         let mut sums = LineSums { products: Products::default(), frames };
         for point in points {
@@ -201,7 +211,7 @@ impl RowLines<'_> {
         Some(sums)
     }
 
-    /// What the texture of the row's points tells of alpha: products of two frames, whose noise has nothing in common.
+    /// alpha from the texture of the row's points: products of two frames, whose noise is independent.
     fn texture_sums(&self, spline: &Spline, epi: &SplineEpi) -> Option<Products> {
         let reference = self.lines.reference();
         let mut pairs = Vec::new();
@@ -221,20 +231,20 @@ impl RowLines<'_> {
         if pairs.len() < LEAST_POINTS {
             return None;
         }
-        // What a frame's variance loses at half a pixel, as a sum over coefficients: low frequencies do not come in.
+        // The loss of variance at half a pixel, as a sum over coefficients: low frequencies cancel.
         let [own, half] = [0, FRACTIONS / 2].map(|fraction| spline.weights(fraction)[0]);
         let correlation = |weights: &[f32; TAPS], lag: usize| {
             weights.iter().zip(&weights[lag..]).map(|(one, other)| f64::from(one * other)).sum::<f64>()
         };
         let kernel: [f64; TAPS] = std::array::from_fn(|lag| correlation(&own, lag) - correlation(&half, lag));
-        let slope = &spline.weights(0)[1];
+        let gradient = &spline.weights(0)[1];
         let (mut lost, mut square) = (0.0, 0.0);
         for (one, other) in pairs {
             let middle = f64::from(one[TAPS]);
             let lags = (1..TAPS).map(|lag| kernel[lag] * f64::from(other[TAPS - lag] + other[TAPS + lag]));
             lost += middle * (kernel[0] * f64::from(other[TAPS]) + lags.sum::<f64>());
             let gradient = |taps: &[f32]| {
-                slope.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum::<f64>()
+                gradient.iter().zip(taps).map(|(weight, tap)| f64::from(weight * tap)).sum::<f64>()
             };
             square += gradient(one) * gradient(other);
         }

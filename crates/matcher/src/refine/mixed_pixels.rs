@@ -1,8 +1,10 @@
-//! Pixels at the rim of a surface show two at once, and belong to the one that has more of them.
+//! Mixed pixels: a pixel at the rim of a surface shows two surfaces, and goes to the one that has more of it
+//! (alpha matting).
 //!
-//! Along the nearer surface's line such a pixel shows that surface's share of itself, always the same, and for the rest what it passes before
-//! (compositing; Porter and Duff 1984). A frame in which the nearer surface has moved away shows that alone, so the farther one's share is the gradient of the
-//! regression of the one on the other (matting before a known background; Smith and Blinn 1996).
+//! Along the nearer surface's line such a pixel shows a constant share of that surface, and for the rest the
+//! background that it passes (compositing; Porter and Duff 1984). A frame in which the nearer surface has
+//! moved away shows the background alone. The background's share is the slope of the regression of the one on
+//! the other (matting before a known background; Smith and Blinn 1996).
 
 use super::observations::Observation;
 use super::spline::{FRACTIONS, Spline, SplineEpi};
@@ -12,23 +14,25 @@ use crate::lines::Lines;
 pub(super) const BESIDE_PX: usize = 2;
 /// Disparities that differ by more than this are of two surfaces, in px.
 pub(super) const APART_PX: f32 = 2.0;
-/// So far from the rim no blur of the nearer surface is left, in px.
+/// At this distance from the rim, in px, no blur of the nearer surface is left.
 const CLEAR_PX: f64 = 1.5;
 /// Fewer samples tell no share.
 const LEAST_SAMPLES: usize = 10;
-/// What varies along the line and is not of the farther surface may have this share of its texture's variance: the square of the share that decides. More is of a third surface.
+/// The variance along the line that the farther surface does not explain may be this share of its texture's
+/// variance: the square of the share that decides. More shows a third surface.
 const LARGEST_UNEXPLAINED: f64 = DECIDING_SHARE * DECIDING_SHARE;
 /// Pixels belong to the surface that has more than this share of them.
 const DECIDING_SHARE: f64 = 0.5;
-/// The smallest variance of the residuals of so many neighbours on both sides is that of the noise: those of a rim are larger.
+/// The variance of the noise is the smallest of the residuals' within this many pixels on both sides: those
+/// of a rim are larger.
 const NOISE_REACH: usize = 3;
 
-/// A row's lines and what is known along them.
+/// A row's lines and the samples along them.
 pub(super) struct RowSamples<'a> {
     pub(super) spline: &'a Spline,
     pub(super) epi: &'a SplineEpi,
     pub(super) lines: &'a Lines,
-    /// Only every so manieth frame from the reference frame on is there.
+    /// Only every n-th frame from the reference frame on is there.
     pub(super) every: usize,
 }
 
@@ -41,8 +45,8 @@ struct Rim {
 }
 
 impl RowSamples<'_> {
-    /// For each pixel of the row that belongs to another surface than its guess says, as far as the texture of the farther one tells, how many columns away
-    /// that surface is; 0 for the others.
+    /// For each pixel of the row that belongs to another surface than its guess says, as far as the texture
+    /// of the farther one tells, how many columns away that surface is; 0 for the others.
     pub(super) fn find_misplaced(&self, guesses: &[f32], observations: &[Observation], misplaced: &mut [i8]) {
         for (x, misplaced) in misplaced.iter_mut().enumerate() {
             let own = guesses[x];
@@ -64,11 +68,12 @@ impl RowSamples<'_> {
         }
     }
 
-    /// The farther surface's share of pixel `x`; `None` if its texture does not stand out of noise of this variance, in DN^2, or too few frames tell.
+    /// The farther surface's share of pixel `x`; `None` if its texture is not significant against noise of this
+    /// variance, in DN^2, or too few frames show it.
     fn share_of_far(&self, x: usize, rim: &Rim, noise: f64) -> Option<f64> {
         let offsets = self.lines.offsets();
         let apart = rim.near - rim.far;
-        // How far the rim has moved away from what is behind the pixel.
+        // Distance by which the rim has moved away from the background behind the pixel.
         let moved = |t: usize| apart * offsets[t] * rim.toward;
         let there = |t: &usize| t.abs_diff(self.lines.reference()).is_multiple_of(self.every);
         let clear = (0..offsets.len()).filter(there).max_by(|&a, &b| moved(a).total_cmp(&moved(b)))?;
@@ -100,7 +105,8 @@ impl RowSamples<'_> {
         (unexplained <= LARGEST_UNEXPLAINED * texture + noise).then_some(share)
     }
 
-    /// The intensity of frame `t` at a column; `None` within a pixel of the borders, where the spline is mirrored, and beyond.
+    /// The intensity of frame `t` at a column; `None` within a pixel of the borders, where the spline is
+    /// mirrored, and beyond.
     fn sample(&self, t: usize, column: f64) -> Option<f64> {
         if column < 1.0 || column > (self.lines.columns() - 2) as f64 {
             return None;
@@ -150,8 +156,8 @@ mod tests {
         140.0 + 20.0 * (1.1 * x).sin() + 20.0 * (1.9 * x + 2.0).sin()
     }
 
-    /// A near surface to the right of a rim that covers `share` of the pixel in frame `reference`, before a farther one that shows `far`. Pixels show what covers their
-    /// square.
+    /// A near surface to the right of a rim that covers `share` of the pixel in frame `reference`, before a
+    /// farther one that shows `far`. Pixels show what covers their square.
     fn scene(share: f64, reference: usize, far: impl Fn(f64) -> f64) -> (Volume, Lines) {
         let tau = Tau::equidistant(FRAMES).unwrap();
         let lines = Lines::new(&tau, reference, COLUMNS);
@@ -212,7 +218,8 @@ mod tests {
 
     #[test]
     fn a_third_surface_tells_nothing_of_two() {
-        // In the last frame, where the near surface has moved away, something else hides what it has laid bare.
+        // In the last frame, where the near surface has moved away, something else occludes what it has laid
+        // bare.
         let (mut volume, lines) = scene(0.0, FRAMES / 2, far_texture);
         let mut third = scene(0.0, FRAMES / 2, |x| far_texture(1.3 * x + 40.0)).0;
         let last = (FRAMES - 1) * COLUMNS;

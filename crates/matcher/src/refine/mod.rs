@@ -1,22 +1,29 @@
-//! The last digits of the disparity, and its sigma: a fit of the line over all frames that see it.
+//! Sub-pixel fit: the disparity and its sigma, by a fit of the line over all frames that see it.
 //!
-//! Model: the intensities of a window are one template, unknown, moving along the line; the disparity varies linearly over
-//! the window (slant). Around a first guess d0 of each pixel, its samples are I_t = T + g (d0 - d) tau'_t + noise, where g
-//! is the template's gradient along x, the mean of the frames' gradients along the line, and tau' = tau - tau_r. The
-//! regression of I on tau' has the slope b = g (d0 - d). Each pixel thus observations for d = d0 - b / g with the weight
-//! w = g^2 S, S = sum of (tau' - mean)^2, and the least-squares solution of all pixels of the window is the plane
-//! d + p u + q v fitted to their observations: a Gauss-Newton step of the joint problem, template eliminated (`observations`). A second step starts from the new
-//! disparities (`steps`). Frames that do not see a point, because it has left the image or something nearer hides it, are left out (`visibility`), the drift
-//! that slant gives to the blur is taken off (`foreshortening`), pixels at rims go to the surface that has more of them (`mixed_pixels`), and windows follow the
-//! surface (`adaptive_support`, `support`).
+//! Model: the intensities of a window are one unknown template that moves along the line; the disparity
+//! varies linearly over the window (slant). Around a first guess d0 of each pixel, its samples are I_t = T +
+//! g (d0 - d) tau'_t + noise, where g is the template's gradient along x, the mean of the frames' gradients
+//! along the line, and tau' = tau - tau_r. The regression of I on tau' has the slope b = g (d0 - d). So each
+//! pixel gives one observation of the disparity, d0 - b / g, with the weight w = g^2 S, S = sum of (tau' -
+//! mean)^2 (`observations`). The least-squares solution of all pixels of the window is the plane d + p u + q
+//! v fitted to their observations: a Gauss-Newton step of the joint problem with the template eliminated. A
+//! second step starts from the new disparities (`steps`).
 //!
-//! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix, which for one pixel or an
-//! upright window is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N sum of g^2)). What supports smooth away, and what
-//! credible windows disagree by, comes on top (`smoothing`).
+//! - Frames that do not see a point, because it has left the image or is occluded, are left out
+//!   (`visibility`).
+//! - The drift that slant gives to the blur is subtracted (`foreshortening`).
+//! - Pixels at rims go to the surface that has more of them (`mixed_pixels`).
+//! - Windows follow the surface (`adaptive_support`, `support`).
+//!
+//! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix. For one pixel or
+//! an upright window that is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N
+//! sum of g^2)). Added to it is the variance of what supports smooth away, and of the disagreement of
+//! credible windows (`smoothing`).
 
 mod adaptive_support;
 mod carried;
 mod creases;
+mod fit;
 mod foreshortening;
 mod gains;
 mod in_view;
@@ -26,6 +33,7 @@ mod moments;
 mod neighbours;
 mod observations;
 mod outlier_test;
+mod padded;
 mod planes;
 mod smoothing;
 mod spline;
@@ -38,58 +46,38 @@ use rayon::prelude::*;
 
 use super::lines::{Lines, SeenRule};
 use super::locking::LockingAmplitudes;
-use super::options::Effort;
 use adaptive_support::join_observations;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
+pub use fit::Fit;
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use outlier_test::outliers_of_row;
-use planes::{PAD, Padded};
-use spline::SLOPE_NOISE_GAIN;
+use padded::{PAD, Padded};
+use spline::GRADIENT_NOISE_GAIN;
 use steps::{Steps, extremes};
 use visibility::visible_intervals;
 
-/// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
-const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
-/// Texture must raise the mean squared gradient this far above what noise alone does.
+/// Texture must raise the mean squared gradient to this many times that of noise alone.
 const TEXTURE_OVER_NOISE: f64 = 4.0;
-/// The noise is averaged over this reach, in px.
-const NOISE_REACH: usize = 3;
-
-/// How the fit is done.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fit {
-    /// Side of the smallest window, in px, odd.
-    pub window_px: usize,
-    /// Where a window leaves a larger sigma than this, in px, it grows as far as it has to, up to 11 px, and on surfaces without relief
-    /// up to 21 px.
-    pub wanted_sigma_px: f64,
-    /// With [`Effort::Quick`] windows are the smallest, centred on the pixel or beside it, and no other are tried.
-    pub effort: Effort,
-    /// Gauss-Newton steps; 0 leaves the disparity and only states its sigma.
-    pub steps: usize,
-    /// Which frames count.
-    pub rule: SeenRule,
-    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the contrast around a point.
-    pub deviation_share: Option<f32>,
-}
-
-/// What the fit found: planes of rows x columns.
+/// The result of the fit: maps of rows x columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitResult {
     /// Disparity in px; NaN where there was no guess.
     pub disparity: Grid<f32>,
     /// Its standard deviation in px; NaN where noise alone explains the gradients.
     pub sigma: Grid<f32>,
-    /// Whether a pixel lies beside another surface and its frames show something else than its line; `None` if that was not asked.
+    /// Whether a pixel lies beside another surface and its frames deviate from its line (outlier test);
+    /// `None` if that was not tested.
     pub outliers: Option<Grid<bool>>,
-    /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if none stands out from chance.
+    /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if it is not significant.
     pub locking_px: Option<Grid<f32>>,
-    /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was fitted.
+    /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was
+    /// fitted.
     pub locking: Option<LockingAmplitudes>,
 }
 
-/// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is called once for each row.
+/// `guess` after one step by some of the frames, for a fit that starts nearer; NaN stays NaN. `report` is
+/// called once for each row.
 pub fn stepped(
     volume: &Volume,
     lines: &Lines,
@@ -102,7 +90,8 @@ pub fn stepped(
     current
 }
 
-/// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and step.
+/// Fits every pixel whose guess is a number; the others stay NaN. `report` is called once for each row and
+/// step.
 pub fn fit(
     volume: &Volume,
     lines: &Lines,
@@ -120,7 +109,7 @@ pub fn fit(
     let minimum_frames = options.rule.minimum_frames;
     let (mut planes, sums) = steps.observations(&current, 1, |row| {
         report();
-        let of_lines = RowLines { lines, disparities: row.guesses, visible: row.occluded, minimum_frames };
+        let of_lines = RowLines { lines, disparities: row.guesses, visible: row.visible, minimum_frames };
         let sampled = options.steps > 0 && is_sampled(row.y, rows);
         sampled.then(|| of_lines.sums(&steps.spline, &turns, row.epi))
     });
@@ -137,14 +126,14 @@ pub fn fit(
     drop(planes);
     let amplitudes = Amplitudes::of(&sums);
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
-    let outstanding = amplitudes.as_ref().filter(|amplitudes| amplitudes.stand_out());
-    let locking_px = outstanding.map(|amplitudes| {
+    let significant = amplitudes.as_ref().filter(|amplitudes| amplitudes.are_significant());
+    let locking_px = significant.map(|amplitudes| {
         let prediction = Prediction::new(amplitudes, &turns, lines, extremes(&current));
         let mut biases = Grid::filled(rows, columns, 0.0);
         biases.values_mut().par_chunks_mut(columns).enumerate().for_each(|(y, out)| {
             let guesses = current.row(y);
-            let occluded = steps.points_are_occluded().then(|| visible_intervals(guesses, lines));
-            let row = RowLines { lines, disparities: guesses, visible: occluded.as_deref(), minimum_frames };
+            let visible = steps.points_may_be_occluded().then(|| visible_intervals(guesses, lines));
+            let row = RowLines { lines, disparities: guesses, visible: visible.as_deref(), minimum_frames };
             prediction.row(row, out);
         });
         biases
@@ -161,7 +150,7 @@ pub fn fit(
             let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
             sigma[x] = if textured && !guess.is_nan() { variance.sqrt() } else { f32::NAN };
             if options.steps == 0 {
-                // What the fit would have moved a disparity by that it leaves is a part of its error.
+                // The step that the fit would have made, and did not, is a part of the error.
                 sigma[x] = sigma[x].hypot(found - guess);
             } else if !guess.is_nan() {
                 disparity[x] = found;
@@ -177,5 +166,5 @@ fn texture_of_noise(lines: &Lines) -> f64 {
     let count = lines.frames() as f64;
     let mean = lines.offsets().iter().sum::<f64>() / count;
     let spread: f64 = lines.offsets().iter().map(|tau| (tau - mean).powi(2)).sum();
-    SLOPE_NOISE_GAIN / count * spread
+    GRADIENT_NOISE_GAIN / count * spread
 }

@@ -1,9 +1,10 @@
-//! What the frames say around a common disparity: moments of the samples along the lines of sixteen neighbouring pixels.
+//! Moments of the samples along the lines of sixteen neighbouring pixels, around a common disparity.
 //!
-//! Sixteen neighbours are sampled along the lines of one disparity d_b near theirs, so that all of them share shift and
-//! weights. A pixel's own line, e = d - d_b away, is reached by the Taylor series of its samples in the small shift
-//! e tau': I_t(e) = v + tau' v' e + tau'^2 v'' e^2 / 2. All that a fit needs are sums over the frames of v, v', v'' times
-//! powers of tau', so the frames are read once for each block whatever the number of fits.
+//! Sixteen neighbours are sampled along the lines of one disparity d_b near theirs, so all of them share
+//! shift and weights. A pixel's own line, e = d - d_b away, follows from the Taylor series of its samples in
+//! the small shift e tau': I_t(e) = v + tau' v' e + tau'^2 v'' e^2 / 2. A fit needs only sums over the frames
+//! of v, v', v'' times powers of tau', so the frames are read once for each block, whatever the number of
+//! fits.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
@@ -12,8 +13,8 @@ use super::spline::{SplineEpi, TAPS, Weights};
 /// Pixels that are sampled together.
 pub(super) const LANES: usize = 16;
 
-/// Sums over the frames that see each pixel of a block; tau' is counted from the reference frame, v from the pixel's own
-/// intensity there.
+/// Sums over the frames that see each pixel of a block; tau' is counted from the reference frame, v from the
+/// pixel's own intensity there.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moments {
     pub(super) count: [f32; LANES],
@@ -42,26 +43,26 @@ pub(super) struct FrameSample {
     pub(super) tau: f32,
     /// Fraction of a pixel of the shift, in steps of the table.
     pub(super) fraction: usize,
-    /// What the shift is beyond that, in px: less than half a step.
+    /// Rest of the shift, in px: less than half a step.
     pub(super) remainder: f32,
 }
 
 /// The interval of tau' in which each pixel of a block is seen.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SeenStretch {
+pub(super) struct VisibleInterval {
     pub(super) first: [f32; LANES],
     pub(super) last: [f32; LANES],
 }
 
-/// Sums the moments of a block whose pixels have the intensities `anchor` in the reference frame. Frames outside a pixel's
-/// interval do not count; `None`: all pixels are seen in all of `samples`.
+/// Sums the moments of a block whose pixels have the intensities `anchor` in the reference frame. Frames
+/// outside a pixel's interval do not count; `None`: all pixels are seen in all of `samples`.
 pub(super) fn block_moments<'w>(
     level: Level,
     epi: &SplineEpi,
     samples: &[FrameSample],
     weights: impl Fn(usize) -> &'w Weights,
     anchor: &[f32; LANES],
-    seen: Option<&SeenStretch>,
+    seen: Option<&VisibleInterval>,
 ) -> Moments {
     match seen {
         None => dispatch!(level, simd => sum_all(simd, epi, samples, &weights, anchor)),
@@ -98,7 +99,7 @@ fn sum_seen<'w, S: Simd>(
     samples: &[FrameSample],
     weights: &impl Fn(usize) -> &'w Weights,
     anchor: &[f32; LANES],
-    seen: &SeenStretch,
+    seen: &VisibleInterval,
 ) -> Moments {
     let zero = f32x16::splat(simd, 0.0);
     let anchor = f32x16::from_slice(simd, anchor);
@@ -126,7 +127,8 @@ fn sum_seen<'w, S: Simd>(
     gathered(count, tau, tau_tau, sums)
 }
 
-/// Value, first and second derivative of sixteen neighbouring samples, `remainder` px beyond the fraction of the `weights`.
+/// Value, first and second derivative of sixteen neighbouring samples, `remainder` px beyond the fraction of
+/// the `weights`.
 #[inline(always)]
 fn sampled<S: Simd>(simd: S, taps: &[f32], weights: &Weights, remainder: f32) -> [f32x16<S>; 3] {
     let first = f32x16::from_slice(simd, &taps[..LANES]);
@@ -287,13 +289,13 @@ mod tests {
         let spline = Spline::new();
         let (epi, samples) = (epi_without_order(&spline), samples());
         let anchor = [120.0; LANES];
-        let moments = |samples: &[FrameSample], seen: Option<&SeenStretch>| {
+        let moments = |samples: &[FrameSample], seen: Option<&VisibleInterval>| {
             block_moments(Level::new(), &epi, samples, |index| spline.weights(index), &anchor, seen)
         };
         // Lane by lane less is seen, at last nothing.
         let first: [f32; LANES] = std::array::from_fn(|lane| -0.5 + 0.04 * lane as f32);
         let last: [f32; LANES] = std::array::from_fn(|lane| 0.5 - 0.04 * lane as f32);
-        let masked = moments(&samples, Some(&SeenStretch { first, last }));
+        let masked = moments(&samples, Some(&VisibleInterval { first, last }));
         for lane in 0..LANES {
             let is_seen = |sample: &&FrameSample| (first[lane]..=last[lane]).contains(&sample.tau);
             let seen: Vec<FrameSample> = samples.iter().filter(is_seen).copied().collect();

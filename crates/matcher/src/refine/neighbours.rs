@@ -1,22 +1,28 @@
-//! Pixels that know less than their neighbours take the neighbours' planes.
+//! Planes of neighbours, for pixels whose own plane is known much worse.
 //!
-//! A pixel whose window straddles a crease, or whose texture is weak, can have a plane so wrong that hardly any observation belongs to it. Its sigma says so, and its neighbours know better.
+//! A pixel whose window straddles a crease, or whose texture is weak, can have a plane so wrong that hardly
+//! any observation belongs to it. Its sigma says so, and its neighbours' planes are better.
 
 use rayon::prelude::*;
 
 use super::carried::CarriedPlane;
-use super::planes::{PAD, Padded, SurfacePlanes};
+use super::padded::{PAD, Padded};
+use super::planes::SurfacePlanes;
 use super::window_growth::LEAST_GAIN;
 
-/// Planes are taken from this far along rows and columns, in px: as far as square windows that straddle reach.
+/// Planes are taken from this far along rows and columns, in px: as far as square windows that straddle
+/// reach.
 const REACH_PX: isize = 3;
-/// Planes that differ from the pixel's own by more than this many standard deviations are of another surface; chance exceeds it once in four hundred.
+/// Planes that differ from the pixel's own by more than this many standard deviations are of another surface;
+/// chance exceeds it once in four hundred.
 const OWN_SIGMAS: f32 = 3.0;
-/// That no relief lies between is taken on trust, so a neighbour leaves at least this share of the pixel's own variance: it halves sigma at most.
+/// Relief between a pixel and its neighbour cannot be excluded, so the neighbour's plane leaves at least this
+/// share of the pixel's own variance: it halves sigma at most.
 const LEAST_LEFT: f32 = 0.25;
 
-/// Where the variance exceeds `wanted`, in px^2, takes the plane among those of the neighbours that is known best where it is carried to, if it is known much better than
-/// the pixel's own and does not contradict it. Not where one of the witnesses of `relief` shows any, which carried planes would smooth away.
+/// Where the variance exceeds `wanted`, in px^2, takes the plane among those of the neighbours that is known
+/// best where it is carried to, if it is known much better than the pixel's own and does not contradict it.
+/// Not where one of the witnesses of `relief` shows any, which carried planes would smooth away.
 pub(super) fn take_neighbours(surface: &mut SurfacePlanes, wanted: f32, relief: &[&Padded]) {
     let found: Vec<Vec<(usize, CarriedPlane)>> = (0..surface.rows())
         .into_par_iter()
@@ -58,7 +64,8 @@ fn best_neighbour(surface: &SurfacePlanes, place: usize, y: usize) -> Option<Car
             && apart * apart < OWN_SIGMAS * OWN_SIGMAS * (own.variance + plane.variance)
     };
     let best = carried.filter(may_take).min_by(|one, other| one.variance.total_cmp(&other.variance))?;
-    // Where two estimates differ by more than their sigmas explain, so much less is known (Birge 1932).
+    // Where two estimates differ by more than their sigmas explain, the variance grows by that factor (Birge
+    // 1932).
     let expected = own.variance + best.variance;
     let unlike = ((best.disparity - own.disparity).powi(2) / expected).max(1.0);
     let floor = own.variance * LEAST_LEFT;
@@ -82,7 +89,8 @@ mod tests {
         2.0 + P * x as f32 + Q * y as f32
     }
 
-    /// What the poor pixel, that lies `off` the plane with this variance, has afterwards; its neighbours have the variances that `around` gives, by columns and rows from it.
+    /// What the poor pixel, that lies `off` the plane with this variance, has afterwards; its neighbours have
+    /// the variances that `around` gives, by columns and rows from it.
     fn taken(off: f32, variance: f32, around: impl Fn(isize, isize) -> f32, relief: f32) -> CarriedPlane {
         let mut surface = SurfacePlanes::unknown(ROWS, COLUMNS);
         for y in 0..ROWS {

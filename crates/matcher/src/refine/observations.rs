@@ -1,4 +1,5 @@
-//! What each pixel by itself says of its disparity: the regression of its intensities on tau.
+//! Observations: the disparity that each pixel shows by itself, from the regression of its intensities on
+//! tau.
 
 use fearless_simd::Level;
 
@@ -7,10 +8,12 @@ use super::moments::{LANES, Moments, block_moments};
 use super::spline::{Spline, SplineEpi};
 use crate::lines::Lines;
 
-/// The series around a block's common disparity is used this far, in px of shift in the frame farthest from the reference: the
-/// third term that it lacks is then 0.0008 px at most for texture of 4 px wavelength (omega^2 shift^3 / 6).
+/// The series around a block's common disparity is used this far, in px of shift in the frame farthest from
+/// the reference: the third term that it lacks is then 0.0008 px at most for texture of 4 px wavelength
+/// (omega^2 shift^3 / 6).
 pub(super) const SERIES_REACH_PX: f32 = 0.125;
-/// The same for a first look's step at half the resolution, which another follows: 0.0064 px at worst, and a quarter of that on average over the pixels of a block.
+/// The same for a first look's step at half the resolution, which another follows: 0.0064 px at worst, and a
+/// quarter of that on average over the pixels of a block.
 pub(super) const ROUGH_SERIES_REACH_PX: f32 = 0.25;
 
 /// One pixel's share in the fits of the windows that contain it.
@@ -34,10 +37,10 @@ pub(super) const UNOBSERVED: Observation =
 
 /// Which frames count, and how far they are followed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct FramesAsked<'a> {
+pub(super) struct FramesUsed<'a> {
     /// A pixel seen in fewer frames has no observation.
     pub(super) minimum_frames: usize,
-    /// Only every so manieth frame from the reference frame on is looked at.
+    /// Only every n-th frame from the reference frame on is looked at.
     pub(super) every: usize,
     /// How far the series is used, in px of shift in the frame farthest from the reference.
     pub(super) series_reach_px: f32,
@@ -51,7 +54,7 @@ pub(super) fn row_observations(
     epi: &SplineEpi,
     lines: &Lines,
     guesses: &[f32],
-    frames: FramesAsked<'_>,
+    frames: FramesUsed<'_>,
     observations: &mut [Observation],
 ) {
     let columns = lines.columns();
@@ -157,10 +160,10 @@ mod tests {
     const FRAMES: usize = 41;
     const COLUMNS: usize = 120;
     const DISPARITY_PX: f64 = 7.313;
-    const WHOLE: FramesAsked<'static> =
-        FramesAsked { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, visible: None };
-    /// Five standard deviations of what counts of 1/128 DN (uniform: 0.0023 DN) leave for a gradient of 4 DN/px and more in the regression
-    /// over 41 frames of a whole baseline, whose S is 3.6.
+    const WHOLE: FramesUsed<'static> =
+        FramesUsed { minimum_frames: FRAMES, every: 1, series_reach_px: SERIES_REACH_PX, visible: None };
+    /// Five standard deviations of what counts of 1/128 DN (uniform: 0.0023 DN) leave for a gradient of 4
+    /// DN/px and more in the regression over 41 frames of a whole baseline, whose S is 3.6.
     const ROUNDING_PX: f64 = 5.0 * (0.0023 / 4.0) / 1.897;
 
     /// Amplitude, angular frequency and phase of what the template consists of.
@@ -194,7 +197,7 @@ mod tests {
         (volume, lines): &(Volume, Lines),
         y: usize,
         guesses: &[f32],
-        frames: FramesAsked<'_>,
+        frames: FramesUsed<'_>,
     ) -> Vec<Observation> {
         let spline = Spline::new();
         let mut epi = SplineEpi::default();
@@ -230,8 +233,8 @@ mod tests {
             let guesses: Vec<f32> = (0..COLUMNS).map(guess).collect();
             let observations = observations_of(&scene, 0, &guesses, WHOLE);
             for x in textured().filter(|x| x % 13 != 0) {
-                // What a step leaves of the guess's error e: third derivative over first, times e^3 (1/6 + 1/2) at most; e is half
-                // of it with the reference in the middle.
+                // What a step leaves of the guess's error e: third derivative over first, times e^3 (1/6 +
+                // 1/2) at most; e is half of it with the reference in the middle.
                 let reach = 0.1 * if reference == 0 { 1.0_f64 } else { 0.5 };
                 let sharpest: f64 = WAVES.iter().map(|(amplitude, omega, _)| amplitude * omega.powi(3)).sum();
                 let bound = ROUNDING_PX + sharpest / 4.0 * reach.powi(3) * 2.0 / 3.0;
@@ -250,8 +253,9 @@ mod tests {
         for x in textured() {
             let (gradient, curvature) = (template(x as f64, 1), template(x as f64, 2));
             let observation = observations[x];
-            // Five standard deviations of the mean over 41 frames: counts times the root of the noise gain (1.64; for the second
-            // derivative below 5), which is taken 0.00056 px (RMS) off its place, where the third derivative is at most 3.5.
+            // Five standard deviations of the mean over 41 frames: counts times the root of the noise gain
+            // (1.64; for the second derivative below 5), which is taken 0.00056 px (RMS) off its place, where
+            // the third derivative is at most 3.5.
             let bound = |gain: f64, next: f64| 5.0 * (0.0023 * gain + 0.00056 * next) / 41.0_f64.sqrt();
             assert!((f64::from(observation.gradient) - gradient).abs() < bound(1.64, 0.0), "column {x}");
             assert!((f64::from(observation.curvature) - curvature).abs() < bound(5.0, 3.5), "column {x}");
@@ -295,7 +299,7 @@ mod tests {
         let disparity_px = 41.7;
         for (reference, minimum_frames) in [(0, 3), (FRAMES / 2, 30), (FRAMES - 1, 12)] {
             let scene = scene(1, disparity_px, 0.0, reference, 0.0);
-            let frames = FramesAsked { minimum_frames, ..WHOLE };
+            let frames = FramesUsed { minimum_frames, ..WHOLE };
             let observations = observations_of(&scene, 0, &[disparity_px as f32; COLUMNS], frames);
             for (x, observation) in observations.iter().enumerate() {
                 let seen: Vec<f64> = scene
@@ -316,8 +320,8 @@ mod tests {
                     let spread: f64 = seen.iter().map(|tau| (tau - mean).powi(2)).sum();
                     let weight = gradient * gradient * spread;
                     assert!((f64::from(observation.weight) / weight - 1.0).abs() < 0.01, "column {x}");
-                    // The turned continuation has second derivatives up to 10 DN/px^2 off, by which samples between the border's pixels err by an eighth;
-                    // inwards it decays by the filter's pole.
+                    // The turned continuation has second derivatives up to 10 DN/px^2 off, by which samples
+                    // between the border's pixels err by an eighth; inwards it decays by the filter's pole.
                     let border = |tau: f64| {
                         let place = x as f64 + disparity_px * tau;
                         1.25 * 0.431_f64.powf(place.min((COLUMNS - 1) as f64 - place)) * (tau - mean).abs()
@@ -337,7 +341,7 @@ mod tests {
         // Something else passes in the last quarter of the frames.
         scene.0.fine_counts_mut().unwrap()[31 * COLUMNS..].fill(128 * 30);
         let visible = [(-0.5, 0.25); COLUMNS];
-        let frames = FramesAsked { minimum_frames: 31, visible: Some(&visible), ..WHOLE };
+        let frames = FramesUsed { minimum_frames: 31, visible: Some(&visible), ..WHOLE };
         let observations = observations_of(&scene, 0, &[DISPARITY_PX as f32; COLUMNS], frames);
         // 31 equidistant frames.
         let spread = 31.0 * (31.0 * 31.0 - 1.0) / 12.0 / 1600.0_f64;

@@ -1,15 +1,17 @@
-//! Pixels beside another surface whose frames show something else than their line says: they are occluded in more frames than was seen, or show
-//! both surfaces at once.
+//! Outlier test: pixels beside another surface whose frames deviate from their line.
+//!
+//! They are occluded in more frames than geometry tells, or show both surfaces at once.
 
 use super::mixed_pixels::{APART_PX, BESIDE_PX};
-use super::planes::{ObservationPlanes, PAD};
+use super::padded::PAD;
+use super::planes::ObservationMaps;
 use crate::contrast::contrast;
 use crate::lines::Lines;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
-/// Residuals are too large if their variance is this many times the largest squared deviation of a frame that agrees: ten times what is
-/// typical of the scene.
+/// Residuals are too large if their variance is this many times the largest squared deviation of a frame that
+/// agrees: ten times what is typical of the scene.
 const RESIDUAL_SHARE: f32 = 2.5;
 /// Times the variance of the noise that is no outlier: with few frames chance doubles it now and then.
 const RESIDUAL_NOISE: f32 = 4.0;
@@ -18,7 +20,7 @@ const RESIDUAL_NOISE: f32 = 4.0;
 pub(super) fn outliers_of_row(
     volume: &Volume,
     lines: &Lines,
-    (observations, guess): (&ObservationPlanes, &Grid<f32>),
+    (observations, guess): (&ObservationMaps, &Grid<f32>),
     deviation_share: f32,
     y: usize,
     outliers: &mut [bool],
@@ -43,13 +45,14 @@ fn is_beside_another(guesses: &[f32], x: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::refine::planes::Padded;
+    use crate::refine::padded::Padded;
     use epirig_core::tau::Tau;
 
     const COLUMNS: usize = 40;
     const SHARE: f32 = 0.2;
     const NOISE: f32 = 0.5;
-    /// Nine pixels of 10 and 16 by turns vary by 10: 5 * 4 / 9 * 6^2 / 8. So 2.5 times a fifth of it, and four times the noise.
+    /// Nine pixels of 10 and 16 by turns vary by 10: 5 * 4 / 9 * 6^2 / 8. So 2.5 times a fifth of it, and
+    /// four times the noise.
     const LIMIT: f32 = 2.5 * 0.2 * 10.0 + 4.0 * 0.5;
 
     /// Whether each pixel is an outlier if its residuals are `residual`, in the second of three rows.
@@ -62,7 +65,7 @@ mod tests {
             *count = 128 * if (y, t) == (1, 2) { stripes } else { 50 };
         }
         let lines = Lines::new(volume.tau(), 2, COLUMNS);
-        let mut observations = ObservationPlanes::empty(3, COLUMNS);
+        let mut observations = ObservationMaps::empty(3, COLUMNS);
         for x in 0..COLUMNS {
             observations.residual.row_mut(1)[PAD + x] = residual(x);
         }

@@ -1,91 +1,34 @@
-//! Observations and planes of all pixels, laid out so that neighbours of sixteen pixels are loaded at once.
+//! Maps of observations and of fitted planes, laid out so that sixteen neighbours are loaded at once.
 
 mod means;
 
 use rayon::prelude::*;
 
-use super::moments::LANES;
 use super::observations::Observation;
+use super::padded::{PAD, Padded};
 use epirig_core::grid::Grid;
 use means::box_means;
 
-/// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach and a block.
-pub(super) const PAD: usize = 32;
-
-/// Residuals begin to exceed the noise around them if their variance does so by this many of its standard deviations ...
+/// Residuals begin to exceed the noise around them if their variance does so by this many of its standard
+/// deviations ...
 const EXCEEDS_SIGMAS: f32 = 4.0;
 /// ... and do so altogether at this many times that.
 const EXCEEDS_WHOLLY: f32 = 1.25;
 
-/// One number for each pixel, with room around each row.
+/// Observations of all pixels. Disparities are counted from a common origin.
 #[derive(Debug, Clone)]
-pub(super) struct Padded {
-    stride: usize,
-    values: Vec<f32>,
-}
-
-impl Padded {
-    pub(super) fn filled(rows: usize, columns: usize, value: f32) -> Self {
-        let stride = columns.next_multiple_of(LANES) + 2 * PAD;
-        // Memory is fetched by all threads: that takes longer than many a computation into it.
-        Self { stride, values: rayon::iter::repeat_n(value, rows * stride).collect() }
-    }
-
-    /// No room at all.
-    fn given_back() -> Self {
-        Self::filled(0, 0, 0.0)
-    }
-
-    fn is_given_back(&self) -> bool {
-        self.values.is_empty()
-    }
-
-    /// Zeros in all rows, of which one is stored: never to be written.
-    fn of_zeros(columns: usize) -> Self {
-        Self::filled(1, columns, 0.0)
-    }
-
-    /// Row `y` with the room on both sides.
-    pub(super) fn row(&self, y: usize) -> &[f32] {
-        let first = self.first(y);
-        &self.values[first..first + self.stride]
-    }
-
-    /// Where row `y` begins.
-    fn first(&self, y: usize) -> usize {
-        if self.values.len() == self.stride { 0 } else { y * self.stride }
-    }
-
-    /// The values of a block of row `y`, from `place` on.
-    pub(super) fn block(&self, y: usize, place: usize) -> &[f32] {
-        let first = self.first(y) + place;
-        &self.values[first..first + LANES]
-    }
-
-    #[cfg(test)]
-    pub(super) fn row_mut(&mut self, y: usize) -> &mut [f32] {
-        &mut self.values[y * self.stride..(y + 1) * self.stride]
-    }
-
-    pub(super) fn par_rows(&mut self) -> rayon::slice::ChunksMut<'_, f32> {
-        self.values.par_chunks_mut(self.stride)
-    }
-}
-
-/// What the observations of all pixels are. Disparities are counted from a common origin.
-#[derive(Debug, Clone)]
-pub(super) struct ObservationPlanes {
+pub(super) struct ObservationMaps {
     pub(super) weight: Padded,
     /// Weight times observed disparity.
     pub(super) moment: Padded,
-    /// One over the weight; 0 where there is none.
+    /// One over the weight; 0 for no observation.
     pub(super) inverse: Padded,
-    /// Variance of the noise around the pixel, in DN^2, once it is settled.
+    /// Variance of the noise around the pixel, in DN^2, once it is known.
     pub(super) noise: Padded,
     /// Derivatives of the template along x.
     pub(super) gradient: Padded,
     pub(super) curvature: Padded,
-    /// Variance of the pixel's own residuals, as noise, in DN^2, once the noise is settled.
+    /// Variance of the pixel's own residuals, as noise, in DN^2, once the noise is known.
     pub(super) residual: Padded,
 }
 
@@ -109,7 +52,7 @@ impl ObservationRow<'_> {
     }
 }
 
-impl ObservationPlanes {
+impl ObservationMaps {
     pub(super) fn empty(rows: usize, columns: usize) -> Self {
         let plane = || Padded::filled(rows, columns, 0.0);
         Self {
@@ -138,12 +81,13 @@ impl ObservationPlanes {
         self.curvature = Padded::given_back();
     }
 
-    /// Finds the noise around each pixel, and lets pixels whose residuals exceed it count as much less.
+    /// Estimates the noise around each pixel, and reduces the weight of pixels whose residuals exceed it.
     ///
-    /// `gain` is the variance of residuals over that of the noise, of which there is at least `least`; `freedom` the degrees of freedom of
-    /// single variances. The noise is the mean over the square of side 2 `reach` + 1, without what exceeds the harmonic mean by more
-    /// than chance lets it: a harmonic mean hardly notices a few that are too large. The limit is a gradual one, so that hardly anything changes
-    /// what comes out by much.
+    /// `gain` is the variance of residuals over that of the noise, of which there is at least `least`;
+    /// `freedom` the degrees of freedom of single variances. The noise is the mean over the square of side 2
+    /// `reach` + 1, without residuals that exceed the harmonic mean by more than chance: the harmonic mean is
+    /// hardly influenced by a few large ones. The limit is gradual, so that a small change of the input
+    /// changes the result by little.
     pub(super) fn estimate_noise(&mut self, reach: usize, gain: f32, least: f32, freedom: f32) {
         let stride = self.weight.stride;
         self.residual.par_rows().zip(self.inverse.values.par_chunks(stride)).for_each(
@@ -153,7 +97,8 @@ impl ObservationPlanes {
                 }
             },
         );
-        // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over its mean.
+        // The mean of one over a chi-squared variable of n degrees of freedom is n / (n - 2) times one over
+        // its mean.
         let harmonic = (freedom - 2.0).max(1.0) / freedom;
         let exceeding = 1.0 + EXCEEDS_SIGMAS * (2.0 / freedom).sqrt();
         let inverses = box_means([&self.residual], reach, |[residual]| (1.0, 1.0 / residual));
@@ -173,7 +118,8 @@ impl ObservationPlanes {
                 for place in 0..stride {
                     noise[place] = noise[place].max(least);
                     let belongs = belongs(residual[place], inverse[place]);
-                    // Beside noisier pixels the mean may exceed what exceeds the harmonic mean; no observation counts more for that.
+                    // Beside noisier pixels the mean may exceed residuals that exceed the harmonic mean; no
+                    // observation gains weight by that.
                     let exceeding = (noise[place] / residual[place].max(least)).min(1.0);
                     let share = belongs + (1.0 - belongs) * exceeding;
                     weight[place] *= share;
@@ -200,15 +146,16 @@ pub(super) struct SurfacePlanes {
     pub(super) slant_y: Padded,
     /// Variance of d, in px^2; infinite where nothing is known.
     pub(super) variance: Padded,
-    /// Scatter of the observations about the plane over what their noise lets expect.
+    /// Scatter of the observations about the plane over the scatter expected from their noise.
     pub(super) misfit: Padded,
-    /// Mean weight over the variance of the noise: how far texture stands out.
+    /// Mean weight over the variance of the noise: how clear the texture is.
     pub(super) texture: Padded,
     /// Variance of both slants together, in (px/px)^2; infinite where nothing is known.
     pub(super) slant_variance: Padded,
 }
 
-/// One row of planes to be filled; those that have been given back are empty, and those of zeros alone may be.
+/// One row of planes to be filled; those that have been given back are empty, and those of zeros alone may
+/// be.
 pub(super) struct PlaneRow<'a> {
     pub(super) disparity: &'a mut [f32],
     pub(super) slant_x: &'a mut [f32],
@@ -233,7 +180,7 @@ impl SurfacePlanes {
         }
     }
 
-    /// Forgets what is known, in the same memory.
+    /// Makes all planes unknown, in the same memory.
     fn forget(&mut self) {
         self.par_rows().for_each(|row| {
             for zeros in [row.disparity, row.slant_x, row.slant_y, row.texture] {
@@ -246,7 +193,7 @@ impl SurfacePlanes {
     }
 
     /// The guesses that the observations are counted from, as planes without slant.
-    pub(super) fn of_guesses(observations: &ObservationPlanes, guess: &Grid<f32>, origin: f32) -> Self {
+    pub(super) fn of_guesses(observations: &ObservationMaps, guess: &Grid<f32>, origin: f32) -> Self {
         let (rows, columns) = (guess.rows(), guess.columns());
         let plane = |value| Padded::filled(rows, columns, value);
         let mut planes = Self {
@@ -304,7 +251,7 @@ impl SurfacePlanes {
         ]
         .map(|plane| plane.values.chunks_mut(stride));
         let row = |disparity| {
-            // What has been given back has no rows.
+            // Maps whose memory was given back have no rows.
             let [slant_x, slant_y, variance, misfit, texture, slant_variance] =
                 rest.each_mut().map(|rows| rows.next().unwrap_or_default());
             PlaneRow { disparity, slant_x, slant_y, variance, misfit, texture, slant_variance }
@@ -313,15 +260,16 @@ impl SurfacePlanes {
     }
 }
 
-/// Planes that are no longer needed, kept for those that will be: to fetch memory takes longer than many a computation into it.
+/// Planes that are no longer needed, kept for those that will be: to fetch memory takes longer than many a
+/// computation into it.
 #[derive(Debug)]
-pub(super) struct SparePlanes {
+pub(super) struct SpareMaps {
     rows: usize,
     columns: usize,
     spare: Vec<SurfacePlanes>,
 }
 
-impl SparePlanes {
+impl SpareMaps {
     pub(super) fn none(rows: usize, columns: usize) -> Self {
         Self { rows, columns, spare: Vec::new() }
     }
@@ -330,7 +278,8 @@ impl SparePlanes {
         self.spare.pop().unwrap_or_else(|| SurfacePlanes::unknown(self.rows, self.columns))
     }
 
-    /// Planes of windows that compete, for which nobody asks how textured they are; of unknown content, nothing beside the rows excepted; to be filled.
+    /// Planes of competing windows, without a map of texture, to be filled. Their content is undefined,
+    /// except beside the rows.
     pub(super) fn windows(&mut self) -> SurfacePlanes {
         let mut planes = self.any();
         if planes.misfit.is_given_back() {
@@ -340,7 +289,8 @@ impl SparePlanes {
         planes
     }
 
-    /// Planes of supports, which are taken however well they fit; of unknown content, nothing beside the rows excepted; to be filled.
+    /// Planes of supports, which are taken however well they fit; of unknown content, nothing beside the rows
+    /// excepted; to be filled.
     pub(super) fn supports(&mut self) -> SurfacePlanes {
         let mut planes = self.any();
         if planes.texture.is_given_back() {
@@ -350,7 +300,7 @@ impl SparePlanes {
         planes
     }
 
-    /// Planes that know nothing.
+    /// Planes of infinite variance.
     pub(super) fn unknown(&mut self) -> SurfacePlanes {
         let Some(mut planes) = self.spare.pop() else {
             return SurfacePlanes::unknown(self.rows, self.columns);
@@ -382,7 +332,7 @@ impl SparePlanes {
         self.spare.push(planes);
     }
 
-    /// Gives back what is kept.
+    /// Gives back the spare memory.
     pub(super) fn release(&mut self) {
         self.spare.clear();
     }

@@ -1,14 +1,16 @@
-//! What supports smooth away, and what of it is told by whom.
+//! Relief that supports smooth away, as a part of sigma.
 //!
-//! A step that is small against the noise of single observations is not seen by the window that it crosses, which then errs without knowing. Three witnesses tell:
+//! A step that is small against the noise of single observations is not seen by a window that it crosses, so
+//! the plane errs and its covariance does not say so. Three other sources tell:
 //!
-//! - *Small windows*, many together: where supports smooth something away, they differ from windows of 3 x 3 and of 5 x 5 px by more than the small ones' noise
-//!   explains.
-//! - *Windows that disagree*: of those that competed for a pixel, credible ones lie off the best one by more than chance lets them. As either may be wrong, half of
-//!   the mean square is the best one's.
-//! - *The surface itself*, at steps that it sees: it cannot tell where between two pixels a step lies.
+//! - *Small windows*, many together: where supports smooth something away, they differ from windows of 3 x 3
+//!   and of 5 x 5 px by more than the noise of the small ones.
+//! - *Disagreement of windows*: credible windows that competed for a pixel lie off the best one by more than
+//!   chance. As either may be wrong, half of the mean square is the best one's.
+//! - *The surface itself*, at the steps that it shows: where between two pixels a step lies is not known.
 //!
-//! The first two are pooled over many pixels, see [`pools`]; a single pixel's windows tell on their own only where they disagree far beyond chance.
+//! The first two are pooled over many pixels, see [`pools`]. A single pixel's windows count on their own only
+//! where they disagree far beyond chance.
 
 mod pools;
 #[cfg(test)]
@@ -16,32 +18,37 @@ mod tests;
 
 use rayon::prelude::*;
 
-use super::planes::{PAD, Padded, SurfacePlanes};
+use super::padded::{PAD, Padded};
+use super::planes::SurfacePlanes;
 use super::support::APART_BY_CHANCE;
 use pools::{Excess, pooled};
 
-/// A small window this far away has not seen what is smoothed away, but another surface, in px.
+/// A small window whose plane is this far away, in px, has seen another surface.
 const ANOTHER_SURFACE_PX: f64 = 0.5;
 /// Small windows tell only where supports have at least this share of their variance to spare.
 pub(super) const LEAST_SPARE: f64 = 0.2;
-/// What competing windows disagree by is alike within as many pixels along a row or a column: half the length of long windows.
+/// Disagreement of competing windows is alike within this many pixels along a row or a column: half the
+/// length of long windows.
 const ALIKE_PX: usize = 9;
-/// A pixel's own windows disagree beyond chance if they do so this many times as far as on a plane, in the mean square; there one in seventy does.
+/// A pixel's own windows disagree beyond chance if they do so this many times as far as on a plane, in the
+/// mean square; there one in seventy does.
 const FAR_APART: f32 = 4.0;
 /// Slants beside a step are those of pixels this far away, in px, whose long windows it does not cross.
 const BESIDE_PX: usize = 3;
-/// Steps stand out of noise if they are this many of their standard deviations.
+/// Steps are significant if they are this many of their standard deviations.
 const STEP_SIGMAS: f32 = 2.0;
 /// Larger steps are edges of things, in px; the search has decided to which side pixels belong.
 const LARGEST_STEP_PX: f32 = 1.0;
 
-/// What the windows that competed for the planes of `map` disagreed by beyond chance, as variances in px^2; NaN where pools tell nothing.
+/// Disagreement, beyond chance, of the windows that competed for the planes of `map`, as variances in px^2;
+/// NaN where pools show nothing.
 pub(super) fn disagreement(map: &SurfacePlanes) -> Padded {
     pooled(map, ALIKE_PX, |place, y| disagreement_at(map, place, y))
 }
 
-/// The variances, in px^2, of what `surface` smooths away, by what the windows disagreed by that competed for the planes of `map`, in `pools` and on their own, and at its own
-/// steps. Nothing at `creases`, places of the padded row for each row: there the faces tell.
+/// The variances, in px^2, of what `surface` smooths away: from the disagreement of the windows that competed
+/// for the planes of `map`, in `pools` and on their own, and from the surface's own steps. Zero at `creases`
+/// (places of the padded row for each row), where the faces decide.
 pub(super) fn smoothed_away(
     (surface, creases): (&SurfacePlanes, &[Vec<usize>]),
     map: &SurfacePlanes,
@@ -57,13 +64,14 @@ pub(super) fn smoothed_away(
             *smoothed = if far { pooled.max(apart[place]) } else { pooled } / 2.0;
         }
         add_steps(smoothed, surface, map, y);
-        // Beside a crease that the faces tell, what rises is no step, and windows that disagree are those that straddle.
+        // Beside a crease, a rise is no step, and windows that disagree are those that straddle it.
         creases.get(y).into_iter().flatten().for_each(|&place| smoothed[place] = 0.0);
     });
     smoothed
 }
 
-/// The same by small windows of `side` px, whose planes are `small`, where supports have the share `least_spare` of their variance to spare; NaN where they do not tell.
+/// The same by small windows of `side` px, whose planes are `small`, where supports have the share
+/// `least_spare` of their variance to spare; NaN where they do not tell.
 pub(super) fn missed_by_small(
     surface: &SurfacePlanes,
     (small, side): (&SurfacePlanes, usize),
@@ -82,17 +90,18 @@ pub(super) fn missed_by_small(
     })
 }
 
-/// What one kind of small windows tells, as a variance to be added; nothing where it does not.
-pub(super) fn told(mut missed: Padded) -> Padded {
+/// The variance that one kind of small windows shows, to be added; zero where it shows none.
+pub(super) fn own_variance(mut missed: Padded) -> Padded {
     missed.par_rows().for_each(|missed| missed.iter_mut().for_each(|missed| *missed = missed.max(0.0)));
     missed
 }
 
-/// The lesser of what two kinds of small windows tell, or what one of them does: what they themselves err by beyond their noise counts as if it were smoothed away,
-/// so each tells at most. Nothing where neither does.
-pub(super) fn told_by_both(mut missed: Padded, other: &Padded) -> Padded {
+/// The lesser of the variances that two kinds of small windows show, or that of the only one. The errors of
+/// small windows beyond their noise count as if they were smoothed away, so each variance is an upper bound.
+/// Zero where neither shows any.
+pub(super) fn common_variance(mut missed: Padded, other: &Padded) -> Padded {
     missed.par_rows().enumerate().for_each(|(y, missed)| {
-        // NaN is the lesser of nothing.
+        // The lesser of NaN and a number is the number.
         missed.iter_mut().zip(other.row(y)).for_each(|(missed, other)| *missed = missed.min(*other).max(0.0));
     });
     missed
@@ -130,8 +139,9 @@ fn add_steps(smoothed: &mut [f32], surface: &SurfacePlanes, map: &SurfacePlanes,
     }
 }
 
-/// The variance, in px^2, of a pixel between two whose disparities differ by `rise`, with this variance: what the slant of neither side explains is a step. It lies
-/// anywhere between the two, which makes a twelfth of its square, as for anything uniformly distributed.
+/// The variance, in px^2, of a pixel between two whose disparities differ by `rise`, with this variance. The
+/// part that neither side's slant explains is a step. It lies anywhere between the two pixels, which gives a
+/// twelfth of its square (uniform distribution).
 fn step(rise: f32, noise: f32, slants: [f32; 2]) -> f32 {
     let [left, right] = slants.map(|slant| (rise - 2.0 * slant).abs());
     let step = left.min(right);

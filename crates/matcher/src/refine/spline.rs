@@ -1,35 +1,35 @@
-//! EPIs between their pixels, for the fit: quintic B-splines with their first two derivatives.
+//! Quintic B-splines through EPIs, with their first two derivatives, for the fit.
 //!
-//! Within an EPI all pixels of a block are sampled at the same fraction of a pixel, so a sample is six neighbours times
-//! constant weights. The weights are tabulated; the last thousandth of a pixel to the exact place is made up for by the next derivative.
+//! Within an EPI all pixels of a block are sampled at the same fraction of a pixel, so a sample is six
+//! neighbours times constant weights. The weights are tabulated; the next derivative corrects for the rest of
+//! the fraction, up to a thousandth of a pixel.
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use epirig_core::spline::quintic::{self, basis};
+pub(super) use epirig_core::spline::quintic::{TAPS, TAPS_BEFORE};
 use epirig_core::volume::Volume;
 
-/// Neighbours that a sample is made of.
-pub(super) const TAPS: usize = 6;
-/// Neighbours to the left of the sample's whole pixel.
-pub(super) const TAPS_BEFORE: usize = 2;
 /// Tabulated fractions of a pixel.
 pub(super) const FRACTIONS: usize = 512;
 /// Columns beyond both borders for which coefficients are held.
 pub(super) const MARGIN: usize = 32;
-/// Reach of the prefilter: its poles are -0.431 and -0.043; what is cut off is less than 3.6e-5, 0.009 DN of 255 at worst.
+/// Reach of the prefilter, whose poles are -0.431 and -0.043. The part beyond is less than 3.6e-5, 0.009 DN
+/// of 255 at worst.
 const PREFILTER_REACH: usize = 14;
 
-/// Variance of the value of a quintic B-spline through white noise, over that of the noise, mean over the positions between
-/// pixels.
+/// Variance of the value of a quintic B-spline through white noise, over that of the noise, mean over the
+/// positions between pixels.
 pub(super) const VALUE_NOISE_GAIN: f64 = 0.918;
 /// The same for noise that was resampled by such splines once before, along x and along y: rectified frames.
 pub(super) const RESAMPLED_NOISE_GAIN: f64 = 0.793;
 /// The same for its derivative, per px^2.
-pub(super) const SLOPE_NOISE_GAIN: f64 = 2.678;
+pub(super) const GRADIENT_NOISE_GAIN: f64 = 2.678;
 
 /// Weights of the six neighbours for value, first and second derivative at a fraction of a pixel.
 pub(super) type Weights = [[f32; TAPS]; 3];
 
-/// What all rows share: the weights by fraction, and the filter from samples to coefficients.
+/// Tables that all rows share: the weights by fraction, and the filter from samples to coefficients.
 #[derive(Debug)]
 pub(super) struct Spline {
     weights: Vec<Weights>,
@@ -50,37 +50,17 @@ impl Spline {
                 })
             })
             .collect();
-        Self { weights, prefilter: prefilter().map(|value| value as f32), level: Level::new() }
+        Self {
+            weights,
+            prefilter: quintic::impulse_response().map(|value| value as f32),
+            level: Level::new(),
+        }
     }
 
     /// The weights at fraction `index` / [`FRACTIONS`].
     pub(super) fn weights(&self, index: usize) -> &Weights {
         &self.weights[index]
     }
-}
-
-/// The quintic B-spline or its derivative of `order` 1 or 2 (with respect to where it is evaluated, hence the sign) at
-/// `offset` = neighbour - position (Unser 1999, equation 4).
-fn basis(offset: f64, order: usize) -> f64 {
-    let factors = [1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0];
-    let binomials = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
-    let x = -offset;
-    let term = |(k, binomial): (usize, &f64)| binomial * (x + 3.0 - k as f64).max(0.0).powi(5 - order as i32);
-    factors[order] * binomials.iter().enumerate().map(term).sum::<f64>()
-}
-
-/// Impulse response of the filter that turns samples into coefficients, from the middle outwards: the inverse of the
-/// B-spline's samples (1, 26, 66, 26, 1) / 120, by its frequency response.
-fn prefilter() -> [f64; PREFILTER_REACH + 1] {
-    let steps = 256;
-    std::array::from_fn(|n| {
-        let term = |k: usize| {
-            let omega = std::f64::consts::TAU * k as f64 / steps as f64;
-            let response = (66.0 + 52.0 * omega.cos() + 2.0 * (2.0 * omega).cos()) / 120.0;
-            (omega * n as f64).cos() / response
-        };
-        (0..steps).map(term).sum::<f64>() / steps as f64
-    })
 }
 
 /// The coefficients of one EPI: frames x (columns + 2 margins).
@@ -129,7 +109,8 @@ impl SplineEpi {
         self.columns + 2 * MARGIN
     }
 
-    /// The coefficients of frame `t` from [`TAPS_BEFORE`] before column `x` on, to the end of the frame's margin.
+    /// The coefficients of frame `t` from [`TAPS_BEFORE`] before column `x` on, to the end of the frame's
+    /// margin.
     pub(super) fn taps(&self, t: usize, x: isize) -> &[f32] {
         let first = (x + (MARGIN - TAPS_BEFORE) as isize) as usize;
         &self.coefficients[t * self.stride() + first..(t + 1) * self.stride()]
@@ -190,8 +171,8 @@ mod tests {
     use super::*;
     use epirig_core::tau::Tau;
 
-    /// What the prefilter's end leaves out of samples up to 1: twice the sum of |h(n)| over n > 14, where h(15) = -1.003e-5 and each
-    /// h(n + 1) = -0.4306 h(n).
+    /// What the prefilter's end leaves out of samples up to 1: twice the sum of |h(n)| over n > 14, where
+    /// h(15) = -1.003e-5 and each h(n + 1) = -0.4306 h(n).
     const CUT: f64 = 3.6e-5;
     /// Rounding: 15 sums of single precision (6e-8) of coefficients up to 7.5, the prefilter's largest gain.
     const ROUNDING: f64 = 1e-5;
@@ -235,9 +216,10 @@ mod tests {
         }
     }
 
-    /// The spline through exp(i omega x) is a sum of exp(i (omega + 2 pi k) x) with weights as (omega + 2 pi k)^-6 whose sum is 1 (Unser
-    /// 1999, section on interpolation: the Fourier transform of the B-spline is sinc^6). So the derivative of an order errs by at most the sum
-    /// over k != 0 of weight (|omega + 2 pi k|^order + omega^order).
+    /// The spline through exp(i omega x) is a sum of exp(i (omega + 2 pi k) x) with weights as (omega + 2 pi
+    /// k)^-6 whose sum is 1 (Unser 1999, section on interpolation: the Fourier transform of the B-spline is
+    /// sinc^6). So the derivative of an order errs by at most the sum over k != 0 of weight (|omega + 2 pi
+    /// k|^order + omega^order).
     fn sixth_order_bound(omega: f64, order: i32) -> f64 {
         let weight = |k: i32| (omega + TURN * f64::from(k)).powi(-6);
         let all: f64 = (-50..=50).map(weight).sum();
@@ -291,7 +273,7 @@ mod tests {
     /// Squared frequency response of `order` at `omega`, mean over the positions between pixels.
     fn mean_power(omega: f64, order: usize) -> f64 {
         let positions = 64;
-        let prefilter = 120.0 / (66.0 + 52.0 * omega.cos() + 2.0 * (2.0 * omega).cos());
+        let prefilter = 1.0 / quintic::samples_response(omega);
         let power = |index: usize| {
             let fraction = (index as f64 + 0.5) / positions as f64;
             let (mut real, mut imaginary) = (0.0, 0.0);
@@ -318,7 +300,7 @@ mod tests {
         let value = over_frequencies(|omega| mean_power(omega, 0));
         assert!((value - VALUE_NOISE_GAIN).abs() < 0.001, "{value}");
         let gradient = over_frequencies(|omega| mean_power(omega, 1));
-        assert!((gradient - SLOPE_NOISE_GAIN).abs() < 0.001, "{gradient}");
+        assert!((gradient - GRADIENT_NOISE_GAIN).abs() < 0.001, "{gradient}");
         // Resampled along x before it is sampled along x, and along y.
         let twice = over_frequencies(|omega| mean_power(omega, 0).powi(2));
         assert!((twice * value - RESAMPLED_NOISE_GAIN).abs() < 0.001, "{}", twice * value);

@@ -1,4 +1,5 @@
-//! Gauss-Newton steps: observations of all rows around the disparities so far, and the steps before the last, which need not be exact.
+//! Gauss-Newton steps: the observations of all rows around the disparities so far. The steps before the last
+//! are done with fewer frames.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -7,21 +8,26 @@ use super::adaptive_support::join_observations;
 use super::gains::corrections;
 use super::mixed_pixels::RowSamples;
 use super::observations::{
-    FramesAsked, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
+    FramesUsed, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
 };
-use super::planes::{ObservationPlanes, PAD};
+use super::padded::PAD;
+use super::planes::ObservationMaps;
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::visible_intervals;
-use super::{NOISE_REACH, QUANTISATION_VARIANCE};
 use crate::lines::{Lines, SeenRule};
 use crate::options::{Effort, Occlusion};
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
+/// Quantisation alone leaves a noise of this variance, in DN^2 (uniform over one DN).
+const QUANTISATION_VARIANCE: f64 = 1.0 / 12.0;
+/// The noise is averaged over this reach, in px.
+const NOISE_REACH: usize = 3;
+
 /// Frames that the steps before the last look at.
 const COARSE_FRAMES: usize = 33;
 
-/// What all steps share.
+/// Data that all steps share.
 pub(super) struct Steps<'a> {
     pub(super) volume: &'a Volume,
     pub(super) lines: &'a Lines,
@@ -31,7 +37,8 @@ pub(super) struct Steps<'a> {
     pub(super) level: Level,
     gains: Option<Vec<f32>>,
     series_reach_px: f32,
-    /// A disparity in the middle of all, so that sums of differences from it are exact enough in single precision.
+    /// A disparity in the middle of all, so that sums of differences from it are exact enough in single
+    /// precision.
     pub(super) origin: f32,
 }
 
@@ -43,7 +50,7 @@ pub(super) struct ObservedRow<'a> {
     pub(super) epi: &'a SplineEpi,
     pub(super) observations: &'a [Observation],
     /// First and last tau' in which each pixel is seen, where points may be occluded.
-    pub(super) occluded: Option<&'a [(f32, f32)]>,
+    pub(super) visible: Option<&'a [(f32, f32)]>,
 }
 
 impl<'a> Steps<'a> {
@@ -59,7 +66,7 @@ impl<'a> Steps<'a> {
         Self { gains, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule) }
     }
 
-    /// Steps from `guess` of which others follow: what light varied from frame to frame is left to those.
+    /// Steps from `guess` before the last one; gains of frames are not estimated.
     pub(super) fn rough(volume: &'a Volume, lines: &'a Lines, guess: &Grid<f32>, rule: SeenRule) -> Self {
         let (low, high) = extremes(guess);
         Self {
@@ -75,19 +82,20 @@ impl<'a> Steps<'a> {
     }
 
     /// Whether one side of the reference frame may be occluded.
-    pub(super) fn points_are_occluded(&self) -> bool {
+    pub(super) fn points_may_be_occluded(&self) -> bool {
         self.rule.occlusion == Occlusion::OneSide
     }
 
-    /// The observations of all pixels around `current`, by every so manieth frame, and what `look` makes of each row, in their order.
+    /// The observations of all pixels around `current` by every n-th frame, and the results of `look` for
+    /// each row, in their order.
     pub(super) fn observations<T: Send>(
         &self,
         current: &Grid<f32>,
         every: usize,
         look: impl Fn(ObservedRow<'_>) -> T + Sync,
-    ) -> (ObservationPlanes, Vec<T>) {
+    ) -> (ObservationMaps, Vec<T>) {
         let (rows, columns) = (current.rows(), current.columns());
-        let mut planes = ObservationPlanes::empty(rows, columns);
+        let mut planes = ObservationMaps::empty(rows, columns);
         let looked = planes.par_rows().enumerate().map_init(
             || (SplineEpi::default(), vec![UNOBSERVED; columns]),
             |(epi, observations), (y, out)| {
@@ -95,14 +103,14 @@ impl<'a> Steps<'a> {
                 let frames = (0..self.volume.frames()).filter(|t| t.abs_diff(reference) % every == 0);
                 epi.take(&self.spline, (self.volume, self.gains.as_deref()), y, frames);
                 let guesses = current.row(y);
-                let occluded = self.points_are_occluded().then(|| visible_intervals(guesses, self.lines));
-                let frames_asked = FramesAsked {
+                let visible = self.points_may_be_occluded().then(|| visible_intervals(guesses, self.lines));
+                let frames_asked = FramesUsed {
                     // Near an occluder frames are given away, so as not to take its blur for the point.
                     minimum_frames: self.rule.minimum_frames
-                        / (every * if occluded.is_some() { 2 } else { 1 }),
+                        / (every * if visible.is_some() { 2 } else { 1 }),
                     every,
                     series_reach_px: self.series_reach_px,
-                    visible: occluded.as_deref(),
+                    visible: visible.as_deref(),
                 };
                 row_observations(
                     (&self.spline, self.level),
@@ -113,7 +121,7 @@ impl<'a> Steps<'a> {
                     observations,
                 );
                 out.put(observations, self.origin);
-                look(ObservedRow { y, guesses, epi, observations, occluded: occluded.as_deref() })
+                look(ObservedRow { y, guesses, epi, observations, visible: visible.as_deref() })
             },
         );
         let looked = looked.collect();
@@ -128,13 +136,14 @@ impl<'a> Steps<'a> {
         (if self.volume.is_fine() { RESAMPLED_NOISE_GAIN } else { VALUE_NOISE_GAIN }) as f32
     }
 
-    /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each row.
+    /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each
+    /// row.
     pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
         let look = |row: ObservedRow<'_>| {
             report();
             // Columns to the surface that a pixel belongs to; 0 if that is its own.
-            row.occluded.map(|_| {
+            row.visible.map(|_| {
                 let mut misplaced = vec![0; row.observations.len()];
                 let samples = RowSamples { spline: &self.spline, epi: row.epi, lines: self.lines, every };
                 samples.find_misplaced(row.guesses, row.observations, &mut misplaced);
@@ -160,7 +169,7 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Smallest and largest disparity; zeros if there are none.
+/// Smallest and largest disparity; zeros for no disparities.
 pub(super) fn extremes(guess: &Grid<f32>) -> (f32, f32) {
     const LANES: usize = 16;
     // No number is less or greater than NaN, and lanes of their own let a processor compare sixteen at once.

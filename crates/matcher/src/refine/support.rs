@@ -1,11 +1,12 @@
-//! Windows that follow the surface.
+//! Supports: windows that follow the surface.
 //!
-//! The observations around a pixel are joined by a plane (disparity and slant) as far as they belong to the pixel's own surface. Which ones do
-//! is told by a map of planes, one for each pixel: a neighbour belongs if its own plane's disparity lies on the
-//! pixel's plane, within what both of their sigmas let expect (propagation and separation; Polzehl and Spokoiny
-//! 2006), and its slants, where they are known, are the pixel's. On one plane everything within reach takes part, so nothing of the information is lost; at a step or
-//! a ridge the support ends.
+//! A plane (disparity and slant) is fitted to the observations around a pixel that belong to the pixel's own
+//! surface. A map of planes, one for each pixel, tells which do: a neighbour belongs if the disparity of its
+//! plane lies on the pixel's plane, within what the sigmas of both allow (propagation and separation; Polzehl
+//! and Spokoiny 2006), and if its slants, where known, are those of the pixel. On a plane everything within
+//! reach takes part, so no information is lost; at a step or a ridge the support ends.
 
+mod rule;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -13,38 +14,25 @@ mod tests;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, dispatch, f32x16};
 
 use super::moments::LANES;
-use super::planes::{ObservationPlanes, PAD, Padded, PlaneRow, SurfacePlanes};
+use super::padded::{PAD, Padded};
+use super::planes::{ObservationMaps, PlaneRow, SurfacePlanes};
+use rule::LEAST_SLANT_SPREAD;
+pub(super) use rule::SupportRule;
 use sums::{Allowances, LONGEST, Sums, WindowSums, load, offset};
 
-/// The variance of a plane's disparity, with what windows disagree by against what chance makes of it, over this is taken for that of its slants, in
-/// px^2: the mean square of u in windows 3 px wide. Wider ones would hand slants on across what they do not see.
-const LEAST_SLANT_SPREAD: f32 = 2.0 / 3.0;
-/// On a plane the windows that compete lie off the best one by this many of its variances, in the mean square: measured as 5.8 to 6.0 at three noises.
+/// On a plane, the mean squared distance of the competing windows from the best one is this many of its
+/// variances: measured as 5.8 to 6.0 at three noises.
 pub(super) const APART_BY_CHANCE: f32 = 6.0;
-/// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not show them.
+/// Surfaces slant by about this much, in px of disparity per px; keeps slants finite in windows that do not
+/// show them.
 const EXPECTED_SLANT: f32 = 0.1;
 
-/// Which observations are joined, and how.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SupportRule {
-    /// Neighbours up to this many columns and rows away take part.
-    pub(super) reach: (usize, usize),
-    /// Two disparities belong to one plane if they differ by less than this many of their common sigmas.
-    pub(super) belongs_sigmas: f32,
-    /// A plane's variance grows from the pixel by the squared distance over this, in px^2.
-    pub(super) slant_spread: f32,
-    /// Further allowance for the difference of neighbours, in px, and for each px of their distance.
-    pub(super) slack: (f32, f32),
-    /// Whether the map's planes have slants that are known as well as wider windows know them. Then neighbours of another slant do not belong, and slants cost a window next to nothing of what its observations
-    /// tell of the disparity: of a square one a fifth in variance, where textures are uneven, and more of a small one.
-    pub(super) slants_known: bool,
-}
-
-/// Joins the observations around each pixel of row `y`, as far as the planes of `map` say that they belong to its surface, into the row `after`.
-/// With `wanted`, pixels whose variance in `after` is at most that, in px^2, keep what it holds.
+/// Joins the observations around each pixel of row `y`, as far as the planes of `map` say that they belong to
+/// its surface, into the row `after`. With `wanted`, pixels whose variance in `after` is at most that, in
+/// px^2, keep what it holds.
 pub(super) fn join_row(
     level: Level,
-    planes: (&ObservationPlanes, &SurfacePlanes),
+    planes: (&ObservationMaps, &SurfacePlanes),
     rule: SupportRule,
     y: usize,
     wanted: Option<f32>,
@@ -68,11 +56,12 @@ pub(super) fn nested_reaches(widest: (usize, usize)) -> [(usize, usize); 3] {
     NESTED_REACHES.map(|narrow| if widest.0 <= widest.1 { (narrow, widest.1) } else { (widest.0, narrow) })
 }
 
-/// The same for three windows that lie in each other, at little more than the widest one's cost. `adaptive_support` tells the reach of the widest, which is 3 px along rows
-/// or columns and longer across; [`nested_reaches`] tells those of all, in the order of `after`.
+/// The same for three nested windows, at little more than the cost of the widest one. `rule` has the reach of
+/// the widest, which is 3 px along rows or columns and longer across; [`nested_reaches`] gives those of all,
+/// in the order of `after`.
 pub(super) fn join_nested_row(
     level: Level,
-    planes: (&ObservationPlanes, &SurfacePlanes),
+    planes: (&ObservationMaps, &SurfacePlanes),
     rule: SupportRule,
     y: usize,
     after: [PlaneRow<'_>; 3],
@@ -88,7 +77,7 @@ pub(super) fn join_nested_row(
 #[inline(always)]
 fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bool>(
     simd: S,
-    planes: (&ObservationPlanes, &SurfacePlanes),
+    planes: (&ObservationMaps, &SurfacePlanes),
     rule: SupportRule,
     y: usize,
     wanted: Option<f32>,
@@ -103,18 +92,18 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
     let mut start = PAD;
     while start + PAD < after[0][0].len() {
         let block = start..start + LANES;
-        let unsettled = |variance: &f32| wanted.is_none_or(|wanted| *variance > wanted);
-        if after[0][3][block.clone()].iter().any(unsettled) {
+        let wanting = |variance: &f32| wanted.is_none_or(|wanted| *variance > wanted);
+        if after[0][3][block.clone()].iter().any(wanting) {
             sums.take::<TURNED>(simd, planes, &allowances, y, start);
             for (window, out) in after.iter_mut().enumerate() {
                 let slants_known = rule.slants_known;
                 let joined = solve(simd, &sums.of_window::<TURNED>(window), planes, slants_known, (y, start));
                 let variances = f32x16::from_slice(simd, &out[3][block.clone()]);
-                let settled = wanted.map(|wanted| variances.simd_le(f32x16::splat(simd, wanted)));
+                let kept = wanted.map(|wanted| variances.simd_le(f32x16::splat(simd, wanted)));
                 for (plane, value) in out.iter_mut().zip(joined).filter(|(plane, _)| !plane.is_empty()) {
                     let place = &mut plane[block.clone()];
                     let old = f32x16::from_slice(simd, place);
-                    settled.map_or(value, |settled| settled.select(old, value)).store_slice(place);
+                    kept.map_or(value, |kept| kept.select(old, value)).store_slice(place);
                 }
             }
         }
@@ -122,12 +111,13 @@ fn join_row_simd<S: Simd, const N: usize, const WINDOWS: usize, const TURNED: bo
     }
 }
 
-/// Disparity, slants, variance, misfit, texture and the variance of the slants of the plane through the observations.
+/// Disparity, slants, variance, misfit, texture and the variance of the slants of the plane through the
+/// observations.
 #[inline(always)]
 fn solve<S: Simd>(
     simd: S,
     sums: &WindowSums<'_, S>,
-    (observations, map): (&ObservationPlanes, &SurfacePlanes),
+    (observations, map): (&ObservationMaps, &SurfacePlanes),
     slants_known: bool,
     (y, start): (usize, usize),
 ) -> [f32x16<S>; 7] {
@@ -173,7 +163,8 @@ fn solve<S: Simd>(
     let slant_x = (minor_dp * t0 + (s0 * svv - sv * sv) * tu + (su * sv - s0 * suv) * tv) * one_over;
     let slant_y = (minor_dq * t0 + (su * sv - s0 * suv) * tu + (s0 * suu - su * su) * tv) * one_over;
 
-    // Means of columns and of rows about the plane: what a step or a crease moves most. Steps show in one of the two.
+    // Means of columns and of rows about the plane: a step or a crease moves these most. Steps show in one of
+    // the two.
     let mut ratio = zero;
     let mut inflation = splat(1.0);
     for (lines, reach, along, across) in
@@ -190,7 +181,7 @@ fn solve<S: Simd>(
         // A line through the means takes two degrees of freedom.
         let spare = (number - 2.0).max(splat(1.0));
         let own = number.simd_gt(splat(2.5)).select(misfit / (noise * spare), zero);
-        // What chance lets the ratio exceed one by is no misfit: thrice its standard deviation.
+        // Up to this the ratio may exceed one by chance: thrice its standard deviation.
         let chance = (splat(2.0) / spare).sqrt() * 3.0 + 1.0;
         inflation = own.simd_gt(chance).select(own, splat(1.0)).max(inflation);
         ratio = ratio.max(own);
@@ -212,11 +203,14 @@ fn solve<S: Simd>(
     ]
 }
 
-/// Takes, for each pixel of row `y`, the most credible plane among those of `windows` that contain it (centred on it, and with it in the middle of a side
-/// or in a corner; after Nagao and Matsuyama 1979) and the one that `map` holds already. Credible is what is well known and fits its observations; it is
-/// carried to the pixel. The map's `misfit` holds the score, less is better, and its
-/// `texture` the mean squared distance of the windows' planes from the best one's at the pixel, in px^2, of that shape of windows which disagrees most. Windows count by
-/// their credibility against the best one's, so bad ones of a shape that does not fit tell nothing.
+/// Takes, for each pixel of row `y`, the most credible plane: among those of `windows` that contain the pixel
+/// (centred on it, or with it in the middle of a side or in a corner; after Nagao and Matsuyama 1979),
+/// carried to it, and the one that `map` has already. A plane is credible if its variance is small and its
+/// observations fit.
+///
+/// The map's `misfit` gets the score, less is better. Its `texture` gets the mean squared distance of the
+/// windows' planes from the best one's at the pixel, in px^2, of the shape of windows that disagrees most.
+/// Windows count by their credibility against the best one's, so a shape that does not fit counts little.
 /// Planes farther than a pixel from the pixel's guess belong to another surface.
 pub(super) fn take_best_window(
     level: Level,
@@ -262,7 +256,8 @@ fn take_best_window_simd<S: Simd>(
                 let growth = 1.0 + (u * u) as f32 / spread(reach_u) + (v * v) as f32 / spread(reach_v);
                 let variance = load(&windows.variance) * growth;
                 let misfit = load(&windows.misfit).max(one);
-                // Means scatter about a plane by chance, too, but a window that a step crosses is the worse the longer it is.
+                // Means scatter about a plane by chance, too, but a window that a step crosses is the worse
+                // the longer it is.
                 let score = variance * misfit * (misfit * misfit) * (misfit * misfit);
                 let (p, q) = (load(&windows.slant_x), load(&windows.slant_y));
                 let disparity = load(&windows.disparity) - p * u as f32 - q * v as f32;

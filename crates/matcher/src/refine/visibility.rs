@@ -1,7 +1,7 @@
-//! Which frames see a point, where nearer surfaces pass before it.
+//! Visible intervals: the frames that see a point, where nearer surfaces pass before it.
 //!
-//! A nearer point has the larger |disparity|. A point at x of disparity d and the rim of a nearer surface at x' of d' meet at
-//! tau' = (x - x') / (d' - d); from there on the point is occluded.
+//! A nearer point has the larger |disparity|. A point at x of disparity d and the rim of a nearer surface at
+//! x' of d' meet at tau' = (x - x') / (d' - d); from there on the point is occluded.
 
 use crate::lines::Lines;
 
@@ -9,14 +9,15 @@ use crate::lines::Lines;
 const RIM_PX: f32 = 1.0;
 /// Neighbouring points that make a surface.
 const RIM_PIXELS: usize = 3;
-/// The rim's blur and the reach of the interpolation: so close to it a sample is not the point's alone, in px.
+/// The rim's blur and the reach of the interpolation: so close to it a sample is not the point's alone, in
+/// px.
 const RIM_REACH_PX: f32 = 2.0;
 
 /// First and last tau' in which each point of a row of `disparities` is seen, as far as the row itself tells.
 pub(super) fn visible_intervals(disparities: &[f32], lines: &Lines) -> Vec<(f32, f32)> {
     let whole = (-lines.tau_before() as f32, lines.tau_after() as f32);
     let mut visible = vec![whole; disparities.len()];
-    // Rims, each with the side on which it hides what is behind: +1 for points to the right of it.
+    // Rims, each with the side on which it occludes the background: +1 for points to the right of it.
     let mut rims: Vec<(usize, f32, f32)> = Vec::new();
     // A surface that is not known up to its rim may reach as far as the next that is known.
     let known: Vec<(usize, f32)> =
@@ -66,7 +67,8 @@ mod tests {
     #[test]
     fn a_point_is_seen_until_the_rim_reaches_it() {
         let lines = Lines::new(&Tau::equidistant(11).unwrap(), 5, 40);
-        // A strip of 30 px before a ground of 10 px, on columns 10 to 19. It gains 20 px on the ground over the baseline.
+        // A strip of 30 px before a ground of 10 px, on columns 10 to 19. It gains 20 px on the ground over
+        // the baseline.
         let row: Vec<f32> = (0..40).map(|x| if (10..20).contains(&x) { 30.0 } else { 10.0 }).collect();
         let seen = visible_intervals(&row, &lines);
         // Column 25 is 6 px from the rim at 19: reached after (6 - 2) / 20 of the baseline.
@@ -74,6 +76,6 @@ mod tests {
         // On the other side the strip passed before.
         assert!((seen[4].0 + 4.0 / 20.0).abs() < 1e-6 && seen[4].1 == 0.5);
         assert_eq!(seen[35], (-0.5, 0.5), "too far to be reached");
-        assert_eq!(seen[15], (-0.5, 0.5), "nothing hides the strip");
+        assert_eq!(seen[15], (-0.5, 0.5), "nothing occludes the strip");
     }
 }

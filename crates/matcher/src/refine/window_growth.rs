@@ -1,10 +1,13 @@
-//! Wide supports, for textures too weak for narrow ones, where the surface shows no relief that they would smooth away.
+//! Window growth: wide supports for weak texture, where the surface shows no relief that they would smooth
+//! away.
 //!
-//! Of a plane, the wider the window, the better; of relief that is below the noise of single windows, a wide one makes a plane and says that it is well known. So they are taken only
-//! where pools of many pixels (see `smoothing`) show nothing: neither that what competed for the pixels disagreed, nor that narrow supports have lost what small windows see, nor
-//! that wide supports differ from narrow ones.
+//! On a plane, a wider window is always better. On relief below the noise of single windows, a wide window
+//! gives a plane with a small sigma, and is wrong. So wide supports are taken only where pools of many pixels
+//! (see `smoothing`) show no relief: windows that competed for the pixels agree, narrow supports keep what
+//! small windows see, and wide supports agree with narrow ones.
 
-use super::planes::{Padded, SurfacePlanes};
+use super::padded::Padded;
+use super::planes::SurfacePlanes;
 use super::smoothing::{LEAST_SPARE, missed_by_small};
 use crate::options::LARGEST_FIT_WINDOW_PX;
 
@@ -12,16 +15,19 @@ use crate::options::LARGEST_FIT_WINDOW_PX;
 pub(super) const WIDE_REACHES: [usize; 2] = [7, LARGEST_FIT_WINDOW_PX / 2];
 /// Wide supports tell of relief where they leave narrow ones this share of the variance less.
 const LEAST_LESS: f64 = 0.1;
-/// Planes of the windows that competed are taken for the surface's if their variance is smaller by this: the best of many is less well known than it says.
+/// Planes of the windows that competed are taken for the surface's if their variance is smaller by this: the
+/// best of many is less well known than it says.
 pub(super) const LEAST_GAIN: f32 = 2.0;
 
-/// Where the widest support leaves more than the `wanted` variance, in px^2, takes the planes of `map`, whose windows are longer, if they are known much better.
+/// Where the widest support leaves more than the `wanted` variance, in px^2, takes the planes of `map`, whose
+/// windows are longer, if they are known much better.
 pub(super) fn take_better(surface: &mut SurfacePlanes, map: &SurfacePlanes, wanted: f32) {
     surface.take_where(map, |_, _, [variance, of_map]| variance > wanted && LEAST_GAIN * of_map < variance);
 }
 
-/// Takes the planes of `wide` supports where no relief shows. `small` are windows of that many px to a side, and `disagreement` what pools tell of the windows that competed, in
-/// px^2; NaN where nothing stands out.
+/// Takes the planes of `wide` supports where no relief shows. `small` are windows with their side in px,
+/// `disagreement` is the pooled disagreement of the windows that competed, in px^2; NaN where it is not
+/// significant.
 pub(super) fn take_wide(
     surface: &mut SurfacePlanes,
     wide: &SurfacePlanes,
@@ -43,14 +49,14 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::refine::planes::PAD;
+    use crate::refine::padded::PAD;
 
     const ROWS: usize = 200;
     const COLUMNS: usize = 240;
     const SIGMA_PX: f32 = 0.01;
 
-    /// The share of the pixels that take wide supports, which see no relief, where narrow ones see `relief`, small windows see `more` of it, and windows that
-    /// competed disagree by `apart`.
+    /// The share of the pixels that take wide supports, which see no relief, where narrow ones see `relief`,
+    /// small windows see `more` of it, and windows that competed disagree by `apart`.
     fn share_taken(relief: impl Fn(usize) -> f32, more: f32, apart: f32) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(6);
         let [mut surface, mut wide, mut small] = [(); 3].map(|()| SurfacePlanes::unknown(ROWS, COLUMNS));
@@ -78,9 +84,11 @@ mod tests {
     #[test]
     fn wide_supports_are_taken_unless_one_witness_sees_relief() {
         let flat = |_: usize| 0.0;
-        // Stripes of twice the noise, as wide windows are taken to be alike over 21 x 21 px: those in a corner are four independent ones.
+        // Stripes of twice the noise, as wide windows are taken to be alike over 21 x 21 px: those in a
+        // corner are four independent ones.
         let stripes = |x: usize| if (x / 6).is_multiple_of(2) { 2.0 * SIGMA_PX } else { -2.0 * SIGMA_PX };
-        // Squares stand out by chance once in a hundred and fifty; those around pixels of such a field are a few dozen independent ones.
+        // Squares are significant by chance once in a hundred and fifty; those around pixels of such a field are a
+        // few dozen independent ones.
         assert!(share_taken(flat, 0.0, f32::NAN) > 0.9);
         assert_eq!(share_taken(flat, 0.0, 1e-6), 0.0);
         assert_eq!(share_taken(stripes, 0.0, f32::NAN), 0.0);

@@ -1,13 +1,14 @@
-//! The best candidate of each column, found while the candidates pass by: no table of costs is kept.
+//! The best candidate of each column, found candidate by candidate: no table of costs is kept.
 
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 
-/// What is kept of the candidates of one row; costs are infinite where there is none.
+/// The best candidates of one row and their rivals; unknown costs are infinite.
 pub(super) struct Best {
     level: Level,
-    /// Candidates that lie less than this far from the best one are no rivals; at least 2, so that its neighbours are none.
+    /// Candidates less than this far from the best one are no rivals; at least 2, so that its neighbours are
+    /// not.
     apart: usize,
     kept: Kept,
     /// The costs of the last `apart` candidates.
@@ -18,7 +19,7 @@ pub(super) struct Best {
 struct Kept {
     /// Least cost.
     cost: Vec<f32>,
-    /// Its candidate; far below zero where there is none.
+    /// Its candidate; far below zero where unknown.
     candidate: Vec<i32>,
     /// Costs of the candidates before and after it.
     before: Vec<f32>,
@@ -64,7 +65,7 @@ impl Best {
         self.passed += 1;
         let slots = self.recent.len();
         let mut row = std::mem::take(&mut self.recent[k % slots]);
-        // What is in this slot is `apart` candidates old, and a rival from now on.
+        // The costs in this slot are `apart` candidates old, and rivals from now on.
         dispatch!(self.level, simd => keep_lesser(simd, &row, &mut self.kept.earlier));
         row.fill(f32::INFINITY);
         for (columns, costs) in runs {
@@ -81,7 +82,8 @@ impl Best {
         (k >= 0).then(|| (k as usize, self.kept.cost[x]))
     }
 
-    /// How much better the winner is than its best rival: 1 - cost / other cost, `resolution` added to both; NaN without a rival.
+    /// How much better the winner is than its best rival: 1 - cost / other cost, `resolution` added to both;
+    /// NaN without a rival.
     pub(super) fn confidence(&self, x: usize, resolution: f32) -> f32 {
         let rival = self.kept.rival[x];
         if rival == f32::INFINITY {
@@ -90,8 +92,8 @@ impl Best {
         (1.0 - (self.kept.cost[x] + resolution) / (rival + resolution)).clamp(0.0, 1.0)
     }
 
-    /// Where between its neighbours the least cost lies: the vertex of the parabola through three costs, less than half a candidate
-    /// away; zero where a neighbour is unknown.
+    /// Where between its neighbours the least cost lies: the vertex of the parabola through three costs, less
+    /// than half a candidate away; zero where a neighbour is unknown.
     pub(super) fn vertex(&self, x: usize) -> f64 {
         let [before, here, after] =
             [self.kept.before[x], self.kept.cost[x], self.kept.after[x]].map(f64::from);

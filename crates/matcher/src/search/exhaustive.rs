@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
+use super::answers::{RowAnswers, bracketed, rival_distance};
+use super::band_groups::{Groups, groups_of_bands, penalties, searched_groups};
 use super::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
-use super::{
-    Groups, RowAnswers, Task, bracketed, groups_of_bands, penalties, rival_distance, searched_groups,
-};
+use super::task::Task;
+use crate::candidates::Candidates;
 use crate::cost::{Band, CostTable, band_costs};
-use crate::lines::Candidates;
 use crate::mapping::{OrderingLimits, neutral_cost, optimal_mapping};
 use crate::maps::OrderingUsed;
 use crate::options::MatchError;
@@ -19,7 +19,7 @@ const BAND_ROWS: usize = 8;
 /// Costs that a band holds at most, unless one row has more; 64 MiB.
 const BAND_COSTS: usize = 1 << 24;
 
-/// Answers of all rows. `progress` is told each row.
+/// Answers of all rows. `progress` counts each row.
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
@@ -91,7 +91,7 @@ impl Exhaustive<'_> {
     }
 }
 
-/// Answers of a row with these costs; what is told of a chosen candidate is its `own` cost.
+/// Answers of a row with these costs; the cost reported of a chosen candidate is its `own` cost.
 fn row_answers(
     costs: &CostTable,
     candidates: &Candidates,
@@ -114,8 +114,8 @@ fn row_answers(
     for (x, &k) in chosen.iter().enumerate() {
         let k = usize::from(k);
         row.cost[x] = own(k, x);
-        let dear = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
-        row.answer[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), dear);
+        let costly = costs.at(k, x) > neutral.unwrap_or(f32::INFINITY);
+        row.answer[x] = bracketed(costs.candidates(), k, 2 * apart, |k| costs.at(k, x).is_nan(), costly);
         row.place(x, candidates, k as f64 + parabola_vertex(costs, k, x));
     }
     row

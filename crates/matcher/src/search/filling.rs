@@ -1,15 +1,17 @@
-//! Answers that neighbours give: single candidates that none of them agrees with are taken back, and where a pixel has no answer of its own, those of
-//! its neighbours are tried.
+//! Answers from neighbours: isolated answers are dropped, and pixels without an answer try the disparities
+//! around them.
 //!
-//! A pixel alone among a hundred candidates has many that fit by chance; among the few disparities that occur around it hardly any
-//! (propagation; Barnes and others 2009).
+//! Among a hundred candidates several fit a pixel by chance; among the few disparities that occur around it
+//! hardly any does (propagation; Barnes and others 2009).
 
 use rayon::prelude::*;
 
+use super::answers::Searched;
 use super::limits::{NOISE_OF_FRAMES, limits};
 use super::plan::Plan;
+use super::rows::bands;
+use super::task::Task;
 use super::tolerance::Tolerance;
-use super::{Searched, Task, bands};
 use crate::linear_epi::LinearEpi;
 use crate::lines::Lines;
 use crate::maps::Answer;
@@ -21,10 +23,10 @@ const SAME_SURFACE_PX: f32 = 1.0;
 const STEEPEST_SLANT: f32 = 0.5;
 /// ... and of those at most this far away, in px, ...
 const NEIGHBOUR_REACH: usize = 2;
-/// ... so many must: a surface seen through a gap two pixels wide still has them.
+/// ... this many must: a surface seen through a gap two pixels wide still has them.
 const LEAST_NEIGHBOURS: usize = 6;
-/// Neighbours up to this far away are asked, in px.
-const ASKED_REACH: usize = 3;
+/// Neighbours up to this far away offer their disparities, in px.
+const TRIED_REACH: usize = 3;
 
 /// Takes back candidates that hardly differ from their rivals, and those that too few neighbours agree with.
 pub(super) fn drop_ambiguous(searched: &mut Searched, minimum_confidence: f64) {
@@ -49,7 +51,7 @@ pub(super) fn drop_ambiguous(searched: &mut Searched, minimum_confidence: f64) {
                 (guess.at(u, v) - own).abs() <= SAME_SURFACE_PX + STEEPEST_SLANT * distance
             };
             let agree: usize = around.clone().map(|v| near.clone().filter(|&u| like(u, v)).count()).sum();
-            // At the borders of the image there are fewer neighbours.
+            // At the borders of the image a pixel has fewer neighbours.
             let side = 2 * NEIGHBOUR_REACH + 1;
             if (agree - 1) * side * side < LEAST_NEIGHBOURS * near.len() * around.len() {
                 searched.guess.row_mut(y)[x] = f32::NAN;
@@ -59,13 +61,14 @@ pub(super) fn drop_ambiguous(searched: &mut Searched, minimum_confidence: f64) {
     }
 }
 
-/// Gives pixels that are ambiguous or seem occluded the disparity of a neighbour that enough frames agree with. Their cost is then that of the pixel and its better
-/// neighbour in the row; they have no rivals, hence no confidence.
+/// Gives pixels that are ambiguous or seem occluded the disparity of a neighbour that enough frames agree
+/// with. Their cost is then that of the pixel and its better neighbour in the row; they have no rivals, hence
+/// no confidence.
 pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: &mut Searched) {
     let Task { volume, lines, rule, options, .. } = task;
     let columns = searched.guess.columns();
     let resolution = options.method.resolution();
-    let dearest = tolerance.dearest(options.minimum_visible);
+    let dearest = tolerance.largest_cost(options.minimum_visible);
     // Half as many frames as have to must agree with the pixel itself, however well its neighbour fits.
     let dearest_alone = 0.5 * (1.0 + dearest);
     let before = &*searched;
@@ -76,7 +79,7 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
             return Vec::new();
         }
         let epi = LinearEpi::new(volume, y);
-        // A candidate that too few frames have in view is none.
+        // A candidate that too few frames have in view does not count.
         let single = |x: usize, disparity: f32| {
             let (cost, seen) = disagreement(&epi, lines, x, disparity, limits[x]);
             rule.suffices(seen).then_some(cost)
@@ -115,8 +118,8 @@ pub(super) fn fill(task: Task<'_>, plan: &Plan, tolerance: Tolerance, searched: 
 
 /// The disparities around a pixel, one for each surface.
 fn surfaces_around(guess: &Grid<f32>, x: usize, y: usize) -> Vec<f32> {
-    let rows = y.saturating_sub(ASKED_REACH)..(y + ASKED_REACH + 1).min(guess.rows());
-    let columns = x.saturating_sub(ASKED_REACH)..(x + ASKED_REACH + 1).min(guess.columns());
+    let rows = y.saturating_sub(TRIED_REACH)..(y + TRIED_REACH + 1).min(guess.rows());
+    let columns = x.saturating_sub(TRIED_REACH)..(x + TRIED_REACH + 1).min(guess.columns());
     let mut near: Vec<f32> =
         rows.flat_map(|v| &guess.row(v)[columns.clone()]).copied().filter(|value| !value.is_nan()).collect();
     near.sort_unstable_by(f32::total_cmp);
@@ -124,8 +127,8 @@ fn surfaces_around(guess: &Grid<f32>, x: usize, y: usize) -> Vec<f32> {
     surfaces.map(|surface| surface[surface.len() / 2]).collect()
 }
 
-/// Mean over the frames of the squared deviation from the reference frame's pixel along its line, over `limit` and at most 1; and
-/// the number of frames that have the point in view.
+/// Mean over the frames of the squared deviation from the reference frame's pixel along its line, over
+/// `limit` and at most 1; and the number of frames that have the point in view.
 fn disagreement(epi: &LinearEpi, lines: &Lines, x: usize, disparity: f32, limit: f32) -> (f32, usize) {
     let own = epi.frame(lines.reference())[x];
     let (mut sum, mut seen) = (0.0, 0);

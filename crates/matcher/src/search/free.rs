@@ -1,30 +1,32 @@
-//! Rows whose points need not keep their order: each pixel takes its best candidate.
+//! The search without the ordering constraint: each pixel takes its best candidate.
 //!
-//! Depth edges stay where they are because a pixel's cost is the least over all windows that contain it, so that one of them lies on
-//! its own surface (Kang, Szeliski and Chai 2001); and points that are occluded in part of the sequence are answered because a
-//! frame that disagrees costs a limited amount, whatever it shows. The pixel's own cost counts as much as that of its best window,
-//! so that a point which is soon occluded does not join the surface that hides it.
+//! Depth edges keep their place, because the cost of a pixel is the least over all windows that contain it;
+//! one of them lies on the pixel's own surface (Kang, Szeliski and Chai 2001). Points that are occluded in
+//! part of the sequence are answered, because a frame that disagrees costs a limited amount, whatever it
+//! shows. The pixel's own cost counts as much as that of its best window, so a point that is soon occluded
+//! does not join the occluding surface.
 
 use std::ops::Range;
 
 use fearless_simd::Level;
 
+use super::answers::{RowAnswers, bracketed, rival_distance};
 use super::best::Best;
 use super::kernels;
 use super::limits::{NOISE_OF_GROUPS, limits};
 use super::plan::Plan;
 use super::semi_global::{Aggregated, Aggregation, PathAggregation, Span};
 use super::sweep::{Consumer, Window, sweep};
+use super::task::Task;
 use super::tolerance::Tolerance;
-use super::{RowAnswers, Task, bracketed, rival_distance};
 use crate::maps::Answer;
 
-/// What is searched.
+/// The search of a volume without the ordering constraint.
 pub(super) struct Search<'a> {
     task: Task<'a>,
     plan: &'a Plan,
     window: Window,
-    /// What frames may deviate by, if points may be occluded in some.
+    /// The deviation allowed to frames, if points may be occluded in some.
     tolerance: Option<Tolerance>,
 }
 
@@ -35,7 +37,7 @@ impl<'a> Search<'a> {
 }
 
 impl Search<'_> {
-    /// Answers of the rows of `span`, each found by itself or with the help of the others.
+    /// Answers of the rows of `span`, each found by itself or from aggregated costs.
     pub(super) fn rows(&self, span: Span, aggregation: Option<Aggregation<'_>>) -> Vec<RowAnswers> {
         let Task { volume, lines, options, .. } = self.task;
         let (rows, columns) = (volume.rows(), self.plan.columns);
@@ -71,7 +73,7 @@ impl Search<'_> {
             answers: Vec::new(),
         };
         sweep(volume, self.plan, self.window, centres.clone(), &mut rows);
-        // The last rows of the image wait for rows that do not come.
+        // At the end of the image no more rows follow.
         for y in rows.done..band.end {
             for k in 0..self.plan.candidates.count() {
                 rows.decide(y, k, y.saturating_sub(shift)..centres.end);
@@ -105,7 +107,7 @@ struct FreeRows<'a> {
     best: Best,
     /// The first row that is not decided.
     done: usize,
-    /// The costs of rows that wait for others to help them.
+    /// Costs of rows that wait to be aggregated.
     paths: Option<PathAggregation<'a>>,
     answers: Vec<RowAnswers>,
 }
@@ -188,7 +190,8 @@ impl FreeRows<'_> {
     /// Answers row `y` by the best of its own costs, or of aggregated ones.
     fn answer(&mut self, y: usize, aggregated: Option<&Aggregated<'_>>) {
         let Search { plan, task: Task { options, .. }, tolerance, .. } = *self.search;
-        let dearest = tolerance.map_or(f32::INFINITY, |tolerance| tolerance.dearest(options.minimum_visible));
+        let dearest =
+            tolerance.map_or(f32::INFINITY, |tolerance| tolerance.largest_cost(options.minimum_visible));
         let columns = self.inverse.len();
         let count = plan.candidates.count();
         let typical = &self.typical[y - self.first_centre()];
@@ -199,9 +202,9 @@ impl FreeRows<'_> {
             row.cost[x] = cost * limit;
             row.disagreement[x] = cost;
             row.confidence[x] = self.best.confidence(x, options.method.resolution() / limit);
-            let dear = cost > dearest;
-            row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), dear);
-            if row.answer[x] == Answer::Found && dear {
+            let costly = cost > dearest;
+            row.answer[x] = bracketed(count, k, 2 * self.apart, |k| !plan.knows(k, x), costly);
+            if row.answer[x] == Answer::Found && costly {
                 row.answer[x] = Answer::Occluded;
             }
             row.place(x, &plan.candidates, k as f64 + self.best.vertex(x));

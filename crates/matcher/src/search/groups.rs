@@ -1,16 +1,17 @@
-//! Neighbouring frames in groups, so that most of the sums along a candidate are made once for many candidates.
+//! Groups of neighbouring frames, so that most of the sums along a candidate serve many candidates.
 //!
-//! This is the two-level form of fast factorised back-projection (Ulander, Hellsten and Stenström 2003; Brady 1998): within a
-//! group the shifts of two candidates differ by little, so the frames of a group are summed up under a few slopes only, and
-//! every candidate is made of the sums under the slope that is nearest to it.
+//! This is the two-level form of fast factorised back-projection (Ulander, Hellsten and Stenström 2003; Brady
+//! 1998). Within a group the shifts of two candidates differ by little. So the frames of a group are summed
+//! up under a few slopes only, and each candidate uses the sums under the nearest slope.
 
 use std::ops::Range;
 
-use crate::lines::{Candidates, Lines};
+use crate::candidates::Candidates;
+use crate::lines::Lines;
 
-/// Groups that there are at least, frames permitting: what is occluded is left out by whole groups.
+/// Least number of groups, if there are as many frames: occluded frames are left out by whole groups.
 const LEAST_GROUPS: usize = 12;
-/// How far a sample may lie beside the candidate, in px, because its group was summed up under another slope.
+/// Distance between a sample and the candidate, in px, because its group was summed up under another slope.
 pub(super) const MISALIGNMENT_PX: f64 = 0.2;
 
 /// Frames that follow each other, all before or all after the reference frame.
@@ -47,7 +48,8 @@ impl Groups {
 
     /// Neighbouring candidates that are made of the same sums.
     pub(super) fn slab(&self, candidates: &Candidates) -> usize {
-        // At the ends of a slab and of a group the misalignment is largest: half of the one times half of the other.
+        // At the ends of a slab and of a group the misalignment is largest: half of the one times half of the
+        // other.
         let span = 4.0 * MISALIGNMENT_PX / self.extent;
         ((span / candidates.disparity_step_px()).min(candidates.count() as f64) as usize).max(1)
     }
@@ -57,7 +59,8 @@ fn spread(lines: &Lines, frames: &Range<usize>) -> f64 {
     lines.offsets()[frames.end - 1] - lines.offsets()[frames.start]
 }
 
-/// The frames of one side in groups of equal extent, as near to `extent` as whole groups allow; no group is empty.
+/// The frames of one side in groups of equal extent, as near to `extent` as whole groups allow; no group is
+/// empty.
 fn divided(lines: &Lines, side: Range<usize>, extent: f64) -> Vec<Group> {
     if side.is_empty() {
         return Vec::new();

@@ -1,6 +1,6 @@
 //! The inner loops over whole rows, compiled for each instruction set and chosen at run time.
 //!
-//! Rows are treated in chunks whose sums stay in registers while the frames or groups pass by.
+//! Rows are processed in chunks whose sums stay in registers over all frames or groups.
 
 use std::ops::Range;
 
@@ -9,8 +9,8 @@ use fearless_simd::{Level, Simd, dispatch};
 use super::plan::{GroupShift, PAD, Segment};
 use crate::lines::Shift;
 
-/// Columns of a chunk. Rows are followed by as many values of any kind, so that the last chunk of a row may be a whole one, too; what it has
-/// made beyond the row's end is left out.
+/// Columns of a chunk. Each row is followed by as many values of any kind, so that its last chunk can be
+/// processed as a whole; results beyond the row's end are dropped.
 pub(super) const CHUNK: usize = 64;
 
 /// Rows of equal length behind each other, each with its pads.
@@ -29,8 +29,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Mean of the samples of a group's `frames` under `shifts`, and their variance about it, for the given columns of `mean`
-/// and `spread`. `anchor` is a row near the mean, to be taken off before squaring.
+/// Mean of the samples of a group's `frames` under `shifts`, and their variance about it, for the given
+/// columns of `mean` and `spread`. `anchor` is a row near the mean, to be taken off before squaring.
 pub(super) fn group_sums(
     level: Level,
     epi: Rows<'_>,
@@ -90,7 +90,7 @@ fn group_chunk(
     }
 }
 
-/// What the costs of one candidate are made of, for one row.
+/// The terms of the costs of one candidate, for one row.
 #[derive(Clone, Copy)]
 pub(super) struct Terms<'a> {
     /// Means and variances of each group.
@@ -188,10 +188,10 @@ fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// Share of the frames that disagree with the reference frame, in units of `limit`: each group deviates from the mean of
-/// those that agree by its squared difference and its own variance, and by `limit` at most.
+/// Share of the frames that disagree with the reference frame, in units of `limit`: each group deviates from
+/// the mean of those that agree by its squared difference and its own variance, and by `limit` at most.
 ///
-/// So a frame in which the point is occluded costs the same whatever hides it.
+/// So a frame in which the point is occluded costs the same, whatever occludes it.
 pub(super) fn truncated(level: Level, terms: Terms<'_>, segment: &Segment, limit: &[f32], out: &mut [f32]) {
     dispatch!(level, simd => truncated_row(simd, terms, segment, limit, out));
 }
@@ -246,7 +246,7 @@ fn truncated_chunk(terms: Terms<'_>, segment: &Segment, x: usize, limit: &[f32],
     }
 }
 
-/// `out[x] = mean of values[x - half ..= x + half]`, of those that there are.
+/// `out[x] = mean of values[x - half ..= x + half]`, as far as they exist.
 pub(super) fn box_means(level: Level, values: &[f32], half: usize, out: &mut [f32]) {
     dispatch!(level, simd => box_row_means(simd, values, half, out));
 }
@@ -255,18 +255,7 @@ pub(super) fn box_means(level: Level, values: &[f32], half: usize, out: &mut [f3
 fn box_row_means<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]) {
     let count = values.len();
     let out = &mut out[..count];
-    out.copy_from_slice(values);
-    for offset in 1..=half.min(count.saturating_sub(1)) {
-        let rest = count - offset;
-        let (right, left) = (&values[offset..], &values[..rest]);
-        for i in 0..rest {
-            out[i] += right[i];
-        }
-        let out = &mut out[offset..];
-        for i in 0..rest {
-            out[i] += left[i];
-        }
-    }
+    fold_windows(values, half, out, |sum, value| sum + value);
     let scale = 1.0 / (2 * half + 1) as f32;
     let inner = half.min(count)..count.saturating_sub(half).max(half.min(count));
     out[inner.clone()].iter_mut().for_each(|value| *value *= scale);
@@ -275,13 +264,15 @@ fn box_row_means<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]
     }
 }
 
-/// `out[x] = least of values[x - half ..= x + half]`, of those that there are.
+/// `out[x] = least of values[x - half ..= x + half]`, as far as they exist.
 pub(super) fn box_minima(level: Level, values: &[f32], half: usize, out: &mut [f32]) {
-    dispatch!(level, simd => box_row_minima(simd, values, half, out));
+    dispatch!(level, _simd => fold_windows(values, half, out, lesser));
 }
 
+/// `out[x]` = the values of values[x - half ..= x + half], as far as they exist, joined by `join` from the
+/// middle outwards.
 #[inline(always)]
-fn box_row_minima<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32]) {
+fn fold_windows(values: &[f32], half: usize, out: &mut [f32], join: impl Fn(f32, f32) -> f32) {
     let count = values.len();
     let out = &mut out[..count];
     out.copy_from_slice(values);
@@ -289,11 +280,11 @@ fn box_row_minima<S: Simd>(_simd: S, values: &[f32], half: usize, out: &mut [f32
         let rest = count - offset;
         let (right, left) = (&values[offset..], &values[..rest]);
         for i in 0..rest {
-            out[i] = lesser(out[i], right[i]);
+            out[i] = join(out[i], right[i]);
         }
         let out = &mut out[offset..];
         for i in 0..rest {
-            out[i] = lesser(out[i], left[i]);
+            out[i] = join(out[i], left[i]);
         }
     }
 }
@@ -357,7 +348,8 @@ fn multiply_row<S: Simd>(_simd: S, factors: &[f32], out: &mut [f32]) {
     }
 }
 
-/// `least = min(least, values)` where candidate `k` lies at least `apart` from the chosen one; unknown values are no rivals.
+/// `least = min(least, values)` where candidate `k` lies at least `apart` from the chosen one; unknown values
+/// are no rivals.
 pub(super) fn keep_rivals(
     level: Level,
     values: &[f32],

@@ -1,4 +1,4 @@
-//! How much a frame may disagree before it counts as hiding the point.
+//! Limits of deviation: a frame that deviates further counts as occluding the point.
 
 use epirig_core::statistics::upper_median;
 use std::ops::Range;
@@ -9,16 +9,17 @@ use super::row_costs::RowCosts;
 use crate::contrast::{contrast, squared_gradients};
 use epirig_core::volume::Volume;
 
-/// Times the variance of the noise that is allowed for: four standard deviations of a group's mean of some ten frames, the reference
-/// frame's own noise and that within the group.
+/// Times the variance of the noise that is allowed for: four standard deviations of a group's mean of some
+/// ten frames, the reference frame's own noise and that within the group.
 pub(super) const NOISE_OF_GROUPS: f32 = 4.0;
 /// The same for single frames: two standard deviations of the difference of two frames.
 pub(super) const NOISE_OF_FRAMES: f32 = 8.0;
 
 /// The limit of squared deviations in DN^2 for each pixel of the rows `held` of the reference frame.
 ///
-/// It is `share` of the contrast around the pixel in its row, what the step of candidates and noise do (`noise_factor` times its variance),
-/// and at least `least`. Each row is followed by the values that a last chunk reads beyond it.
+/// It is `share` of the contrast around the pixel in its row, plus the effect of the disparity step and of
+/// noise (`noise_factor` times its variance), and at least `least`. Each row is followed by the values that a
+/// last chunk reads beyond it.
 pub(super) fn limits(
     volume: &Volume,
     plan: &Plan,
@@ -33,7 +34,7 @@ pub(super) fn limits(
         volume.copy_row(y, plan.reference, &mut row);
         let limit = |(contrast, gradient): (f32, f32)| match noise {
             Some(noise) => share * contrast + step * gradient + noise_factor * noise + least,
-            // Where frames stand alone noise cannot be told from contrast, so all of it is allowed for.
+            // For single frames noise cannot be separated from contrast, so the whole contrast is allowed.
             None => contrast + least,
         };
         contrast(&row)
@@ -50,8 +51,8 @@ fn half_step(plan: &Plan) -> f32 {
     (0.5 * plan.candidates.disparity_step_px() * plan.farthest) as f32
 }
 
-/// Variance of the noise in row `y`: within the group next to the reference frame, under the gradient that suits each column best;
-/// the median of the columns. `None` if that group is a single frame.
+/// Variance of the noise in row `y`: within the group next to the reference frame, under the gradient that
+/// suits each column best; the median of the columns. `None` if that group is a single frame.
 fn noise_variance(volume: &Volume, plan: &Plan, y: usize) -> Option<f32> {
     let groups = &plan.groups;
     let near = [groups.before.checked_sub(1), Some(groups.before)].into_iter().flatten();

@@ -1,15 +1,16 @@
-//! Rows whose points keep their order: the optimal strictly increasing mapping over the costs of the sums.
+//! The search under the ordering constraint: the optimal strictly increasing mapping over the factorised
+//! costs.
 
 use epirig_core::statistics::upper_median;
 use std::ops::Range;
 
 use fearless_simd::Level;
 
+use super::answers::{RowAnswers, bracketed, rival_distance};
 use super::kernels;
 use super::plan::Plan;
 use super::semi_global::{Aggregated, PathAggregation};
 use super::sweep::Consumer;
-use super::{RowAnswers, bracketed, rival_distance};
 use crate::cost::CostTable;
 use crate::lines::Lines;
 use crate::mapping::{OrderingLimits, optimal_mapping};

@@ -1,13 +1,15 @@
-//! Where every candidate finds its samples: all that is the same for all rows.
+//! The places of the samples of every candidate, which are the same for all rows.
 
 use std::ops::Range;
 
 use super::groups::Groups;
-use crate::lines::{Candidates, Lines, SeenRule, Shift, Sightings};
+use crate::candidates::Candidates;
+use crate::lines::{Lines, SeenRule, Shift, Sightings};
 use crate::options::Occlusion;
 
-/// Pixels that rows are continued by beyond each border. A sample at the border is interpolated between a line in view and its neighbour,
-/// less than a pixel farther, which misalignment may take a little beyond that.
+/// Pixels that rows are continued by beyond each border. A sample at the border is interpolated between a
+/// line in view and its neighbour, less than a pixel farther, which misalignment may take a little beyond
+/// that.
 pub(super) const PAD: usize = 2;
 
 /// Candidates that are made of the same sums over groups.
@@ -26,7 +28,7 @@ pub(super) struct Slab {
 pub(super) struct GroupShift {
     /// Whole pixels, towards the smaller.
     pub(super) whole: isize,
-    /// What is left, in [0, 1) px.
+    /// Rest of the shift, in [0, 1) px.
     pub(super) fraction: f32,
     /// Whole pixels, to the nearest.
     pub(super) nearest: isize,
@@ -36,7 +38,8 @@ pub(super) struct GroupShift {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Segment {
     pub(super) columns: Range<usize>,
-    /// Groups that count: those on both sides of the reference frame that see the candidate in all of their frames.
+    /// Groups that count: those on both sides of the reference frame that see the candidate in all of their
+    /// frames.
     pub(super) groups: Range<usize>,
     /// Whether all frames together, those up to the reference and those from it on may make the cost.
     pub(super) allowed: [bool; 3],
@@ -121,7 +124,7 @@ fn slab(lines: &Lines, groups: &Groups, candidates: &Candidates, range: Range<us
     let mut shifts = vec![Shift::by(0.0, lines.columns()); lines.frames()];
     let mut seen = Vec::with_capacity(groups.groups.len());
     for group in &groups.groups {
-        // One more than there are columns, for the interpolation.
+        // One column more, for the interpolation.
         let (pad, mut first, mut end) = (PAD as isize, 0, lines.columns() as isize + 1);
         for t in group.frames.clone() {
             shifts[t] = Shift::by(middle * (lines.offsets()[t] - group.offset), lines.columns());
@@ -145,7 +148,7 @@ fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rul
             nearest: shift.whole + isize::from(shift.fraction >= 0.5),
         })
         .collect();
-    // Columns of the reference frame whose line all frames of a group see, and whose sums there are.
+    // Columns of the reference frame whose line all frames of a group see, and for which sums exist.
     let visible: Vec<Range<isize>> = groups
         .groups
         .iter()
@@ -188,8 +191,9 @@ fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rul
     Coverage { shifts, segments, runs }
 }
 
-/// What may make the cost where `groups` count: whether a point is seen is decided by frames, `counts` of them up to the
-/// reference and from it on; but three frames must count, since two always lie on a line.
+/// The costs that count where `groups` do. Whether enough frames see a point is counted in frames, `counts`
+/// of them up to the reference and from it on; at least three frames must see it, since two always lie on a
+/// line.
 fn allowed(all: &Groups, groups: Range<usize>, counts: [usize; 2], rule: SeenRule) -> [bool; 3] {
     let frames = |range: Range<usize>| -> usize {
         1 + all.groups[range].iter().map(|group| group.frames.len()).sum::<usize>()

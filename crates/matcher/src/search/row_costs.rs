@@ -6,7 +6,7 @@ use super::kernels::{self, CHUNK, Rows, Terms};
 use super::plan::{PAD, Plan, Slab};
 use epirig_core::volume::Volume;
 
-/// The sums over groups of one row, and the buffers on the way to costs.
+/// The sums over groups of one row, and the buffers for its costs.
 pub(super) struct RowCosts<'a> {
     volume: &'a Volume,
     plan: &'a Plan,
@@ -71,8 +71,8 @@ impl<'a> RowCosts<'a> {
         &self.spreads[start..start + self.plan.columns]
     }
 
-    /// Costs of single pixels under candidate `k` of the loaded slab, at the columns where it has any: plain variances, or truncated at
-    /// `limit`.
+    /// Costs of single pixels under candidate `k` of the loaded slab, at the columns where it has any: plain
+    /// variances, or truncated at `limit`.
     pub(super) fn single(&self, k: usize, limit: Option<&[f32]>, out: &mut [f32]) {
         let stride = self.plan.columns + 2 * PAD;
         let candidate = &self.plan.coverage[k];

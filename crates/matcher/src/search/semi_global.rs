@@ -1,18 +1,21 @@
 //! Cost aggregation across rows, for weak texture (semi-global matching, Hirschmueller 2008).
 //!
-//! Surfaces go on from row to row, so a candidate is better if the rows above and below can agree with it at little cost. This is semi-global
-//! matching (Hirschmueller 2008, equation 13) along the two vertical paths: with the pixel's own cost C,
+//! Surfaces go on from row to row, so a candidate is better if the rows above and below can agree with it at
+//! little cost. This is semi-global matching (Hirschmueller 2008, equation 13) along the two vertical paths:
+//! with the pixel's own cost C,
 //!
 //! ```text
 //! L(y, k) = C(y, k) + min(L(y-1, k), L(y-1, k-1) + P1, L(y-1, k+1) + P1, min L(y-1, .) + P2) - min L(y-1, .)
 //! ```
 //!
-//! once downwards and once upwards; the aggregated cost is the sum of both less C. On a chain of rows this is exact: but for a constant, it is
-//! the least sum of costs and penalties of all ways from the first row to the last that lead through the candidate. What a row does
-//! along itself, its mapping or its best candidates, is then found from the aggregated costs.
+//! once downwards and once upwards; the aggregated cost is the sum of both less C. On a chain of rows this is
+//! exact: but for a constant, it is the least sum of costs and penalties of all ways from the first row to
+//! the last that lead through the candidate. What a row does along itself, its mapping or its best
+//! candidates, is then found from the aggregated costs.
 //!
-//! The penalties are what chance makes of costs ([`Penalties`]), so little changes where texture is strong. Costs are held as whole counts of 16 bit,
-//! so sums have no rounding. A band of rows is aggregated with a margin of rows above and below it, beyond which paths begin afresh.
+//! The penalties are what chance makes of costs ([`Penalties`]), so little changes where texture is strong.
+//! Costs are held as whole counts of 16 bit, so sums have no rounding. A band of rows is aggregated with a
+//! margin of rows above and below it, beyond which paths begin afresh.
 
 use epirig_core::statistics::upper_median;
 use std::ops::Range;
@@ -20,45 +23,49 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::{BAND_ROWS, sampled_rows};
+use super::rows::{BAND_ROWS, sampled_rows};
 use crate::options::MatchError;
 use epirig_core::volume::Volume;
 
-/// Rows above and below a band whose costs come down to it. On a bowed surface of 1 DN of contrast in 1 DN of noise and 40 frames, 99.9 % of the
-/// pixels take the candidate that paths over all rows give them; with half the contrast 97 %.
+/// Rows above and below a band whose costs come down to it. On a bowed surface of 1 DN of contrast in 1 DN of
+/// noise and 40 frames, 99.9 % of the pixels take the candidate that paths over all rows give them; with half
+/// the contrast 97 %.
 const MARGIN_ROWS: usize = 16;
 /// A band of fewer rows is mostly margin.
 const LEAST_BAND_ROWS: usize = 8;
-/// Bytes that bands may hold whatever the frames take: little beside a program. Where half of the frames' bytes are more, they may hold as many.
+/// Bytes that bands may hold whatever the frames take: little beside a program. Where half of the frames'
+/// bytes are more, they may hold as many.
 const FREE_BYTES: usize = 32 << 20;
 
 /// Marks a candidate without a cost.
 const UNKNOWN: u16 = u16::MAX;
 /// Counts of a chance difference, if costs are not too large for it.
 const COUNTS_OF_CHANCE: f32 = 16.0;
-/// Costs are told apart up to at least this many typical ones.
+/// Costs are distinguished up to at least this many typical ones.
 const TYPICAL_TOLD_APART: f32 = 64.0;
-/// Penalty of a step by one candidate over a chance difference of two costs: so cheap that a surface may slant by a step in each row.
+/// Penalty of a step by one candidate over a chance difference of two costs: so cheap that a surface may
+/// slant by a step in each row.
 const SMALL_STEP: f32 = 1.0;
-/// The same of any larger step. The best of some hundred wrong candidates costs by chance some three of these differences less than they do in the
-/// mean; twice that keeps a row from following it.
+/// The same of any larger step. The best of some hundred wrong candidates costs by chance some three of these
+/// differences less than they do in the mean; twice that keeps a row from following it.
 const LARGE_STEP: f32 = 6.0;
 
-/// What it costs to change the candidate from one row to the next.
+/// The penalties for a change of the candidate from one row to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Penalties {
     /// A step by one candidate, in counts.
     small: u16,
-    /// Any larger step, in counts; far below what 16 bit hold.
+    /// Penalty of any larger step, in counts; far below the limit of 16 bit.
     large: u16,
-    /// What a count is, in the unit of the costs.
+    /// Size of a count, in the unit of the costs.
     count: f32,
 }
 
 impl Penalties {
     /// Penalties where right candidates cost `typical`, the mean square of `samples` deviations.
     ///
-    /// Such a mean has a relative standard deviation of sqrt(2 / samples), the difference of two of them sqrt(4 / samples): what chance does.
+    /// Such a mean has a relative standard deviation of sqrt(2 / samples), the difference of two of them
+    /// sqrt(4 / samples): the scatter by chance.
     pub(super) fn of_typical(typical: f32, samples: usize) -> Self {
         let chance = typical * (4.0 / samples as f32).sqrt();
         let coarsest = TYPICAL_TOLD_APART * typical / f32::from(UNKNOWN / 2);
@@ -67,13 +74,14 @@ impl Penalties {
         Self { small: counts(SMALL_STEP), large: counts(LARGE_STEP), count }
     }
 
-    /// The largest cost that is told from larger ones, in counts.
-    fn dearest(self) -> u16 {
+    /// The largest cost that is distinguished from larger ones, in counts.
+    fn largest_cost(self) -> u16 {
         UNKNOWN - 1 - self.large
     }
 }
 
-/// Median cost of what is chosen in a few rows, each searched by itself; but no less than `least`, differences below which mean nothing.
+/// Median cost of the chosen candidates in a few rows, each searched by itself; at least `least`, the
+/// smallest significant difference.
 pub(super) fn typical_cost(
     rows: usize,
     least: f32,
@@ -96,16 +104,16 @@ pub(super) struct Bands {
     pub(super) band_counts: usize,
 }
 
-/// What aggregation across rows needs.
+/// The parameters of aggregation across rows.
 pub(super) struct Aggregation<'a> {
-    /// What it costs to leave the neighbouring rows.
+    /// Penalties for differing from the neighbouring rows.
     pub(super) penalties: Penalties,
     /// Room for the counts of a band.
     pub(super) room: &'a mut [u16],
 }
 
 impl Bands {
-    /// Bands of `volume` under so many candidates.
+    /// Bands of `volume` for this number of candidates.
     ///
     /// # Errors
     /// [`MatchError::TooManyToAggregate`] if not even a band of the fewest rows may be held.
@@ -160,7 +168,7 @@ impl Span {
     }
 }
 
-/// Costs of the rows of a span on their way to being aggregated; rows come in their order.
+/// Costs of the rows of a span, to be aggregated; rows come in their order.
 pub(super) struct PathAggregation<'a> {
     level: Level,
     penalties: Penalties,
@@ -202,11 +210,12 @@ impl<'a> PathAggregation<'a> {
         }
     }
 
-    /// Costs under candidate `k` of the row that comes, from column `first` on. Columns that are never told have no cost, nor have those of NaN.
+    /// Costs under candidate `k` of the current row, from column `first` on. Columns that are not given, and
+    /// those of NaN, have no cost.
     pub(super) fn hold(&mut self, k: usize, first: usize, costs: &[f32]) {
         let place = k * self.columns + first;
         let out = &mut self.coming[place..place + costs.len()];
-        let (scale, dearest) = (1.0 / self.penalties.count, f32::from(self.penalties.dearest()));
+        let (scale, dearest) = (1.0 / self.penalties.count, f32::from(self.penalties.largest_cost()));
         dispatch!(self.level, simd => to_counts(simd, costs, (scale, dearest), out));
     }
 
@@ -346,7 +355,7 @@ impl Aggregated<'_> {
         ((y - self.first) * self.candidates + k) * self.columns + x
     }
 
-    /// Aggregated costs of row `y` under candidate `k`, from column `first` on; NaN where there are none.
+    /// Aggregated costs of row `y` under candidate `k`, from column `first` on; NaN where unknown.
     pub(super) fn copy(&self, y: usize, k: usize, first: usize, out: &mut [f32]) {
         let place = self.place(y, k, first);
         let places = place..place + out.len();

@@ -1,10 +1,11 @@
-//! Best candidates of single rows, for a survey of all disparities: only the winners are kept.
+//! Best candidates of single rows, for the range survey: only the winners are kept.
 
 use super::best::Best;
 use super::kernels;
 use super::plan::Plan;
 use super::row_costs::RowCosts;
-use crate::lines::{Candidates, Lines, SeenRule};
+use crate::candidates::Candidates;
+use crate::lines::{Lines, SeenRule};
 use crate::options::Method;
 use epirig_core::volume::Volume;
 
@@ -32,7 +33,8 @@ impl<'a> RowSurvey<'a> {
         Self { volume, plan: Plan::new(lines, candidates, rule), half_columns }
     }
 
-    /// The best disparity of each pixel of row `y`, in px, and how much better it is than its rivals (NaN without any).
+    /// The best disparity of each pixel of row `y`, in px, and how much better it is than its rivals (NaN
+    /// without any).
     pub(crate) fn of_row(&self, y: usize) -> Vec<Option<(f64, f32)>> {
         let (plan, columns) = (&self.plan, self.plan.columns);
         let near = y.saturating_sub(REACH_ROWS)..(y + REACH_ROWS + 1).min(self.volume.rows());

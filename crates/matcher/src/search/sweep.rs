@@ -14,16 +14,18 @@ pub(super) struct Window {
     pub(super) columns: usize,
 }
 
-/// What becomes of the costs.
+/// A consumer of the costs.
 pub(super) trait Consumer {
     /// Where single costs are to be truncated in row `y`; `None` asks for plain variances.
     fn limit(&self, y: usize) -> Option<&[f32]>;
 
-    /// Costs of the single pixels of row `y` under candidate `k`, in the runs of the candidate, on their way into windows.
+    /// Costs of the single pixels of row `y` under candidate `k`, in the runs of the candidate, before they
+    /// are averaged over windows.
     fn enter(&mut self, _y: usize, _k: usize, _single: &[f32]) {}
 
-    /// Mean costs over the windows around the pixels of row `y` under candidate `k`, in the runs of the candidate; they may be
-    /// changed. Candidates come in their order, and all of them for a row before the next row.
+    /// Mean costs over the windows around the pixels of row `y` under candidate `k`, in the runs of the
+    /// candidate; they may be changed. Candidates come in their order, and all of them for a row before the
+    /// next row.
     fn take(&mut self, y: usize, k: usize, costs: &mut [f32]);
 
     /// All costs of row `y` have been taken.

@@ -1,13 +1,21 @@
-//! The factorised search beside the definition, the exhaustive search and scenes whose truth is known in closed form.
+//! The factorised search beside the definition, the exhaustive search and scenes whose truth is known in
+//! closed form.
 
 use super::sweep::{Consumer, Window, sweep};
 use super::*;
+use crate::candidates::DisparityRange;
+use crate::lines::{Lines, SeenRule};
+use crate::maps::Answer;
+use crate::options::MatchOptions;
 use crate::options::{Method, OrderingConstraint, ReferenceFrame};
 use epirig_core::frame::{Frame, Samples};
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
 
-/// A texture without end: values at lattice points `grain` px apart from a hash of place and `seed`, joined by cosines.
+/// A texture without end: values at lattice points `grain` px apart from a hash of place and `seed`, joined
+/// by cosines.
 pub(super) fn texture(x: f64, y: usize, seed: u64, grain: f64) -> f64 {
     let value = |cell: i64| {
         let mut bits = (cell as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
@@ -136,8 +144,9 @@ fn groups_come_near_the_definition_for_any_reference() {
             squares += (f64::from(kept.rows[1][k][x]) - expected).powi(2);
             norm += expected * expected;
         }
-        // Samples astray by 0.1 px in the root mean square (0.2 px at most), over a texture that changes wholly in 4 px:
-        // each deviation errs by some 0.1 * pi / 4 of it, at random, so that the mean of 60 squares errs by much less than twice that.
+        // Samples astray by 0.1 px in the root mean square (0.2 px at most), over a texture that changes
+        // wholly in 4 px: each deviation errs by some 0.1 * pi / 4 of it, at random, so that the mean of 60
+        // squares errs by much less than twice that.
         assert!((squares / norm).sqrt() < 0.1, "{reference}: {}", (squares / norm).sqrt());
     }
 }
@@ -202,7 +211,8 @@ fn both_searches_find_a_slanted_surface_from_any_reference() {
                 answered += usize::from(found.answer.at(x, y) == Answer::Found);
                 near += usize::from(error <= 0.4);
             }
-            // At 20 px of disparity some ten columns leave the image in more than half of the frames, if the reference is an end.
+            // At 20 px of disparity some ten columns leave the image in more than half of the frames, if the
+            // reference is an end.
             assert!(answered > 12 * 225, "{reference} {search_by:?}: {answered}");
             // Where the texture happens to be flat over a window of three pixels, neither finds the surface.
             assert!(
@@ -213,7 +223,8 @@ fn both_searches_find_a_slanted_surface_from_any_reference() {
     }
 }
 
-/// Bars of several widths, 10 px of disparity before a background, and how many of the frames see each pixel of the reference frame.
+/// Bars of several widths, 10 px of disparity before a background, and how many of the frames see each pixel
+/// of the reference frame.
 struct Bars {
     edges: Vec<(f64, f64)>,
 }
@@ -235,7 +246,8 @@ impl Bars {
         }
     }
 
-    /// Pixels that half of the frames see, those of them found within a disparity step, pixels answered, and those wrong by more than 1 px.
+    /// Pixels that half of the frames see, those of them found within a disparity step, pixels answered, and
+    /// those wrong by more than 1 px.
     fn count(&self, found: &Grid<f32>, tau: &Tau, reference: usize) -> [f64; 4] {
         let origin = tau.values()[reference];
         let mut counts = [0; 4];
@@ -274,8 +286,8 @@ fn bars_before_a_background_keep_their_edges() {
         };
         let searched = searched(&scene, reference, OrderingUsed::Off, &options).guess;
         let matched = crate::match_volume(&scene, &options, &Silent).unwrap().disparity;
-        // The asked shares hold for what is answered; the fit takes back some of the candidates, and mends others. What it promises of
-        // single tenths of a pixel stands in tests/occlusions.rs.
+        // The asked shares hold for what is answered; the fit takes back some of the candidates, and mends
+        // others. What it promises of single tenths of a pixel stands in tests/occlusions.rs.
         for (found, right_asked, wrong_asked) in [(searched, 0.95, 0.02), (matched, 0.95, 0.01)] {
             let [visible, right, answered, wrong] = bars.count(&found, &tau, reference);
             println!("{reference}: right {right} of {visible}, wrong {wrong} of {answered}");
@@ -311,7 +323,8 @@ fn a_surface_in_view_of_all_frames_is_found_whatever_share_must_see_it() {
     for minimum_visible in [0.2, 0.5, 0.9, 1.0] {
         let options = MatchOptions { minimum_visible, ..MatchOptions::default() };
         let found = searched(&scene, 30, OrderingUsed::Off, &options);
-        // All frames see what lies 6 px inside; candidates up to 30 px leave the image within another 15 px, and may be the right ones.
+        // All frames see what lies 6 px inside; candidates up to 30 px leave the image within another 15 px,
+        // and may be the right ones.
         let inner = (0..20).flat_map(|y| (21..179).map(move |x| (x, y)));
         let right = inner.filter(|&(x, y)| (found.guess.at(x, y) - 11.0).abs() < 0.5).count();
         // The contrast of a pixel may be low by chance.

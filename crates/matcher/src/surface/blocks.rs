@@ -1,22 +1,23 @@
-//! How well a fit is known whose pixels err together.
+//! The standard deviation of a fit to pixels whose errors are correlated.
 //!
-//! Windows of the matcher overlap, so neighbours share their errors, and one over the root of the number of pixels is far too little. The
-//! field is cut into blocks that are larger than the reach of the correlation, and each block is left out in turn: the scatter of the
-//! answers tells their standard deviation, whatever the errors within a block are like (the jackknife of Quenouille and Tukey, with groups).
+//! Windows of the matcher overlap, so neighbours share their errors, and sigma over the root of the number of
+//! pixels is far too small. The field is cut into blocks larger than the correlation length, and each block
+//! is left out in turn. The scatter of the results gives their standard deviation, whatever the errors within
+//! a block are like (the grouped jackknife of Quenouille and Tukey).
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::normal::{Normal, Solution};
 use epirig_core::grid::Grid;
 
-/// Pixels further apart than where the correlation falls below this are taken as independent: what is left of it beyond, and its scatter in a
-/// field of some hundred independent patches, are of this size.
+/// Pixels are independent beyond the distance at which the correlation falls below this. The rest beyond it,
+/// and the scatter of the correlation in a field of some hundred independent patches, are of this size.
 const VANISHED: f64 = 0.1;
-/// Blocks are so many times as wide as errors reach ...
+/// Width of a block over the reach of the errors ...
 const BLOCK_OVER_REACH: usize = 4;
-/// ... unless that leaves fewer than so many along a side; they are twice as wide at least.
+/// ... unless that leaves fewer blocks than this along a side; they are at least twice as wide.
 const BLOCKS_ALONG: usize = 8;
-/// More along a side tell nothing more: a thousand blocks know a standard deviation to 2 %.
+/// Most blocks along a side: a thousand blocks give a standard deviation to 2 %.
 const MOST_ALONG: usize = 32;
 
 /// How the errors of neighbours go together.
@@ -32,8 +33,8 @@ pub struct Correlation {
 type Pairs<'a> = &'a dyn Fn(usize, &mut dyn FnMut(f64, f64));
 
 impl Correlation {
-    /// Of a field whose values scatter about 0; NaN does not count. Lags up to an eighth of the field are looked at, beyond which too few
-    /// independent parts would be left.
+    /// Of a field whose values scatter about 0; NaN does not count. Lags up to an eighth of the field are
+    /// looked at, beyond which too few independent parts would be left.
     pub fn of(residual: &Grid<f32>) -> Self {
         let (rows, columns) = (residual.rows(), residual.columns());
         let at = |x: usize, y: usize| f64::from(residual.at(x, y));
@@ -75,13 +76,15 @@ impl Correlation {
         self.along_x.len().max(self.along_y.len())
     }
 
-    /// How many pixels along a row or a column, the longer of the two, are worth one independent one: the sum of the correlation over all lags.
+    /// How many pixels along a row or a column, the longer of the two, are worth one independent one: the sum
+    /// of the correlation over all lags.
     pub fn length_px(&self) -> f64 {
         let sum = |along: &[f64]| 2.0 * along.iter().sum::<f64>() - 1.0;
         sum(&self.along_x).max(sum(&self.along_y))
     }
 
-    /// The share of a mean's variance that blocks of this side see; pairs of pixels on two sides of a border between blocks are missed.
+    /// The share of a mean's variance that blocks of this side see; pairs of pixels on two sides of a border
+    /// between blocks are missed.
     fn seen_by(&self, side: usize) -> f64 {
         let share = |along: &[f64]| {
             let both = |lag: usize| if lag == 0 { 1.0 } else { 2.0 };
@@ -104,7 +107,7 @@ pub(super) struct Blocks {
     seen: f64,
 }
 
-/// What leaving out each block tells of a parameter.
+/// The scatter of a parameter over the left-out blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scatter {
     pub(super) variance: f64,
@@ -135,12 +138,14 @@ impl Blocks {
         total
     }
 
-    /// Standard deviations of the first `count` unknowns, whose best values are `best`; `None` for one that a single block determines alone.
+    /// Standard deviations of the first `count` unknowns, whose best values are `best`; `None` for one that a
+    /// single block determines alone.
     pub(super) fn scatter(&self, best: &Solution, count: usize) -> Vec<Option<Scatter>> {
         let total = self.total();
         let filled: Vec<&Normal> = self.sums.iter().filter(|sums| sums.pixels > 0).collect();
         let mut squares = vec![0.0; count];
-        // Shares of the variance that blocks would have if pixels were independent: they tell how many blocks matter.
+        // Shares of the variance that blocks would have if pixels were independent: they tell how many blocks
+        // matter.
         let (mut shares, mut share_squares) = (vec![0.0; count], vec![0.0; count]);
         for sums in &filled {
             let mut rest = total;
@@ -157,7 +162,8 @@ impl Blocks {
         (0..count)
             .map(|index| {
                 let mattering = shares[index].powi(2) / share_squares[index];
-                // A mean over n blocks leaves n - 1 differences, and a fit of `count` unknowns over all blocks as many fewer.
+                // A mean over n blocks leaves n - 1 differences, and a fit of `count` unknowns over all
+                // blocks as many fewer.
                 let degrees_of_freedom = (mattering - 1.0).min(blocks - count as f64);
                 (degrees_of_freedom >= 1.0).then(|| Scatter {
                     variance: (blocks - 1.0) / blocks * squares[index] / self.seen,
@@ -168,8 +174,8 @@ impl Blocks {
     }
 }
 
-/// Between minus and plus this many standard deviations lie 95 % of Student's distribution with so many degrees of freedom, at least 1; they
-/// need not be whole.
+/// The half width, in standard deviations, of the interval that holds 95 % of Student's distribution with
+/// this number of degrees of freedom, at least 1; it need not be whole.
 ///
 /// With t = sqrt(n) tan(a) the density becomes cos(a)^(n - 1), which is summed by Simpson's rule.
 pub fn student_t_95(degrees_of_freedom: f64) -> f64 {
@@ -207,7 +213,8 @@ mod tests {
 
     #[test]
     fn correlation_of_a_moving_average_is_a_triangle() {
-        // Means over 5 columns of numbers that repeat never: correlation 1 - lag / 5 along rows, none between rows.
+        // Means over 5 columns of numbers that repeat never: correlation 1 - lag / 5 along rows, none between
+        // rows.
         let mut state = 1_u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

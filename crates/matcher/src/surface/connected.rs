@@ -1,4 +1,4 @@
-//! Parts of a field that hang together.
+//! Connected regions of a field.
 
 use epirig_core::grid::Grid;
 

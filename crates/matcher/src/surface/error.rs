@@ -1,4 +1,4 @@
-//! Why a question to a surface has no answer.
+//! Why a surface cannot be evaluated.
 
 use thiserror::Error;
 
@@ -6,19 +6,19 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
-    /// Too few pixels for what is fitted.
+    /// Too few pixels for the fit.
     #[error(
         "only {pixels} pixels have a height, too few for {what}; look at mask.png for what the matcher could not answer"
     )]
     TooFewPixels {
         /// Pixels with height and sigma.
         pixels: usize,
-        /// What was to be fitted.
+        /// The model to be fitted.
         what: &'static str,
     },
     /// No part of the heights is wide enough.
     #[error(
-        "no heights hang together over a square of {side_px} px, which it takes to tell two levels apart; look at mask.png for what the \
+        "no connected region of heights holds a square of {side_px} px, which is needed to distinguish two levels; look at mask.png for what the \
          matcher could not answer, or choose another region"
     )]
     NoExtent {

@@ -1,19 +1,22 @@
-//! What of the heights is one surface.
+//! The largest connected region of the heights that is one surface.
 //!
-//! A matcher answers beside an object, too: along its rim, where windows see object and background, between dark patches, and here and there
-//! by chance. Such answers are wrong, and too many for a robust fit to bear. They differ from the object in two ways: they say
-//! themselves that they are uncertain, and they hang together over a few pixels only.
+//! The matcher also gives answers beside an object: along its rim, where windows see object and background,
+//! between dark patches, and in places by chance. These answers are wrong, and too many for a robust fit.
+//! They differ from the object in two ways: their sigma is large, and their regions are only a few pixels
+//! wide.
 
 use serde::Serialize;
 
 use super::SurfaceError;
 use super::connected::connected;
 use super::height::Heights;
-use super::smooth::{count_around, quantile};
+use super::smooth::count_around;
 use epirig_core::grid::Grid;
+use epirig_core::statistics::quantile;
 
-/// Pixels whose sigma is this many times the median are left out. Texture makes sigma differ by a factor of two or three over one surface, and where a step of 0.1 px
-/// lies is uncertain by six times the sigma of flat places (0.1 / sqrt(12) and 0.005 px); beside an object it is dozens of times as large.
+/// Pixels whose sigma is this many times the median are left out. Texture makes sigma differ by a factor of
+/// two or three over one surface, and where a step of 0.1 px lies is uncertain by six times the sigma of flat
+/// places (0.1 / sqrt(12) and 0.005 px); beside an object it is dozens of times as large.
 const UNCERTAIN: f64 = 10.0;
 
 /// A part of the picture.
@@ -46,7 +49,7 @@ impl Rectangle {
     }
 }
 
-/// The pixels that are asked about a surface.
+/// The pixels that count for a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extent {
     /// Where they are.
@@ -57,20 +60,22 @@ pub struct Extent {
     pub answered_px: usize,
     /// Of those, pixels left out because their sigma is far above the usual.
     pub uncertain_px: usize,
-    /// Pixels left out because they do not hang together with the field: strays, and whatever is too narrow.
+    /// Pixels left out because they are not connected with the region, or the region is too narrow there.
     pub apart_px: usize,
     /// Pixels left out because they lie at the rim of the field, where windows see something else.
     pub rim_px: usize,
 }
 
-/// Finds the largest field of `heights` that hangs together, in `rectangle` if that is given.
+/// Finds the largest connected region of `heights`, in `rectangle` if that is given.
 ///
-/// A field is as wide everywhere as two squares side by side that reach `margin_px` to each side of a pixel, one for each of two levels; as much as
-/// `margin_px`, half of a matcher's window, is left out along its rim. The border of the picture or of the rectangle is no rim. A hole
-/// does not divide it if more than half of the square that reaches `margin_px` to each side is known.
+/// A region is everywhere at least as wide as two squares side by side that reach `margin_px` to each side of
+/// a pixel, one for each of two levels. Along its rim, `margin_px` is left out, half of a matcher's window.
+/// The border of the picture or of the rectangle is no rim. A hole does not divide a region if more than half
+/// of the square that reaches `margin_px` to each side is known.
 ///
 /// # Errors
-/// [`SurfaceError::TooFewPixels`] if there is no height, [`SurfaceError::NoExtent`] if none hang together so widely.
+/// [`SurfaceError::TooFewPixels`] if there is no height, [`SurfaceError::NoExtent`] if no region is that
+/// wide.
 ///
 /// # Panics
 /// If `rectangle` reaches outside the picture.
@@ -121,7 +126,8 @@ pub fn find_extent(
     Ok(Extent { used, used_px, answered_px, uncertain_px, apart_px, rim_px })
 }
 
-/// With its holes: pixels that have more chosen than others in the square that reaches `reach` px to each side.
+/// With its holes: pixels that have more chosen than others in the square that reaches `reach` px to each
+/// side.
 fn filled(chosen: &Grid<bool>, reach: usize) -> Grid<bool> {
     let all = count_around(&chosen.map(|_| true), reach);
     let counts = count_around(chosen, reach);
@@ -132,10 +138,11 @@ fn filled(chosen: &Grid<bool>, reach: usize) -> Grid<bool> {
     filled
 }
 
-/// What squares of this side cover that lie wholly on the field (an opening by the square).
+/// The union of all squares of this side that lie completely on the field (an opening by the square).
 fn opened(field: &Grid<bool>, side: usize) -> Grid<bool> {
     let (rows, columns) = (field.rows(), field.columns());
-    // How far the field goes on from each pixel to the right and down, and from those the largest square that begins there.
+    // How far the field goes on from each pixel to the right and down, and from those the largest square that
+    // begins there.
     let mut square = Grid::filled(rows + 1, columns + 1, 0_usize);
     for y in (0..rows).rev() {
         for x in (0..columns).rev() {
@@ -144,7 +151,8 @@ fn opened(field: &Grid<bool>, side: usize) -> Grid<bool> {
         }
     }
     let mut covered = Grid::filled(rows, columns, false);
-    // Each row of a square that begins here is filled by its own rows' marks: how many pixels from here on are covered.
+    // Each row of a square that begins here is filled by its own rows' marks: how many pixels from here on
+    // are covered.
     let mut down = vec![0_usize; columns];
     for y in 0..rows {
         let mut right = 0_usize;
@@ -210,7 +218,8 @@ mod tests {
 
     #[test]
     fn rims_strays_and_columns_are_left_out() {
-        // A tile of 40 x 30 px with uncertain answers one pixel around it, columns of 6 px above it, and strays.
+        // A tile of 40 x 30 px with uncertain answers one pixel around it, columns of 6 px above it, and
+        // strays.
         let around = |x: usize, y: usize| (19..61).contains(&x) && (14..46).contains(&y);
         let column = |x: usize, y: usize| y < 14 && x % 12 < 6 && (20..60).contains(&x);
         let field = heights(|x, y| match (tile(x, y), around(x, y), column(x, y)) {
@@ -224,7 +233,8 @@ mod tests {
             let (x, y) = (index % 80, index / 80);
             assert_eq!(used, (22..58).contains(&x) && (17..43).contains(&y), "({x}, {y})");
         }
-        // 40 x 30 less 36 x 26; 42 x 32 less 40 x 30; columns 24-29, 36-41, 48-53 (14 rows each); 8 columns of 9 rows.
+        // 40 x 30 less 36 x 26; 42 x 32 less 40 x 30; columns 24-29, 36-41, 48-53 (14 rows each); 8 columns
+        // of 9 rows.
         assert_eq!((found.used_px, found.rim_px, found.uncertain_px), (936, 264, 144));
         assert_eq!(found.apart_px, 3 * 6 * 14 + 8 * 9);
         assert_eq!(found.answered_px, 936 + 264 + 144 + found.apart_px);

@@ -1,8 +1,9 @@
 //! From disparity to metric height.
 
 use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
 
-/// What turns a disparity into a distance: an ideal pinhole camera and the length of its way.
+/// The geometry from disparity to distance: an ideal pinhole camera and the length of the baseline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry {
     /// Focal length of the camera without distortion, in px.
@@ -13,8 +14,9 @@ pub struct Geometry {
     pub principal_point_x_px: f64,
     /// Principal point, row.
     pub principal_point_y_px: f64,
-    /// Relative standard deviation of f b, the scale of all distances; 0 if focal length and baseline count as exact. It is kept apart from
-    /// the sigma of pixels: a wrong scale makes every step wrong by the same share, and averages out nowhere.
+    /// Relative standard deviation of f b, the scale of all distances; 0 if focal length and baseline count
+    /// as exact. It is kept apart from the sigma of pixels: a wrong scale makes every step wrong by the same
+    /// share, and averages out nowhere.
     pub scale_sigma: f64,
 }
 
@@ -25,7 +27,8 @@ impl Geometry {
         Self { focal_length_px, baseline_mm, principal_point_x_px, principal_point_y_px, scale_sigma: 0.0 }
     }
 
-    /// Relative standard deviation of the scale, from the relative standard deviations of focal length and baseline, which are independent.
+    /// Relative standard deviation of the scale, from the relative standard deviations of focal length and
+    /// baseline, which are independent.
     pub fn with_scale_sigma(self, focal_length: f64, baseline: f64) -> Self {
         Self { scale_sigma: focal_length.hypot(baseline), ..self }
     }
@@ -38,14 +41,16 @@ pub struct Heights {
     pub height_mm: Grid<f32>,
     /// Its standard deviation, in mm, without that of the common scale.
     pub sigma_mm: Grid<f32>,
-    /// Distance of the level that heights are counted from, along the optical axis, in mm: the median of all distances.
+    /// Distance of the level that heights are counted from, along the optical axis, in mm: the median of all
+    /// distances.
     pub distance_mm: f64,
-    /// By what they were found.
+    /// The geometry of the heights.
     pub geometry: Geometry,
 }
 
 impl Heights {
-    /// Where the point seen at column `x` and row `y` lies, in mm in the camera's frame: X to the right, Y down; NaN where there is no height.
+    /// Where the point seen at column `x` and row `y` lies, in mm in the camera's frame: X to the right, Y
+    /// down; NaN where there is no height.
     ///
     /// # Panics
     /// If `x` or `y` lies outside the field.
@@ -69,7 +74,7 @@ impl Heights {
         Self { height_mm: masked(&self.height_mm), sigma_mm: masked(&self.sigma_mm), ..*self }
     }
 
-    /// Width of what a pixel sees of the level at `distance_mm`, in mm.
+    /// Width of a pixel's view of the level at `distance_mm`, in mm.
     pub fn pixel_mm(&self) -> f64 {
         self.distance_mm / self.geometry.focal_length_px
     }
@@ -94,11 +99,7 @@ pub fn heights(geometry: Geometry, disparity: &Grid<f32>, sigma: &Grid<f32>) -> 
     let distance = |disparity: f32| reach / f64::from(disparity.abs());
     let mut distances: Vec<f64> =
         disparity.values().iter().map(|&d| distance(d)).filter(|distance| distance.is_finite()).collect();
-    if distances.is_empty() {
-        return None;
-    }
-    let middle = distances.len() / 2;
-    let distance_mm = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let distance_mm = upper_median(&mut distances)?;
     let finite = |value: f64| if value.is_finite() { value as f32 } else { f32::NAN };
     let height_mm = disparity.map(|d| finite(distance_mm - distance(d)));
     let mut sigma_mm = sigma.clone();

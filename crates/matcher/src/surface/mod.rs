@@ -1,4 +1,4 @@
-//! From disparity to what is asked of a surface: heights, the trend of the field, the depth of its hollows, profiles and roughness.
+//! Surfaces: heights from disparity, the form of the field, step heights, profiles and roughness.
 
 mod blocks;
 mod connected;

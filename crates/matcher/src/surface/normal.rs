@@ -1,4 +1,4 @@
-//! Normal equations of few unknowns, which can be added and taken away.
+//! Normal equations of few unknowns, to which observations can be added and from which they can be removed.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -26,7 +26,8 @@ impl Normal {
         Self { matrix: [[0.0; MOST]; MOST], right: [0.0; MOST], pixels: 0 }
     }
 
-    /// Adds a pixel: `value` is predicted as the product of `row` and the parameters. `row` has at most [`MOST`] elements.
+    /// Adds a pixel: `value` is predicted as the product of `row` and the parameters. `row` has at most
+    /// [`MOST`] elements.
     pub(super) fn add(&mut self, row: &[f64], value: f64, weight: f64) {
         for (i, &element) in row.iter().enumerate() {
             let weighted = weight * element;
@@ -57,12 +58,14 @@ impl Normal {
     /// The best values of the first `count` unknowns; `None` if they are not determined.
     pub(super) fn solve(&self, count: usize) -> Option<Solution> {
         let matrix = self.matrix(count);
-        // With ones on the diagonal units do not matter, and a small pivot is an unknown that others can stand in for.
+        // With ones on the diagonal units do not matter, and a small pivot is an unknown that others can
+        // stand in for.
         let scale = DVector::from_fn(count, |i, _| matrix[(i, i)].sqrt());
         let scaled = DMatrix::from_fn(count, count, |i, j| matrix[(i, j)] / (scale[i] * scale[j]));
         let factor = Cholesky::new(scaled)?;
         let lower = factor.l_dirty();
-        // Double precision leaves 1e-16; beyond 1e-10 six of sixteen digits remain, a nanometre of a millimetre.
+        // Double precision leaves 1e-16; beyond 1e-10 six of sixteen digits remain, a nanometre of a
+        // millimetre.
         if (0..count).any(|i| lower[(i, i)].powi(2) < 1e-10) {
             return None;
         }

@@ -39,10 +39,11 @@ pub struct Profile {
     pub points: Vec<ProfilePoint>,
 }
 
-/// Heights of `height_mm`, a field of the size of `heights`, along `line`, between pixels by bilinear interpolation.
+/// Heights of `height_mm`, a field of the size of `heights`, along `line`, between pixels by bilinear
+/// interpolation.
 ///
-/// Neighbours err together: of a width of w px, w / `correlation_px` count as independent (at least one), and sigma falls by the root of that.
-/// 1 is right if every pixel errs by itself.
+/// Neighbours err together: of a width of w px, w / `correlation_px` count as independent (at least one), and
+/// sigma falls by the root of that. 1 is right if every pixel errs by itself.
 ///
 /// # Errors
 /// [`SurfaceError::EmptyLine`] if no height along the line is known.

@@ -1,4 +1,4 @@
-//! How rough a field is, in the parameters of ISO 25178-2.
+//! Roughness of a field by the parameters of ISO 25178-2.
 
 use serde::Serialize;
 
@@ -17,7 +17,8 @@ pub struct Roughness {
     pub ssk: f64,
     /// Sku: kurtosis; 3 for Gaussian heights, 1 for two levels of equal share.
     pub sku: f64,
-    /// Sq that a flat surface would show by the noise that the pixels' sigmas state: their root mean square, in mm.
+    /// Sq that a flat surface would show by the noise that the pixels' sigmas state: their root mean square,
+    /// in mm.
     pub sq_noise_mm: f64,
     /// Sq without that: the root of Sq^2 - noise^2, in mm; 0 if there is no more than noise.
     pub sq_without_noise_mm: f64,
@@ -25,7 +26,8 @@ pub struct Roughness {
     pub pixels: usize,
 }
 
-/// Roughness of the pixels of `rest_mm` (heights without their form) that `counts` chooses; `None` if it chooses no known one.
+/// Roughness of the pixels of `rest_mm` (heights without their form) that `counts` chooses; `None` if it
+/// chooses no known one.
 ///
 /// ```
 /// use epirig_core::grid::Grid;
@@ -101,8 +103,9 @@ mod tests {
 
     #[test]
     fn two_levels_by_hand_with_a_hole() {
-        // Heights 0, 0, 0, -0.2: mean -0.05; Sa = (3 * 0.05 + 0.15) / 4; Sq^2 = (3 * 0.0025 + 0.0225) / 4 = 0.0075;
-        // third moment (3 * 0.000125 - 0.003375) / 4 = -0.00075; fourth (3 * 6.25e-6 + 5.0625e-4) / 4 = 1.3125e-4.
+        // Heights 0, 0, 0, -0.2: mean -0.05; Sa = (3 * 0.05 + 0.15) / 4; Sq^2 = (3 * 0.0025 + 0.0225) / 4 =
+        // 0.0075; third moment (3 * 0.000125 - 0.003375) / 4 = -0.00075; fourth (3 * 6.25e-6 + 5.0625e-4) / 4
+        // = 1.3125e-4.
         let field = Grid::from_values(1, 5, vec![0.0, 0.0, f32::NAN, 0.0, -0.2]).unwrap();
         let found = roughness(&field, &Grid::filled(1, 5, 0.2), |_, _| true).unwrap();
         assert_eq!(found.pixels, 4);

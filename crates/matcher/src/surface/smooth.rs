@@ -1,8 +1,10 @@
-//! Means and medians over squares around each pixel, in which unknown values do not count.
+//! Means and medians over squares around each pixel; unknown values do not count.
 
 use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
 
-/// Sums over rectangles in constant time: the sum of all values above and to the left, with a row and a column of zeros before.
+/// Sums over rectangles in constant time: the sum of all values above and to the left, with a row and a
+/// column of zeros before.
 struct RunningSums {
     sums: Grid<f64>,
 }
@@ -30,7 +32,8 @@ impl RunningSums {
     }
 }
 
-/// How many pixels of the square that reaches `reach` px to each side are `chosen`, which has the size of the field.
+/// How many pixels of the square that reaches `reach` px to each side are `chosen`, which has the size of the
+/// field.
 pub(super) fn count_around(chosen: &Grid<bool>, reach: usize) -> Grid<u32> {
     let values = chosen.values();
     let sums = RunningSums::new(chosen.rows(), chosen.columns(), |index| f64::from(u8::from(values[index])));
@@ -62,12 +65,12 @@ pub(super) fn mean_around(field: &Grid<f32>, reach: usize) -> Grid<f32> {
     means
 }
 
-/// The field without what stands alone: a value further from the median of the 5 x 5 around it than `limit` becomes NaN. A hollow
-/// has neighbours that lie as deep, a wrong answer of the matcher has none.
+/// The field without isolated values: a value further from the median of the 5 x 5 around it than `limit`
+/// becomes NaN. A hollow has neighbours as deep as itself, a wrong answer of the matcher has none.
 pub(super) fn without_spikes(field: &Grid<f32>, limit: f32) -> Grid<f32> {
     const REACH: usize = 2;
     let mut clean = field.clone();
-    let mut around = Vec::with_capacity((2 * REACH + 1).pow(2));
+    let mut around: Vec<f32> = Vec::with_capacity((2 * REACH + 1).pow(2));
     for y in 0..field.rows() {
         for x in 0..field.columns() {
             let value = field.at(x, y);
@@ -76,11 +79,7 @@ pub(super) fn without_spikes(field: &Grid<f32>, limit: f32) -> Grid<f32> {
                 let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(field.columns());
                 around.extend(field.row(row)[columns].iter().filter(|value| !value.is_nan()));
             }
-            if around.is_empty() {
-                continue;
-            }
-            let middle = around.len() / 2;
-            let median = *around.select_nth_unstable_by(middle, f32::total_cmp).1;
+            let Some(median) = upper_median(&mut around) else { continue };
             if (value - median).abs() > limit {
                 clean.row_mut(y)[x] = f32::NAN;
             }
@@ -88,15 +87,6 @@ pub(super) fn without_spikes(field: &Grid<f32>, limit: f32) -> Grid<f32> {
     }
     clean
 }
-
-/// The element of rank `share` (0 to 1) of `values`, which get another order; `None` if there is none.
-pub(super) fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
-    let rank = ((values.len().checked_sub(1)?) as f64 * share).round() as usize;
-    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
-}
-
-/// The standard deviation of Gaussian values whose absolute values have this median: quantile 3/4 of the normal distribution is 0.67449.
-pub(super) const SIGMA_OF_MEDIAN: f64 = 1.482_602;
 
 #[cfg(test)]
 mod tests {

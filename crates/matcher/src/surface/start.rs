@@ -1,26 +1,28 @@
-//! Where a robust fit begins: a trend that wrong answers have had no say in.
+//! The start of a robust fit: a trend that outliers do not influence (least trimmed squares).
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::SurfaceError;
 use super::normal::Normal;
-use super::smooth::quantile;
 use super::trend::{Field, Sample};
+use epirig_core::statistics::quantile;
 
-/// The best share of the field decides, so that up to a quarter may be wrong. Half would leave the choice between a trend of one level and one
-/// through the middle of two to chance where as much is hollow as not.
+/// The best share of the field decides, so that up to a quarter may be wrong. Half would leave the choice
+/// between a trend of one level and one through the middle of two to chance where as much is hollow as not.
 const SHARE: f64 = 0.75;
-/// If a quarter is wrong, one trial in six of the longest form meets six right points; that none of so many does has a chance of 1e-17.
+/// Number of trials. If a quarter of the points is wrong, one trial in six of the longest form meets six
+/// right points; that none of these trials does has a probability of 1e-17.
 const TRIALS: usize = 200;
 /// Points that trials are judged by.
 const POINTS: usize = 2_000;
-/// Fits to the best share, after which it no longer changes (the concentration of Rousseeuw and Van Driessen, 1999).
+/// Fits to the best share, after which it no longer changes (the concentration of Rousseeuw and Van Driessen,
+/// 1999).
 const ROUNDS: usize = 10;
 
 impl Field<'_> {
-    /// Coefficients (in the units of the terms) by least trimmed squares: of trends through a few points each the one that keeps most of the
-    /// field near, then fitted to that.
+    /// Coefficients (in the units of the terms) by least trimmed squares: of trends through a few points each
+    /// the one that keeps most of the field near, then fitted to that.
     pub(super) fn start(&self) -> Result<Vec<f64>, SurfaceError> {
         let all: Vec<Sample> = self.samples().collect();
         // The same field gives the same trend: the numbers are drawn from a fixed seed.
@@ -64,7 +66,7 @@ impl Field<'_> {
         (sample.height_mm - self.predicted(coefficients, sample)).abs() / sample.sigma_mm
     }
 
-    /// Within what the best share of the points lies.
+    /// The deviation within which the best share of the points lies.
     fn spread(&self, coefficients: &[f64], points: &[Sample]) -> f64 {
         let mut all: Vec<f64> = points.iter().map(|sample| self.off(coefficients, sample)).collect();
         quantile(&mut all, SHARE).unwrap_or(f64::INFINITY)

@@ -1,4 +1,4 @@
-//! The smooth form of a field: level, tilt, and bow.
+//! The form of a field: level, tilt and bow.
 
 use serde::Serialize;
 
@@ -6,15 +6,16 @@ use super::SurfaceError;
 use super::blocks::{Blocks, Correlation, Scatter};
 use super::height::Heights;
 use super::normal::{Normal, Solution};
-use super::smooth::{SIGMA_OF_MEDIAN, quantile};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
-/// Residuals beyond so many standard deviations do not count, and nearer ones the less the larger they are: Tukey's biweight, which loses 5 %
-/// with Gaussian errors. Weights that only fall, as Huber's, let a rim of wrong answers pull a quadric after it, since nothing holds it there.
+/// Residuals beyond this many standard deviations do not count, and nearer ones the less the larger they are:
+/// Tukey's biweight, which loses 5 % with Gaussian errors. Huber's weights never reach zero, so a rim of
+/// wrong answers would pull a quadric, which nothing holds there.
 const BIWEIGHT: f64 = 4.685;
-/// Pixels beyond so many standard deviations are outliers; of a million Gaussian ones 63 are.
+/// Pixels beyond this many standard deviations are outliers; of a million Gaussian ones 63 are.
 const OUTLIER: f64 = 4.0;
-/// Rounds after which weights have settled: each takes the effect of outliers down by half at least.
+/// Rounds until weights converge: each reduces the effect of outliers to half at most.
 const ROUNDS: usize = 12;
 
 /// Which form.
@@ -48,7 +49,8 @@ impl TrendKind {
     }
 }
 
-/// h = c0 + c1 u + c2 v + c3 u^2 + c4 u v + c5 v^2, with u and v in mm from the middle of the field, to the right and down.
+/// h = c0 + c1 u + c2 v + c3 u^2 + c4 u v + c5 v^2, with u and v in mm from the middle of the field, to the
+/// right and down.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trend {
     /// Which form.
@@ -57,7 +59,8 @@ pub struct Trend {
     pub centre_mm: (f64, f64),
     /// c0 in mm, c1 and c2 in mm/mm, c3 to c5 in 1/mm; as many as the form has.
     pub coefficients: Vec<f64>,
-    /// Their standard deviations, from the scatter between independent parts of the field; `None` where it has too few of them.
+    /// Their standard deviations, from the scatter between independent parts of the field; `None` where it
+    /// has too few of them.
     pub sigmas: Vec<Option<f64>>,
     /// Pixels that it was fitted to.
     pub pixels: usize,
@@ -78,7 +81,8 @@ impl Trend {
             .sum()
     }
 
-    /// Tilt in the middle of the field along x and along y, in deg; positive where the right or the lower side is nearer to the camera.
+    /// Tilt in the middle of the field along x and along y, in deg; positive where the right or the lower
+    /// side is nearer to the camera.
     pub fn tilt_deg(&self) -> (f64, f64) {
         let along =
             |index: usize| self.coefficients.get(index).map_or(0.0, |slope| slope.atan().to_degrees());
@@ -177,8 +181,8 @@ impl<'a> Field<'a> {
         }
         let median = quantile(&mut sigmas, 0.5).ok_or(too_few)?;
         let half_extent = (0.5 * (high.0 - low.0), 0.5 * (high.1 - low.1));
-        // A plane needs two columns and rows, a quadric three: less are only told apart by how their heights shift them. Half a pixel is left
-        // for that shift.
+        // A plane needs two columns and rows, a quadric three: less are only told apart by how their heights
+        // shift them. Half a pixel is left for that shift.
         let least_px = match kind {
             TrendKind::Constant => 0.0,
             TrendKind::Plane => 0.5,
@@ -224,8 +228,8 @@ impl<'a> Field<'a> {
         SurfaceError::Undetermined { what: self.basis.kind.name() }
     }
 
-    /// Coefficients (in the units of the terms) that few pixels far off hardly change: from a start that bears them, with the scatter about
-    /// that (an MM-estimate, Yohai 1987).
+    /// Coefficients (in the units of the terms) that few pixels far off hardly change: from a start that
+    /// bears them, with the scatter about that (an MM-estimate, Yohai 1987).
     pub(super) fn robust(&self) -> Result<Vec<f64>, SurfaceError> {
         let mut coefficients = self.start()?;
         let scatter = self.scatter(&coefficients);
@@ -258,7 +262,8 @@ impl<'a> Field<'a> {
         Ok(sums.solve(terms).ok_or_else(|| self.undetermined())?.values.as_slice().to_vec())
     }
 
-    /// How far heights scatter about the trend, in units of their own sigma; half of them lie nearer than 0.67 of it.
+    /// How far heights scatter about the trend, in units of their own sigma; half of them lie nearer than
+    /// 0.67 of it.
     pub(super) fn scatter(&self, coefficients: &[f64]) -> f64 {
         let mut all: Vec<f64> = self.samples().map(|sample| self.off(coefficients, &sample)).collect();
         SIGMA_OF_MEDIAN * quantile(&mut all, 0.5).unwrap_or(0.0)
@@ -289,7 +294,8 @@ impl<'a> Field<'a> {
 
 /// The trend of the whole field, weighted by sigma and robust against pixels that do not belong.
 ///
-/// Hollows are part of the field here; where there are two levels, [`find_steps`](super::find_steps) finds the trend of both together.
+/// Hollows are part of the field here; where there are two levels, [`find_steps`](super::find_steps) finds
+/// the trend of both together.
 ///
 /// # Errors
 /// [`SurfaceError`] if there are too few pixels, or they lie in a line.
@@ -298,7 +304,8 @@ pub fn fit_trend(heights: &Heights, kind: TrendKind) -> Result<Trend, SurfaceErr
     let terms = kind.terms();
     let mut coefficients = field.robust()?;
     let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
-    // Outliers far off still pull at the first of these, and may take right pixels at the edge with them; without outliers the second is right.
+    // Outliers far off still pull at the first of these, and may take right pixels at the edge with them;
+    // without outliers the second is right.
     for _ in 0..2 {
         let limit = OUTLIER * field.scatter(&coefficients);
         coefficients =
@@ -338,7 +345,8 @@ mod tests {
     /// c0 to c5 in mm, mm/mm and 1/mm.
     const TRUTH: [f64; 6] = [0.3, 0.004, -0.007, 2e-4, -1e-4, -1.5e-4];
 
-    /// 100 x 80 px of 0.5 mm, its middle on the optical axis, `height_mm` of u and v in mm; white errors of `sigma_mm`.
+    /// 100 x 80 px of 0.5 mm, its middle on the optical axis, `height_mm` of u and v in mm; white errors of
+    /// `sigma_mm`.
     fn field(sigma_mm: f64, height_mm: impl Fn(f64, f64) -> f64) -> Heights {
         let mut random = ChaCha8Rng::seed_from_u64(11);
         let mut error = || -> f64 { StandardNormal.sample(&mut random) };
@@ -380,8 +388,9 @@ mod tests {
         // atan 0.004 and -atan 0.007.
         let (x, y) = found.tilt_deg();
         assert!((x - 0.229_182).abs() < 1e-4 && (y + 0.401_064).abs() < 1e-4, "{x}, {y}");
-        // Over u to 24.75 and v to 19.75 the bow is highest where its slope along v is none, v = -u / 3: 2.1667e-4 u^2 = 0.132722 mm;
-        // lowest where that along u is none, u = v / 4: -1.625e-4 v^2 = -0.063385 mm. 65 points along a side find the extrema to 1 in 1000.
+        // Over u to 24.75 and v to 19.75 the bow is highest where its slope along v is none, v = -u / 3:
+        // 2.1667e-4 u^2 = 0.132722 mm; lowest where that along u is none, u = v / 4: -1.625e-4 v^2 =
+        // -0.063385 mm. 65 points along a side find the extrema to 1 in 1000.
         assert!((found.bow_mm() - 0.196_107).abs() < 2e-4, "{}", found.bow_mm());
         let rest = found.removed_from(&heights);
         assert!(rest.values().iter().all(|height| height.abs() < 1e-6));
@@ -398,7 +407,8 @@ mod tests {
 
     #[test]
     fn wrong_answers_at_one_side_do_not_tilt_the_trend() {
-        // The outermost fifth is another surface, 17 mm away and sloping: a fit to all bends towards it by millimetres.
+        // The outermost fifth is another surface, 17 mm away and sloping: a fit to all bends towards it by
+        // millimetres.
         let heights = field(0.02, |u, v| if u > 14.9 { 17.0 - 0.3 * u + 0.1 * v } else { quadric(u, v) });
         let found = fit_trend(&heights, TrendKind::Quadric).unwrap();
         // Columns of u = 15.25 to 24.75 mm.

@@ -27,7 +27,8 @@ fn measure(config: SimulatorConfig, options: &MatchOptions) -> (DisparityMaps, T
     evaluate(&simulator, &volume, options)
 }
 
-/// The paper's section 5.1: 512 x 512 x 100, variance and dynamic programming, mean error 0.04 px, largest 0.13 px.
+/// The paper's section 5.1: 512 x 512 x 100, variance and dynamic programming, mean error 0.04 px, largest
+/// 0.13 px.
 #[test]
 fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
     let options = MatchOptions {
@@ -45,7 +46,8 @@ fn the_papers_synthetic_experiment_reaches_the_papers_figures() {
 
 #[test]
 fn every_method_and_interpolation_measures_a_plane() {
-    // Bounds: a disparity step of 0.25 px with a parabola leaves some hundredths; linear interpolation biases by up to 0.044 px.
+    // Bounds: a disparity step of 0.25 px with a parabola leaves some hundredths; linear interpolation biases
+    // by up to 0.044 px.
     for (method, interpolation, refine, bound) in [
         (Method::Variance, Interpolation::BSpline, true, 0.01),
         (Method::Variance, Interpolation::BSpline, false, 0.04),
@@ -111,8 +113,8 @@ fn positions_that_are_not_equidistant_are_used() {
     assert!(error > 5.0 * right.in_both_end_frames.mean_px, "equidistant tau would have done: {error}");
 }
 
-/// For noise s the sigma of a window's disparity is known (Cramer-Rao); that of the errors must not exceed it by more than
-/// the stated sigma says.
+/// For noise s the sigma of a window's disparity is known (Cramer-Rao); that of the errors must not exceed it
+/// by more than the stated sigma says.
 #[test]
 fn the_stated_sigma_holds_on_a_noisy_plane() {
     let mut config = SimulatorConfig::textured_plane(200, 120, 41);
@@ -121,7 +123,8 @@ fn the_stated_sigma_holds_on_a_noisy_plane() {
     let (_, report) = measure(config, &MatchOptions::default());
     let errors = report.in_both_end_frames;
     println!("{errors:?}");
-    // Windows share observations, so that 24000 pixels are some 1000 independent ones: +-3 %, and as much for the model.
+    // Windows share observations, so that 24000 pixels are some 1000 independent ones: +-3 %, and as much for
+    // the model.
     assert!((0.62..=0.74).contains(&errors.within_1_sigma), "{errors:?}");
     assert!((0.91..=0.98).contains(&errors.within_2_sigma), "{errors:?}");
 }
@@ -153,7 +156,8 @@ fn what_cannot_be_answered_is_not_answered() {
     let mut config = SimulatorConfig::textured_plane(128, 32, 9);
     config.scan.step_mm *= 5.0;
     let (maps, _) = measure(config, &options);
-    // 40 px of disparity: the last 40 columns leave the image. One more on either side may go with the border.
+    // 40 px of disparity: the last 40 columns leave the image. One more on either side may go with the
+    // border.
     let first_lost = (0..128).find(|&x| maps.answer.at(x, 16) == Answer::LeavesImage).unwrap();
     assert!((86..=90).contains(&first_lost), "{first_lost}");
     assert!((first_lost..128).all(|x| maps.disparity.at(x, 16).is_nan()));
@@ -197,7 +201,8 @@ fn noise_is_not_taken_for_texture() {
             config.clone(),
             &MatchOptions { ordering_constraint: ordering, range, ..MatchOptions::default() },
         );
-        // The gate stands at four times what noise alone gives, and each pixel has picked the best of 65 candidates.
+        // The gate stands at four times what noise alone gives, and each pixel has picked the best of 65
+        // candidates.
         assert!(maps.share(Answer::Found) < 0.01, "{ordering:?}: {}", maps.share(Answer::Found));
     }
 }

@@ -1,6 +1,7 @@
 //! A first look is quick: how good it is, and that it says so.
 //!
-//! What is asked, and what holds: see `support/promises.rs`. Noise and rounding together as in `hundredth_of_a_pixel.rs`.
+//! What is asked, and what holds: see `support/promises.rs`. Noise and rounding together as in
+//! `hundredth_of_a_pixel.rs`.
 
 use std::sync::Mutex;
 
@@ -21,8 +22,8 @@ const WINDOW_PX: usize = 5;
 /// What fifty of a hundred frames make of sigma, by the spread of their tau; see the unit tests.
 const FEWER_FRAMES: f64 = 1.145;
 
-/// RMS of the errors over Cramer-Rao's bound for all frames, with the slant known: 1.10 is asked of a whole match's windows of 7 px. 1.257 and 1.261 are reached from the first and the
-/// middle frame.
+/// RMS of the errors over Cramer-Rao's bound for all frames, with the slant known: 1.10 is asked of a whole
+/// match's windows of 7 px. 1.257 and 1.261 are reached from the first and the middle frame.
 const OVER_BOUND: Promise =
     Promise::missed(Bounds::at_most(FEWER_FRAMES * 1.10), Bounds::at_most(FEWER_FRAMES * 1.12));
 /// 0.706 and 0.710 are reached: sigma is a little too large.
@@ -32,7 +33,8 @@ const WITHIN_2_SIGMA: Promise = Promise::as_asked(Bounds::between(0.93, 0.97));
 /// What is asked of a whole match, and of a first look where things are broad.
 const RIGHT: Promise = Promise::as_asked(Bounds::at_least(0.95));
 const WRONG: Promise = Promise::as_asked(Bounds::at_most(0.01));
-/// 0.0132, 0.0077 and 0.0148 are reached with bars and gaps of 30 px, from the first, middle and last frame: edges err by half a pixel, and there are twice as many.
+/// 0.0132, 0.0077 and 0.0148 are reached with bars and gaps of 30 px, from the first, middle and last frame:
+/// edges err by half a pixel, and there are twice as many.
 const WRONG_OF_NARROWER: Promise = Promise::missed(Bounds::at_most(0.01), Bounds::at_most(0.015));
 
 fn camera(columns: usize, rows: usize) -> Camera {
@@ -158,7 +160,8 @@ fn light_that_varies_is_taken_off() {
     }
     let varying = rms(&volume);
     println!("RMS {steady:.5} px; where light varies {varying:.5} px");
-    // Gains are known to a tenth of a percent, a tenth of a grey level of what varies: a hundredth of the noise's variance. A tenth of the error is room for the first step.
+    // Gains are known to a tenth of a percent, a tenth of a grey level of what varies: a hundredth of the
+    // noise's variance. A tenth of the error is room for the first step.
     assert!(varying < 1.1 * steady, "{varying} {steady}");
 }
 

@@ -1,4 +1,5 @@
-//! Hollows 0.2 mm deep in a tile 900 mm away are asked to be measured to 0.003 mm together, and to 0.010 mm each.
+//! Hollows 0.2 mm deep in a tile 900 mm away are asked to be measured to 0.003 mm together, and to 0.010 mm
+//! each.
 
 use crate::promises::{Bounds, Figures, Promise};
 use epirig_core::grid::Grid;

@@ -1,7 +1,8 @@
-//! A disparity is known to a hundredth of a pixel: as well as noise allows, without bias, also where a surface bends.
+//! A disparity is known to a hundredth of a pixel: as well as noise allows, without bias, also where a
+//! surface bends.
 //!
-//! What is asked, and what holds: see `support/promises.rs`. A noise of 1 DN becomes sqrt(1 + 1/12) DN by rounding to whole DN, which noise of that size
-//! makes white; so that is the s of Cramer-Rao's bound.
+//! What is asked, and what holds: see `support/promises.rs`. A noise of 1 DN becomes sqrt(1 + 1/12) DN by
+//! rounding to whole DN, which noise of that size makes white; so that is the s of Cramer-Rao's bound.
 
 use std::ops::Range;
 
@@ -21,10 +22,11 @@ const NOISE_DN: f64 = 1.0;
 const ROUNDED_NOISE_VARIANCE: f64 = NOISE_DN * NOISE_DN + 1.0 / 12.0;
 
 const EDGE_MEAN_PX: Promise = Promise::as_asked(Bounds::at_most(0.005));
-/// Asked 0.03; 0.039 is what is reached, beside the ridge where texture is weak.
+/// ComparedRow 0.03; 0.039 is what is reached, beside the ridge where texture is weak.
 const PAINTED_EDGE_MAXIMUM_PX: Promise = Promise::missed(Bounds::at_most(0.03), Bounds::at_most(0.045));
-/// Asked 0.03; 0.041 is what is reached, by one of 2 pixels of 238 080 that exceed it, beside the ridge where texture is weak. With other noise the largest is 0.039 to 0.065 px, and 2 to 23
-/// pixels exceed it (six seeds).
+/// ComparedRow 0.03; 0.041 is what is reached, by one of 2 pixels of 238 080 that exceed it, beside the ridge where
+/// texture is weak. With other noise the largest is 0.039 to 0.065 px, and 2 to 23 pixels exceed it (six
+/// seeds).
 const SIMULATOR_EDGE_MAXIMUM_PX: Promise = Promise::missed(Bounds::at_most(0.03), Bounds::at_most(0.045));
 /// 1.077 is what is reached: slants are known from wider windows, else they alone would cost 1.07.
 const NARROW_OVER_BOUND: Promise = Promise::as_asked(Bounds::at_most(1.10));
@@ -80,11 +82,12 @@ fn a_painted_edge_is_sharp_under_noise() {
     assert_edge("painted", PAINTED_EDGE_MAXIMUM_PX, report.in_both_end_frames);
 }
 
-/// Errors of a slanted plane matched with a window of `side` px, and Cramer-Rao's bound for each, over the pixels that all frames show and
-/// whose window lies in the image.
+/// Errors of a slanted plane matched with a window of `side` px, and Cramer-Rao's bound for each, over the
+/// pixels that all frames show and whose window lies in the image.
 struct Measured {
     errors_px: Vec<f64>,
-    /// With the slant known: s sqrt(12 (N - 1) / (N (N + 1))) / sqrt(sum of the squared gradients in the window).
+    /// With the slant known: s sqrt(12 (N - 1) / (N (N + 1))) / sqrt(sum of the squared gradients in the
+    /// window).
     bounds_px: Vec<f64>,
     /// With both slants of the window unknown, too.
     slant_bounds_px: Vec<f64>,
@@ -92,7 +95,8 @@ struct Measured {
 
 impl Measured {
     fn slanted_plane(side: usize, gradient_dn_per_px: f64, seed: u64) -> Self {
-        // Gradients of all frames are those of the middle one, but for a factor of 1 +- 0.02 that averages out.
+        // Gradients of all frames are those of the middle one, but for a factor of 1 +- 0.02 that averages
+        // out.
         let slant = (0.04, -0.02);
         let painting =
             Painting::plane(camera(400, 200, seed), 21.7, slant, texture(seed, gradient_dn_per_px));
@@ -131,7 +135,8 @@ impl Measured {
     }
 }
 
-/// Information of a window on the disparity at `place`, in (DN/px)^2: with its slants known, and with both unknown (Schur complement).
+/// Information of a window on the disparity at `place`, in (DN/px)^2: with its slants known, and with both
+/// unknown (Schur complement).
 fn information(
     gradient: &Grid<f32>,
     window: (Range<usize>, Range<usize>),
@@ -172,7 +177,8 @@ fn a_slanted_plane_is_measured_as_well_as_noise_allows() {
     figures.finish();
 }
 
-/// 0.0012 px is asked for. At 10 DN/px the bound for 21 x 21 px is 0.0017 px, so no method could; at 16 DN/px it is 0.0011 px.
+/// 0.0012 px is asked for. At 10 DN/px the bound for 21 x 21 px is 0.0017 px, so no method could; at 16 DN/px
+/// it is 0.0011 px.
 #[test]
 fn a_wide_window_on_a_slanted_plane_reaches_a_thousandth() {
     let measured = Measured::slanted_plane(21, 16.0, 2);
@@ -202,7 +208,8 @@ fn bias(disparity_px: f64, noise_dn: f64, bit_depth: u8, seed: u64) -> f64 {
 
 #[test]
 fn the_mean_error_at_generic_disparities_is_a_thousandth() {
-    // With noise the mean of 48 x 180 pixels is known to 0.0002 px; without, frames have 12 bit so that rounding adds nothing.
+    // With noise the mean of 48 x 180 pixels is known to 0.0002 px; without, frames have 12 bit so that
+    // rounding adds nothing.
     let mut worst: f64 = 0.0;
     for disparity in [7.3, 23.71, 41.18, 60.9] {
         for (noise_dn, bit_depth) in [(0.0, 12), (1.0, 8)] {
@@ -216,7 +223,8 @@ fn the_mean_error_at_generic_disparities_is_a_thousandth() {
     figures.finish();
 }
 
-/// Near (N - 1) / q the sub-pixel positions of the frames repeat after q frames, so that interpolation errs alike in many.
+/// Near (N - 1) / q the sub-pixel positions of the frames repeat after q frames, so that interpolation errs
+/// alike in many.
 #[test]
 fn the_mean_error_is_small_where_sub_pixel_positions_repeat() {
     let mut worst: f64 = 0.0;

@@ -1,4 +1,5 @@
-//! The surface's own search for levels finds the depth of the ideal tile's hollows to 0.003 mm, and of each to 0.010 mm.
+//! The surface's own search for levels finds the depth of the ideal tile's hollows to 0.003 mm, and of each
+//! to 0.010 mm.
 
 use crate::promises::{Bounds, Figures, Promise};
 use epirig_core::progress::Silent;

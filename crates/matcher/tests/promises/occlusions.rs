@@ -8,7 +8,8 @@ use epirig_matcher::{MatchOptions, ReferenceFrame, match_volume};
 const FRAMES: usize = 100;
 const APERTURE: Aperture = Aperture { sigma_px: 0.5 };
 
-/// 0.969, 0.969 and 0.984 are reached from the first, middle and last frame; the first matcher reached 0.886, 0.929 and 0.884.
+/// 0.969, 0.969 and 0.984 are reached from the first, middle and last frame; the first matcher reached 0.886,
+/// 0.929 and 0.884.
 const RIGHT: Promise = Promise::as_asked(Bounds::at_least(0.95));
 /// 0.0085, 0.0060 and 0.0084 are reached; the first matcher reached 0.085, 0.0185 and 0.083.
 const WRONG: Promise = Promise::as_asked(Bounds::at_most(0.01));
@@ -17,7 +18,8 @@ fn texture(seed: u64) -> Texture {
     Texture::white(seed, 100, (1.8, 30.0)).with_contrast(APERTURE, 20.0)
 }
 
-/// Bars of 6 to 40 px, with gaps of 6 to 40 px, that move 10 px farther than what is behind them. Pixels at their edges mix both as they cover them.
+/// Bars of 6 to 40 px, with gaps of 6 to 40 px, that move 10 px farther than what is behind them. Pixels at
+/// their edges mix both as they cover them.
 fn bars() -> Painting {
     let camera = Camera {
         rows: 64,

@@ -1,4 +1,5 @@
-//! Painted scenes are what they say: their frames agree with brute-force integration over the painted surfaces.
+//! Painted scenes are what they say: their frames agree with brute-force integration over the painted
+//! surfaces.
 
 use crate::painted::{Aperture, Camera, Painting, Strip, Texture};
 
@@ -8,7 +9,8 @@ fn camera() -> Camera {
     Camera { rows: 9, columns: 40, frames: 5, aperture: APERTURE, noise_dn: 0.0, bit_depth: 8, seed: 1 }
 }
 
-/// Light at (x, y) of a frame, from the definition: the point of the front-most strip that comes to lie there.
+/// Light at (x, y) of a frame, from the definition: the point of the front-most strip that comes to lie
+/// there.
 fn reflected(painting: &Painting, x: f64, y: f64, from_middle: f64) -> f64 {
     for strip in painting.strips.iter().rev() {
         // u + c (d + p u + q y) = x by fixed-point iteration.
@@ -27,8 +29,8 @@ fn reflected(painting: &Painting, x: f64, y: f64, from_middle: f64) -> f64 {
     0.0
 }
 
-/// Weights of a raster of `fine` points per px (odd): the pixel's square times the Gaussian, normalised.
-fn raster(fine: i32) -> Vec<(f64, f64)> {
+/// Weights of a grid of `fine` points per px (odd): the pixel's square times the Gaussian, normalised.
+fn grid_weights(fine: i32) -> Vec<(f64, f64)> {
     let sigma = APERTURE.sigma_px * f64::from(fine);
     let reach = (5.0 * sigma) as i32 + fine / 2;
     let gaussian = |offset: i32| (-0.5 * (f64::from(offset) / sigma).powi(2)).exp();
@@ -39,7 +41,7 @@ fn raster(fine: i32) -> Vec<(f64, f64)> {
 
 fn integrated(painting: &Painting, x: usize, y: usize, t: usize) -> f64 {
     let from_middle = t as f64 / (painting.camera.frames - 1) as f64 - 0.5;
-    let (across, along) = (raster(301), raster(15));
+    let (across, along) = (grid_weights(301), grid_weights(15));
     let light = |u: f64, v: f64| reflected(painting, x as f64 + u, y as f64 + v, from_middle);
     let row = |v: f64| across.iter().map(|&(u, weight)| weight * light(u, v)).sum::<f64>();
     along.iter().map(|&(v, weight)| weight * row(v)).sum()
@@ -55,7 +57,8 @@ fn frames_agree_with_brute_force_integration() {
         let bar = Strip::plane(12.0, (left, 0.0), (0.05, 0.0), paint(seed));
         bars.strips.push(Strip { columns: (left, left + 6.4), ..bar });
     }
-    // A raster of 1/301 px misses an edge by half of that: 0.1 DN for textures that differ by 100 DN and a weight below 0.7 per px.
+    // A grid of 1/301 px misses an edge by half of that: 0.1 DN for textures that differ by 100 DN and a
+    // weight below 0.7 per px.
     for painting in [&tilted, &ridge, &bars] {
         for (t, x, y) in (0..40).step_by(3).map(|x| (x % 5, x, x % 9)).chain([(2, 19, 4), (2, 20, 4)]) {
             let (exact, found) = (integrated(painting, x, y, t), painting.light(t).at(x, y));
@@ -100,7 +103,7 @@ fn truth_is_where_the_point_goes() {
 }
 
 #[test]
-fn a_bar_hides_what_is_behind_it() {
+fn a_bar_occludes_the_wall_behind_it() {
     let mut painting = Painting::plane(camera(), 0.0, (0.0, 0.0), Texture::grey());
     let bar = Strip::plane(8.0, (0.0, 0.0), (0.0, 0.0), Texture::grey());
     painting.strips.push(Strip { columns: (10.0, 14.0), ..bar });

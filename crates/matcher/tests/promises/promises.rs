@@ -1,7 +1,9 @@
-//! Promises in two numbers: what is asked for, which is printed beside what is reached, and what holds, which is asserted.
+//! Promises in two numbers: what is asked for, which is printed beside what is reached, and what holds, which
+//! is asserted.
 //!
-//! Where what is asked is reached, or was before, it is what is asserted. Where it is missed, that is the figure reached
-//! with a margin of 10 to 15 % of the figure or of the miss, and never looser than what the matcher reached before it was asked for more.
+//! Where what is asked is reached, or was before, it is what is asserted. Where it is missed, that is the
+//! figure reached with a margin of 10 to 15 % of the figure or of the miss, and never looser than what the
+//! matcher reached before it was asked for more.
 
 #![allow(dead_code, reason = "each test program uses a part of this")]
 #![allow(unreachable_pub, reason = "a module of test programs has no outside")]

@@ -1,10 +1,12 @@
-//! Each fault of the simulator does what its number says, against projection matrices, plain fits and amounts computed by hand.
+//! Each fault of the simulator does what its number says, against projection matrices, plain fits and amounts
+//! computed by hand.
 
 use epirig_core::grid::Grid;
 use epirig_simulator::{Distortion, Optics, Pinhole, Scene, Simulator, SimulatorConfig, StepError};
 use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
 
-/// Where the camera's image has a point of the rectified frame: rotation and camera matrix by nalgebra, the lens by OpenCV's formula.
+/// Where the camera's image has a point of the rectified frame: rotation and camera matrix by nalgebra, the
+/// lens by OpenCV's formula.
 fn image_of(optics: &Optics, point: Vector3<f64>) -> (f64, f64) {
     let roll = Rotation3::from_axis_angle(&Vector3::z_axis(), optics.roll_rad);
     let pan = Rotation3::from_axis_angle(&Vector3::y_axis(), optics.pan_rad);
@@ -13,14 +15,15 @@ fn image_of(optics: &Optics, point: Vector3<f64>) -> (f64, f64) {
     let Distortion { k1, k2, p1, p2, k3 } = optics.distortion;
     let r2 = a * a + b * b;
     let radial = 1.0 + k1 * r2 + k2 * r2.powi(2) + k3 * r2.powi(3);
-    let bent_a = a * radial + 2.0 * p1 * a * b + p2 * (r2 + 2.0 * a * a);
-    let bent_b = b * radial + p1 * (r2 + 2.0 * b * b) + 2.0 * p2 * a * b;
+    let distorted_a = a * radial + 2.0 * p1 * a * b + p2 * (r2 + 2.0 * a * a);
+    let distorted_b = b * radial + p1 * (r2 + 2.0 * b * b) + 2.0 * p2 * a * b;
     let f = optics.focal_length_px;
-    (f * bent_a + optics.principal_point_x_px, f * bent_b + optics.principal_point_y_px)
+    (f * distorted_a + optics.principal_point_x_px, f * distorted_b + optics.principal_point_y_px)
 }
 
-/// The saddle of a picture near (x, y): a quadratic surface fitted under a Gaussian window, which moves to the fit's saddle until it
-/// stays there. About a corner the picture is even, and so is the window, so that the fit is not drawn to either side.
+/// The saddle of a picture near (x, y): a quadratic surface fitted under a Gaussian window, which moves to
+/// the fit's saddle until it stays there. About a corner the picture is even, and so is the window, so that
+/// the fit is not drawn to either side.
 fn saddle(picture: &Grid<f32>, (mut x, mut y): (f64, f64)) -> (f64, f64) {
     for _ in 0..50 {
         let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
@@ -48,7 +51,8 @@ fn saddle(picture: &Grid<f32>, (mut x, mut y): (f64, f64)) -> (f64, f64) {
     (x, y)
 }
 
-/// The tile of a real rig with light alike everywhere, and a blur that pixels resolve, so that saddles are where corners are.
+/// The tile of a real rig with light alike everywhere, and a blur that pixels resolve, so that saddles are
+/// where corners are.
 fn evenly_lit() -> SimulatorConfig {
     let mut config = SimulatorConfig::real_tile(512, 11);
     config.optics.vignetting = 0.0;
@@ -66,7 +70,8 @@ fn corners_of_the_tile_are_where_projection_puts_them() {
     let corners = simulator.target_corners(position_mm);
     assert_eq!(corners.len(), 2 * 18 * 2);
     for corner in corners {
-        // 19 squares of 7.5 mm: the first inner corner lies 8.5 squares left of the middle; the bands' edges at 75 mm.
+        // 19 squares of 7.5 mm: the first inner corner lies 8.5 squares left of the middle; the bands' edges
+        // at 75 mm.
         let u = (corner.column as f64 - 8.5) * 7.5;
         let row_mm = (corner.row as f64 + 1.0) * 7.5;
         let v = if corner.band == 0 { -75.0 + row_mm } else { 52.5 + row_mm };
@@ -137,7 +142,8 @@ fn the_bow_makes_the_edges_deeper() {
         (*bow_mm, *hollow_depth_mm) = (0.3, 0.0);
     }
     let simulator = Simulator::new(config).unwrap();
-    // One pixel of this camera, far away and in the middle, looks at v = 60 mm, where the bow is 0.3 * 0.64 = 0.192 mm deep.
+    // One pixel of this camera, far away and in the middle, looks at v = 60 mm, where the bow is 0.3 * 0.64 =
+    // 0.192 mm deep.
     let camera = Pinhole {
         rows: 1,
         columns: 1,

@@ -1,9 +1,11 @@
-//! The simulator's truth agrees with a derivation by projection matrices, which shares nothing with its closed forms.
+//! The simulator's truth agrees with a derivation by projection matrices, which shares nothing with its
+//! closed forms.
 
 use epirig_simulator::{Carried, Pinhole, Scene, Simulator, SimulatorConfig, SimulatorError, Truth};
 use nalgebra::{Matrix3x4, Matrix4, Vector3};
 
-/// Projection of scene points into the frame that an ideal pinhole takes when the stage says that it is at `position_mm`.
+/// Projection of scene points into the frame that an ideal pinhole takes when the stage says that it is at
+/// `position_mm`.
 fn projection(simulator: &Simulator, camera: &Pinhole, position_mm: f64) -> Matrix3x4<f64> {
     let f = camera.focal_length_px;
     let (cx, cy) = (camera.principal_point_x_px, camera.principal_point_y_px);

@@ -1,13 +1,17 @@
-//! From views to the lens.
+//! Calibration of a lens from views of a board.
 
+use super::calibration::{LensCalibration, PointName, PointResidual, ViewFit};
+use super::error::LensError;
 use super::findings::{coverage, largest_angle, warnings};
 use super::homography::MEDIAN_NORM;
+use super::point::{PlanarPoint, View};
+use super::pose::BoardPose;
 use super::problem::ViewsProblem;
+use super::residual::{ROUNDING_PX, residual, squared_distance};
 use super::start::start;
-use super::{
-    BoardPose, Lens, LensCalibration, LensError, LensEstimate, PlanarPoint, PointName, PointResidual, Terms,
-    View, ViewFit,
-};
+use super::terms::Terms;
+use crate::lens::estimate::LensEstimate;
+use crate::lens::model::Lens;
 use epirig_core::least_squares::{Loss, Minimum, minimise};
 use epirig_core::statistics::upper_median;
 
@@ -15,7 +19,8 @@ use epirig_core::statistics::upper_median;
 const VIEWS: usize = 3;
 /// Points that a view needs: twice the four of a homography, so that a wrong one stands out.
 const POINTS: usize = 8;
-/// Up to this norm of a residual, in robust standard deviations, a point counts by its square; 86 % of Gaussian ones do.
+/// Up to this norm of a residual, in robust standard deviations, a point counts by its square; 86 % of
+/// Gaussian ones do.
 const HUBER: f64 = 2.0;
 /// Points beyond this norm, in robust standard deviations, are wrong: of Gaussian ones 4 in 100 000 are.
 const REJECTED: f64 = 4.5;
@@ -23,9 +28,7 @@ const REJECTED: f64 = 4.5;
 const SETTLED: f64 = 0.01;
 /// Rounds of weighing, and of rejecting; each ends long before, unless it goes to and fro.
 const ROUNDS: usize = 20;
-/// Residuals below this are rounding, not errors of measurement, in px.
-pub(super) const ROUNDING_PX: f64 = 1e-7;
-/// A focal length that is known worse than this is not calibrated: what is engraved on a lens is as good.
+/// A focal length that is known worse than this share is not calibrated: the engraving on a lens is as good.
 const FOCAL_LENGTH_SHARE: f64 = 0.05;
 
 /// Which points of each view count.
@@ -38,13 +41,14 @@ pub(super) struct Solution {
     pub(super) poses: Vec<BoardPose>,
 }
 
-/// The lens that fits best to all views, which frames of `rows` x `columns` have shown.
+/// The lens that fits best to all views of frames of `rows` x `columns`.
 ///
-/// Wrong points are found by Huber's loss, left out and named; the rest is plain least squares. The covariance is scaled by the residuals,
-/// so it does not matter whether the stated standard deviations are right, as long as their ratios are.
+/// Wrong points are found by Huber's loss, left out and named; the rest is plain least squares. The
+/// covariance is scaled by the residuals, so only the ratios of the stated standard deviations matter.
 ///
 /// # Errors
-/// [`LensError`] if there are too few views or points, if they leave the focal length open, or if a view contradicts the others.
+/// [`LensError`] if there are too few views or points, if they leave the focal length open, or if a view
+/// contradicts the others.
 pub fn calibrate(
     views: &[View],
     rows: usize,
@@ -71,7 +75,7 @@ pub fn calibrate(
     summary(views, &used, (rows, columns), terms, solution)
 }
 
-/// Refuses what cannot be calibrated from.
+/// Refuses views from which no lens can be calibrated.
 pub(super) fn check(views: &[View], needed: usize) -> Result<(), LensError> {
     if views.len() < needed {
         return Err(LensError::TooFewViews { views: views.len(), needed });
@@ -134,8 +138,8 @@ fn robust(views: &[View], used: &Used, terms: Terms, from: Solution) -> Result<(
     Ok((solution, sigma))
 }
 
-/// Standard deviation of the residuals, in units of their stated ones: by the median, so that wrong points do not matter; and with
-/// regard to the degrees of freedom that the fit has taken.
+/// Standard deviation of the residuals, in units of their stated ones: by the median, so that wrong points do
+/// not matter; and with regard to the degrees of freedom that the fit has taken.
 fn spread(views: &[View], solution: &Solution, terms: Terms) -> f64 {
     let mut norms: Vec<f64> = norms(views, solution).into_iter().flatten().collect();
     let residuals = 2.0 * norms.len() as f64;
@@ -144,22 +148,6 @@ fn spread(views: &[View], solution: &Solution, terms: Terms) -> f64 {
         ROUNDING_PX / views.iter().flatten().map(|point| point.sigma_px).fold(f64::INFINITY, f64::min);
     (upper_median(&mut norms).unwrap_or(f64::NAN) / MEDIAN_NORM * (residuals / free.max(1.0)).sqrt())
         .max(rounding)
-}
-
-/// Seen less predicted, in px. NaN for what would lie behind the camera.
-fn residual(lens: &Lens, pose: &BoardPose, point: &PlanarPoint) -> (f64, f64) {
-    let [x, y, z] = pose.point_mm(point.x_mm, point.y_mm);
-    if z <= 0.0 {
-        return (f64::NAN, f64::NAN);
-    }
-    let (x_px, y_px) = lens.pixel(x / z, y / z);
-    (point.x_px - x_px, point.y_px - y_px)
-}
-
-/// Squared distance between point and prediction, in px2.
-pub(super) fn squared_distance(lens: &Lens, pose: &BoardPose, point: &PlanarPoint) -> f64 {
-    let (dx, dy) = residual(lens, pose, point);
-    dx * dx + dy * dy
 }
 
 /// Norms of the residuals over their stated standard deviations.

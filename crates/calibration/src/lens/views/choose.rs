@@ -1,21 +1,30 @@
-//! Which terms of the distortion the views support.
+//! The choice of distortion terms by cross-validation over the views.
 
-use super::board_pose::refine_pose;
-use super::calibrate::{Solution, Used, check, solve, squared_distance};
-use super::{BoardPose, HeldOut, Lens, LensCalibration, LensError, PlanarPoint, Terms, View, calibrate};
+use super::calibrate::calibrate;
+use super::calibrate::{Solution, Used, check, solve};
+use super::calibration::{HeldOut, LensCalibration};
+use super::error::LensError;
+use super::fit_pose::refine_pose;
+use super::point::{PlanarPoint, View};
+use super::pose::BoardPose;
+use super::residual::squared_distance;
+use super::terms::Terms;
+use crate::lens::model::Lens;
 use epirig_core::least_squares::Loss;
+use epirig_core::statistics::mean;
 
 /// Views needed, so that three are left when one is held out.
 const VIEWS: usize = 4;
 /// Groups into which the views are dealt; each is held out once.
 const FOLDS: usize = 10;
 
-/// The lens with the simplest terms that predict views without a part in finding it no worse than the best terms do; see
+/// The lens with the simplest terms that predict held-out views no worse than the best terms do; see
 /// [`calibrate`].
 ///
-/// K-fold cross-validation over the views. The board's pose in a view that is held out is fitted to every other point with the lens as it
-/// is, and judged by the rest; then the other way about. Terms are worse if their squared error, less that of the best in the same
-/// views, is above its standard error; terms with which no lens is found are not in the table. Points that the fit with all terms rejects take no part.
+/// K-fold cross-validation over the views. In a held-out view, the board's pose is fitted to every other
+/// point with the lens fixed, and judged by the other points; then the halves change places. Terms are worse
+/// if their squared error, less that of the best terms in the same views, is above its standard error. Terms
+/// with which no lens is found are not in the table. Points that the fit with all terms rejects take no part.
 ///
 /// # Errors
 /// As of [`calibrate`]; four views are needed.
@@ -51,7 +60,7 @@ pub fn choose_terms(views: &[View], rows: usize, columns: usize) -> Result<LensC
     Ok(LensCalibration { cross_validation: table, ..calibrate(views, rows, columns, terms)? })
 }
 
-/// Mean squared error of each view, in px2, with lenses to which it has not contributed; NaN if it cannot be told.
+/// Mean squared error of each view, in px2, with lenses to which it has not contributed; NaN if unknown.
 fn held_out(views: &[View], used: &Used, terms: Terms, all: &Solution) -> Result<Vec<f64>, LensError> {
     let folds = FOLDS.min(views.len());
     let mut errors = vec![f64::NAN; views.len()];
@@ -75,8 +84,8 @@ fn held_out(views: &[View], used: &Used, terms: Terms, all: &Solution) -> Result
     Ok(errors)
 }
 
-/// Mean squared distance, in px2, between points and their prediction by a pose from the other half of the points; `None` if half of
-/// them leave the pose open.
+/// Mean squared distance, in px2, between points and their prediction by a pose from the other half of the
+/// points; `None` if half of them leave the pose open.
 fn crossed(lens: &Lens, points: &[PlanarPoint], start: BoardPose) -> Option<f64> {
     let mut sum = 0.0;
     for half in 0..2 {
@@ -93,7 +102,6 @@ fn crossed(lens: &Lens, points: &[PlanarPoint], start: BoardPose) -> Option<f64>
 }
 
 fn compare(errors: &[(Terms, Vec<f64>)]) -> Vec<HeldOut> {
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let Some((_, best)) = errors.iter().min_by(|(_, a), (_, b)| mean(a).total_cmp(&mean(b))) else {
         return Vec::new();
     };

@@ -39,7 +39,7 @@ pub enum LensError {
         /// The view.
         view: usize,
     },
-    /// A point that is none.
+    /// A point with numbers that cannot be.
     #[error(
         "point {point} of view {view} has a coordinate that is no number, or a standard deviation that is not above 0"
     )]
@@ -140,7 +140,7 @@ fn open(sigma_share: Option<f64>, spread_rad: Option<f64>) -> String {
     }
 }
 
-/// What a person should know of a lens that was found. Views are counted from 0.
+/// A warning about a calibrated lens. Views are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, Error)]
 #[serde(tag = "warning", rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
@@ -176,7 +176,7 @@ pub enum LensWarning {
     },
     /// The corners of the frame were not reached.
     #[error(
-        "the points reach {:.0} % of the way from the middle of the frame to its corners: what the lens does beyond is a guess; \
+        "the points reach {:.0} % of the way from the middle of the frame to its corners: distortion beyond is extrapolated; \
          take views with the board near the edges",
         100.0 * radius
     )]

@@ -1,16 +1,19 @@
-//! What is to be said of a calibration besides the lens.
+//! Coverage, angles and warnings of a calibration.
 
 use epirig_core::statistics::upper_median;
 use nalgebra::Vector3;
 
-use super::calibrate::ROUNDING_PX;
-use super::{BoardPose, Coverage, LensWarning, PointResidual, ViewFit};
+use super::calibration::{Coverage, PointResidual, ViewFit};
+use super::error::LensWarning;
+use super::pose::BoardPose;
+use super::residual::ROUNDING_PX;
 
 /// Cells of the grid along a side.
 const CELLS: usize = 10;
 /// A focal length that is known worse than this is worth a word: heights are off by the same share.
 const FOCAL_LENGTH_SHARE: f64 = 0.005;
-/// A view whose residuals are this many times as large as the median view's stands out: those of 8 points, the fewest, scatter by 20 %.
+/// A view whose residuals are this many times as large as the median view's stands out: those of 8 points,
+/// the fewest, scatter by 20 %.
 const STANDS_OUT: f64 = 2.0;
 /// A view with a larger share of rejected points stands out.
 const REJECTED: f64 = 0.1;
@@ -78,7 +81,8 @@ mod tests {
     #[test]
     fn coverage_counts_cells_and_the_farthest_point() {
         let point = |x_px, y_px, rejected| PointResidual { x_px, y_px, dx_px: 0.0, dy_px: 0.0, rejected };
-        // A frame of 100 x 200: cells of 10 x 20. The first two points share a cell; a point at (149, 74) is half-way to the corner.
+        // A frame of 100 x 200: cells of 10 x 20. The first two points share a cell; a point at (149, 74) is
+        // half-way to the corner.
         let residuals = vec![
             vec![point(100.0, 50.0, false), point(101.0, 51.0, false)],
             vec![point(149.25, 74.25, false), point(0.0, 0.0, true)],

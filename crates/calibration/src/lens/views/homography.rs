@@ -9,14 +9,17 @@ pub(super) struct Pair {
     pub(super) to: [f64; 2],
 }
 
-/// Median of the norm of a pair of Gaussian numbers, in units of their standard deviation: the square root of 2 ln 2.
+/// Median of the norm of a pair of Gaussian numbers, in units of their standard deviation: the square root of
+/// 2 ln 2.
 pub(super) const MEDIAN_NORM: f64 = 1.177_410_022_515_474_7;
 
-/// Rounds of weighing: wrong points lose a factor with each, and what is left of them is for the least squares that follow.
+/// Rounds of weighing. Each reduces the weight of wrong points by a factor; the least squares that follow
+/// reject the rest.
 const ROUNDS: usize = 10;
 
-/// The homography from `from` to `to` by the direct linear transformation, with Hartley's (1997) normalisation. Pairs are weighed by
-/// Cauchy's function of their residuals, so that single wrong ones do not spoil it. `None` if the points leave it open.
+/// The homography from `from` to `to` by the direct linear transformation, with Hartley's (1997)
+/// normalisation. Pairs are weighed by Cauchy's function of their residuals, so that single wrong ones do not
+/// spoil it. `None` if the points leave it open.
 pub(super) fn homography(pairs: &[Pair]) -> Option<Matrix3<f64>> {
     let from = normalisation(pairs.iter().map(|pair| pair.from))?;
     let to = normalisation(pairs.iter().map(|pair| pair.to))?;
@@ -53,7 +56,8 @@ fn mapped(homography: &Matrix3<f64>, [x, y]: [f64; 2]) -> [f64; 2] {
     [point.x / point.z, point.y / point.z]
 }
 
-/// Moves the mean of the points to the origin and scales their mean squared distance from it to 2. `None` if they lie on a line.
+/// Moves the mean of the points to the origin and scales their mean squared distance from it to 2. `None` if
+/// they lie on a line.
 fn normalisation(points: impl Iterator<Item = [f64; 2]> + Clone) -> Option<Matrix3<f64>> {
     let count = points.clone().count() as f64;
     let (sx, sy) = points.clone().fold((0.0, 0.0), |(sx, sy), [x, y]| (sx + x, sy + y));

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::{BoardPose, Lens, PlanarPoint, View};
+use super::point::{PlanarPoint, View};
+use super::pose::BoardPose;
+use crate::lens::model::Lens;
 use epirig_core::least_squares::{Block, Problem};
 
 /// Numbers of a pose: rotation, translation.
@@ -48,8 +50,8 @@ fn pose(numbers: &[f64]) -> BoardPose {
     }
 }
 
-/// Residuals of a point and the derivatives of its prediction, both over its standard deviation; by the estimated parameters of the lens,
-/// by a small further rotation, and by the translation.
+/// Residuals of a point and the derivatives of its prediction, both over its standard deviation; by the
+/// estimated parameters of the lens, by a small further rotation, and by the translation.
 fn point_block(
     lens: &Lens,
     estimated: &Range<usize>,
@@ -68,7 +70,8 @@ fn point_block(
     let row = |axis: usize| {
         let [by_a, by_b] = seen.by_ray[axis];
         let by_place = Vector3::new(by_a, by_b, -(by_a * a + by_b * b)) / place.z;
-        // A small rotation w moves the turned point q by w x q, so the derivative by w is q x (derivative by place).
+        // A small rotation w moves the turned point q by w x q, so the derivative by w is q x (derivative by
+        // place).
         let by_rotation = turned.cross(&by_place);
         let mut row = [0.0; Lens::PARAMETERS + POSE];
         let derivatives =

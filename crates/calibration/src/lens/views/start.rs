@@ -1,15 +1,19 @@
-//! Where the search for the lens begins.
+//! The start of a lens calibration, in closed form.
 
 use epirig_core::statistics::upper_median;
 use nalgebra::Matrix3;
 
-use super::board_pose::middle;
-use super::calibrate::squared_distance;
+use super::error::LensError;
+use super::fit_pose::middle;
 use super::homography::{Pair, homography};
-use super::{BoardPose, Lens, LensError, View};
+use super::point::View;
+use super::pose::BoardPose;
+use super::residual::squared_distance;
+use crate::lens::model::Lens;
 
-/// Lens and poses by Zhang's (2000) constraints, with square pixels and the principal point in the middle of the frame: all five
-/// parameters of the general form are poorly determined where the perspective is weak, and a start need not have them.
+/// Lens and poses by Zhang's (2000) constraints, with square pixels and the principal point in the middle of
+/// the frame: all five parameters of the general form are poorly determined where the perspective is weak,
+/// and a start need not have them.
 pub(super) fn start(
     views: &[View],
     rows: usize,
@@ -52,7 +56,7 @@ fn poses(lens: &Lens, homographies: &[Matrix3<f64>], views: &[View]) -> Option<V
     homographies.iter().zip(views).map(pose).collect()
 }
 
-/// Median distance between points and predictions, in px; what lies behind the camera is infinitely far off.
+/// Median distance between points and predictions, in px; infinite for points behind the camera.
 fn typical_distance(views: &[View], lens: &Lens, poses: &[BoardPose]) -> f64 {
     let of = |(view, pose): (&View, &BoardPose)| -> Vec<f64> {
         view.iter().map(|point| squared_distance(lens, pose, point).sqrt()).collect()
@@ -62,9 +66,9 @@ fn typical_distance(views: &[View], lens: &Lens, poses: &[BoardPose]) -> f64 {
     upper_median(&mut distances).unwrap_or(f64::NAN)
 }
 
-/// Both axes of a board are perpendicular and equally long, which every view says of the focal length f: with h and g the first columns
-/// of its homography, (h1 g1 + h2 g2) / f^2 + h3 g3 = 0, and (h1^2 + h2^2 - g1^2 - g2^2) / f^2 + h3^2 - g3^2 = 0. `None` if the views
-/// say that 1 / f^2 is not above 0.
+/// Both axes of a board are perpendicular and equally long, which every view says of the focal length f: with
+/// h and g the first columns of its homography, (h1 g1 + h2 g2) / f^2 + h3 g3 = 0, and (h1^2 + h2^2 - g1^2 -
+/// g2^2) / f^2 + h3^2 - g3^2 = 0. `None` if the views say that 1 / f^2 is not above 0.
 fn focal_length(homographies: &[Matrix3<f64>]) -> Option<f64> {
     let (mut products, mut squares) = (0.0, 0.0);
     for homography in homographies {

@@ -8,6 +8,7 @@ use rand_distr::StandardNormal;
 
 use super::*;
 use crate::lens::Distortion;
+use crate::lens::{Lens, LensEstimate};
 
 const ROWS: usize = 480;
 const COLUMNS: usize = 640;
@@ -22,8 +23,8 @@ fn tele() -> Lens {
     Lens { distortion, ..Lens::pinhole(2844.0, 517.0, 506.0) }
 }
 
-/// Views of a board of 9 x 6 points that are 25 mm apart, tilted by up to `tilt_deg`, its middle anywhere in the frame; what the frame
-/// does not show is missing.
+/// Views of a board of 9 x 6 points that are 25 mm apart, tilted by up to `tilt_deg`, its middle anywhere in
+/// the frame; what the frame does not show is missing.
 fn views(
     random: &mut impl Rng,
     lens: &Lens,
@@ -106,7 +107,8 @@ fn a_tele_lens_is_found_within_its_standard_deviations() {
         let error = (value - truth) / sigma[index];
         assert!(error.abs() < 3.5, "{}: {value} is {error} sigma off", Lens::NAMES[index]);
     }
-    // One point contributes 0.01 px, about 1000 do: a focal length that were known to 1 part in 1000 would be none of theirs.
+    // One point contributes 0.01 px, about 1000 do: a focal length that were known to 1 part in 1000 would be
+    // none of theirs.
     assert!(sigma[0] < 1e-3 * 2844.0, "{sigma:?}");
     assert!((found.variance_factor - 1.0).abs() < 0.15, "{}", found.variance_factor);
 }
@@ -250,7 +252,8 @@ fn the_simplest_sufficient_terms_are_chosen() {
             exact += usize::from(found.terms == expected);
         }
     }
-    // One standard error is exceeded by chance in one case of six; of twenty, fewer than twelve are right once in three hundred times.
+    // One standard error is exceeded by chance in one case of six; of twenty, fewer than twelve are right
+    // once in three hundred times.
     assert!(exact >= 12, "{exact} of 20");
 }
 
@@ -270,7 +273,8 @@ fn the_pose_of_a_board_is_found_with_a_known_lens() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
 
-    /// Where the board's origin lies, how its axes are turned and what a millimetre is are nothing to the lens.
+    /// Where the board's origin lies, how its axes are turned and what a millimetre is are nothing to the
+    /// lens.
     #[test]
     fn the_lens_does_not_depend_on_the_coordinates_of_the_board(
         turn in -3.0..3.0, x in -500.0..500.0, y in -500.0..500.0, scale in 0.01..100.0

@@ -69,7 +69,8 @@ fn flicker_of_three_thousandths_comes_down_to_what_noise_allows() {
         squares += root_mean_square(&errors).powi(2);
         stated += root_mean_square(&found.sigma).powi(2);
     }
-    // 72 squares are known to 17 %, if they were independent: what is wrong with a window's place is common to its frames.
+    // 72 squares are known to 17 %, if they were independent: what is wrong with a window's place is common
+    // to its frames.
     let ratio = (squares / stated).sqrt();
     assert!((0.5..1.5).contains(&ratio), "{ratio}");
 }

@@ -1,11 +1,13 @@
-//! The sheet to print: the squares in true mm, marks to cut along, a ruler that shows whether the printer has scaled it.
+//! The sheet to print: the squares in true mm, marks to cut along, a ruler that shows whether the printer has
+//! scaled it.
 
 mod pdf;
 mod svg;
 #[cfg(test)]
 mod tests;
 
-use super::{Target, TargetError};
+use super::board::Target;
+use super::error::TargetError;
 
 /// Printers leave this much of a page white, in mm.
 const MARGIN_MM: f64 = 10.0;
@@ -100,7 +102,8 @@ impl Sheet {
     /// ```
     ///
     /// # Errors
-    /// [`TargetError::Description`] for an impossible target, [`TargetError::Page`] if the page does not hold it, neither upright nor turned.
+    /// [`TargetError::Description`] for an impossible target, [`TargetError::Page`] if the page does not hold
+    /// it, neither upright nor turned.
     pub fn new(target: &Target, page: Page) -> Result<Self, TargetError> {
         target.check()?;
         let square_mm = target.board.square_mm;

@@ -1,11 +1,14 @@
 //! One corner to a few thousandths of a pixel: a least-squares fit of two blurred edges that cross.
 //!
-//! The model is I = (1 + hx x + hy y) (a + b f) with the pattern f of two edges, +1 and -1 in turn, under a Gaussian blur: centre c, two directions, blur s, mean a,
-//! half the step b, and light that grows along a direction. Light is a factor, because the step grows with it as the mean does. For edges at right
-//! angles f is the product of erf(z1 / sqrt(2)) and erf(z2 / sqrt(2)), where z is the distance from an edge over s. Otherwise it is the mean product of the signs of two
-//! normal variables with means z1, z2 and the correlation of the edges' normals; its derivative by the correlation is four times their joint density at 0. Truth and
-//! model both look the same after half a turn about the centre, so what is left out (the square pixel, ink that has spread) hardly moves it.
-//! Nine unknowns, by the method of Levenberg and Marquardt; the standard deviation is that of the fit's covariance, with the noise that the residuals show.
+//! The model is I = (1 + hx x + hy y) (a + b f) with the pattern f of two edges, +1 and -1 in turn, under a
+//! Gaussian blur: centre c, two directions, blur s, mean a, half the step b, and light that grows along a
+//! direction. Light is a factor, because the step grows with it as the mean does. For edges at right angles f
+//! is the product of erf(z1 / sqrt(2)) and erf(z2 / sqrt(2)), where z is the distance from an edge over s.
+//! Otherwise it is the mean product of the signs of two normal variables with means z1, z2 and the
+//! correlation of the edges' normals; its derivative by the correlation is four times their joint density at
+//! 0. Truth and model both look the same after half a turn about the centre, so what is left out (the square
+//! pixel, ink that has spread) hardly moves it. Nine unknowns, by the method of Levenberg and Marquardt; the
+//! standard deviation is that of the fit's covariance, with the noise that the residuals show.
 
 use std::f64::consts::{FRAC_2_SQRT_PI, PI, SQRT_2};
 
@@ -18,22 +21,25 @@ const UNKNOWNS: usize = 9;
 const LEVELS: usize = 5;
 /// Steps, at most; five are usual.
 const STEPS: usize = 30;
-/// A step that moves the centre by less than this ends the fit, in px: a hundredth of the best standard deviation.
+/// A step that moves the centre by less than this ends the fit, in px: a hundredth of the best standard
+/// deviation.
 const FINE_PX: f64 = 1e-5;
 /// Variance by rounding to whole DN, in squared DN.
 const ROUNDING_DN2: f64 = 1.0 / 12.0;
-/// After so many steps a fit that leaves so many times more than [`MOST_UNEXPLAINED`] is given up: one more than corners usually take in all, while
-/// texture may take all [`STEPS`].
-const HOPELESS: (usize, f64) = (6, 4.0);
-/// Beyond so many blurs an edge is 1 to six digits.
+/// A fit is given up after this number of steps if its residual is this many times [`MOST_UNEXPLAINED`]: one
+/// step more than corners usually take in all, while texture may take all [`STEPS`].
+const GIVEN_UP: (usize, f64) = (6, 4.0);
+/// Beyond this many blurs an edge is 1 to six digits.
 const FAR: f64 = 5.0;
-/// Blur of a start and of the sharpest edge that pixels can show, in px: that of a square pixel alone is sqrt(1/12) = 0.29.
+/// Blur of a start and of the sharpest edge that pixels can show, in px: that of a square pixel alone is
+/// sqrt(1/12) = 0.29.
 const START_BLUR_PX: f64 = 0.8;
 const LEAST_BLUR_PX: f64 = 0.2;
 /// Edges that meet at less than this, in rad (15 deg), are those of no board that can be read.
 const LEAST_ANGLE_RAD: f64 = 0.26;
-/// What the model leaves may have this share of the variance of its pattern: noise of a fifth of the half step. Where three squares of one colour and
-/// one of the other meet (at the border of a board) half is left; texture leaves some hundredths and more.
+/// Largest share of the pattern's variance that the model may leave: noise of a fifth of the half step. Where
+/// three squares of one colour and one of the other meet (at the border of a board) half is left; texture
+/// leaves some hundredths and more.
 const MOST_UNEXPLAINED: f64 = 0.04;
 /// A window counts if this share of it is in the image.
 const LEAST_SHARE: f64 = 0.75;
@@ -53,16 +59,18 @@ pub struct Corner {
     pub blur_px: f64,
 }
 
-/// What is known of a corner before the fit.
+/// A corner before the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeCross {
     /// Column, to about a quarter of the radius, in px.
     pub x_px: f64,
     /// Row, likewise, in px.
     pub y_px: f64,
-    /// Direction of the edge after which, towards growing angles (from x to y), a bright square follows, in rad.
+    /// Direction of the edge after which, towards growing angles (from x to y), a bright square follows, in
+    /// rad.
     pub before_bright_rad: f64,
-    /// Direction of the edge after which a dark square follows, in rad; between it and the first lies the bright square.
+    /// Direction of the edge after which a dark square follows, in rad; between it and the first lies the
+    /// bright square.
     pub before_dark_rad: f64,
 }
 
@@ -129,8 +137,9 @@ fn joint(z1: f64, z2: f64, correlation: f64) -> f64 {
     2.0 * exponent.exp() / (PI * rest.sqrt())
 }
 
-/// What correlation adds to the product of both edges: the integral of [`joint`] from no correlation on, by Gauss and Legendre's rule of five points, or of
-/// three where the edges are within 17 deg of a right angle.
+/// The effect of correlation on the product of both edges: the integral of [`joint`] from no correlation on,
+/// by Gauss and Legendre's rule of five points, or of three where the edges are within 17 deg of a right
+/// angle.
 fn beyond_product(z1: f64, z2: f64, correlation: f64) -> f64 {
     const FEW: [(f64, f64); 3] =
         [(0.112_701_665, 0.277_777_778), (0.5, 0.444_444_444), (0.887_298_335, 0.277_777_778)];
@@ -145,7 +154,8 @@ fn beyond_product(z1: f64, z2: f64, correlation: f64) -> f64 {
     correlation * nodes.iter().map(|(node, weight)| weight * joint(z1, z2, node * correlation)).sum::<f64>()
 }
 
-/// Adds one pixel to the upper half of the normal matrix and to the right side; its derivatives by unknowns before `FIRST` are 0.
+/// Adds one pixel to the upper half of the normal matrix and to the right side; its derivatives by unknowns
+/// before `FIRST` are 0.
 fn add<const FIRST: usize>(
     upper: &mut [[f64; UNKNOWNS]; UNKNOWNS],
     side: &mut [f64; UNKNOWNS],
@@ -196,7 +206,7 @@ fn normal(window: &Window, at: &Unknowns) -> Normal {
             px * pattern,
             py * pattern,
         ];
-        // Far from both edges only the levels are told: ten of 45 products.
+        // Far from both edges only the levels depend on the parameters: ten of 45 products.
         if d1 > 0.0 || d2 > 0.0 {
             add::<0>(&mut upper, &mut side, &row, residual);
         } else {
@@ -226,7 +236,7 @@ fn fit(
     let mut damping = 1e-3;
     let count = window.pixels.len() as f64;
     for taken in 0..STEPS {
-        if taken >= HOPELESS.0 && here.squares > HOPELESS.1 * MOST_UNEXPLAINED * at[6] * at[6] * count {
+        if taken >= GIVEN_UP.0 && here.squares > GIVEN_UP.1 * MOST_UNEXPLAINED * at[6] * at[6] * count {
             return None;
         }
         let mut damped = here.matrix;
@@ -245,7 +255,7 @@ fn fit(
                 }
             }
             _ => {
-                // A step below what counts that makes nothing better: this is the minimum.
+                // A step that is not significant and improves nothing: this is the minimum.
                 if step[0].hypot(step[1]) < FINE_PX {
                     break;
                 }
@@ -261,7 +271,8 @@ fn fit(
     Some((at, here.matrix.cholesky()?.inverse() * variance, variance))
 }
 
-/// The corner at a cross of edges, from the pixels within `radius_px` of it (3 to 14 px are sensible, and less than half of a square).
+/// The corner at a cross of edges, from the pixels within `radius_px` of it (3 to 14 px are sensible, and
+/// less than half of a square).
 ///
 /// `None` if the window leaves the image by more than a quarter, or the pixels show no such cross within it.
 ///

@@ -1,4 +1,5 @@
-//! Against corners rendered by integration over pixel and blur: exact along rows, in 64 steps a pixel across them.
+//! Against corners rendered by integration over pixel and blur: exact along rows, in 64 steps a pixel across
+//! them.
 
 use nalgebra::{SMatrix, SVector};
 use rand::SeedableRng;
@@ -174,7 +175,8 @@ impl Picture {
     }
 }
 
-/// Least standard deviations of x and y for noise of 1 DN, by the Cramer-Rao bound, from differences of renderings.
+/// Least standard deviations of x and y for noise of 1 DN, by the Cramer-Rao bound, from differences of
+/// renderings.
 fn least_sigma(picture: &Picture, radius_px: f64) -> [f64; 2] {
     let at = picture.parameters();
     let derivatives: Vec<Grid<f32>> = (0..UNKNOWNS)
@@ -183,7 +185,8 @@ fn least_sigma(picture: &Picture, radius_px: f64) -> [f64; 2] {
             let [low, high] = [-h, h].map(|h| {
                 let mut moved = at;
                 moved[k] += h;
-                // Light grows about the centre of the frame for this, so that it does not move with the corner.
+                // Light grows about the centre of the frame for this, so that it does not move with the
+                // corner.
                 picture.with_parameters(moved).render()
             });
             let values = high.values().iter().zip(low.values()).map(|(b, a)| (b - a) / (2.0 * h as f32));

@@ -1,8 +1,10 @@
-//! Which corner is which in all frames of a sequence.
+//! Labels of the corners in all frames of a sequence.
 //!
-//! A board that moves straight and evenly shows a fixed point of the image labels that grow evenly: exactly so if it moves in its own plane, whatever the camera's
-//! direction. So all views share one map from the image to labels, each with its own offset (`plane_map`); complete boards have their labels, and partial ones take
-//! the shift for which all offsets lie on one straight line over the stage's position (`motion`).
+//! At a fixed point of the image, the label of a board that moves straight and evenly grows evenly: exactly
+//! so if the board moves in its own plane, whatever the camera's direction. So all views share one map from
+//! the image to labels, each with an offset of its own (`plane_map`). Complete boards have their labels;
+//! partial ones take the shift for which all offsets lie on one straight line over the stage's position
+//! (`motion`).
 
 mod motion;
 mod plane_map;
@@ -12,19 +14,21 @@ mod views;
 
 use std::collections::BTreeSet;
 
-use super::{FoundBoard, Target, TargetError};
+use super::board::{FoundBoard, Target};
+use super::error::TargetError;
 use motion::{Line, solve};
 use plane_map::PlaneMap;
 use views::{View, views};
 
-/// A corner this far from where its board has it is none of the board's, in squares. A lens that bends lines by a percent moves corners by some
-/// hundredths of a square against the map.
+/// A corner this far from its place on the board, in squares, does not belong to the board. A lens whose
+/// distortion is a percent moves corners by some hundredths of a square against the map.
 const FALSE_SQUARES: f64 = 0.15;
 
 /// A corner of the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TrackedCorner {
-    /// Band: 0 for the upper one, or, if the board stands on its head, the one that comes first along its rows.
+    /// Band: 0 for the upper one, or, if the board stands on its head, the one that comes first along its
+    /// rows.
     pub band: usize,
     /// Row within the band, from 0.
     pub row: i32,
@@ -58,19 +62,22 @@ pub struct Tracks {
     pub corners_in_frame: Vec<usize>,
     /// Corners that were found but are in no track: they fit no label, or not the motion.
     pub dropped: usize,
-    /// For each band whether its labels are the target's own. If not, all of them may be off by one shift, the same in all frames, because no frame
-    /// shows where the band begins or ends; motion and distances between corners of the band are right nevertheless.
+    /// For each band whether its labels are the target's own. If not, all of them may be off by one shift,
+    /// the same in all frames, because no frame shows where the band begins or ends; motion and distances
+    /// between corners of the band are right nevertheless.
     pub anchored: Vec<bool>,
 }
 
-/// Follows the corners of a target through the boards found in the frames, one entry for each frame, in order.
+/// Follows the corners of a target through the boards found in the frames, one entry for each frame, in
+/// order.
 ///
-/// The target moves straight, and evenly with `positions_mm`, or from frame to frame, if no positions are given. Boards may be partly or wholly out of view in any
-/// frame. Positions also decide between labellings that fit equally well: a board of known squares moves by one square per `square_mm`.
+/// The target moves straight, and evenly with `positions_mm`, or from frame to frame, if no positions are
+/// given. Boards may be partly or wholly out of view in any frame. Positions also decide between labellings
+/// that fit equally well: a board of known squares moves by one square per `square_mm`.
 ///
 /// # Errors
-/// [`TargetError`] for an impossible target, positions that are not one for each frame, no board at all, bands that cannot be told apart, a motion that is
-/// not straight and even, or labels that cannot be decided.
+/// [`TargetError`] for an impossible target, positions that are not one for each frame, no board at all,
+/// bands that cannot be told apart, a motion that is not straight and even, or labels that cannot be decided.
 pub fn track(
     found: &[Vec<FoundBoard>],
     target: &Target,

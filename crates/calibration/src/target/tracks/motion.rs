@@ -11,15 +11,17 @@ const LEAST_KEPT: f64 = 0.9;
 const FITS_SQUARES: f64 = 0.35;
 /// A labelling competes with the best one if it keeps this share of its corners ...
 const COMPETES_CORNERS: f64 = 0.98;
-/// ... and is less than so many times less likely than the best one.
+/// ... and is less than this many times less likely than the best one.
 const COMPETES_ODDS: f64 = 1000.0;
-/// A stage errs alike at stops that follow each other, so more views tell no more than so many independent numbers.
+/// Most independent numbers: a stage errs alike at stops that follow each other, so more views tell no more.
 const MOST_INDEPENDENT: usize = 5;
-/// Less scatter than this, in squares, is chance or rounding: corners are known to some hundredths of a pixel.
+/// Less scatter than this, in squares, is chance or rounding: corners are known to some hundredths of a
+/// pixel.
 const LEAST_SCATTER_SQUARES: f64 = 5e-4;
 /// This share of the views must fit.
 const LEAST_FITTING: f64 = 2.0 / 3.0;
-/// By the stage's positions a board moves one square for each square's length, within this share: scale of the print and tilt of 35 deg.
+/// By the stage's positions a board moves one square for each square's length, within this share: scale of
+/// the print and tilt of 35 deg.
 const SPEED: f64 = 0.2;
 /// Pairs of views from which lines are drawn, and shifts of a pair that are tried.
 const PAIRS: usize = 60;
@@ -32,7 +34,7 @@ type Shift = (i32, i32);
 /// One band's labels.
 #[derive(Debug, Clone)]
 pub(super) struct Line {
-    /// For each view that fits, by its index, what is added to its labels.
+    /// Shift of the labels of each view that fits, by its index.
     pub(super) shifts: BTreeMap<usize, Shift>,
     /// Whether there is no other shift of all of them.
     pub(super) anchored: bool,
@@ -50,7 +52,7 @@ impl Line {
         holds(&self.board, (column, row))
     }
 
-    /// What stays the same if all labels are shifted alike.
+    /// The part that stays the same if all labels are shifted alike.
     fn shape(&self) -> Vec<(usize, Shift)> {
         let first = self.shifts.values().next().copied().unwrap_or((0, 0));
         self.shifts.iter().map(|(&view, shift)| (view, (shift.0 - first.0, shift.1 - first.1))).collect()
@@ -208,15 +210,17 @@ fn choose(lines: &[Line], views: &[View], column: Option<f64>) -> Result<Line, T
 
 /// The scatter beyond which a line no longer competes with this one.
 ///
-/// Where the deviation of single views is not known beforehand, a line's likelihood goes with the power `-numbers` of its
-/// scatter, if `numbers` are left after fitting it (Jeffreys' prior): two for each view, less the four that a line has.
+/// Where the deviation of single views is not known beforehand, a line's likelihood goes with the power
+/// `-numbers` of its scatter, if `numbers` are left after fitting it (Jeffreys' prior): two for each view,
+/// less the four that a line has.
 fn scatter_told_from(best: &Line) -> f64 {
     let numbers = (2 * best.shifts.len()).saturating_sub(4).min(MOST_INDEPENDENT);
     let factor = COMPETES_ODDS.powf(1.0 / numbers as f64);
     factor * best.scatter.max(LEAST_SCATTER_SQUARES)
 }
 
-/// Of the lines that keep about as many corners as any, the one that scatters least, first, and those that may be as likely.
+/// Of the lines that keep about as many corners as any, the one that scatters least, first, and those that
+/// may be as likely.
 fn competing(mut lines: Vec<Line>) -> Vec<Line> {
     let most = lines.iter().map(|line| line.corners).max().unwrap_or(0);
     lines.retain(|line| line.corners as f64 >= COMPETES_CORNERS * most as f64);

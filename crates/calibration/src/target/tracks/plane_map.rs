@@ -1,4 +1,4 @@
-//! The map from the image to labels that all views share but for an offset each.
+//! The map from the image to labels, which all views share except for an offset.
 
 use epirig_core::statistics::median;
 use nalgebra::{SMatrix, SVector};
@@ -8,11 +8,12 @@ use crate::target::BoardCorner;
 
 /// Powers of x and y up to the third, without the constant: perspective, and a lens that bends lines.
 const TERMS: usize = 9;
-/// Rounds of reweighting; the weights settle in about five.
+/// Rounds of reweighting; the weights converge in about five.
 const ROUNDS: usize = 12;
 /// A corner off by this much counts half, in squares.
 const SCALE_SQUARES: f64 = 0.05;
-/// What is added to the diagonal for each corner: terms that the corners do not determine are zero. Coordinates are -1 to 1.
+/// Addend to the diagonal for each corner: terms that the corners do not determine become zero. Coordinates
+/// are -1 to 1.
 const RIDGE: f64 = 1e-7;
 
 type Terms = SVector<f64, TERMS>;
@@ -87,7 +88,7 @@ impl PlaneMap {
         true
     }
 
-    /// Label less what the polynomial says.
+    /// Label less the polynomial's value.
     fn difference(&self, corner: &BoardCorner) -> [f64; 2] {
         let terms = self.terms(corner);
         [f64::from(corner.column) - self.columns.dot(&terms), f64::from(corner.row) - self.rows.dot(&terms)]

@@ -39,7 +39,7 @@ struct Scene {
     positions_mm: Vec<f64>,
     /// Frames without any board.
     missing: Vec<usize>,
-    /// Every so many corners one is false; 0 for none.
+    /// One corner in this many is false; 0 for none.
     every_false: usize,
 }
 
@@ -159,8 +159,9 @@ proptest! {
         let (found, truth) = scene(&scene_of);
         match track(&found, &scene_of.target, known.then_some(&positions_mm)) {
             Ok(tracks) => check(&tracks, &truth, 2),
-            // Steps of a square and more, seen in part, may be ambiguous without positions; then nothing is claimed.
-            // So may small ones through few frames: two squares more a frame leave a board of 18 after nine.
+            // Steps of a square and more, seen in part, may be ambiguous without positions; then nothing is
+            // claimed. So may small ones through few frames: two squares more a frame leave a board of 18
+            // after nine.
             Err(TargetError::Ambiguous { .. }) => {
                 let seen: Vec<usize> = (0..frames).filter(|&frame| !found[frame].is_empty()).collect();
                 let complete = found.iter().flatten().any(|board| board.complete);
@@ -196,8 +197,8 @@ proptest! {
     }
 }
 
-/// How far, root mean square, labels lie from a line that are wrong by even numbers, but not all by the same: the least of
-/// those that move by a square for each square's length, within a fifth, either way.
+/// How far, root mean square, labels lie from a line that are wrong by even numbers, but not all by the same:
+/// the least of those that move by a square for each square's length, within a fifth, either way.
 fn least_scatter_of_other_labels(positions_mm: &[f64]) -> f64 {
     let places: Vec<f64> = positions_mm.iter().map(|mm| (mm - positions_mm[0]) / SQUARE_MM).collect();
     let count = places.len() as f64;
@@ -237,8 +238,8 @@ fn board_that_is_never_complete(positions_mm: &[f64], roll_rad: f64) -> Result<(
     Ok(())
 }
 
-/// Labels for a motion the other way, at nearly the same speed, lie within 0.02 squares of a line here; the true ones
-/// within 0.0002.
+/// Labels for a motion the other way, at nearly the same speed, lie within 0.02 squares of a line here; the
+/// true ones within 0.0002.
 #[test]
 fn four_views_tell_labels_if_wrong_ones_scatter_a_hundred_times_more() {
     board_that_is_never_complete(&[-60.0, -25.3, -15.2, 14.9, 52.2], 0.0).unwrap();

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::target::{BoardCorner, FoundBoard, Target, TargetError};
+use epirig_core::statistics::upper_median;
 
 /// The distance of two bands in one frame may be off by this factor: perspective shortens it.
 const BAND_DISTANCE_RATIO: f64 = 1.6;
@@ -15,7 +16,8 @@ pub(super) struct View {
     pub(super) position: f64,
     pub(super) band: usize,
     pub(super) complete: bool,
-    /// Whether a dark square comes before corners with an odd sum of column and row (true), or with an even one.
+    /// Whether a dark square comes before corners with an odd sum of column and row (true), or with an even
+    /// one.
     pub(super) odd_dark: bool,
     pub(super) corners: Vec<BoardCorner>,
 }
@@ -157,10 +159,7 @@ fn sort_into_bands(frames: &mut [Vec<View>], target: &Target) -> Result<(), Targ
             views.truncate(1);
         }
     }
-    let middle = |places: &mut Vec<f64>| {
-        places.sort_by(f64::total_cmp);
-        places[places.len() / 2]
-    };
+    let middle = |places: &mut Vec<f64>| upper_median(places).unwrap_or(f64::NAN);
     let border = if pairs[0].is_empty() {
         let mut places: Vec<f64> = frames.iter().flatten().map(along).collect();
         places.sort_by(f64::total_cmp);

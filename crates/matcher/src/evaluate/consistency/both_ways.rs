@@ -1,14 +1,16 @@
-//! First frame to last against last to first.
+//! Two matches compared: from the first frame, and from the last.
 
 use serde::Serialize;
 
-use super::{quantile, share};
+use super::share;
 use crate::{DisparityMaps, MatchError, MatchOptions, ReferenceFrame, match_volume};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
+use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::volume::Volume;
 
-/// Neighbours whose disparities differ by more than this, in px, are two surfaces, between which nothing is interpolated.
+/// Neighbours whose disparities differ by more than this, in px, are two surfaces, between which nothing is
+/// interpolated.
 const SAME_SURFACE_PX: f32 = 1.0;
 
 /// How well the answers of the first frame are confirmed by those of the last.
@@ -28,11 +30,11 @@ pub struct BothWaysReport {
     pub median_px: f64,
 }
 
-/// Matches `volume` with the first and with the last frame as reference (whatever `options` say), carries each answered pixel of the first frame
-/// along its line to the last, and compares the disparities there.
+/// Matches `volume` with the first and with the last frame as reference (whatever `options` say), carries
+/// each answered pixel of the first frame along its line to the last, and compares the disparities there.
 ///
-/// Both matches use the same frames, so their errors of noise are nearly the same: 3 sigma is a wide limit. What disagrees is wrong in one of
-/// them, or occluded in the other.
+/// Both matches use the same frames, so their errors of noise are nearly the same, and 3 sigma is a wide
+/// limit. Where they differ by more, one of them is wrong, or the point is occluded in the other.
 ///
 /// # Errors
 /// [`MatchError`] if the volume cannot be matched.
@@ -73,11 +75,12 @@ fn compared(first: &DisparityMaps, last: &DisparityMaps) -> BothWaysReport {
         within_3_sigma: share(within_3_sigma, differences.len()),
         within_0_1_px: within(0.1),
         within_1_px: within(1.0),
-        median_px: quantile(&differences, 0.5),
+        median_px: quantile_of_sorted(&differences, 0.5).unwrap_or(0.0),
     }
 }
 
-/// Disparity and sigma of `maps` at column `place` of row `y`, which may lie between pixels; `None` if the nearest pixel has no answer.
+/// Disparity and sigma of `maps` at column `place` of row `y`, which may lie between pixels; `None` if the
+/// nearest pixel has no answer.
 fn seen_at(maps: &DisparityMaps, place: f64, y: usize) -> Option<(f32, f32)> {
     let nearest = place.round() as usize;
     let left = place.floor() as usize;
@@ -122,7 +125,8 @@ mod tests {
         let nan = f32::NAN;
         // They arrive at 1.5, nowhere, 3, 4.5, 7 (outside) and 6.
         let first = maps(vec![1.5, nan, 1.0, 1.5, 3.0, 1.0, nan], 0);
-        // 1.5 between 1.4 and 1.6 is 1.5; at 3 nothing is known; 4.5 lies between two surfaces, and 5 is taken; at 6 lies another.
+        // 1.5 between 1.4 and 1.6 is 1.5; at 3 nothing is known; 4.5 lies between two surfaces, and 5 is
+        // taken; at 6 lies another.
         let last = maps(vec![nan, 1.4, 1.6, nan, 4.0, 1.45, 3.0], 6);
         let report = compared(&first, &last);
         assert!((report.carried - 4.0 / 7.0).abs() < 1e-12 && (report.compared - 3.0 / 4.0).abs() < 1e-12);
@@ -139,7 +143,8 @@ mod tests {
         config.sensor.read_noise_dn = 1.0;
         let volume = Simulator::new(config).unwrap().render_volume(&Silent).unwrap();
         let report = both_ways(&volume, &MatchOptions::default(), &Silent).unwrap();
-        // 8 of 128 columns leave the image either way. Both matches see the same noise; nine in ten is what 0.1 px, ten sigma here, cannot miss.
+        // 8 of 128 columns leave the image either way. Both matches see the same noise; nine in ten is what
+        // 0.1 px, ten sigma here, cannot miss.
         assert!(report.carried > 0.9 && report.compared > 0.97, "{report:?}");
         assert!(report.within_3_sigma > 0.97 && report.within_0_1_px > 0.99, "{report:?}");
         assert!(report.within_1_px >= report.within_0_1_px && report.median_px < 0.02, "{report:?}");

@@ -1,19 +1,13 @@
-//! Checks that need no truth and no intensities: two matches that ought to agree.
+//! Checks by comparing two matches that should agree; neither truth nor intensities are needed.
 //!
-//! [`split_half`] asks how large the errors of noise are, [`both_ways`] how many answers are plainly wrong or belong to points that are
-//! occluded. Neither sees an error that both matches share, such as that of a wrong tau.
+//! [`split_half`] measures how large the errors by noise are, [`both_ways`] how many answers are wrong or
+//! belong to occluded points. Neither sees an error that both matches share, such as that of a wrong tau.
 
 mod both_ways;
 mod split_half;
 
 pub use both_ways::{BothWaysReport, both_ways};
 pub use split_half::{Differences, SplitHalfError, SplitHalfReport, split_half};
-
-/// The value below which the share `share` (0 to 1) of the `sorted` numbers lie; 0 if there are none.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = (share * sorted.len() as f64) as usize;
-    sorted.get(place.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0)
-}
 
 /// `count` of `of`, 0 to 1.
 fn share(count: usize, of: usize) -> f64 {

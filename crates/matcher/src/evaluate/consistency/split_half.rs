@@ -1,15 +1,17 @@
-//! The odd and the even frames matched apart.
+//! Two matches compared: one of the odd frames, one of the even frames.
 
 use serde::Serialize;
 use thiserror::Error;
 
-use super::{quantile, share};
+use super::share;
 use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, ReferenceFrame, match_volume};
 use epirig_core::progress::Progress;
+use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::tau::{Tau, TauError};
 use epirig_core::volume::Volume;
 
-/// A pixel counts as textured if its sigma is at most this in both halves, in px: a tenth of a pixel is where the search leaves off.
+/// A pixel counts as textured if its sigma is at most this in both halves, in px: a tenth of a pixel is where
+/// the search leaves off.
 const TEXTURED_SIGMA_PX: f64 = 0.1;
 /// This share of a normal variable lies within one standard deviation.
 const WITHIN_ONE_SIGMA: f64 = 0.682_689;
@@ -29,7 +31,7 @@ pub enum SplitHalfError {
     Match(#[from] MatchError),
 }
 
-/// How far two matches differ over a set of pixels, in px over the whole baseline; zeros if there are none.
+/// Differences of two matches over a set of pixels, in px over the whole baseline; zeros for no pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Differences {
     /// Share of all pixels that are in the set, 0 to 1.
@@ -53,7 +55,8 @@ pub struct Differences {
 pub struct SplitHalfReport {
     /// Frames of the two halves, the reference frame in both.
     pub frames: [usize; 2],
-    /// Correlation of the halves' errors that the shared frame alone brings, -1 to 1; it is allowed for in the sigma of a difference.
+    /// Correlation of the halves' errors that the shared frame alone brings, -1 to 1; it is allowed for in
+    /// the sigma of a difference.
     pub shared_correlation: f64,
     /// Pixels that both halves answer.
     pub answered: Differences,
@@ -61,14 +64,17 @@ pub struct SplitHalfReport {
     pub textured: Differences,
 }
 
-/// Matches the even and the odd frames of `volume` apart and compares the disparities, which are px over the whole baseline for both.
+/// Matches the even and the odd frames of `volume` apart and compares the disparities, which are px over the
+/// whole baseline for both.
 ///
-/// The halves need one reference frame, or their pixels would not be the same points; so it stays in both, and its noise with it. A frame's
-/// noise enters a disparity with the weight tau - mean tau. In the middle of the baseline that is next to nothing, and the halves are
-/// independent; at an end it is the largest of all, and the errors of halves of n frames are correlated by about 3 / n. The sigma
-/// of a difference is sqrt(a^2 + b^2 - 2 r a b) with that correlation r, which is exact for points that all frames see.
+/// The halves need one reference frame, or their pixels would not be the same points; so it stays in both,
+/// and its noise with it. A frame's noise enters a disparity with the weight tau - mean tau. In the middle of
+/// the baseline that is next to nothing, and the halves are independent; at an end it is the largest of all,
+/// and the errors of halves of n frames are correlated by about 3 / n. The sigma of a difference is sqrt(a^2
+/// + b^2 - 2 r a b) with that correlation r, which is exact for points that all frames see.
 ///
-/// The errors of half of the frames are sqrt(2) times those of all, and so is their difference again: twice the error of the whole match.
+/// The errors of half of the frames are sqrt(2) times those of all, and so is their difference again: twice
+/// the error of the whole match.
 ///
 /// # Errors
 /// [`SplitHalfError`] if there are too few frames or a half cannot be matched.
@@ -113,7 +119,8 @@ struct Half {
     frames: usize,
     /// Part of the whole baseline between its first and its last frame.
     span: f64,
-    /// Weight of the reference frame in the regression on tau, over the root of the sum of all squared weights.
+    /// Weight of the reference frame in the regression on tau, over the root of the sum of all squared
+    /// weights.
     reference_weight: f64,
 }
 
@@ -174,10 +181,10 @@ fn differences(pairs: &[Pair], pixels: usize) -> Differences {
     let within = |limit: f64| share(normalised.partition_point(|&value| value <= limit), pairs.len());
     Differences {
         pixels: share(pairs.len(), pixels),
-        median_px: quantile(&absolute, 0.5),
-        percentile_68_px: quantile(&absolute, 0.68),
-        percentile_95_px: quantile(&absolute, 0.95),
-        spread: quantile(&normalised, WITHIN_ONE_SIGMA),
+        median_px: quantile_of_sorted(&absolute, 0.5).unwrap_or(0.0),
+        percentile_68_px: quantile_of_sorted(&absolute, 0.68).unwrap_or(0.0),
+        percentile_95_px: quantile_of_sorted(&absolute, 0.95).unwrap_or(0.0),
+        spread: quantile_of_sorted(&normalised, WITHIN_ONE_SIGMA).unwrap_or(0.0),
         within_1_sigma: within(1.0),
         within_2_sigma: within(2.0),
     }
@@ -201,8 +208,9 @@ mod tests {
         for reference in [ReferenceFrame::First, ReferenceFrame::Middle] {
             let report = report(24, reference);
             let Differences { pixels, spread, within_1_sigma, within_2_sigma, .. } = report.textured;
-            // Of the 160 columns 8 leave the image; windows of up to 11 x 11 make some 80 independent answers, so a spread is known to 8 %, and the sigma's
-            // promise is 68 +- 3 % and 95 +- 2 % itself.
+            // Of the 160 columns 8 leave the image; windows of up to 11 x 11 make some 80 independent
+            // answers, so a spread is known to 8 %, and the sigma's promise is 68 +- 3 % and 95 +- 2 %
+            // itself.
             assert!(pixels > 0.9, "{report:?}");
             assert!((0.85..1.15).contains(&spread), "{report:?}");
             assert!(
@@ -217,7 +225,8 @@ mod tests {
     fn the_shared_frame_correlates_halves_at_the_end_of_the_baseline_only() {
         let first = report(24, ReferenceFrame::First);
         assert_eq!(first.frames, [12, 13]);
-        // Even frames 0, 2 .. 22 and frame 0 with 1, 3 .. 23: weights about their means 11 and 144 / 13, squared sums 572 and 7304 / 13 ...
+        // Even frames 0, 2 .. 22 and frame 0 with 1, 3 .. 23: weights about their means 11 and 144 / 13,
+        // squared sums 572 and 7304 / 13 ...
         let squares = 2300.0 - 144.0 * 144.0 / 13.0;
         let expected = 11.0 * (144.0 / 13.0) / (572.0_f64 * squares).sqrt();
         assert!((first.shared_correlation - expected).abs() < 1e-12, "{first:?}");
@@ -228,7 +237,8 @@ mod tests {
 
     #[test]
     fn disparities_of_halves_are_over_the_whole_baseline() {
-        // 8 px over frames 0 to 7: the halves see 6/7 of it, and a range that were not scaled would hold neither.
+        // 8 px over frames 0 to 7: the halves see 6/7 of it, and a range that were not scaled would hold
+        // neither.
         let volume = Simulator::new(SimulatorConfig::textured_plane(96, 32, 8))
             .unwrap()
             .render_volume(&Silent)

@@ -1,4 +1,4 @@
-//! The bias that each pixel has by locking, as far as it stands out from chance.
+//! The predicted bias of each pixel by pixel locking, as far as it is significant.
 
 use rayon::prelude::*;
 
@@ -9,31 +9,34 @@ use crate::locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic};
 
 /// Fewer rows do not tell chance.
 const LEAST_ROWS: usize = 8;
-/// Lines tell an amplitude if its standard deviation is not more than one over this of what texture makes it.
-const TOLD: f64 = 3.0;
-/// A bias stands out if it exceeds this many of its standard deviations: the square is what chi squared of four degrees of freedom, the amplitudes of
-/// two harmonics, exceeds once in a thousand, so that chance makes any disparity stand out no more often (Scheffe 1953).
-const STANDS_OUT: f64 = 4.3;
-/// Predictions are tabulated at this distance, in px: the second harmonic turns by 0.4 rad at most from one to the next, so that a straight line between
-/// them misses 2 % of it.
+/// An amplitude from lines is used if its standard deviation is at most one over this of the amplitude from
+/// texture.
+const KNOWN_BY_LINES: f64 = 3.0;
+/// A bias is significant if it exceeds this many of its standard deviations. Its square is exceeded once in a
+/// thousand by chi squared of four degrees of freedom (the amplitudes of two harmonics), so chance makes a
+/// bias at any disparity significant no more often (Scheffe 1953).
+const SIGNIFICANT_SIGMAS: f64 = 4.3;
+/// Predictions are tabulated at this distance, in px: the second harmonic turns by 0.4 rad at most from one
+/// to the next, so that a straight line between them misses 2 % of it.
 const TABLE_STEP_PX: f64 = 1.0 / 32.0;
 /// Points whose first and last frames differ by less than this part of the baseline are seen alike.
 const SEEN_ALIKE: f64 = 0.02;
 
-/// What was measured, and how well it is known.
+/// The measured amplitudes, and how well they are known.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::refine) struct Amplitudes {
     /// Whether lines tell them; else the texture alone does, and biases are rough.
     from_lines: bool,
     all: Products,
-    /// Without each row (Tukey's jackknife): how they differ tells what chance makes of noise and texture.
+    /// The products without each row (Tukey's jackknife): their scatter shows the effect of noise and
+    /// texture.
     without: Vec<Products>,
-    /// What errors of the frames' positions may feign of an amplitude, in px.
+    /// Amplitude that errors of the frames' positions may cause, in px.
     feigned_px: f64,
 }
 
 impl Amplitudes {
-    /// From all rows: by lines, unless few or none of them tell and texture tells that there is more to be known.
+    /// From all rows: by lines, unless too few lines are usable and texture shows that there is a bias.
     pub(in crate::refine) fn of(rows: &[RowSums]) -> Option<Self> {
         let by_lines: Vec<&LineSums> = rows.iter().filter_map(|row| row.lines.as_ref()).collect();
         let lines = Self::of_products(by_lines.iter().map(|row| row.products).collect()).map(|lines| Self {
@@ -43,9 +46,9 @@ impl Amplitudes {
         });
         let texture = Self::of_products(rows.iter().filter_map(|row| row.texture).collect());
         let (Some(by_lines), Some(by_texture)) = (&lines, &texture) else { return lines.or(texture) };
-        let least = by_texture.harmonics()[0].interpolation_px.abs() / TOLD;
+        let least = by_texture.harmonics()[0].interpolation_px.abs() / KNOWN_BY_LINES;
         let untold = by_lines.harmonics()[0].interpolation_sigma_px > least;
-        if by_texture.stand_out() && untold { texture } else { lines }
+        if by_texture.are_significant() && untold { texture } else { lines }
     }
 
     fn of_products(rows: Vec<Products>) -> Option<Self> {
@@ -94,24 +97,25 @@ impl Amplitudes {
         LockingAmplitudes { harmonics: self.harmonics(), from_lines: self.from_lines }
     }
 
-    /// Whether any amplitude stands out from chance.
-    pub(in crate::refine) fn stand_out(&self) -> bool {
+    /// Whether any amplitude is significant.
+    pub(in crate::refine) fn are_significant(&self) -> bool {
         self.harmonics().iter().any(|harmonic| {
-            harmonic.interpolation_px.abs() > STANDS_OUT * harmonic.interpolation_sigma_px
-                || harmonic.aliasing_px.abs() > STANDS_OUT * harmonic.aliasing_sigma_px
+            harmonic.interpolation_px.abs() > SIGNIFICANT_SIGMAS * harmonic.interpolation_sigma_px
+                || harmonic.aliasing_px.abs() > SIGNIFICANT_SIGMAS * harmonic.aliasing_sigma_px
         })
     }
 
-    /// The bias that they predict, in px; 0 where it does not stand out from chance.
+    /// The bias that they predict, in px; 0 where it is not significant.
     fn bias(&self, regression: &Regression) -> f64 {
         let predicted = self.all.bias(regression);
         let feigned = regression.slope.iter().map(|slope| (self.feigned_px * slope.1).powi(2)).sum::<f64>();
         let sigma = self.sigma(|products| products.bias(regression)).hypot(feigned.sqrt());
-        if predicted.abs() > STANDS_OUT * sigma { predicted } else { 0.0 }
+        if predicted.abs() > SIGNIFICANT_SIGMAS * sigma { predicted } else { 0.0 }
     }
 }
 
-/// What errors of the frames' positions may feign of an amplitude, in px: a frame beside its position displaces all of its points.
+/// Amplitude that errors of the frames' positions may cause, in px: a frame off its position displaces all of
+/// its points.
 fn feigned(rows: &[&LineSums]) -> f64 {
     let mut frames: Vec<(f64, f64)> = Vec::new();
     for row in rows {
@@ -162,7 +166,7 @@ impl<'a> Prediction<'a> {
     /// The biases of a row's pixels, in px, into `out`.
     pub(in crate::refine) fn row(&self, row: RowLines<'_>, out: &mut [f32]) {
         let whole = (-self.lines.tau_before(), self.lines.tau_after());
-        // Neighbours that are seen alike share what was predicted for the first of them.
+        // Neighbours seen by the same frames share the prediction of the first of them.
         let mut shared = (f64::NAN, whole, 0.0);
         for (x, (out, &disparity)) in out.iter_mut().zip(row.disparities).enumerate() {
             let disparity = f64::from(disparity);

@@ -1,4 +1,5 @@
-//! The products that tell how far pixels lock, and the bias that they make.
+//! Products of values and gradients along a line, from which pixel locking is measured, and the bias that
+//! they predict.
 
 use std::f64::consts::TAU as TURN;
 
@@ -7,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::locking::LOCKING_HARMONICS;
 use crate::refine::spline::FRACTIONS;
 
-/// What is fitted to a line: a constant, a slope over tau', and cos and sin of each harmonic.
+/// Number of terms fitted to a line: a constant, a slope over tau', and cos and sin of each harmonic.
 pub(super) const TERMS: usize = 2 + 2 * LOCKING_HARMONICS;
 
 pub(super) type Terms = SVector<f64, TERMS>;
@@ -93,12 +94,12 @@ impl Products {
         let gradient = gradients[0];
         let harmonic = |index: usize| {
             let (cos, sin) = (values[2 + 2 * index], values[3 + 2 * index]);
-            let (cos_slope, sin_slope) = (gradients[2 + 2 * index], gradients[3 + 2 * index]);
+            let (cos_gradient, sin_gradient) = (gradients[2 + 2 * index], gradients[3 + 2 * index]);
             [
                 weight * gradient * sin,
-                weight * (sin_slope * cos - cos_slope * sin),
-                weight * gradient * cos_slope,
-                weight * (cos_slope * cos_slope + sin_slope * sin_slope),
+                weight * (sin_gradient * cos - cos_gradient * sin),
+                weight * gradient * cos_gradient,
+                weight * (cos_gradient * cos_gradient + sin_gradient * sin_gradient),
             ]
         };
         Self { square: weight * gradient * gradient, harmonics: std::array::from_fn(harmonic) }

@@ -22,7 +22,8 @@ const GENERIC_PX: f64 = 17.3;
 /// A row's texture: amplitude, frequency and phase of its waves.
 type Waves = Vec<(f64, f64, f64)>;
 
-/// Waves of frequencies from `low` to `high`, as square pixels see them behind a blur of `blur` px; each row has its own phases.
+/// Waves of frequencies from `low` to `high`, as square pixels see them behind a blur of `blur` px; each row
+/// has its own phases.
 fn waves(blur: f64, low: f64, high: f64, seed: u64) -> Vec<Waves> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut wave = |index: usize| {
@@ -45,7 +46,8 @@ fn smooth(seed: u64) -> Vec<Waves> {
     waves(0.0, 0.0, PI / 4.0, seed)
 }
 
-/// The rows' texture at rows' disparities, with noise of `sigma` DN and frames beside their positions by `jitter` px.
+/// The rows' texture at rows' disparities, with noise of `sigma` DN and frames beside their positions by
+/// `jitter` px.
 fn fitted(
     rows: &[Waves],
     disparity: impl Fn(usize) -> f64,
@@ -78,8 +80,8 @@ fn fitted(
     fit(&volume, &lines, guess, options, || {})
 }
 
-/// H_0 and H_1: the shares of a wave and of its first alias in the spline through it (Unser 1999: the Fourier transform of the quintic B-spline is
-/// sinc^6).
+/// H_0 and H_1: the shares of a wave and of its first alias in the spline through it (Unser 1999: the Fourier
+/// transform of the quintic B-spline is sinc^6).
 fn shares(omega: f64) -> (f64, f64) {
     let power = |h: i32| (omega - TURN * f64::from(h)).powi(-6);
     let all: f64 = (-20..=20).map(power).sum();
@@ -108,7 +110,7 @@ fn amplitudes_are_those_of_the_spectrum() {
             (first.aliasing_px, first.aliasing_sigma_px, aliasing),
         ];
         for (found, sigma, truth) in pairs {
-            // Chance exceeds four sigma once in ten thousand; each stands out by as much.
+            // Chance exceeds four sigma once in ten thousand; each is as significant.
             assert!((found - truth).abs() < 4.0 * sigma, "blur {blur}: {found} +- {sigma}, not {truth}");
             assert!(truth.abs() > 4.0 * sigma, "blur {blur}: {found} +- {sigma}");
         }
@@ -119,7 +121,8 @@ fn locking_px(result: &FitResult, x: usize, y: usize) -> f32 {
     result.locking_px.as_ref().map_or(0.0, |biases| biases.at(x, y))
 }
 
-/// Mean error of the rows from `first` on that are at `disparity`, its standard error by rows, and the mean predicted bias.
+/// Mean error of the rows from `first` on that are at `disparity`, its standard error by rows, and the mean
+/// predicted bias.
 fn errors(result: &FitResult, first: usize, disparity: f64) -> (f64, f64, f64) {
     // Away from the other rows and from the columns that not all frames see.
     let mean = |value: &dyn Fn(usize) -> f32| {
@@ -182,7 +185,7 @@ fn where_all_fractions_repeat_texture_tells() {
 #[test]
 fn neither_noise_nor_misplaced_frames_are_taken_for_locking() {
     let locked_px = FRAMES as f64 - 0.5;
-    // Chance makes one scene in a thousand stand out, so hardly one of twelve.
+    // Chance makes one scene in a thousand significant, so hardly one of twelve.
     for seed in 0..6 {
         for (sigma, jitter) in [(2.0, 0.0), (0.5, 0.05)] {
             let disparity = |y: usize| if y < ROWS / 2 { GENERIC_PX } else { locked_px };
@@ -198,7 +201,8 @@ fn neither_noise_nor_misplaced_frames_are_taken_for_locking() {
 fn the_bias_is_that_of_the_fit_by_its_definition() {
     let turns = Turns::new();
     let columns = 31;
-    // Whole periods over the columns, and no two that make 31 together, so that means over the columns are exact; sin and cos of a table of 512 fractions.
+    // Whole periods over the columns, and no two that make 31 together, so that means over the columns are
+    // exact; sin and cos of a table of 512 fractions.
     let waves = [(3.0, 5.0), (1.0, 12.0), (0.7, 18.0), (0.4, 25.0)];
     let taus: Vec<f64> = (0..FRAMES).map(|t| t as f64 / (FRAMES - 1) as f64 - 0.3).collect();
     for disparity in [GENERIC_PX, 39.1, 39.5, 40.2] {

@@ -3,13 +3,14 @@
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::Padded;
+use super::super::padded::Padded;
 
 /// Rows whose means are found together.
 const BAND_ROWS: usize = 16;
 
-/// Means over the square of side 2 `reach` + 1 around each pixel, of what `term` makes of the planes' values: a weight and the weighted value. Pixels whose
-/// value in the first plane is 0 do not count; 0 where none does.
+/// Means over the square of side 2 `reach` + 1 around each pixel. `term` turns the values of the maps at a
+/// pixel into a weight and a weighted value. Pixels whose value in the first map is 0 do not count; the mean
+/// of no pixels is 0.
 pub(super) fn box_means<const N: usize>(
     planes: [&Padded; N],
     reach: usize,
@@ -20,7 +21,7 @@ pub(super) fn box_means<const N: usize>(
     let mut means = Padded { stride, values: vec![0.0; planes[0].values.len()] };
     let level = Level::new();
     means.values.par_chunks_mut(BAND_ROWS * stride).enumerate().for_each(|(band, means)| {
-        // The compiler, too, may use what the processor has.
+        // The compiler may use the instruction set, too.
         dispatch!(level, _simd => band_means(planes, reach, &term, (rows, band * BAND_ROWS), means));
     });
     means
@@ -38,7 +39,7 @@ fn band_means<const N: usize>(
     let stride = planes[0].stride;
     let from = first.saturating_sub(reach);
     let to = (first + BAND_ROWS + reach).min(rows);
-    // What a row's values make serves all rows within reach.
+    // The terms of a row serve all rows within reach.
     let mut terms = [(); 2].map(|()| Vec::with_capacity((to - from) * stride));
     let [weights, weighted] = &mut terms;
     for place in from * stride..to * stride {

@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 use super::*;
 use crate::refine::observations::UNOBSERVED;
 
-fn put(observations: &mut ObservationPlanes, rows: &[Vec<Observation>], origin: f32) {
+fn put(observations: &mut ObservationMaps, rows: &[Vec<Observation>], origin: f32) {
     observations.par_rows().zip(rows).for_each(|(row, observations)| row.put(observations, origin));
 }
 
@@ -16,7 +16,7 @@ fn put(observations: &mut ObservationPlanes, rows: &[Vec<Observation>], origin: 
 fn observations_are_counted_from_the_origin() {
     let observation =
         Observation { base: 7.0, weight: 4.0, moment: 2.0, variance: 3.0, gradient: 5.0, curvature: -6.0 };
-    let mut observations = ObservationPlanes::empty(2, 3);
+    let mut observations = ObservationMaps::empty(2, 3);
     put(&mut observations, &[vec![UNOBSERVED; 3], vec![UNOBSERVED, observation, UNOBSERVED]], 5.0);
     // It observations for 7.5 px, 2.5 px from the origin.
     assert_eq!(observations.moment.row(1)[PAD..PAD + 3], [0.0, 10.0, 0.0]);
@@ -26,13 +26,14 @@ fn observations_are_counted_from_the_origin() {
     assert_eq!(observations.rows(), 2);
 }
 
-/// Planes of one observation of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x, y)`; none where that is not positive.
+/// Planes of one observation of weight 4 for 2 px at each pixel, with residuals of the variance `variance(x,
+/// y)`; none where that is not positive.
 fn observations_with(
     rows: usize,
     columns: usize,
     mut variance: impl FnMut(usize, usize) -> f64,
-) -> ObservationPlanes {
-    let mut observations = ObservationPlanes::empty(rows, columns);
+) -> ObservationMaps {
+    let mut observations = ObservationMaps::empty(rows, columns);
     let mut observation = |x: usize, y: usize| {
         let variance = variance(x, y) as f32;
         if variance > 0.0 {
@@ -51,11 +52,11 @@ fn observations_with(
 fn noise_is_the_mean_of_the_observed_around() {
     let observation = |variance| Observation { weight: 1.0, variance, ..UNOBSERVED };
     let silent = Observation { variance: 1000.0, ..UNOBSERVED };
-    let mut observations = ObservationPlanes::empty(2, 4);
+    let mut observations = ObservationMaps::empty(2, 4);
     let first = vec![observation(4.0), observation(5.0), silent, silent];
     put(&mut observations, &[first, vec![observation(3.0), silent, silent, silent]], 0.0);
     observations.estimate_noise(1, 2.0, 0.5, 98.0);
-    // Half of the means of 4, 5 and 3, twice; then 5 alone; then nobody observations.
+    // Half of the means of 4, 5 and 3, twice; then 5 alone; then no observation.
     for y in 0..2 {
         assert_eq!(observations.noise.row(y)[PAD..PAD + 4], [2.0, 2.0, 2.5, 0.5]);
     }
@@ -63,8 +64,8 @@ fn noise_is_the_mean_of_the_observed_around() {
     assert_eq!(observations.residual.row(0)[PAD..PAD + 4], [2.0, 2.5, 0.0, 0.0]);
 }
 
-/// A chi-squared variable over its `freedom`: the mean of the values up to `limit`, and the share of those beyond. The density is summed up in small
-/// steps; beyond 12 there is next to nothing from 10 degrees on.
+/// A chi-squared variable over its `freedom`: the mean of the values up to `limit`, and the share of those
+/// beyond. The density is summed up in small steps; beyond 12 there is next to nothing from 10 degrees on.
 fn cut_at(freedom: f64, limit: f64) -> (f64, f64) {
     let (mut mass, mut moment, mut beyond) = (0.0, 0.0, 0.0);
     for z in (1..24_000).map(|step| f64::from(step) / 2000.0) {
@@ -99,8 +100,9 @@ fn noise_of_chi_squared_variances_is_unbiased() {
             .map(f64::from)
             .collect();
         let mean = inner.iter().sum::<f64>() / inner.len() as f64 / truth;
-        // Chance of the mean of all, four standard deviations of it; and what is cut off beyond four standard deviations of single values. The
-        // limit is itself astray by that of the mean of 31^2 inverses, each by sqrt(2 / (n - 4)) of itself.
+        // Chance of the mean of all, four standard deviations of it; and what is cut off beyond four standard
+        // deviations of single values. The limit is itself astray by that of the mean of 31^2 inverses, each
+        // by sqrt(2 / (n - 4)) of itself.
         let n = freedom as f64;
         let deviation = (2.0 / n).sqrt();
         let chance = 4.0 * deviation / (inner.len() as f64).sqrt();
@@ -147,8 +149,9 @@ fn no_observe_counts_more_beside_noisier_pixels() {
     let row = [1.0, 1.0, 1.0, 4.0, 9.0, 20.0, 20.0, 20.0];
     let mut observations = observations_with(1, 8, |x, _| row[x]);
     observations.estimate_noise(1, 1.0, 0.1, 98.0);
-    // With 98 degrees of freedom the limit is 1 + 4 sqrt(2 / 98) = 1.571 times the harmonic mean, less 2 / 98. The fourth is 1.131 times its limit of 3.536
-    // and belongs by (1.25 - 1.131) / 0.25 = 0.475, while 9 belongs wholly to 4, 9 and 20. The noise is (1 + 0.475 x 4 + 9) / 2.475.
+    // With 98 degrees of freedom the limit is 1 + 4 sqrt(2 / 98) = 1.571 times the harmonic mean, less 2 /
+    // 98. The fourth is 1.131 times its limit of 3.536 and belongs by (1.25 - 1.131) / 0.25 = 0.475, while 9
+    // belongs wholly to 4, 9 and 20. The noise is (1 + 0.475 x 4 + 9) / 2.475.
     assert!(
         (observations.noise.row(0)[PAD + 3] - 4.808).abs() < 2e-3,
         "{}",
@@ -203,7 +206,7 @@ proptest! {
 
 #[test]
 fn guesses_are_planes_as_well_known_as_their_observations() {
-    let mut observations = ObservationPlanes::empty(1, 3);
+    let mut observations = ObservationMaps::empty(1, 3);
     let observation = Observation { weight: 4.0, variance: 3.0, ..UNOBSERVED };
     put(&mut observations, &[vec![observation, UNOBSERVED, UNOBSERVED]], 0.0);
     observations.estimate_noise(1, 1.0, 0.5, 40.0);
@@ -225,7 +228,7 @@ fn more_variance_is_added_pixel_by_pixel() {
 
 #[test]
 fn spare_planes_are_used_again_and_know_nothing_when_asked_to() {
-    let mut spare = SparePlanes::none(3, 5);
+    let mut spare = SpareMaps::none(3, 5);
     let mut planes = spare.windows();
     planes.par_rows().for_each(|row| {
         let fit = [row.misfit, row.texture, row.slant_variance];

@@ -1,17 +1,20 @@
-//! What many pixels tell together of a variance that none of them shows alone.
+//! Pooling: a variance that no single pixel shows, from many pixels together.
 //!
-//! Each pixel has an estimate that is far noisier than what it estimates. The means over long pools through a pixel, along its column and along its row, tell how much
-//! there is in either, and that over the square around it how much there is at all: their product over the last is the pixel's. So stripes in
-//! either direction stay where they are, and what is everywhere is told by all.
+//! Each pixel has an estimate that is far noisier than its value. The means over long pools through a pixel,
+//! along its column and along its row, tell the variance in either; the mean over the square around it tells
+//! the variance in general. The pixel's value is the product of the first two over the last. So stripes in
+//! either direction keep their place, and what is the same everywhere is found by all pixels.
 
 use rayon::prelude::*;
 
-use crate::refine::planes::{PAD, Padded, SurfacePlanes};
+use crate::refine::padded::{PAD, Padded};
+use crate::refine::planes::SurfacePlanes;
 
 /// Pools reach this far to both sides, in px.
 pub(super) const POOL_REACH: usize = 40;
-/// A square stands out if its mean is this many of its standard deviations; chance lets it once in a hundred and fifty.
-const STANDS_OUT: f64 = 2.5;
+/// A square is significant if its mean is this many of its standard deviations; chance lets it once in a hundred
+/// and fifty.
+const SIGNIFICANT_SIGMAS: f64 = 2.5;
 /// Rows that are worked through together.
 const BAND_ROWS: usize = 64;
 
@@ -47,8 +50,8 @@ impl Excess {
     }
 }
 
-/// The variance at each pixel, from the estimates `own` of all, which are told apart by place in the padded row and row. Estimates are alike within `alike_px` along rows and
-/// columns. NaN where nothing stands out.
+/// The variance at each pixel, from the estimates `own` of all pixels, by place in the padded row and row.
+/// Estimates are alike within `alike_px` along rows and columns. NaN where none is significant.
 pub(super) fn pooled(
     surface: &SurfacePlanes,
     alike_px: usize,
@@ -101,10 +104,10 @@ fn pool_row(own: &[Excess], columns: &[Excess], alike_px: usize, found: &mut [f3
 /// The variance where two pools cross within a square.
 fn at_crossing(column: &Excess, line: &Excess, square: &Excess, alike_px: usize) -> f64 {
     let mean = square.mean();
-    let stands_out = mean > STANDS_OUT * square.deviation(alike_px * alike_px);
+    let significant = mean > SIGNIFICANT_SIGMAS * square.deviation(alike_px * alike_px);
     // Pools that could not tell the square's mean from nothing cannot tell where it is.
     let pools_tell = mean > column.deviation(alike_px) && mean > line.deviation(alike_px);
-    match (stands_out, pools_tell) {
+    match (significant, pools_tell) {
         (false, _) => f64::NAN,
         (true, false) => mean,
         (true, true) => column.mean().max(0.0) * line.mean().max(0.0) / mean,

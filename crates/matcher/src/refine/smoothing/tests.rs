@@ -11,7 +11,8 @@ const COLUMNS: usize = 240;
 const SIDE: usize = 3;
 const SMALL_SIGMA: f32 = 0.01;
 
-/// A surface without noise that lies `lift(x)` beside small windows whose noise is that of means over 3 x 3 px.
+/// A surface without noise that lies `lift(x)` beside small windows whose noise is that of means over 3 x 3
+/// px.
 fn surfaces(
     (rows, columns): (usize, usize),
     random: &mut ChaCha8Rng,
@@ -52,8 +53,9 @@ fn noise_alone_seldom_stands_out() {
         let (surface, small) = surfaces((side, side), &mut random, |_| 0.0);
         !at(&missed_by_small(&surface, (&small, SIDE), LEAST_SPARE), (7, 7)).is_nan()
     });
-    // Gaussians stand out by 2.5 once in 160. Windows share observations, so that few hundred are independent: squares of so few are skew (third moment 2.8 / sqrt(190)), which
-    // makes it once in 100. Four standard deviations more.
+    // Gaussians stand out by 2.5 once in 160. Windows share observations, so that few hundred are
+    // independent: squares of so few are skew (third moment 2.8 / sqrt(190)), which makes it once in 100.
+    // Four standard deviations more.
     let told = told.count();
     assert!(told < 10 + 13, "{told}");
 }
@@ -67,11 +69,13 @@ fn what_a_band_smooths_away_is_stated_in_the_band() {
         let values: Vec<f32> = values.map(|place| at(&found, place)).collect();
         values.iter().sum::<f32>() / values.len() as f32
     };
-    // A column's mean over 81 rows of (0.05 + noise)^2 - 0.01^2: noise of 0.01, of which three neighbours share a window, makes 0.001 sqrt(3 / 81) of it; four
-    // times that for a mean over bands that are four windows wide.
+    // A column's mean over 81 rows of (0.05 + noise)^2 - 0.01^2: noise of 0.01, of which three neighbours
+    // share a window, makes 0.001 sqrt(3 / 81) of it; four times that for a mean over bands that are four
+    // windows wide.
     let expected = 0.0025;
     assert!((mean(band.clone()) - expected).abs() < 4.0 * 0.001 * (3.0_f32 / 81.0).sqrt() / 2.0);
-    // Beside it columns show the small windows' noise alone, 0.01^2 sqrt(2 * 3 / 81) = 0.000027, of which the half that is less than 0 counts as 0.
+    // Beside it columns show the small windows' noise alone, 0.01^2 sqrt(2 * 3 / 81) = 0.000027, of which the
+    // half that is less than 0 counts as 0.
     for near in [band.start - POOL_REACH / 2..band.start - 1, band.end + 1..band.end + POOL_REACH / 2] {
         assert!(mean(near) < 0.000027);
     }
@@ -105,18 +109,19 @@ fn unknown_pixels_and_other_surfaces_tell_nothing() {
 
 #[test]
 fn the_lesser_of_two_tells() {
-    let told = |first: f32, second: f32| {
+    let lesser = |first: f32, second: f32| {
         let [first, second] = [first, second].map(|value| Padded::filled(1, 1, value));
-        at(&told_by_both(first, &second), (0, 0))
+        at(&common_variance(first, &second), (0, 0))
     };
-    assert_eq!(told(0.2, 0.1), 0.1);
-    assert_eq!(told(0.1, 0.2), 0.1);
-    assert_eq!(told(f32::NAN, 0.2), 0.2);
-    assert_eq!(told(0.2, f32::NAN), 0.2);
-    assert_eq!(told(f32::NAN, f32::NAN), 0.0);
+    assert_eq!(lesser(0.2, 0.1), 0.1);
+    assert_eq!(lesser(0.1, 0.2), 0.1);
+    assert_eq!(lesser(f32::NAN, 0.2), 0.2);
+    assert_eq!(lesser(0.2, f32::NAN), 0.2);
+    assert_eq!(lesser(f32::NAN, f32::NAN), 0.0);
 }
 
-/// A surface `disparity(x, y)` whose variance is 1e-6, and a map with the same slants whose windows disagree by `apart(x, y)` variances.
+/// A surface `disparity(x, y)` whose variance is 1e-6, and a map with the same slants whose windows disagree
+/// by `apart(x, y)` variances.
 fn chosen(
     disparity: impl Fn(f32, f32) -> f32,
     slants: (f32, f32),
@@ -158,22 +163,23 @@ fn half_of_what_windows_disagree_by_beyond_chance_is_told() {
 #[test]
 fn steps_are_uncertain_by_where_they_lie() {
     let expected = 0.06 * 0.06 / 12.0;
-    // On a slanted plane, across rows and across columns; a pixel from the step sees all of it, two away nothing.
+    // On a slanted plane, across rows and across columns; a pixel from the step sees all of it, two away
+    // nothing.
     let plane = |x: f32, y: f32| 7.0 + 0.02 * x - 0.03 * y;
-    let semi_global = |x: f32, y: f32| plane(x, y) + if x >= 100.0 { 0.06 } else { 0.0 };
+    let stepped = |x: f32, y: f32| plane(x, y) + if x >= 100.0 { 0.06 } else { 0.0 };
     let across_columns = |x: f32, y: f32| plane(x, y) + if y >= 100.0 { 0.06 } else { 0.0 };
     let found = |disparity: &dyn Fn(f32, f32) -> f32, place| {
         let (surface, map) = chosen(disparity, (0.02, -0.03), |_, _| 0.0);
         at(&smoothed_away((&surface, &[]), &map, disagreement(&map)), place)
     };
     for (near, far) in [(99, 98), (100, 101)] {
-        assert!((found(&semi_global, (near, 50)) / expected - 1.0).abs() < 1e-3);
+        assert!((found(&stepped, (near, 50)) / expected - 1.0).abs() < 1e-3);
         assert!((found(&across_columns, (50, near)) / expected - 1.0).abs() < 1e-3);
-        assert_eq!(found(&semi_global, (far, 50)), 0.0);
+        assert_eq!(found(&stepped, (far, 50)), 0.0);
         assert_eq!(found(&across_columns, (50, far)), 0.0);
     }
     // Beside creases that the faces tell, none is counted.
-    let (surface, map) = chosen(semi_global, (0.02, -0.03), |_, _| 0.0);
+    let (surface, map) = chosen(stepped, (0.02, -0.03), |_, _| 0.0);
     let mut creases = vec![Vec::new(); ROWS];
     creases[50].push(PAD + 99);
     let smoothed = smoothed_away((&surface, &creases), &map, disagreement(&map));

@@ -1,35 +1,40 @@
-//! Sums over the observations that belong to the pixels of a block, for one window or for several that lie in each other.
+//! Sums over the observations that belong to the pixels of a block, for one window or for several nested
+//! ones.
 //!
-//! Whether a neighbour belongs depends on its place only, not on the window. So windows of equal length that differ in width are
-//! summed in one go: what a wider one has more than the next narrower is two lines along its length.
+//! Whether a neighbour belongs depends on its place only, not on the window. So windows of equal length and
+//! different width are summed together: a wider window adds two lines along its length to the next narrower
+//! one.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16};
 
-use super::{LEAST_SLANT_SPREAD, SupportRule};
+use super::rule::{LEAST_SLANT_SPREAD, SupportRule};
 use crate::options::LARGEST_FIT_WINDOW_PX;
-use crate::refine::planes::{ObservationPlanes, Padded, SurfacePlanes};
+use crate::refine::padded::Padded;
+use crate::refine::planes::{ObservationMaps, SurfacePlanes};
 
 /// Lines of the longest window.
 pub(super) const LONGEST: usize = LARGEST_FIT_WINDOW_PX;
 
-/// Neighbours belong by degrees: what is allowed for is where half of a observation counts, and from all to nothing the squared difference grows by this share of it.
-/// So hardly any difference decides.
+/// Neighbours belong in part: at the allowed difference half of an observation counts, and over this share of
+/// it (in squares) the weight falls from all to none. So a small change of the input changes the result by
+/// little.
 const FADING: f32 = 0.5;
 
 /// By how much a neighbour may differ.
 #[derive(Debug, Clone, Copy)]
 struct Allowance {
-    /// What the variance of the pixel's plane is times the variance in its middle.
+    /// Variance of the pixel's plane at the neighbour over that in its middle.
     growth: f32,
     /// Squared number of sigmas.
     limit: f32,
     /// Square of the slack, in px^2.
     slack_squared: f32,
-    /// By what the squared difference of the slants is compared with the variance of the disparities, in px^2; nothing where slants are not known.
+    /// Factor from the squared difference of slants to a variance of disparities, in px^2; zero where slants
+    /// are not known.
     slant_spread: f32,
 }
 
-/// What is allowed for at each place of the widest window, row by row.
+/// The allowance at each place of the widest window, row by row.
 #[derive(Debug)]
 pub(super) struct Allowances {
     reach: (usize, usize),
@@ -81,8 +86,8 @@ pub(super) struct WindowSums<'a, S: Simd> {
     pub(super) rows: &'a [Line<S>],
 }
 
-/// Sums over the observations that belong to the pixels of a block. The widest window has at most `N` lines along its length; each other one is one
-/// pixel narrower on both sides than the next.
+/// Sums over the observations that belong to the pixels of a block. The widest window has at most `N` lines
+/// along its length; each other one is one pixel narrower on both sides than the next.
 pub(super) struct Sums<S: Simd, const N: usize, const WINDOWS: usize> {
     counts: [f32x16<S>; WINDOWS],
     belonging: [f32x16<S>; WINDOWS],
@@ -117,12 +122,13 @@ impl<S: Simd, const N: usize, const WINDOWS: usize> Sums<S, N, WINDOWS> {
         WindowSums { count: self.counts[window], belonging: self.belonging[window], columns, rows }
     }
 
-    /// Sums anew, for the block of row `y` from place `start` on. The widest window is longest along its columns, or with `TURNED` along its rows.
+    /// Sums anew, for the block of row `y` from place `start` on. The widest window is longest along its
+    /// columns, or with `TURNED` along its rows.
     #[inline(always)]
     pub(super) fn take<const TURNED: bool>(
         &mut self,
         simd: S,
-        (observations, map): (&ObservationPlanes, &SurfacePlanes),
+        (observations, map): (&ObservationMaps, &SurfacePlanes),
         allowances: &Allowances,
         y: usize,
         start: usize,
@@ -206,12 +212,13 @@ impl<S: Simd> Block<S> {
         }
     }
 
-    /// How far the neighbours belong, and their weights and moments as far as they do, of those that lie `u` columns and `v` rows away, in `row` from `place` on.
+    /// How far the neighbours belong, and their weights and moments as far as they do, of those that lie `u`
+    /// columns and `v` rows away, in `row` from `place` on.
     #[inline(always)]
     fn belonging(
         &self,
         simd: S,
-        (observations, map): (&ObservationPlanes, &SurfacePlanes),
+        (observations, map): (&ObservationMaps, &SurfacePlanes),
         (u, v): (f32, f32),
         (row, place): (usize, usize),
         allowance: Allowance,

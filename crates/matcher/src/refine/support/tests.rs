@@ -23,8 +23,8 @@ const NOISE: f64 = 1.5;
 fn observations_for(
     disparity: impl Fn(usize, usize) -> f64,
     weight: impl Fn(usize, usize) -> f64,
-) -> ObservationPlanes {
-    let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+) -> ObservationMaps {
+    let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
     observations.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     for y in 0..ROWS {
         for x in 0..COLUMNS {
@@ -50,7 +50,7 @@ fn map_of(disparity: impl Fn(usize, usize) -> f64, (p, q): (f64, f64), variance:
     map
 }
 
-fn joined(observations: &ObservationPlanes, map: &SurfacePlanes, rule: SupportRule) -> SurfacePlanes {
+fn joined(observations: &ObservationMaps, map: &SurfacePlanes, rule: SupportRule) -> SurfacePlanes {
     let mut planes = SurfacePlanes::unknown(ROWS, COLUMNS);
     planes
         .par_rows()
@@ -112,7 +112,8 @@ fn the_other_face_of_a_crease_does_not_belong_by_its_slant() {
     const RIGHT: usize = 21;
     let crease = RIGHT as f64 - 0.5;
     let roof = |x: usize, _: usize| 4.0 - FACE * (x as f64 - crease).abs();
-    // So much that the disparities across the crease, 0.15 px off, are allowed for, but not the slants, which a difference of 0.24 px in windows of three px would tell.
+    // So much that the disparities across the crease, 0.15 px off, are allowed for, but not the slants, which
+    // a difference of 0.24 px in windows of three px would tell.
     let variance = 0.04 / f64::from(2.0 * BELONGS_SIGMAS * BELONGS_SIGMAS);
     let mut map = map_of(roof, (FACE, 0.0), variance);
     for y in 0..ROWS {
@@ -129,7 +130,7 @@ fn the_other_face_of_a_crease_does_not_belong_by_its_slant() {
 }
 
 #[test]
-fn joining_solves_the_normal_equations() {
+fn the_plane_solves_the_normal_equations() {
     // A shallow bowl, so that the observations lie on no plane; within what is allowed for.
     let bowl = |x: usize, y: usize| {
         slanted(x, y) + 0.0004 * ((x as f64 - 20.0).powi(2) + 0.7 * (y as f64 - 12.0).powi(2))
@@ -168,7 +169,8 @@ fn joining_solves_the_normal_equations() {
 
 #[test]
 fn nested_windows_give_what_each_window_gives_by_itself() {
-    // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, observations scattered about it, some missing.
+    // Whole numbers, whose sums are exact in whatever order: a step along a diagonal, observations scattered
+    // about it, some missing.
     let step = |x: usize, y: usize| if x + y < 30 { 0.0 } else { 100.0 };
     let scattered = |x: usize, y: usize| step(x, y) + ((x * 5 + y * 11 + x * y) % 3) as f64 - 1.0;
     let observations = observations_for(scattered, |x, y| ((x * x + 3 * y) % 9) as f64);
@@ -260,11 +262,13 @@ fn of_observations_at_the_limit_half_counts() {
         let surface = joined(&observations, &map, rule);
         [&surface.disparity, &surface.variance].map(|plane| f64::from(plane.row(12)[PAD + EDGE - 1]))
     };
-    // The line through observations of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`, beside the weak slant of zero.
+    // The line through observations of 0, 0 and `step` at -1, 0 and 1, of which the last counts by `share`,
+    // beside the weak slant of zero.
     let line = |step: f64, share: f64| {
         let (sum, first, second) = (2.0 + share, share - 1.0, 1.0 + share + 100.0 * NOISE / weight);
         let determinant = sum * second - first * first;
-        // A observation that counts by a share has the noise of a whole one: sum of squared shares over that of shares.
+        // An observation that counts by a share has the noise of a whole one: sum of squared shares over that
+        // of shares.
         let partly = (2.0 + share * share) / (2.0 + share);
         [share * step * (second - first) / determinant, NOISE / weight * second / determinant * partly]
     };
@@ -280,7 +284,7 @@ fn of_observations_at_the_limit_half_counts() {
 }
 
 #[test]
-fn settled_pixels_keep_what_they_have() {
+fn known_pixels_keep_their_planes() {
     let observations = observations_for(slanted, |_, _| 800.0);
     let map = map_of(slanted, (P, Q), 1e-4);
     let mut surface = map_of(|_, _| 9.0, (0.0, 0.0), 1e-3);
@@ -305,7 +309,7 @@ fn settled_pixels_keep_what_they_have() {
 
 #[test]
 fn where_nothing_observations_nothing_is_known() {
-    let mut observations = ObservationPlanes::empty(ROWS, COLUMNS);
+    let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
     observations.noise = Padded::filled(ROWS, COLUMNS, NOISE as f32);
     let surface = joined(
         &observations,
@@ -317,7 +321,7 @@ fn where_nothing_observations_nothing_is_known() {
 }
 
 /// The best windows of reach 3 for `observations`, whose windows reach across steps as guesses do.
-fn best_windows(observations: &ObservationPlanes, guesses: &SurfacePlanes) -> SurfacePlanes {
+fn best_windows(observations: &ObservationMaps, guesses: &SurfacePlanes) -> SurfacePlanes {
     let windows = joined(observations, guesses, SupportRule { reach: (3, 3), slack: (0.5, 0.3), ..RULE });
     let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
     map.par_rows()
@@ -328,7 +332,8 @@ fn best_windows(observations: &ObservationPlanes, guesses: &SurfacePlanes) -> Su
 
 #[test]
 fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
-    // The step is within the slack of the guesses, so that windows on it hold both sides; the slants differ, too.
+    // The step is within the slack of the guesses, so that windows on it hold both sides; the slants differ,
+    // too.
     let roof =
         |x: usize, y: usize| slanted(x, y) + if x < EDGE { 0.0 } else { 0.6 - 0.05 * (x - EDGE) as f64 };
     let observations = observations_for(roof, |_, _| 800.0);
@@ -336,7 +341,8 @@ fn at_a_step_a_window_of_the_pixels_own_side_is_taken() {
     for y in 0..ROWS {
         for x in 0..COLUMNS {
             let found = f64::from(map.disparity.row(y)[PAD + x]);
-            // Slants are drawn to zero by 100 noise / (28 x 7 x weight) = 0.1 %, in cut windows by 1 %; carried 3 px at most.
+            // Slants are drawn to zero by 100 noise / (28 x 7 x weight) = 0.1 %, in cut windows by 1 %;
+            // carried 3 px at most.
             let bound = 3.0 * (P + 0.05) * 0.01;
             assert!((found - roof(x, y)).abs() < bound, "({x}, {y}): {found} for {}", roof(x, y));
         }

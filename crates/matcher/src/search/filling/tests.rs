@@ -3,9 +3,11 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::lines::{Candidates, SeenRule};
+use crate::candidates::Candidates;
+use crate::candidates::DisparityRange;
+use crate::lines::SeenRule;
 use crate::maps::OrderingUsed;
-use crate::options::{DisparityRange, MatchOptions, Occlusion};
+use crate::options::{MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -242,8 +244,8 @@ fn what_no_frame_agrees_with_stays_without_an_answer() {
 
 #[test]
 fn nothing_is_filled_in_that_too_few_frames_have_in_view() {
-    // From the first frame, 60 px: points right of the column 159 - 30 are in view in less than half of the frames. Of the first of them the
-    // neighbour is in view, and agrees.
+    // From the first frame, 60 px: points right of the column 159 - 30 are in view in less than half of the
+    // frames. Of the first of them the neighbour is in view, and agrees.
     let tau = Tau::equidistant(FRAMES).unwrap();
     for gaps in [0, 1] {
         let found = filled(60.0, 0, 0.1, |x, _| if x % 2 == gaps { NONE } else { 60.0 });

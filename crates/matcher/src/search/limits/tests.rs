@@ -5,8 +5,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::lines::{Candidates, Lines, SeenRule};
-use crate::options::{DisparityRange, Occlusion};
+use crate::candidates::Candidates;
+use crate::candidates::DisparityRange;
+use crate::lines::{Lines, SeenRule};
+use crate::options::Occlusion;
 use epirig_core::tau::Tau;
 
 const COLUMNS: usize = 400;
@@ -41,7 +43,8 @@ fn plan_of(
 #[test]
 fn a_ramp_may_miss_by_its_gradient_times_half_the_step() {
     let gradient = 0.5;
-    // Two candidates, both summed up under the gradient that lies between them; a ramp is interpolated without error.
+    // Two candidates, both summed up under the gradient that lies between them; a ramp is interpolated
+    // without error.
     let scene = volume(Tau::equidistant(61).unwrap(), |x, tau| 20.0 + gradient * (x - 2.25 * tau));
     for (reference, farthest) in [(0, 1.0), (30, 0.5), (45, 0.75), (60, 1.0)] {
         let plan = plan_of(&scene, reference, (2.0, 2.5), 0.5);
@@ -49,11 +52,13 @@ fn a_ramp_may_miss_by_its_gradient_times_half_the_step() {
         assert_eq!(rows.len(), 2);
         for row in &rows {
             assert_eq!(row.len(), COLUMNS + CHUNK);
-            // Nine values that grow by the gradient have the variance 60/8 of its square. At the borders both are others.
+            // Nine values that grow by the gradient have the variance 60/8 of its square. At the borders both
+            // are others.
             let expected =
                 0.2 * gradient * gradient * 7.5 + (0.25 * farthest * gradient).powi(2) + f64::from(LEAST);
             for (x, limit) in row.iter().enumerate().take(COLUMNS - 4).skip(4) {
-                // Counts of 1/128 DN are 0.0023 DN off, which the contrast of 7.5 and a gradient of 0.5 make 0.002 of, at most.
+                // Counts of 1/128 DN are 0.0023 DN off, which the contrast of 7.5 and a gradient of 0.5 make
+                // 0.002 of, at most.
                 assert!((f64::from(*limit) / expected - 1.0).abs() < 0.02, "{reference}, {x}: {limit}");
             }
             assert!(row[COLUMNS..].iter().all(|&limit| limit == LEAST));
@@ -77,8 +82,9 @@ fn noise_is_the_median_variance_of_the_frames_next_to_the_reference() {
         let plan = plan_of(&scene, 0, (0.0, 0.0), 0.5);
         assert_eq!(plan.groups.groups[0].frames.len() as f64, freedom + 1.0);
         let found = f64::from(noise_variance(&scene, &plan, 2).unwrap());
-        // The median of n values is normal about its own with 1 / (2 f sqrt(n)), f the density there. By the normal distribution of the same
-        // variance, 2 / freedom, f = sqrt(freedom / 4 pi); skew only makes it larger.
+        // The median of n values is normal about its own with 1 / (2 f sqrt(n)), f the density there. By the
+        // normal distribution of the same variance, 2 / freedom, f = sqrt(freedom / 4 pi); skew only makes it
+        // larger.
         let deviation = (std::f64::consts::PI / (freedom * COLUMNS as f64)).sqrt();
         let expected = sigma * sigma * median;
         assert!((found - expected).abs() < 4.0 * deviation * sigma * sigma, "{frames}: {found} {expected}");
@@ -98,7 +104,8 @@ fn a_gradient_that_suits_the_scene_is_among_those_tried() {
     let exact = found((120.0, 120.0));
     let among = found((60.0, 140.0));
     let beside = found((60.0, 70.0));
-    // Less texture than noise is left within a slab: of half a gradient's distance, 0.2 px over the group, times a gradient of 42 DN/px at most.
+    // Less texture than noise is left within a slab: of half a gradient's distance, 0.2 px over the group,
+    // times a gradient of 42 DN/px at most.
     assert!(among > 0.5 * exact && among < exact + 42.0_f64.powi(2) * 0.2 * 0.2, "{among} {exact}");
     assert!(beside > 50.0 * exact, "{beside} {exact}");
 }

@@ -1,7 +1,8 @@
-//! What aggregation across rows does to scenes whose truth is known in closed form.
+//! Cost aggregation across rows, on scenes whose truth is known in closed form.
 
+use crate::candidates::DisparityRange;
 use crate::lines::{Lines, SeenRule};
-use crate::options::{DisparityRange, MatchError, MatchOptions, Occlusion, Search};
+use crate::options::{MatchError, MatchOptions, Occlusion, Search};
 use crate::search::tests::{searched, texture, volume};
 use crate::search::{OrderingUsed, Searched, Task, search};
 use epirig_core::grid::Grid;
@@ -10,7 +11,7 @@ use epirig_core::statistics::upper_median;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
-/// What noise adds to a pixel of the frame at `tau`: 1 DN, equally distributed, in units of a shade.
+/// Noise of a pixel of the frame at `tau`: 1 DN, uniformly distributed, in units of a shade.
 fn noise(x: f64, y: usize, tau: f64) -> f64 {
     12.0_f64.sqrt() / 200.0 * (texture(x, y, 77 + (1e9 * tau) as u64, 1.0) - 0.5)
 }
@@ -33,7 +34,8 @@ fn wrong(found: &Searched, truth: impl Fn(usize, usize) -> f64) -> [f64; 2] {
 #[test]
 fn rows_that_help_each_other_see_a_surface_that_each_by_itself_hardly_sees() {
     let tau = Tau::equidistant(40).unwrap();
-    // A bowed surface that slants by up to 0.15 px from row to row; nothing of its texture goes on from row to row.
+    // A bowed surface that slants by up to 0.15 px from row to row; nothing of its texture goes on from row
+    // to row.
     let disparity = |y: usize| 14.0 + 1.5 * (y as f64 / 20.0 - 1.0).powi(2);
     let scene = volume(40, 240, &tau, |x, y, tau| {
         let origin = x - disparity(y) * (tau - 0.5);
@@ -51,7 +53,8 @@ fn rows_that_help_each_other_see_a_surface_that_each_by_itself_hardly_sees() {
             let options = MatchOptions { semi_global, ..options.clone() };
             wrong(&searched(&scene, middle, ordering, &options), |_, y| disparity(y))
         });
-        // The option's promise: of candidates far from the surface fewer than half are left; those near it become no more.
+        // The option's promise: of candidates far from the surface fewer than half are left; those near it
+        // become no more.
         assert!(together[0] < alone[0], "{search:?} {ordering:?}: {together:?} {alone:?}");
         assert!(together[1] < 0.5 * alone[1], "{search:?} {ordering:?}: {together:?} {alone:?}");
     }
@@ -103,7 +106,8 @@ fn costs_told_are_the_pixels_own_and_strong_texture_needs_no_help() {
             if candidate(&together, index) == Some(k) {
                 same += 1;
                 let [a, b] = [&alone, &together].map(|found| found.cost.values()[index]);
-                // Half a count: a 32nd of sqrt(4 / (39 * 9)) of the cost that is typical of a few rows, which is below twice that of all.
+                // Half a count: a 32nd of sqrt(4 / (39 * 9)) of the cost that is typical of a few rows, which
+                // is below twice that of all.
                 assert!((a - b).abs() <= 0.007 * typical, "{search:?} {ordering:?}: {a} {b} {typical}");
             }
         }

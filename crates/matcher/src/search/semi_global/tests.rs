@@ -1,4 +1,5 @@
-//! Aggregated costs beside their meaning, all ways through all rows, and beside the recursion as it is written.
+//! Aggregated costs beside their meaning, all ways through all rows, and beside the recursion as it is
+//! written.
 
 use super::*;
 use proptest::prelude::*;
@@ -38,7 +39,8 @@ fn step_cost(from: usize, to: usize, penalties: Penalties) -> f64 {
     }
 }
 
-/// Least sum of costs and penalties of all ways through the rows of a column that lead through (y, k); infinite if there is none.
+/// Least sum of costs and penalties of all ways through the rows of a column that lead through (y, k);
+/// infinite if there is none.
 fn least_way(costs: &Table, x: usize, (y, k): (usize, usize), penalties: Penalties) -> f64 {
     let (rows, count) = (costs.len(), costs[0].len());
     let ways = count.pow(rows as u32);
@@ -191,14 +193,15 @@ fn costs_beyond_what_can_be_held_stay_the_largest() {
 
 #[test]
 fn penalties_follow_the_chance_of_a_variance() {
-    // The variance of 396 deviations of 2 DN varies by 2^2 sqrt(2 / 396), the difference of two by sqrt(2) times that: 0.402 DN^2.
+    // The variance of 396 deviations of 2 DN varies by 2^2 sqrt(2 / 396), the difference of two by sqrt(2)
+    // times that: 0.402 DN^2.
     let penalties = Penalties::of_typical(4.0, 396);
     assert!((f32::from(penalties.small) * penalties.count - 0.402).abs() < 0.001);
     assert!((f32::from(penalties.large) * penalties.count - 6.0 * 0.402).abs() < 0.006);
     // However small chance is, costs are told apart up to many times the typical one.
     for samples in [8, 396, 1_000_000, 100_000_000] {
         let penalties = Penalties::of_typical(4.0, samples);
-        assert!(f32::from(penalties.dearest()) * penalties.count >= 60.0 * 4.0, "{samples}");
+        assert!(f32::from(penalties.largest_cost()) * penalties.count >= 60.0 * 4.0, "{samples}");
     }
 }
 

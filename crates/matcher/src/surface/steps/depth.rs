@@ -1,21 +1,59 @@
 //! Depth and trend together, and the depth of each part by itself.
 
-use super::super::SurfaceError;
+use serde::Serialize;
+
 use super::super::blocks::{Blocks, Correlation, Scatter, student_t_95};
+use super::super::error::SurfaceError;
 use super::super::normal::{Normal, Solution};
-use super::super::smooth::{SIGMA_OF_MEDIAN, quantile};
 use super::super::trend::{Field, Sample, Trend};
 use super::levels::Levels;
+use super::options::StepsOptions;
 use super::regions::{Level, Region, regions};
-use super::{Depth, Part, StepsOptions};
+use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
+
 use epirig_core::grid::Grid;
 
-/// Pixels beyond so many standard deviations from their level are outliers; of a million Gaussian ones 63 are.
+/// Pixels beyond this many standard deviations from their level are outliers; of a million Gaussian ones 63
+/// are.
 const OUTLIER: f64 = 4.0;
 
-/// A plane of its own makes the variance of a part's depth little larger if there is ground on all sides. Where it makes it this many times
-/// larger, as at the border of a field, its tilt could stand in for the depth, and turns what is wrong at the border into depth.
+/// A plane of its own hardly raises the variance of a part's depth if there is ground on all sides. If it
+/// raises it this many times, as at the border of a field, its tilt could stand for the depth, and turns
+/// errors at the border into depth.
 const STANDS_IN: f64 = 4.0;
+
+/// A depth and how well it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Depth {
+    /// How far the lower level lies below the upper one, in mm.
+    pub depth_mm: f64,
+    /// Standard deviation from the scatter between independent parts of the field, in mm; `None` if there are
+    /// too few.
+    pub sigma_mm: Option<f64>,
+    /// From how many independent differences it is known.
+    pub degrees_of_freedom: Option<f64>,
+    /// Half the width of the interval that holds the depth with 95 % confidence, in mm (Student's t).
+    pub half_width_95_mm: Option<f64>,
+    /// Standard uncertainty by the scale (focal length, baseline), in mm: the same share of all depths.
+    pub scale_sigma_mm: f64,
+}
+
+/// A hollow, or a raised part.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Part {
+    /// Middle of its pixels, column.
+    pub centre_x_px: f64,
+    /// Middle of its pixels, row.
+    pub centre_y_px: f64,
+    /// Its pixels.
+    pub area_px: usize,
+    /// Its area, in mm^2.
+    pub area_mm2: f64,
+    /// Its pixels that lie clear of the walls.
+    pub used_px: usize,
+    /// Its depth against the ground around it, or its height over the ground.
+    pub depth: Depth,
+}
 
 /// Depth and trend of a divided field.
 pub(super) struct Fit {
@@ -133,7 +171,8 @@ impl Fit {
         field.trend(&self.solution, &certainty.scatter, self.pixels, self.outliers)
     }
 
-    /// By what factor errors that go together raise the variance of a depth over what it would be if pixels were independent and had their sigma.
+    /// Factor by which correlated errors raise the variance of a depth over that of independent pixels with
+    /// their sigma.
     fn raised_by(&self, certainty: &Certainty) -> Option<Scatter> {
         let last = certainty.scatter.len() - 1;
         let alone = self.solution.inverse[(last, last)];
@@ -170,9 +209,9 @@ pub(super) fn parts(
     found.filter_map(|region| part(field, &region, fit, raised_by, options)).collect()
 }
 
-/// A part and a plane of its own under it and the ground around it, so that what the trend leaves tilts nothing (a level, where
-/// ground lies on one side only); `None` if nothing of it or
-/// of its surroundings is clear of the walls.
+/// The depth of a part, with a plane of its own under it and the ground around it, so that a residual trend
+/// does not tilt it (a level, where ground lies on one side only). `None` if nothing of the part or of its
+/// surroundings is clear of the walls.
 fn part(
     field: &Field<'_>,
     region: &Region,

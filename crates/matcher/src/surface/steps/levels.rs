@@ -1,16 +1,17 @@
-//! Where a field lies high and where low, before anything is known of it: a trend and two levels, found together.
+//! Two levels over a trend, found together from the heights alone.
 
 use nalgebra::DVector;
 
 use super::super::normal::{Normal, Solution};
-use super::super::smooth::{SIGMA_OF_MEDIAN, quantile};
+use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
-/// So many rounds settle whatever has two levels; what has one may wander for longer, and is refused later.
+/// Most rounds. A field of two levels converges in fewer; one of a single level may not, and is refused
+/// later.
 const ROUNDS: usize = 60;
 /// A start needs this share of the field for each level.
 const LEAST_SHARE: f64 = 0.002;
-/// Between two levels lie fewer pixels than this share of what lies at either. One Gaussian level, cut in two, has more in between than at
-/// what then looks like its levels.
+/// Two levels are accepted if fewer pixels lie between them than this share of those at either. One Gaussian
+/// level, cut in two, has more in between than at its seeming levels.
 const VALLEY: f64 = 0.75;
 
 /// A smoothed height with the terms of the trend.
@@ -51,11 +52,13 @@ impl Levels {
     }
 }
 
-/// The most likely two levels: a mixture of two Gaussians of one width about a trend and what lies a depth below (expectation and
-/// maximisation, Dempster et al. 1977). `middle` is a trend through the whole of the field.
+/// The most likely two levels: a mixture of two Gaussians of one width about a trend, and about the same
+/// trend a depth below (expectation and maximisation, Dempster et al. 1977). `middle` is a trend through the
+/// whole field.
 ///
-/// It climbs to the nearest maximum, so there are five starts. About `middle`: as much high as low, little low, little high. And trends that keep
-/// to the upper or the lower side of the heights, because a large hollow on one side of the field tilts the middle.
+/// It climbs to the nearest maximum, so there are five starts. About `middle`: as much high as low, little
+/// low, little high. And trends that keep to the upper or the lower side of the heights, because a large
+/// hollow on one side of the field tilts the middle.
 pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
     let middle = Levels { coefficients: middle.to_vec(), depth_mm: 0.0 };
     let rest = |trend: &Levels| -> Vec<f64> {
@@ -84,7 +87,8 @@ pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
         .map(|(levels, _)| levels)
 }
 
-/// A trend that keeps to one side: heights above it count `weight_above`, those below it the rest of 1 (expectiles, Newey and Powell 1987).
+/// A trend that keeps to one side: heights above it count `weight_above`, those below it the rest of 1
+/// (expectiles, Newey and Powell 1987).
 fn sided(points: &[Point], mut trend: Levels, weight_above: f64) -> Option<Levels> {
     const ROUNDS: usize = 10;
     let terms = trend.coefficients.len();
@@ -140,7 +144,8 @@ fn mixture(points: &[Point], whole: &Whole, mut low: Vec<f64>) -> Option<(Levels
     found
 }
 
-/// What of the normal equations does not depend on which points are low: each point counts once, whichever level it is on.
+/// The part of the normal equations that does not depend on which points are low: each point counts once,
+/// whichever level it is on.
 struct Whole {
     terms: usize,
     solution: Solution,
@@ -153,8 +158,9 @@ impl Whole {
         Some(Self { terms, solution: sums.solve(terms)? })
     }
 
-    /// Trend and depth that fit best. The low points' terms sum to s, so the trend is that of the whole, raised by depth times A^-1 s (A from
-    /// the whole's normal equations), and the depth follows from what is left of its own equation.
+    /// Trend and depth that fit best. The low points' terms sum to s. So the trend is that of the whole,
+    /// raised by depth times A^-1 s (A from the whole's normal equations), and the depth follows from the
+    /// rest of its own equation.
     fn levels(&self, points: &[Point], low: &[f64]) -> Option<Levels> {
         let mut terms = DVector::zeros(self.terms);
         let (mut weights, mut heights) = (0.0, 0.0);

@@ -1,10 +1,12 @@
-//! Two levels: how deep hollows are.
+//! Step height: two levels of a surface, and the depth of its hollows.
 //!
-//! The surface is a trend, and lies a depth lower where there is a hollow (the tile of the paper, section 5.2). Where the hollows are is read
-//! off the heights; then depth and trend are fitted together, to the pixels that lie clear of the walls.
+//! The surface is a trend, and lies a depth lower in the hollows (the tile of the paper, section 5.2). The
+//! heights tell where the hollows are. Then depth and trend are fitted together, to the pixels clear of the
+//! walls.
 
 mod depth;
 mod levels;
+mod options;
 mod regions;
 #[cfg(test)]
 mod tests;
@@ -14,101 +16,49 @@ use serde::Serialize;
 use super::SurfaceError;
 use super::blocks::Correlation;
 use super::height::Heights;
-use super::smooth::{SIGMA_OF_MEDIAN, mean_around, quantile, without_spikes};
-use super::trend::{Field, Trend, TrendKind};
+use super::smooth::{mean_around, without_spikes};
+use super::trend::{Field, Trend};
+pub use depth::{Depth, Part};
 use depth::{Fit, fit, parts};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 use levels::{Levels, Point, two_levels};
+pub use options::StepsOptions;
 use regions::{Level, clear_of_walls, without_small_parts};
 
-/// Smoothing that is tried, as the reach to each side in px: as little as will do, since it takes the edges off narrow hollows.
+/// Smoothing that is tried, as the reach to each side in px: as little as will do, since it takes the edges
+/// off narrow hollows.
 const REACHES: [usize; 6] = [0, 1, 2, 4, 8, 16];
-/// Smoothed heights scatter by so much less than the depth that 3 in 1000 pixels fall on the wrong side of the middle, and smoothing more gains
-/// nothing ...
+/// Depth over the scatter of smoothed heights at which 3 in 1000 pixels fall on the wrong side of the middle,
+/// and more smoothing gains nothing ...
 const CLEAR: f64 = 6.0;
-/// ... by so much less at least: then 2 in 100 do, of which few hang together. One Gaussian level cut in two gives 2.7.
+/// ... and the least that is accepted: then 2 in 100 do, few of which are connected. One Gaussian level cut
+/// in two gives 2.7.
 const LEAST: f64 = 4.0;
-/// Rounds of fitting and dividing anew; three or four settle it.
+/// Most rounds of fitting and dividing again; three or four are enough.
 const ROUNDS: usize = 12;
-/// Points that the search for levels looks at: they then are known to a fiftieth of the scatter, and the fit to all pixels does the rest.
+/// Points that the search for levels looks at: they then are known to a fiftieth of the scatter, and the fit
+/// to all pixels does the rest.
 const POINTS: usize = 8_000;
 /// The lower level is the ground, and the upper one stands on it, if it is this share of the field.
 const GROUND: f64 = 0.6;
-/// So many pixels more than asked for are left out at the walls to see whether the depth still changes.
+/// Number of pixels that are left out at the walls beyond those asked for, to see whether the depth still
+/// changes.
 const MORE_MARGIN: usize = 2;
 /// A pixel this many times its neighbourhood's scatter off is a wrong answer, not a wall.
 const SPIKE: f64 = 8.0;
 /// Share of the pixels clear of the walls that a larger margin has to leave: with fewer the noise is doubled.
 const ROOM: f64 = 0.25;
 
-/// What of the matcher and the object the search has to know.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepsOptions {
-    /// What is under the levels.
-    pub trend: TrendKind,
-    /// Pixels nearer than this to the other level are left out: half the matcher's window and half a wall.
-    pub margin_px: usize,
-    /// Pixels nearer than this are left out, too, where enough remain; at least `margin_px`.
-    pub grown_margin_px: usize,
-    /// Hollows of fewer pixels are taken for noise.
-    pub least_area_px: usize,
-}
-
-impl StepsOptions {
-    /// For a matcher whose windows have this side, and walls of up to two pixels.
-    pub fn for_window(trend: TrendKind, window_px: usize) -> Self {
-        let margin_px = window_px / 2 + 1;
-        // Twice as wide and high as the smallest that a pixel clear of the walls fits in.
-        Self { trend, margin_px, grown_margin_px: margin_px, least_area_px: (2 * (2 * margin_px + 1)).pow(2) }
-    }
-
-    /// For a matcher whose windows grow to this side where noise asks for it.
-    #[must_use]
-    pub fn with_grown_window(self, window_px: usize) -> Self {
-        Self { grown_margin_px: self.margin_px.max(window_px / 2 + 1), ..self }
-    }
-}
-
-/// A depth and how well it is known.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Depth {
-    /// How far the lower level lies below the upper one, in mm.
-    pub depth_mm: f64,
-    /// Standard deviation from the scatter between independent parts of the field, in mm; `None` if there are too few.
-    pub sigma_mm: Option<f64>,
-    /// From how many independent differences it is known.
-    pub degrees_of_freedom: Option<f64>,
-    /// Half the width of the interval that holds the depth with 95 % confidence, in mm (Student's t).
-    pub half_width_95_mm: Option<f64>,
-    /// What an uncertain scale (focal length, baseline) adds, as a standard deviation in mm: the same share for all depths.
-    pub scale_sigma_mm: f64,
-}
-
-/// A hollow, or what stands on the ground.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Part {
-    /// Middle of its pixels, column.
-    pub centre_x_px: f64,
-    /// Middle of its pixels, row.
-    pub centre_y_px: f64,
-    /// Its pixels.
-    pub area_px: usize,
-    /// Its area, in mm^2.
-    pub area_mm2: f64,
-    /// Its pixels that lie clear of the walls.
-    pub used_px: usize,
-    /// Its depth against what lies around it, or its height over that.
-    pub depth: Depth,
-}
-
-/// The depth that pixels at least so far from the walls show.
+/// The depth by pixels at least this far from the walls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DepthAtMargin {
     /// Distance from the walls that is left out, in px.
     pub margin_px: usize,
     /// How far the lower level lies below the upper one, in mm.
     pub depth_mm: f64,
-    /// Half the width of the interval that holds it with 95 % confidence, in mm; `None` if too few independent parts are left.
+    /// Half the width of the interval that holds it with 95 % confidence, in mm; `None` if too few
+    /// independent parts are left.
     pub half_width_95_mm: Option<f64>,
     /// Pixels that are left.
     pub used_px: usize,
@@ -121,10 +71,10 @@ pub struct Steps {
     pub depth: Depth,
     /// Whether parts stand on a ground that lies deeper, instead of being sunk into it.
     pub raised: bool,
-    /// Each hollow (or what stands on the ground), from top to bottom.
+    /// Each hollow (or raised part), from top to bottom.
     pub parts: Vec<Part>,
-    /// What other distances from the walls would give: windows that reach over a wall make hollows shallower, so the depth grows with the
-    /// distance until they no longer do.
+    /// Depths for other distances from the walls. Windows that reach over a wall make hollows shallower, so
+    /// the depth grows with the distance until they no longer do.
     pub by_margin: Vec<DepthAtMargin>,
     /// Of the upper level.
     pub trend: Trend,
@@ -142,7 +92,8 @@ pub struct Steps {
 
 /// Finds the hollows of a field and their depth.
 ///
-/// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on stripes and on pits).
+/// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on
+/// stripes and on pits).
 ///
 /// # Errors
 /// [`SurfaceError`] if there is one level only, or nothing of one is clear of the walls.
@@ -192,7 +143,8 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
     })
 }
 
-/// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is left.
+/// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is
+/// left.
 fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
     (0..=options.margin_px + MORE_MARGIN)
         .map_while(|margin_px| {
@@ -208,7 +160,7 @@ fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) ->
         .collect()
 }
 
-/// A field divided into two levels, and what was fitted to them.
+/// A field divided into two levels, and the fit to them.
 struct Divided {
     levels: Grid<Level>,
     fit: Fit,
@@ -216,7 +168,8 @@ struct Divided {
     margin_px: usize,
 }
 
-/// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights that lie clear of the walls.
+/// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights
+/// that lie clear of the walls.
 fn divide(
     field: &Field<'_>,
     start: &[f64],
@@ -227,7 +180,7 @@ fn divide(
     let points = points(field, smoothed);
     let one_level = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: scatter_about(start, &points) };
     let mut levels = two_levels(&points, start).ok_or(one_level.clone())?;
-    // What is smaller than the square of the smoothing cannot be told from its noise.
+    // A part smaller than the square of the smoothing cannot be distinguished from its noise.
     let least_area_px = options.least_area_px.max(2 * (2 * reach + 1).pow(2));
     let mut divided: Option<Divided> = None;
     for _ in 0..ROUNDS {
@@ -258,8 +211,8 @@ fn divide(
     Ok((divided, levels.depth_mm / scatter_mm.max(f64::MIN_POSITIVE)))
 }
 
-/// The levels clear of the walls by the grown margin if it leaves [`ROOM`] of what the smallest one leaves of both levels, else by the smallest; and
-/// the margin. `reach` is added to either.
+/// The levels clear of the walls, and the margin: the grown one if it leaves the share [`ROOM`] of the pixels
+/// that the smallest one leaves on both levels, else the smallest. `reach` is added to either.
 fn roomy(map: &Grid<Level>, reach: usize, options: &StepsOptions) -> (Grid<Level>, usize) {
     let least = clear_of_walls(map, options.margin_px + reach);
     if options.grown_margin_px > options.margin_px {
@@ -274,7 +227,7 @@ fn roomy(map: &Grid<Level>, reach: usize, options: &StepsOptions) -> (Grid<Level
     (least, options.margin_px)
 }
 
-/// Some points of the smoothed field, spread evenly but on no grid that stripes could hide from.
+/// Some points of the smoothed field, spread evenly but on no grid, which could miss stripes.
 fn points(field: &Field<'_>, smoothed: &Grid<f32>) -> Vec<Point> {
     let every = (smoothed.rows() * smoothed.columns()).div_ceil(POINTS);
     let mut points: Vec<Point> = Vec::new();
@@ -325,7 +278,8 @@ fn smoothed_scatter(field: &Field<'_>, smoothed: &Grid<f32>, fit: &Fit) -> f64 {
     f64::sqrt(sum / f64::max(count, 1.0))
 }
 
-/// How far a pixel may lie off its neighbours: walls are steep, but few. From the differences of neighbours, of which half are noise alone.
+/// How far a pixel may lie off its neighbours: walls are steep, but few. From the differences of neighbours,
+/// of which half are noise alone.
 fn spike_limit(heights: &Heights) -> f32 {
     let map = &heights.height_mm;
     let mut differences: Vec<f64> = (0..map.rows())

@@ -1,4 +1,4 @@
-//! Connected parts of a level, and what of them lies clear of the walls.
+//! Connected regions of a level, and the pixels of them that lie clear of the walls.
 
 use super::super::connected::{Part, connected};
 use super::super::smooth::count_around;
@@ -22,7 +22,7 @@ impl Level {
     }
 }
 
-/// Pixels of one level that hang together.
+/// Connected pixels of one level.
 pub(super) type Region = Part<Level>;
 
 /// All connected parts, from top to bottom by their first pixel.
@@ -39,7 +39,8 @@ pub(super) fn without_small_parts(levels: &mut Grid<Level>, least_area_px: usize
     }
 }
 
-/// The levels without the pixels that have one of the other level in the square that reaches `margin_px` to each side.
+/// The levels without the pixels that have one of the other level in the square that reaches `margin_px` to
+/// each side.
 pub(super) fn clear_of_walls(levels: &Grid<Level>, margin_px: usize) -> Grid<Level> {
     let around = |level: Level| count_around(&levels.map(|here| here == level), margin_px);
     let (upper, lower) = (around(Level::Upper), around(Level::Lower));

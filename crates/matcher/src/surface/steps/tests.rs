@@ -6,12 +6,14 @@ use rand_distr::{Distribution, StandardNormal};
 
 use super::super::height::Geometry;
 use super::*;
+use crate::surface::trend::TrendKind;
 
 const SIDE: usize = 200;
 /// Of the window over which errors are averaged, so that pixels closer than this share a part of them.
 const WINDOW: usize = 5;
 
-/// A field of 0.25 mm per px; `height_mm` of X and Y in mm and of column and row, with errors of standard deviation `sigma_mm`.
+/// A field of 0.25 mm per px; `height_mm` of X and Y in mm and of column and row, with errors of standard
+/// deviation `sigma_mm`.
 fn field(sigma_mm: f64, seed: u64, height_mm: impl Fn(f64, f64, usize, usize) -> f64) -> Heights {
     let wide = SIDE + WINDOW - 1;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -134,7 +136,8 @@ fn hollows_of_all_shapes_are_found() {
             let heights =
                 field(0.02, 5, |x_mm, y_mm, x, y| form(x_mm, y_mm) - if shape(x, y) { 0.2 } else { 0.0 });
             let found = assert_finds(name, &heights, trend, 0.2);
-            // What is not at a wall is on its level: the walls of oblique stripes are steps of pixels, and smoothing moves them by one.
+            // What is not at a wall is on its level: the walls of oblique stripes are steps of pixels, and
+            // smoothing moves them by one.
             let wrong = (0..SIDE * SIDE)
                 .filter(|index| found.lower.values()[*index] != shape(index % SIDE, index / SIDE));
             assert!(wrong.count() < SIDE * SIDE / 50, "{name}, {trend:?}");

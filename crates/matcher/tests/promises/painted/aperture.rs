@@ -4,7 +4,8 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 
 /// Beyond this many sigma the Gaussian holds 6e-7 of its light.
 const REACH_SIGMA: f64 = 5.0;
-/// Longest stretch that one Gauss-Legendre rule integrates, in px: the integrand has no detail finer than 1 px.
+/// Longest interval that one Gauss-Legendre rule integrates, in px: the integrand has no detail finer than 1
+/// px.
 const PANEL_PX: f64 = 0.25;
 /// Gauss-Legendre rule of 5 points on [-1, 1]: nodes and weights.
 const RULE: [(f64, f64); 5] = [
@@ -28,7 +29,8 @@ impl Aperture {
         0.5 + REACH_SIGMA * self.sigma_px
     }
 
-    /// What is left of a wave of `frequency` cycles per px: sinc of the square, and the transform of the Gaussian.
+    /// What is left of a wave of `frequency` cycles per px: sinc of the square, and the transform of the
+    /// Gaussian.
     pub fn response(self, frequency: f64) -> f64 {
         let square = if frequency == 0.0 { 1.0 } else { (PI * frequency).sin() / (PI * frequency) };
         square * (-0.5 * (TAU * frequency * self.sigma_px).powi(2)).exp()
@@ -43,7 +45,8 @@ impl Aperture {
         0.5 * (erf((distance + 0.5) / scale) - erf((distance - 0.5) / scale))
     }
 
-    /// Real and imaginary part of what a pixel sees of exp(2 pi i frequency (x' - `middle`)) if only `from`..`to` is in view.
+    /// Real and imaginary part of what a pixel sees of exp(2 pi i frequency (x' - `middle`)) if only
+    /// `from`..`to` is in view.
     pub fn part_response(self, frequency: f64, middle: f64, (from, to): (f64, f64)) -> (f64, f64) {
         let from = from.max(middle - self.reach_px());
         let to = to.min(middle + self.reach_px());

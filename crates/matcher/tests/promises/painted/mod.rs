@@ -1,10 +1,12 @@
 //! Painted scenes: frames from closed formulas, which share nothing with the simulator.
 //!
-//! A surface is a strip of the middle view (the view from the middle of the baseline) whose disparity is linear in x and y there, as that
-//! of a plane in space is. In a frame at tau a point (u, y) lies at u + (tau - 1/2) d(u, y), which is an affine map of the strip; a wave of its
-//! texture stays a wave, with another wave vector, and the pixel's square and the point spread multiply it by the transform of both. So
-//! pixels within a strip are exact whatever its slant. Pixels that see an edge of a strip mix the light on both sides as they cover it; the
-//! integral along x is done numerically there, to 1e-4 DN. Later strips hide earlier ones.
+//! A surface is a strip of the middle view (the view from the middle of the baseline) whose disparity is
+//! linear in x and y there, as that of a plane in space is. In a frame at tau a point (u, y) lies at u + (tau
+//! - 1/2) d(u, y), which is an affine map of the strip; a wave of its texture stays a wave, with another wave
+//! vector, and the pixel's square and the point spread multiply it by the transform of both. So pixels within
+//! a strip are exact whatever its slant. Pixels that see an edge of a strip mix the light on both sides as
+//! they cover it; the integral along x is done numerically there, to 1e-4 DN. Later strips occlude earlier
+//! ones.
 
 #![allow(dead_code, reason = "each test program uses a part of this")]
 #![allow(unreachable_pub, reason = "a module of test programs has no outside")]
@@ -51,7 +53,8 @@ impl Strip {
         self.disparity_px + self.slant.0 * u + self.slant.1 * y
     }
 
-    /// Column of the middle view that a frame `from_middle` of the baseline beyond the middle shows at (x, y).
+    /// Column of the middle view that a frame `from_middle` of the baseline beyond the middle shows at (x,
+    /// y).
     fn column(&self, x: f64, y: f64, from_middle: f64) -> f64 {
         (x - from_middle * (self.disparity_px + self.slant.1 * y)) / (1.0 + from_middle * self.slant.0)
     }
@@ -103,7 +106,8 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Shares of the pixels that at least half of `frames` see and that `found` has right within 0.1 px, and of its answers that are wrong by more than 1 px.
+    /// Shares of the pixels that at least half of `frames` see and that `found` has right within 0.1 px, and
+    /// of its answers that are wrong by more than 1 px.
     pub fn right_and_wrong(&self, found: &Grid<f32>, frames: usize) -> (f64, f64) {
         let (mut visible, mut right, mut answered, mut wrong) = (0_u32, 0_u32, 0_u32, 0_u32);
         let pixels = self.disparity.values().iter().zip(found.values()).zip(self.visible_frames.values());
@@ -126,7 +130,8 @@ impl Painting {
         Self { strips: vec![Strip::plane(disparity_px, middle, slant, texture)], camera }
     }
 
-    /// A ridge at column `ridge_px` of the middle view from which disparity falls by `slope` per px to both sides.
+    /// A ridge at column `ridge_px` of the middle view from which disparity falls by `slope` per px to both
+    /// sides.
     pub fn ridge(camera: Camera, disparity_px: f64, ridge_px: f64, slope: f64, texture: Texture) -> Self {
         let face = |slope: f64, columns: (f64, f64)| {
             let plane = Strip::plane(disparity_px, (ridge_px, 0.0), (slope, 0.0), texture.clone());
@@ -249,12 +254,12 @@ impl Painting {
         self.strips.iter().rposition(|strip| strip.contains(strip.column(x, y, from_middle)))
     }
 
-    /// The stretches along x where such a frame shows strip `index`.
+    /// The visible intervals along x where such a frame shows strip `index`.
     fn bare(&self, index: usize, from_middle: f64) -> Vec<(f64, f64)> {
         let strip = &self.strips[index];
         let endless = strip.columns.0 == f64::NEG_INFINITY && strip.columns.1 == f64::INFINITY;
         assert!(endless || strip.slant.1 == 0.0, "the ends of a strip are upright");
-        assert!(self.strips.len() == 1 || strip.slant.1 == 0.0, "whatever hides a strip is upright");
+        assert!(self.strips.len() == 1 || strip.slant.1 == 0.0, "whatever occludes a strip is upright");
         let mut bare = vec![strip.extent(from_middle)];
         for before in &self.strips[index + 1..] {
             let (from, to) = before.extent(from_middle);
@@ -279,7 +284,8 @@ struct Seen {
 }
 
 impl Seen {
-    /// The wave's argument at u = (x - c (d0 + q y)) / (1 + c p), c the frame's place from the middle, p and q the slants.
+    /// The wave's argument at u = (x - c (d0 + q y)) / (1 + c p), c the frame's place from the middle, p and
+    /// q the slants.
     fn new(wave: &Wave, strip: &Strip, from_middle: f64, aperture: Aperture) -> Self {
         let across = wave.across / (1.0 + from_middle * strip.slant.0);
         let along = wave.along - across * from_middle * strip.slant.1;
@@ -295,8 +301,8 @@ impl Seen {
         let (real, imaginary) = if whole {
             (self.aperture.response(self.across), 0.0)
         } else {
-            bare.iter().fold((0.0, 0.0), |sum, &stretch| {
-                let part = self.aperture.part_response(self.across, x, stretch);
+            bare.iter().fold((0.0, 0.0), |sum, &interval| {
+                let part = self.aperture.part_response(self.across, x, interval);
                 (sum.0 + part.0, sum.1 + part.1)
             })
         };

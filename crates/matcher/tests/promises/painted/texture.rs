@@ -33,14 +33,15 @@ impl Texture {
         Self { waves: vec![Wave { across: 0.0, along: 0.0, amplitude_dn: 128.0, phase: 0.0 }] }
     }
 
-    /// Waves of 1 DN in random directions, as many for each square of the frequency plane: white noise without wavelengths
-    /// below `shortest_px` or above `longest_px`.
+    /// Waves of 1 DN in random directions, as many for each square of the frequency plane: white noise
+    /// without wavelengths below `shortest_px` or above `longest_px`.
     pub fn white(seed: u64, waves: usize, (shortest_px, longest_px): (f64, f64)) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut texture = Self::grey();
         let (low, high) = (longest_px.powi(-2), shortest_px.powi(-2));
         for index in 0..waves {
-            // One wave from each of as many rings of equal area, so that no part of the spectrum is missing by chance.
+            // One wave from each of as many rings of equal area, so that no part of the spectrum is missing
+            // by chance.
             let ring = (index as f64 + random.random::<f64>()) / waves as f64;
             let frequency = (low + (high - low) * ring).sqrt();
             let (sin, cos) = (TAU * random.random::<f64>()).sin_cos();

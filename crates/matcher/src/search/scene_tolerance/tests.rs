@@ -6,9 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::*;
-use crate::lines::{Candidates, Lines, SeenRule};
+use crate::candidates::Candidates;
+use crate::candidates::DisparityRange;
+use crate::lines::{Lines, SeenRule};
 use crate::maps::OrderingUsed;
-use crate::options::{DisparityRange, MatchOptions, Occlusion};
+use crate::options::{MatchOptions, Occlusion};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 
@@ -28,7 +30,8 @@ fn wave(x: f64) -> f64 {
     AMPLITUDE * (std::f64::consts::TAU * x / PERIOD_PX + 0.4).sin()
 }
 
-/// What [`Tolerance::measured`] finds where the wave stands still and each sample deviates from it by `deviation` of column and frame, in DN.
+/// What [`measured_tolerance`] finds where the wave stands still and each sample deviates from it by
+/// `deviation` of column and frame, in DN.
 fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     let mut volume = Volume::fine(ROWS, COLUMNS, 8, Tau::equidistant(FRAMES).unwrap());
     for (index, count) in volume.fine_counts_mut().unwrap().iter_mut().enumerate() {
@@ -38,13 +41,14 @@ fn measured(mut deviation: impl FnMut(usize, usize) -> f64) -> Tolerance {
     let lines = Lines::new(volume.tau(), 0, COLUMNS);
     let rule = SeenRule::new(FRAMES, 0.5, Occlusion::OneSide);
     let range = DisparityRange { minimum_px: -3.0, maximum_px: 3.0 };
-    // All candidates share the sums under the gradient of the middle one, on which samples are whole pixels apart: nothing is interpolated.
+    // All candidates share the sums under the gradient of the middle one, on which samples are whole pixels
+    // apart: nothing is interpolated.
     let plan = Plan::new(&lines, Candidates::covering(range, 0.1), rule);
     assert_eq!(plan.slabs.len(), 1);
     let options = MatchOptions::default();
     let task =
         Task { volume: &volume, lines: &lines, range, ordering: OrderingUsed::Off, rule, options: &options };
-    Tolerance::measured(task, &plan, Window { rows: 1, columns: 1 })
+    measured_tolerance(task, &plan, Window { rows: 1, columns: 1 })
 }
 
 fn alternating(t: usize) -> f64 {
@@ -56,12 +60,14 @@ fn median_of(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Typical cost if frames deviate by `size` of the column, alternately up and down, and may deviate by `share` of the contrast: half is the
-/// column's own variance over its limit, half that of the best window of three columns among those that contain it. Contrast is that of the
-/// reference frame, which shows the wave `gain` times as large.
+/// Typical cost if frames deviate by `size` of the column, alternately up and down, and may deviate by
+/// `share` of the contrast: half is the column's own variance over its limit, half that of the best window of
+/// three columns among those that contain it. Contrast is that of the reference frame, which shows the wave
+/// `gain` times as large.
 fn formula(size: impl Fn(f64) -> f64, gain: f64, share: f64) -> f64 {
     let columns: Vec<f64> = (20..20 + 9).map(f64::from).collect();
-    // Among 61 frames one more deviates upwards; among the five of a group next to the reference it is the same, unbiased 6/5.
+    // Among 61 frames one more deviates upwards; among the five of a group next to the reference it is the
+    // same, unbiased 6/5.
     let variance = |x: f64| size(x).powi(2) * (1.0 - 1.0 / (FRAMES * FRAMES) as f64);
     let noise = 1.2 * median_of(columns.iter().map(|&x| size(x).powi(2)).collect());
     let gradient = |x: f64| 0.5 * ((wave(x + 1.0) - wave(x)).powi(2) + (wave(x - 1.0) - wave(x)).powi(2));
@@ -72,7 +78,8 @@ fn formula(size: impl Fn(f64) -> f64, gain: f64, share: f64) -> f64 {
     median_of(columns.iter().map(|&x| 0.5 * (variance(x) / limit(x) + best(x))).collect())
 }
 
-/// Samples are rounded to 1/128 DN, and other candidates within a tenth of a pixel may fit a little better by chance.
+/// Samples are rounded to 1/128 DN, and other candidates within a tenth of a pixel may fit a little better by
+/// chance.
 const NEARLY: f64 = 0.03;
 
 fn check_deviations(size: impl Fn(f64) -> f64, gain: f64, nearly: f64) {
@@ -93,8 +100,9 @@ fn offsets_of_frames_are_what_is_typical() {
 
 #[test]
 fn gains_of_frames_are_what_is_typical() {
-    // Frames deviate less where it is dark, so lines that lead there cost less, until the texture that they cross tells: by d px on a gradient of
-    // A w, gain e^2 128 A w d of e^2 128^2, lost (A w d)^2 / 12, at best 3 e^4 128^2, which is 3 e^2 of the whole.
+    // Frames deviate less where it is dark, so lines that lead there cost less, until the texture that they
+    // cross tells: by d px on a gradient of A w, gain e^2 128 A w d of e^2 128^2, lost (A w d)^2 / 12, at
+    // best 3 e^4 128^2, which is 3 e^2 of the whole.
     for gain in [0.1, 0.14] {
         check_deviations(|x| gain * (MEAN + wave(x)), 1.0 + gain, NEARLY + 3.0 * gain * gain);
     }
@@ -108,15 +116,17 @@ fn noise_is_what_is_typical() {
         let noise: f64 = StandardNormal.sample(&mut random);
         sigma * noise
     });
-    // The noise is the median of variances of five frames: 0.839 of the mean (chi-squared, four degrees of freedom). The mean squared gradient
-    // stands for that of each pixel, of which the step makes little; contrast contains the noise of the reference frame.
+    // The noise is the median of variances of five frames: 0.839 of the mean (chi-squared, four degrees of
+    // freedom). The mean squared gradient stands for that of each pixel, of which the step makes little;
+    // contrast contains the noise of the reference frame.
     let square = sigma * sigma;
     let gradient = AMPLITUDE.powi(2) * (1.0 - (std::f64::consts::TAU / PERIOD_PX).cos());
     let cost = |share: f64| {
         square / (share * (CONTRAST + square) + STEP * gradient + 4.0 * 0.839 * square + QUANTISATION)
     };
-    // The candidate and the window are the best of a few: of nine means of nine variances of 60 degrees of freedom, each 0.06 of it astray, the
-    // best lies some 1.2 standard deviations low, which counts by half; a candidate takes one degree of freedom of 60. Noise in contrast: 0.05.
+    // The candidate and the window are the best of a few: of nine means of nine variances of 60 degrees of
+    // freedom, each 0.06 of it astray, the best lies some 1.2 standard deviations low, which counts by half;
+    // a candidate takes one degree of freedom of 60. Noise in contrast: 0.05.
     let within = |found: f32, expected: f64| (0.85..1.05).contains(&(f64::from(found) / expected));
     assert!(within(found.share, 4.0 * cost(1.0)), "{} for {}", found.share, 4.0 * cost(1.0));
     let typical = cost(f64::from(found.share));
@@ -142,12 +152,12 @@ fn the_share_stays_within_its_bounds() {
 fn the_dearest_right_candidate_is_lost_in_the_others() {
     let tolerance = Tolerance { share: 0.1, typical: 0.1 };
     // 0.4 of the frames agree at a tenth of the limit, 0.6 disagree at the limit.
-    assert!((tolerance.dearest(0.4) - 0.64).abs() < 1e-6);
+    assert!((tolerance.largest_cost(0.4) - 0.64).abs() < 1e-6);
     // All frames see it: half of such candidates cost more than the median.
-    assert_eq!(tolerance.dearest(1.0), 0.25);
-    assert_eq!(Tolerance { typical: 0.2, ..tolerance }.dearest(1.0), 0.4);
-    // Where frames have nothing to do with each other nothing is too dear.
-    assert_eq!(Tolerance { typical: 0.7, ..tolerance }.dearest(1.0), 1.0);
+    assert_eq!(tolerance.largest_cost(1.0), 0.25);
+    assert_eq!(Tolerance { typical: 0.2, ..tolerance }.largest_cost(1.0), 0.4);
+    // Where frames have nothing to do with each other nothing is too costly.
+    assert_eq!(Tolerance { typical: 0.7, ..tolerance }.largest_cost(1.0), 1.0);
 }
 
 proptest! {
@@ -157,8 +167,8 @@ proptest! {
     ) {
         let tolerance = Tolerance { share, typical };
         let (fewer, more) = (visible.0.min(visible.1), visible.0.max(visible.1));
-        prop_assert!(tolerance.dearest(fewer) >= tolerance.dearest(more));
-        prop_assert!(tolerance.dearest(more) >= typical);
-        prop_assert!(tolerance.dearest(fewer) <= 1.0);
+        prop_assert!(tolerance.largest_cost(fewer) >= tolerance.largest_cost(more));
+        prop_assert!(tolerance.largest_cost(more) >= typical);
+        prop_assert!(tolerance.largest_cost(fewer) <= 1.0);
     }
 }

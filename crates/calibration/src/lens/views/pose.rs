@@ -3,11 +3,6 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::homography::{Pair, homography};
-use super::problem::ViewsProblem;
-use super::{Lens, LensError, PlanarPoint};
-use epirig_core::least_squares::{LeastSquaresError, Loss, minimise};
-
 /// Place of a board in the frame of the camera: a point p of the board (z = 0) lies at R p + t.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,7 +29,8 @@ impl BoardPose {
         self.rotation().column(2).into_owned().into()
     }
 
-    /// By the homography from points of the board, which lie about the origin, to rays. `None` if it is none of a board.
+    /// The pose from the homography from points of the board, counted from their mean, to rays. `None` if the
+    /// homography is not that of a board.
     pub(super) fn from_homography(rays: &Matrix3<f64>) -> Option<Self> {
         let scale = 0.5 * (rays.column(0).norm() + rays.column(1).norm());
         // Of the two signs the one that has the board before the camera.
@@ -57,47 +53,4 @@ impl BoardPose {
     fn is_finite(&self) -> bool {
         self.rotation_rad.iter().chain(&self.translation_mm).all(|value| value.is_finite())
     }
-}
-
-/// Where the board is that a known lens sees so: least squares over the six numbers of the pose.
-///
-/// # Errors
-/// [`LensError::OnALine`] (of view 0) if the points do not determine it, or are not where the lens can see anything;
-/// [`LensError::Search`] if the search fails.
-pub fn fit_pose(lens: &Lens, points: &[PlanarPoint]) -> Result<BoardPose, LensError> {
-    let middle = middle(points);
-    let rays: Option<Vec<Pair>> = points
-        .iter()
-        .map(|point| {
-            let (a, b) = lens.ray(point.x_px, point.y_px)?;
-            Some(Pair { from: [point.x_mm - middle[0], point.y_mm - middle[1]], to: [a, b] })
-        })
-        .collect();
-    let start = rays
-        .and_then(|rays| homography(&rays))
-        .and_then(|homography| BoardPose::from_homography(&homography))
-        .ok_or(LensError::OnALine { view: 0 })?
-        .with_origin_moved_by(middle);
-    refine_pose(lens, points.iter().copied(), start).map_err(|error| match error {
-        LeastSquaresError::Undetermined { .. } => LensError::OnALine { view: 0 },
-        other => LensError::Search(other),
-    })
-}
-
-/// Mean of the points on the board, in mm. Homographies are taken about it: the board's own origin may lie far off, even behind the camera.
-pub(super) fn middle(points: &[PlanarPoint]) -> [f64; 2] {
-    let count = points.len() as f64;
-    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.x_mm, y + point.y_mm));
-    [x / count, y / count]
-}
-
-/// The pose nearby that fits best.
-pub(super) fn refine_pose(
-    lens: &Lens,
-    points: impl Iterator<Item = PlanarPoint>,
-    start: BoardPose,
-) -> Result<BoardPose, LeastSquaresError> {
-    let problem = ViewsProblem::new(*lens, 0..0, vec![points.collect()]);
-    let found = minimise(&problem, problem.parameters_of(lens, &[start]), Loss::Squares)?;
-    Ok(problem.poses(&found.parameters)[0])
 }

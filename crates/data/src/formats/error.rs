@@ -1,0 +1,22 @@
+//! Why bytes cannot be decoded as a map, or a map cannot be encoded.
+
+use thiserror::Error;
+
+/// Why bytes cannot be decoded as a map, or a map cannot be encoded.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FormatError {
+    /// The bytes do not follow the format.
+    #[error("not a {format} map of 32-bit floats: {reason}")]
+    Malformed {
+        /// The format expected.
+        format: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// The error for bytes that do not follow `format`.
+pub(super) fn malformed(format: &'static str, reason: impl ToString) -> FormatError {
+    FormatError::Malformed { format, reason: reason.to_string() }
+}

@@ -1,0 +1,27 @@
+//! The lock of a sequence: one program at a time writes it.
+
+use std::fs::{File, TryLockError};
+use std::path::Path;
+
+use super::error::SequenceError;
+use super::reader::JOURNAL;
+use crate::storage::open_file;
+
+/// Locks a sequence against other writing programs; `None` on file systems without locks.
+pub fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
+    let path = folder.join(JOURNAL);
+    let journal = open_file(&path)?;
+    match journal.try_lock() {
+        Ok(()) => Ok(Some(journal)),
+        Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+/// Refuses a sequence that another program writes now.
+///
+/// # Errors
+/// [`SequenceError::Busy`], or that its journal cannot be opened.
+pub fn refuse_busy(folder: &Path) -> Result<(), SequenceError> {
+    lock(folder).map(drop)
+}

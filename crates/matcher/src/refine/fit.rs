@@ -1,0 +1,24 @@
+//! How the fit is done.
+
+use crate::lines::SeenRule;
+use crate::options::Effort;
+
+/// How the fit is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// Side of the smallest window, in px, odd.
+    pub window_px: usize,
+    /// Where a window leaves a larger sigma than this, in px, it grows as far as it has to, up to 11 px, and
+    /// on surfaces without relief up to 21 px.
+    pub wanted_sigma_px: f64,
+    /// With [`Effort::Quick`] windows are the smallest, centred on the pixel or beside it, and no other are
+    /// tried.
+    pub effort: Effort,
+    /// Gauss-Newton steps; 0 leaves the disparity and only states its sigma.
+    pub steps: usize,
+    /// Which frames count.
+    pub rule: SeenRule,
+    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the
+    /// contrast around a point.
+    pub deviation_share: Option<f32>,
+}

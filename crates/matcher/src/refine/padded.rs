@@ -1,0 +1,64 @@
+//! Maps with room around each row, so that neighbours of sixteen pixels are loaded at once.
+
+use rayon::prelude::*;
+
+use super::moments::LANES;
+
+/// Columns kept free on both sides of a row, so that neighbours need no bounds; more than the largest reach
+/// and a block.
+pub(super) const PAD: usize = 32;
+
+/// One number for each pixel, with room around each row.
+#[derive(Debug, Clone)]
+pub(super) struct Padded {
+    pub(super) stride: usize,
+    pub(super) values: Vec<f32>,
+}
+
+impl Padded {
+    pub(super) fn filled(rows: usize, columns: usize, value: f32) -> Self {
+        let stride = columns.next_multiple_of(LANES) + 2 * PAD;
+        // Memory is fetched by all threads: that takes longer than many a computation into it.
+        Self { stride, values: rayon::iter::repeat_n(value, rows * stride).collect() }
+    }
+
+    /// No room at all.
+    pub(super) fn given_back() -> Self {
+        Self::filled(0, 0, 0.0)
+    }
+
+    pub(super) fn is_given_back(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Zeros in all rows, of which one is stored: never to be written.
+    pub(super) fn of_zeros(columns: usize) -> Self {
+        Self::filled(1, columns, 0.0)
+    }
+
+    /// Row `y` with the room on both sides.
+    pub(super) fn row(&self, y: usize) -> &[f32] {
+        let first = self.first(y);
+        &self.values[first..first + self.stride]
+    }
+
+    /// Where row `y` begins.
+    pub(super) fn first(&self, y: usize) -> usize {
+        if self.values.len() == self.stride { 0 } else { y * self.stride }
+    }
+
+    /// The values of a block of row `y`, from `place` on.
+    pub(super) fn block(&self, y: usize, place: usize) -> &[f32] {
+        let first = self.first(y) + place;
+        &self.values[first..first + LANES]
+    }
+
+    #[cfg(test)]
+    pub(super) fn row_mut(&mut self, y: usize) -> &mut [f32] {
+        &mut self.values[y * self.stride..(y + 1) * self.stride]
+    }
+
+    pub(super) fn par_rows(&mut self) -> rayon::slice::ChunksMut<'_, f32> {
+        self.values.par_chunks_mut(self.stride)
+    }
+}

@@ -1,0 +1,94 @@
+//! What the search finds, for a row and for the image.
+
+use super::task::Task;
+use crate::candidates::Candidates;
+use crate::lines::Lines;
+use crate::maps::Answer;
+use epirig_core::grid::Grid;
+
+/// The result of the search for each pixel of the reference frame; rows x columns.
+pub(crate) struct Searched {
+    /// Disparity in px; NaN where unknown.
+    pub(crate) guess: Grid<f32>,
+    /// Cost of the chosen candidate, in the method's unit; NaN where it has none.
+    pub(crate) cost: Grid<f32>,
+    /// How much better it is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
+    pub(crate) confidence: Grid<f32>,
+    /// Whether there is a disparity.
+    pub(crate) answer: Grid<Answer>,
+    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the
+    /// contrast around a point.
+    pub(crate) deviation_share: Option<f32>,
+}
+
+impl Searched {
+    pub(super) fn of_rows(task: Task<'_>, rows: &[RowAnswers]) -> Self {
+        let (count, columns) = (task.volume.rows(), task.volume.columns());
+        let mut maps: [Grid<f32>; 3] = std::array::from_fn(|_| Grid::filled(count, columns, f32::NAN));
+        let mut answer = Grid::filled(count, columns, Answer::LeavesImage);
+        for (y, row) in rows.iter().enumerate() {
+            for (map, values) in maps.iter_mut().zip([&row.disparity, &row.cost, &row.confidence]) {
+                map.row_mut(y).copy_from_slice(values);
+            }
+            answer.row_mut(y).copy_from_slice(&row.answer);
+        }
+        let [guess, cost, confidence] = maps;
+        Self { guess, cost, confidence, answer, deviation_share: None }
+    }
+}
+
+/// The answers of one row.
+pub(super) struct RowAnswers {
+    pub(super) disparity: Vec<f32>,
+    pub(super) cost: Vec<f32>,
+    pub(super) confidence: Vec<f32>,
+    /// Mean squared deviation over the largest that agrees, of the chosen candidate; NaN where that is not
+    /// measured.
+    pub(super) disagreement: Vec<f32>,
+    pub(super) answer: Vec<Answer>,
+}
+
+impl RowAnswers {
+    pub(super) fn unknown(columns: usize) -> Self {
+        let unknown = || vec![f32::NAN; columns];
+        let answer = vec![Answer::LeavesImage; columns];
+        Self { disparity: unknown(), cost: unknown(), confidence: unknown(), disagreement: unknown(), answer }
+    }
+
+    /// Column `x` has the disparity of a candidate, fractional, if it has an answer.
+    pub(super) fn place(&mut self, x: usize, candidates: &Candidates, index: f64) {
+        if self.answer[x] == Answer::Found {
+            self.disparity[x] = candidates.disparity_px(index) as f32;
+        }
+    }
+}
+
+/// Distance of rivals, in candidates: they end at least a pixel from each other.
+pub(super) fn rival_distance(lines: &Lines, disparity_step_px: f64) -> usize {
+    let apart = (1.0 / (disparity_step_px * lines.tau_before().max(lines.tau_after()))).ceil() as usize;
+    apart.max(1)
+}
+
+/// Whether the candidates around `k` of `count` show it to be the best, `reach` of them on each side.
+///
+/// Near a candidate that leaves the image (`gone`) nothing shows that: the right one may have left. Nor is it
+/// shown if `k` costs more than a neutral candidate (`costly`) while others have left the image, or if it is an
+/// end of the range. A range of one or two candidates has only ends, and is accepted.
+pub(super) fn bracketed(
+    count: usize,
+    k: usize,
+    reach: usize,
+    gone: impl Fn(usize) -> bool,
+    costly: bool,
+) -> Answer {
+    let last = count - 1;
+    let mut near = k.saturating_sub(reach)..=(k + reach).min(last);
+    let some_gone = gone(0) || gone(last);
+    if near.any(&gone) || (some_gone && costly) {
+        Answer::LeavesImage
+    } else if last > 1 && (k == 0 || k == last) {
+        Answer::BeyondRange
+    } else {
+        Answer::Found
+    }
+}

@@ -1,0 +1,57 @@
+//! Groups of bands that are searched at once: as many as memory holds.
+
+use rayon::prelude::*;
+
+use super::answers::RowAnswers;
+use super::rows::bands;
+use super::semi_global::{Bands, Penalties, Span};
+use super::task::Task;
+use crate::options::MatchError;
+use epirig_core::progress::Progress;
+
+/// Penalties of aggregation across rows, where right candidates cost `typical`.
+pub(super) fn penalties(Task { volume, options, .. }: Task<'_>, typical: f32) -> Penalties {
+    Penalties::of_typical(typical, (volume.frames() - 1) * options.window_px.pow(2))
+}
+
+/// Bands that are searched one group after the other.
+pub(super) struct Groups {
+    pub(super) groups: Vec<Vec<Span>>,
+    /// Counts that each band of a group holds.
+    pub(super) band_counts: usize,
+}
+
+/// Bands in groups that may be searched at once: all of them, unless costs are aggregated across rows.
+pub(super) fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Groups, MatchError> {
+    if task.options.semi_global {
+        let bands = Bands::of(task.volume, candidates)?;
+        Ok(Groups { groups: bands.groups(), band_counts: bands.band_counts })
+    } else {
+        let all = bands(task.volume.rows()).map(Span::alone).collect();
+        Ok(Groups { groups: vec![all], band_counts: 0 })
+    }
+}
+
+/// Answers of all rows in their order, found by `answers` with room for the counts of a band. `progress`
+/// counts each row.
+pub(super) fn searched_groups(
+    Groups { groups, band_counts }: Groups,
+    progress: &dyn Progress,
+    answers: impl Fn(Span, &mut [u16]) -> Vec<RowAnswers> + Sync,
+) -> Vec<RowAnswers> {
+    let mut rows = Vec::new();
+    // All room is one piece, so that it goes back to the system as a whole before the fit needs memory.
+    let mut room = vec![0; band_counts * groups.iter().map(Vec::len).max().unwrap_or(0)];
+    for group in groups {
+        let mut rest = room.as_mut_slice();
+        let mut part = || rest.split_off_mut(..band_counts).unwrap_or_default();
+        let bands: Vec<_> = group.into_iter().map(|span| (span, part())).collect();
+        rows.par_extend(bands.into_par_iter().flat_map_iter(|(span, room)| {
+            let count = span.answered.len() as u64;
+            let answers = answers(span, room);
+            progress.advance(count);
+            answers
+        }));
+    }
+    rows
+}

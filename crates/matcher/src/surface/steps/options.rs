@@ -1,0 +1,31 @@
+//! The options of the search for two levels.
+
+use crate::surface::trend::TrendKind;
+
+/// Parameters of the search, from the matcher and the object.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepsOptions {
+    /// The trend under the levels.
+    pub trend: TrendKind,
+    /// Pixels nearer than this to the other level are left out: half the matcher's window and half a wall.
+    pub margin_px: usize,
+    /// Pixels nearer than this are left out, too, where enough remain; at least `margin_px`.
+    pub grown_margin_px: usize,
+    /// Hollows of fewer pixels are taken for noise.
+    pub least_area_px: usize,
+}
+
+impl StepsOptions {
+    /// For a matcher whose windows have this side, and walls of up to two pixels.
+    pub fn for_window(trend: TrendKind, window_px: usize) -> Self {
+        let margin_px = window_px / 2 + 1;
+        // Twice as wide and high as the smallest that a pixel clear of the walls fits in.
+        Self { trend, margin_px, grown_margin_px: margin_px, least_area_px: (2 * (2 * margin_px + 1)).pow(2) }
+    }
+
+    /// For a matcher whose windows grow to this side where noise asks for it.
+    #[must_use]
+    pub fn with_grown_window(self, window_px: usize) -> Self {
+        Self { grown_margin_px: self.margin_px.max(window_px / 2 + 1), ..self }
+    }
+}

@@ -1,0 +1,47 @@
+//! Why a simulator cannot be made, or has no answer.
+
+use thiserror::Error;
+
+use epirig_core::tau::TauError;
+use epirig_core::volume::VolumeError;
+
+/// Why a simulator cannot be made or asked.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SimulatorError {
+    /// A number outside its values.
+    #[error("the simulator's {what} is {value}, but must be {expected}")]
+    BadNumber {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The values allowed.
+        expected: &'static str,
+    },
+    /// Part of the surface could be occluded by another part in some frame, and its truth has no closed form
+    /// then.
+    #[error(
+        "the simulator's scene would occlude part of itself in some frame: {0}; make it flatter or farther"
+    )]
+    OccludesItself(&'static str),
+    /// Positions that make no baseline.
+    #[error(transparent)]
+    Tau(#[from] TauError),
+    /// Frames that do not make a volume.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+    /// The camera is turned or distorts, so that its own frames show no disparities along rows.
+    #[error(
+        "the simulator's camera is turned or distorts; ask for the truth of a rectified view of it (`truth_seen_by`)"
+    )]
+    NotRectified,
+    /// A frame that does not exist.
+    #[error("the simulator's scan has no frame {index}; the last is {last}")]
+    NoSuchFrame {
+        /// The index given.
+        index: usize,
+        /// Last index.
+        last: usize,
+    },
+}

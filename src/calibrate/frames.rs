@@ -1,0 +1,65 @@
+//! Frames of a sequence: as they are, and corrected and rectified as a volume.
+
+use rayon::prelude::*;
+
+use super::CalibrateError;
+use epirig_calibration::photometry::{Correction, FrameGains};
+use epirig_calibration::rectification::{Mapping, Rectifier};
+use epirig_core::frame::Frame;
+use epirig_core::progress::Progress;
+use epirig_core::tau::Tau;
+use epirig_core::volume::Volume;
+use epirig_data::sequence::{FrameRecord, Sequence};
+
+/// Frames that are read and rectified together: the rectifier's eight lanes.
+const TOGETHER: usize = 8;
+
+/// A few frames at a time, so that besides the volume only those are in memory.
+pub(super) fn load(
+    sequence: &Sequence,
+    mapping: &Mapping,
+    correction: Correction,
+    tau: Tau,
+    progress: &dyn Progress,
+) -> Result<Volume, CalibrateError> {
+    let rectifier = Rectifier::new(*mapping, correction)?;
+    let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
+    progress.begin("rectifying frames", sequence.frames().len() as u64);
+    for (chunk, records) in sequence.frames().chunks(TOGETHER).enumerate() {
+        let frames: Result<Vec<_>, _> = records.par_iter().map(|record| sequence.read(record)).collect();
+        rectifier.insert(&mut volume, chunk * TOGETHER, &frames?)?;
+        progress.advance(records.len() as u64);
+    }
+    progress.end();
+    Ok(volume)
+}
+
+/// Reads frames, several at once.
+pub(super) fn read_all(
+    sequence: &Sequence,
+    records: &[FrameRecord],
+    what: &str,
+    progress: &dyn Progress,
+) -> Result<Vec<Frame>, CalibrateError> {
+    if records.is_empty() {
+        return Ok(Vec::new());
+    }
+    progress.begin(what, records.len() as u64);
+    let frames: Result<Vec<Frame>, _> = records
+        .par_iter()
+        .map(|record| {
+            let frame = sequence.read(record);
+            progress.advance(1);
+            frame
+        })
+        .collect();
+    progress.end();
+    Ok(frames?)
+}
+
+/// Makes the brightness of all frames even.
+pub(super) fn set_gains(volume: &mut Volume, gains: &FrameGains) {
+    for (frame, gain) in gains.gain.iter().enumerate() {
+        volume.set_frame_gain(frame, (1.0 / gain) as f32);
+    }
+}

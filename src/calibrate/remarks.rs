@@ -1,0 +1,31 @@
+//! What a calibration has to say to a person.
+
+use epirig_calibration::photometry::{Outcome, Photometry};
+
+/// What a person should know, and what would make it better.
+#[derive(Debug, Default)]
+pub(super) struct Remarks {
+    pub(super) notes: Vec<String>,
+    pub(super) needs: Vec<String>,
+}
+
+impl Remarks {
+    pub(super) fn of_photometry(&mut self, photometry: &Photometry) {
+        for (what, reason) in [
+            ("dark level", not_applied(&photometry.dark)),
+            ("vignetting", not_applied(&photometry.flat_field)),
+            ("defective pixels", not_applied(&photometry.defective_pixels)),
+        ] {
+            if let Some(reason) = reason {
+                self.needs.push(format!("{what} not corrected: {reason}"));
+            }
+        }
+    }
+}
+
+fn not_applied<T>(outcome: &Outcome<T>) -> Option<&str> {
+    match outcome {
+        Outcome::NotApplied(reason) => Some(reason),
+        Outcome::Applied(_) | Outcome::SwitchedOff => None,
+    }
+}
