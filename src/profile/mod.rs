@@ -6,6 +6,7 @@
 
 mod commented;
 mod error;
+mod given;
 mod over;
 mod overrides;
 mod parts;

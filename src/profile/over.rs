@@ -1,9 +1,9 @@
 //! A recorded profile, changed by overrides.
 
 use super::error::Place;
+use super::given::{Given, Value};
 use super::schema::{Key, board, optics, target};
-use super::settings::{Given, Setting, Settings};
-use super::value::Value;
+use super::settings::{Setting, Settings};
 use super::{BoardProfile, FocalLength, Override, Profile, ProfileError, read};
 use epirig_calibration::lens::Distortion;
 use epirig_core::settings::quantity::{MM, Measure, PERCENT, PX, Unit};

@@ -4,13 +4,14 @@ use std::time::Duration;
 
 use super::Profile;
 use super::error::{Mistake, Place, Problem};
+use super::given::{Given, Value};
 use super::parts::{
     BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, PrintProfile,
     SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
 };
 use super::schema::{Key, board, camera, limits, optics, plan, sim, stage, target};
-use super::settings::{Given, Settings, control_path};
-use super::value::{self, Value, interpret};
+use super::settings::{Settings, control_path};
+use super::value::{self, interpret};
 use epirig_calibration::lens::Distortion;
 use epirig_core::choice::Choice;
 use epirig_core::settings::Settings as DriverSettings;

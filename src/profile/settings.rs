@@ -1,14 +1,12 @@
 //! What was given for which key, where: a file, and overrides on top of it.
 
-use std::fmt;
-
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{Mistake, Place, Problem, did_you_mean};
+use super::given::Given;
 use super::overrides::Override;
 use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
-use super::value::Value;
 use epirig_core::settings::quantity::Unit;
 use epirig_devices::camera::Control;
 
@@ -16,54 +14,6 @@ use epirig_devices::camera::Control;
 const MOST_MISTAKES: usize = 50;
 /// More controls than any camera has.
 const MOST_CONTROLS: usize = 1000;
-
-/// A value as it was given.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Given {
-    /// Text of a file, between quotes there.
-    Text(String),
-    /// Whole number of a file.
-    Whole(i64),
-    /// Other number of a file, as it is written there.
-    Real(String),
-    /// `true` or `false` of a file.
-    Flag(bool),
-    /// Something else of a file: a list, a table, a date.
-    Other(&'static str),
-    /// Text of an override, which may mean anything.
-    Plain(String),
-    /// What it means, from a record.
-    Known(Value),
-}
-
-impl fmt::Display for Given {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Text(text) => write!(to, "{text:?}"),
-            Self::Whole(number) => write!(to, "{number}"),
-            Self::Real(text) | Self::Plain(text) => write!(to, "{text}"),
-            Self::Flag(flag) => write!(to, "{flag}"),
-            Self::Other(kind) => write!(to, "({kind})"),
-            Self::Known(value) => write!(to, "{value}"),
-        }
-    }
-}
-
-impl Given {
-    fn of(value: &DeValue<'_>) -> Self {
-        match value {
-            DeValue::String(text) => Self::Text(text.to_string()),
-            // TOML allows numbers that do not fit 64 bits; these are no whole numbers to us.
-            DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
-                .map_or_else(|_| Self::Real(number.as_str().to_owned()), Self::Whole),
-            DeValue::Float(number) => Self::Real(number.as_str().to_owned()),
-            DeValue::Boolean(flag) => Self::Flag(*flag),
-            DeValue::Datetime(_) => Self::Other("a date"),
-            DeValue::Array(_) => Self::Other("a list"),
-            DeValue::Table(_) => Self::Other("a table"),
-        }
-    }
-}
 
 /// A key with its value.
 #[derive(Debug)]

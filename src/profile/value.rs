@@ -1,52 +1,10 @@
 //! From what was given for a key to what it means.
 
-use std::fmt;
-
 use super::error::Problem;
+use super::given::{Given, Value};
 use super::schema::{Allowed, Key, Kind};
-use super::settings::Given;
 use epirig_core::settings::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
-use epirig_core::settings::{LARGEST, SMALLEST, Setting};
-
-/// A value that suits its key.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
-    Text(String),
-    /// The name.
-    Choice(&'static str),
-    Whole(i64),
-    Number(f64),
-    Flag(bool),
-    Measure(Measure),
-}
-
-impl fmt::Display for Value {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Text(text) => write!(to, "{text}"),
-            Self::Choice(name) => write!(to, "{name}"),
-            Self::Whole(number) => write!(to, "{number}"),
-            Self::Number(number) => write!(to, "{number}"),
-            Self::Flag(flag) => write!(to, "{flag}"),
-            Self::Measure(Measure { value, unit }) => write!(to, "{value} {}", unit.name),
-        }
-    }
-}
-
-impl Value {
-    /// As drivers have it: a quantity in the unit of its key.
-    pub(super) fn setting(self, key: &Key) -> Setting {
-        match (self, key.kind) {
-            (Self::Text(text), _) => Setting::Text(text),
-            (Self::Choice(name), _) => Setting::Text(name.to_owned()),
-            (Self::Whole(number), _) => Setting::Whole(number),
-            (Self::Number(number), _) => Setting::Number(number),
-            (Self::Flag(flag), _) => Setting::Flag(flag),
-            (Self::Measure(measure), Kind::Measure { unit, .. }) => Setting::Number(measure.in_unit(unit)),
-            (Self::Measure(measure), _) => Setting::Number(measure.value),
-        }
-    }
-}
+use epirig_core::settings::{LARGEST, SMALLEST};
 
 /// What `given` means for a key whose name ended in `unit`.
 ///
