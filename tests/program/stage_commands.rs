@@ -273,7 +273,8 @@ fn the_log_has_what_goes_over_the_line_and_what_has_failed() {
     let stage = simulated("grbl", &[]);
     let output =
         epirig(stage.path(), &["stage", "move", "9999", "--driver", "grbl", "--port", "port", "-vvv"]);
-    assert_eq!(output.status.code(), Some(2));
+    // It has not been homed.
+    assert_eq!(output.status.code(), Some(4));
     let log = String::from_utf8(output.stderr).unwrap();
     for words in [
         "DEBUG line opened port=\"port\"",
