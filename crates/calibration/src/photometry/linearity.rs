@@ -201,8 +201,8 @@ mod tests {
 
     #[test]
     fn a_bend_is_found_as_large_as_it_is() {
-        // Levels 20, 52, 80 and 108 at exposures 1 to 4: the line is 7.4... By hand: mean 65, slope (1.5 * 88
-        // + 0.5 * 28) / 5 = 29.2, offset -8; residuals -1.2, 1.6, 0.4, -0.8.
+        // Levels 20, 52, 80 and 108 at exposures 1 to 4: the line is 7.4... By hand: mean 65, slope (1.5 *
+        // 88 + 0.5 * 28) / 5 = 29.2, offset -8; residuals -1.2, 1.6, 0.4, -0.8.
         let levels = [20.0, 52.0, 80.0, 108.0];
         let series: Vec<ExposureLevel> = (1..=4)
             .map(|step| ExposureLevel {
