@@ -54,7 +54,7 @@ pub enum Scene {
     },
 }
 
-/// Where a ray meets the surface.
+/// The point at which a ray meets the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Depth along the optical axis, in mm.

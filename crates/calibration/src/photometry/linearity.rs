@@ -24,14 +24,14 @@ pub struct ExposureLevel {
 }
 
 impl ExposureLevel {
-    /// Of a flat frame.
+    /// The levels of a flat frame.
     pub fn of(relative_exposure: f64, frame: &Frame) -> Self {
         let grid = CellGrid::of(&as_grid(frame));
         Self { relative_exposure, cells_dn: grid.cells().iter().map(|cell| cell.mean).collect() }
     }
 }
 
-/// How straight the sensor's response is.
+/// The linearity of the sensor's response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Linearity {
@@ -85,7 +85,7 @@ pub enum LinearityError {
         index: usize,
         /// Its number of cells.
         found: usize,
-        /// That of the first.
+        /// Number of cells of the first.
         expected: usize,
     },
     /// An exposure or a level that is no number.

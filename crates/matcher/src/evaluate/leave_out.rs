@@ -34,7 +34,7 @@ pub enum LeaveOutError {
     Match(#[from] MatchError),
 }
 
-/// How well left-out frames were predicted, over all of them.
+/// Errors of the predicted left-out frames, over all of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeaveOutReport {
     /// Indices of the frames that were left out.

@@ -50,7 +50,7 @@ pub struct Differences {
     pub within_2_sigma: f64,
 }
 
-/// How well the halves of a sequence agree.
+/// Agreement of the halves of a sequence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SplitHalfReport {
     /// Frames of the two halves, the reference frame in both.
@@ -60,7 +60,7 @@ pub struct SplitHalfReport {
     pub shared_correlation: f64,
     /// Pixels that both halves answer.
     pub answered: Differences,
-    /// Those of them whose sigma, as the halves state it, is at most 0.1 px in both.
+    /// The part of them whose sigma, as the halves state it, is at most 0.1 px in both.
     pub textured: Differences,
 }
 
