@@ -18,8 +18,8 @@ pub(super) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
     winners
 }
 
-/// Confidence of the chosen candidate of each column against the best one at least `apart` candidates away: 1
-/// - cost / other cost, clamped to [0, 1]. NaN where either is unknown. `resolution` is the smallest
+/// Confidence of the chosen candidate of each column against the best one at least `apart` candidates away:
+/// 1 - cost / other cost, clamped to [0, 1]. NaN where either is unknown. `resolution` is the smallest
 /// significant difference of costs. It is added to both, so that rounding errors of a featureless surface
 /// make no winner.
 pub(super) fn confidences(costs: &CostTable, chosen: &[u16], apart: usize, resolution: f32) -> Vec<f32> {

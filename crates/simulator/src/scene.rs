@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_that_hide_themselves_are_refused() {
+    fn scenes_that_occlude_themselves_are_refused() {
         let edge_on = Scene::Plane { distance_mm: 700.0, slope_x: 8.0, slope_y: 0.0 };
         assert!(matches!(edge_on.check((0.2, 0.2)), Err(SimulatorError::OccludesItself(_))));
         let cube = Scene::CubeEdge { distance_mm: 700.0, slope: 6.0 };

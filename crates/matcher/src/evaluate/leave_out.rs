@@ -214,7 +214,7 @@ mod tests {
     use epirig_simulator::{Simulator, SimulatorConfig};
 
     #[test]
-    fn nearer_surfaces_hide_farther_ones() {
+    fn nearer_surfaces_occlude_farther_ones() {
         // Columns 2 and 3 move by 4, the others by 2: at half the baseline by 2 and 1.
         let carried = carry(&[2.0, 2.0, 4.0, 4.0, 2.0, 2.0, 2.0, 2.0], 0.5);
         assert!(carried[0].is_nan());
