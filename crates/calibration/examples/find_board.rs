@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (rows, columns) = (160, 200);
     let dark = |x: usize, y: usize| {
         let inside = (30..170).contains(&x) && (30..130).contains(&y);
-        inside && ((x - 30) / 20 + (y - 30) / 20) % 2 == 0
+        inside && ((x - 30) / 20 + (y - 30) / 20).is_multiple_of(2)
     };
     let levels = (0..rows * columns).map(|at| if dark(at % columns, at / columns) { 30 } else { 220 });
     let frame = Frame::new(rows, columns, 8, Samples::U8(levels.collect()))?;
