@@ -44,8 +44,8 @@ pub struct DisparityMaps {
     /// [`Effort::Quick`](super::Effort::Quick): DN^2 for the variance (of normalised frames: 1/1024 of the
     /// local variance), 1 - correlation otherwise; NaN where it has none.
     pub cost: Grid<f32>,
-    /// How much better the chosen candidate is than the best one elsewhere, 0 to 1; NaN where it has no cost
-    /// or no rival.
+    /// Confidence of the chosen candidate against the best one elsewhere, 0 to 1; NaN where it has no cost or
+    /// no rival.
     pub confidence: Grid<f32>,
     /// Whether there is an answer, and if not, why.
     pub answer: Grid<Answer>,

@@ -177,13 +177,12 @@ impl Sums {
         let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / count;
         let (value, middle) = (mean(values), mean(tau));
         let spread: f64 = tau.iter().map(|tau| (tau - middle).powi(2)).sum();
-        let gradient =
-            values.iter().zip(tau).map(|(v, tau)| (v - value) * (tau - middle)).sum::<f64>() / spread;
+        let slope = values.iter().zip(tau).map(|(v, tau)| (v - value) * (tau - middle)).sum::<f64>() / spread;
         let class = self.class(seen.start, seen.end);
         class.weight += per_tau * per_tau;
         let mut energy = 0.0;
         for ((moment, v), tau) in class.moments.iter_mut().zip(values).zip(tau) {
-            let residual = v - value - gradient * (tau - middle);
+            let residual = v - value - slope * (tau - middle);
             *moment -= per_tau * residual;
             energy += residual * residual;
         }

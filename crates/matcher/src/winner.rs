@@ -18,10 +18,10 @@ pub(super) fn winners(costs: &CostTable) -> Vec<Option<u16>> {
     winners
 }
 
-/// How much better the chosen candidate of each column is than the best one at least `apart` candidates away:
-/// 1 - cost / other cost, clamped to [0, 1]. NaN where either is unknown. `resolution` is the difference
-/// between costs that means nothing; it is added to both, so that the rounding errors of a featureless
-/// surface make no winner.
+/// Confidence of the chosen candidate of each column against the best one at least `apart` candidates away:
+/// 1 - cost / other cost, clamped to [0, 1]. NaN where either is unknown. `resolution` is the smallest
+/// significant difference of costs. It is added to both, so that rounding errors of a featureless surface
+/// make no winner.
 pub(super) fn confidences(costs: &CostTable, chosen: &[u16], apart: usize, resolution: f32) -> Vec<f32> {
     let mut others = vec![f32::NAN; costs.columns()];
     for k in 0..costs.candidates() {
@@ -38,9 +38,9 @@ pub(super) fn confidences(costs: &CostTable, chosen: &[u16], apart: usize, resol
     others.iter().enumerate().map(confidence).collect()
 }
 
-/// Where between its neighbours the minimum of the cost around candidate `k` lies, in candidates: the vertex
-/// of the parabola through three costs, less than half a candidate away, so that the order of a mapping
-/// survives. Zero at the ends of the range, beside unknown costs and off minima.
+/// Place of the least cost around candidate `k`, in candidates from it: the vertex of the parabola through
+/// three costs, less than half a candidate away, so that the order of a mapping survives. Zero at the ends of
+/// the range, beside unknown costs and off minima.
 pub(super) fn parabola_vertex(costs: &CostTable, k: usize, x: usize) -> f64 {
     if k == 0 || k + 1 >= costs.candidates() {
         return 0.0;

@@ -57,8 +57,8 @@ pub struct HandBoard {
     pub rows: usize,
 }
 
-/// Where a board is held, in the camera's own frame: the point (u, v) of the board lies at centre + u axis_u
-/// + v axis_v.
+/// Pose of a board in the camera's own frame: the point (u, v) of the board lies at centre + u axis_u + v
+/// axis_v.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardPose {
     /// The middle of the board, in mm.

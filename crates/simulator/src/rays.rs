@@ -9,8 +9,8 @@ const SECTION_RAD: f64 = 1.0 / 256.0;
 /// Between solved rays a cubic is trusted if it is off by less than this, in px; else every ray is solved
 /// for.
 const TRUSTED_PX: f64 = 1e-7;
-/// A cubic through four values at 0, 1, 2, 3 is off by the fourth derivative times at most max |t (t - 1) (t
-/// - 2) (t - 3)| / 4! in between, and the fourth difference of five values is a mean of that derivative.
+/// A cubic through four values at 0, 1, 2, 3 is off by the fourth derivative times at most max |t (t - 1)
+/// (t - 2) (t - 3)| / 4! in between, and the fourth difference of five values is a mean of that derivative.
 const CUBIC: f64 = 1.0 / 24.0;
 /// Values that tell the fourth difference.
 const KNOTS: usize = 5;

@@ -54,7 +54,7 @@ pub enum Scene {
     },
 }
 
-/// Where a ray meets the surface.
+/// The point at which a ray meets the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Depth along the optical axis, in mm.
@@ -267,8 +267,8 @@ impl Met {
     }
 
     /// Where the ray meets the surface of depth distance + c + m u + n |v| + curvature (u^2 + v^2), in mm:
-    /// with u = a Z - s and |v| = |b| Z the nearer root of steep Z^2 - (1 - m a - n |b| + 2 curvature a s) Z
-    /// + distance + c - m s + curvature s^2 = 0, in the form that holds without bow as well.
+    /// with u = a Z - s and |v| = |b| Z the nearer root of steep Z^2 - (1 - m a - n |b| + 2 curvature a s)
+    /// Z + distance + c - m s + curvature s^2 = 0, in the form that holds without bow as well.
     fn depth(&self, c: f64, m: f64, n: f64) -> f64 {
         let (a, s) = (self.a, self.offset_mm);
         let linear = 1.0 - m * a - n * self.b + 2.0 * self.curvature * a * s;
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_that_hide_themselves_are_refused() {
+    fn scenes_that_occlude_themselves_are_refused() {
         let edge_on = Scene::Plane { distance_mm: 700.0, slope_x: 8.0, slope_y: 0.0 };
         assert!(matches!(edge_on.check((0.2, 0.2)), Err(SimulatorError::OccludesItself(_))));
         let cube = Scene::CubeEdge { distance_mm: 700.0, slope: 6.0 };

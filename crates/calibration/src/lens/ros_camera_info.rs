@@ -21,7 +21,7 @@ pub struct CameraInfo {
 }
 
 impl CameraInfo {
-    /// Of frames that are freed of distortion, and not turned.
+    /// The lens of the rectified frames: without distortion, and not turned.
     pub fn unrectified(camera_name: &str, rows: usize, columns: usize, lens: Lens) -> Self {
         let [fx, fy, cx, cy, ..] = lens.to_array();
         Self {

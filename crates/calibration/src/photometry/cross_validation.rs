@@ -26,7 +26,7 @@ pub enum TrialModel {
     PerPixel,
 }
 
-/// How a model did.
+/// The result of a model in cross-validation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trial {

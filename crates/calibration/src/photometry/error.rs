@@ -23,7 +23,7 @@ pub enum PhotometryError {
         index: usize,
         /// Its columns x rows and bits.
         found: String,
-        /// Those of the others.
+        /// Size and format of the others.
         expected: String,
     },
     /// Flat frames with too many samples at full scale.

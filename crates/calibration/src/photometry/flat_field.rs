@@ -243,7 +243,7 @@ fn sigma_percent(flat: &Flat, model: &FlatModel, residuals_percent: &[f64]) -> O
     }
 }
 
-/// Of the darkest corner against the brightest of all pixels.
+/// Vignetting in %: the darkest corner against the brightest of all pixels.
 fn vignetting_percent(model: &Polynomial) -> f64 {
     let (right, bottom) = ((model.columns() - 1) as f64, (model.rows() - 1) as f64);
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];

@@ -36,7 +36,7 @@ impl Cell {
         ((self.columns.start + self.columns.end - 1) / 2, (self.rows.start + self.rows.end - 1) / 2)
     }
 
-    /// As a place and value to which a polynomial is fitted.
+    /// The cell as a place and value to which a polynomial is fitted.
     pub fn patch(&self) -> Patch {
         Patch { columns: self.columns.clone(), rows: self.rows.clone(), mean: self.mean }
     }
@@ -66,7 +66,7 @@ fn parts(size: usize) -> impl Iterator<Item = Range<usize>> + Clone {
 }
 
 impl CellGrid {
-    /// Of an image in DN.
+    /// The means over the cells of an image in DN.
     pub fn of(image: &Grid<f32>) -> Self {
         Self::with(image, mean_without_outliers)
     }
@@ -100,7 +100,7 @@ impl CellGrid {
         &self.cells
     }
 
-    /// As places and values to which a polynomial is fitted.
+    /// The cells as places and values to which a polynomial is fitted.
     pub fn patches(&self) -> Vec<Patch> {
         self.cells.iter().map(Cell::patch).collect()
     }

@@ -24,14 +24,14 @@ pub struct ExposureLevel {
 }
 
 impl ExposureLevel {
-    /// Of a flat frame.
+    /// The levels of a flat frame.
     pub fn of(relative_exposure: f64, frame: &Frame) -> Self {
         let grid = CellGrid::of(&as_grid(frame));
         Self { relative_exposure, cells_dn: grid.cells().iter().map(|cell| cell.mean).collect() }
     }
 }
 
-/// How straight the sensor's response is.
+/// The linearity of the sensor's response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Linearity {
@@ -85,7 +85,7 @@ pub enum LinearityError {
         index: usize,
         /// Its number of cells.
         found: usize,
-        /// That of the first.
+        /// Number of cells of the first.
         expected: usize,
     },
     /// An exposure or a level that is no number.
@@ -201,8 +201,8 @@ mod tests {
 
     #[test]
     fn a_bend_is_found_as_large_as_it_is() {
-        // Levels 20, 52, 80 and 108 at exposures 1 to 4: the line is 7.4... By hand: mean 65, slope (1.5 * 88
-        // + 0.5 * 28) / 5 = 29.2, offset -8; residuals -1.2, 1.6, 0.4, -0.8.
+        // Levels 20, 52, 80 and 108 at exposures 1 to 4: the line is 7.4... By hand: mean 65, slope (1.5 *
+        // 88 + 0.5 * 28) / 5 = 29.2, offset -8; residuals -1.2, 1.6, 0.4, -0.8.
         let levels = [20.0, 52.0, 80.0, 108.0];
         let series: Vec<ExposureLevel> = (1..=4)
             .map(|step| ExposureLevel {

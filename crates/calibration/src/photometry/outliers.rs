@@ -9,7 +9,7 @@ use epirig_core::grid::Grid;
 /// noise there is one in fifty images.
 const SIGMAS: f64 = 6.0;
 
-/// How a pixel differs.
+/// The kind of a pixel's defect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OutlierKind {

@@ -97,7 +97,8 @@ pub struct Maps {
 }
 
 impl Photometry {
-    /// From dark and flat frames, either of which may be missing, for frames of `rows` x `columns`.
+    /// Finds the photometric calibration from dark and flat frames, either of which may be missing, for
+    /// frames of `rows` x `columns`.
     ///
     /// # Errors
     /// [`PhotometryError`] if frames are given that will not do. Missing ones are no error: the record says

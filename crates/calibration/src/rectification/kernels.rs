@@ -140,7 +140,7 @@ fn weigh<S: Simd>(_simd: S, fractions: &[f32], factor: f32, out: &mut [f32]) {
     }
 }
 
-/// Where the samples of one rectified row come from.
+/// The places of the samples of one rectified row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Taps<'a> {
     /// Coefficients, rows of `stride` pixels.

@@ -72,7 +72,7 @@ pub enum ShiftError {
     Shapes {
         /// Columns x rows and bits of the first.
         first: String,
-        /// Those of the second.
+        /// Size of the second.
         second: String,
     },
     /// Frames with too few pixels.

@@ -11,7 +11,7 @@ use epirig_core::statistics::upper_median;
 const FRAMES_OF_A_CORNER: usize = 3;
 /// Corners needed: with one on each of two rows and a free position in each frame, nothing could contradict.
 const CORNERS: usize = 4;
-/// Of the robust loss, in standard deviations of a coordinate.
+/// Limit of the robust loss, in standard deviations of a coordinate.
 const HUBER: f64 = 2.0;
 /// Distance at which an observation is wrong, in the same: of good ones, one in 25,000 lies farther off
 /// (exp(-4.5^2 / 2)).

@@ -83,7 +83,7 @@ pub struct AxisPoint {
     pub disparity: f64,
 }
 
-/// How far an observation lies from its track after rectification.
+/// Residual of an observation: its distance from its track after rectification.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrackResidual {
     /// Frame, from 0.
@@ -98,7 +98,7 @@ pub struct TrackResidual {
     pub across_px: f64,
 }
 
-/// Where the stage stood in a frame, as the target shows it.
+/// The position of the stage in a frame, as the target shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredTau {

@@ -17,7 +17,7 @@ pub struct TargetScale {
 }
 
 impl TargetScale {
-    /// By how much the target makes the baseline longer than the stage does, as a share of it.
+    /// Difference between the baseline by the target and that by the stage, as a share of it.
     pub fn contradiction(&self) -> f64 {
         self.baseline_mm / self.reported_mm - 1.0
     }

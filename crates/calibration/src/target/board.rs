@@ -19,10 +19,10 @@ pub struct ChessBoard {
 pub struct Target {
     /// The board that is printed once or twice.
     pub board: ChessBoard,
-    /// How many times: 1 or 2.
+    /// Number of times: 1 or 2.
     pub bands: usize,
-    /// From the first row of corners of the first band to that of the second, in mm; without meaning for one
-    /// band.
+    /// Distance from the first row of corners of the first band to that of the second, in mm; without meaning
+    /// for one band.
     pub band_distance_mm: f64,
 }
 
@@ -33,7 +33,7 @@ pub struct BoardCorner {
     pub column: i32,
     /// Row; the turn from columns to rows is that from x to y. Of a partial board relative to the others.
     pub row: i32,
-    /// Where it is.
+    /// Its place in the image.
     pub corner: Corner,
 }
 
@@ -55,7 +55,7 @@ pub struct FoundBoard {
 }
 
 impl ChessBoard {
-    /// How many corners it has.
+    /// Number of inner corners.
     pub fn corners(&self) -> usize {
         self.columns * self.rows
     }

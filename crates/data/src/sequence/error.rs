@@ -18,7 +18,7 @@ pub enum SequenceError {
     Io {
         /// The action that failed.
         action: &'static str,
-        /// On which file or folder.
+        /// The file or folder.
         path: PathBuf,
         /// The operating system's message.
         source: std::io::Error,
@@ -35,7 +35,7 @@ pub enum SequenceError {
     /// A place without a name of its own.
     #[error("{} cannot be made anew as a whole; give the folder by its name", path.display())]
     NoName {
-        /// As it was given.
+        /// The folder as given.
         path: PathBuf,
     },
     /// The folder to be made holds a scan that has not ended.
@@ -98,7 +98,7 @@ pub enum SequenceError {
         path: PathBuf,
         /// Number found.
         count: usize,
-        /// How many there may be.
+        /// Largest number allowed.
         most: usize,
     },
     /// A selection of frames that do not exist.

@@ -14,14 +14,15 @@ pub struct NominalLens {
 /// A focal length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FocalLength {
-    /// In px.
+    /// Focal length in px.
     Px(f64),
-    /// In widths of the image, whatever its number of columns: 25 mm before a sensor 9 mm wide are 2.78.
+    /// Focal length in widths of the image, whatever its number of columns: 25 mm before a sensor 9 mm wide
+    /// are 2.78.
     ImageWidths(f64),
 }
 
 impl FocalLength {
-    /// In px of an image of `columns`.
+    /// The focal length in px of an image of `columns`.
     ///
     /// ```
     /// use epirig_data::sequence::FocalLength;

@@ -96,7 +96,7 @@ pub struct ExposureRecord {
     pub requested_ns: u64,
     /// When it began, at the earliest.
     pub exposure_start_ns: u64,
-    /// How that is known: `start-of-exposure`, `end-of-frame` or `counted`.
+    /// The source of that time: `start-of-exposure`, `end-of-frame` or `counted`.
     pub timing: String,
     /// The driver's time stamp.
     pub stamp_ns: u64,
@@ -112,7 +112,7 @@ pub struct ExposureRecord {
     pub missed: u32,
     /// Frames that were passed over because they did not show what the one before showed.
     pub unsteady: usize,
-    /// How often the camera had to be set up anew.
+    /// Number of times the camera was set up anew.
     pub restarts: usize,
     /// Typical difference from the frame before, in DN.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -126,9 +126,9 @@ pub struct CertificateRecord {
     pub attempt: usize,
     /// Positions that the stage reported before and after the exposure, in mm.
     pub readings_mm: [f64; 2],
-    /// How far readings may be from where the stage was sent, in mm.
+    /// Tolerance of the readings against the commanded position, in mm.
     pub position_tolerance_mm: f64,
-    /// How long the stage was given to come to rest, in ms; the exposure began later.
+    /// Time that the stage was given to come to rest (mechanical settling), in ms; the exposure began later.
     pub settle_ms: f64,
     /// Number of watched controls that still had their setting after the exposure.
     pub controls_as_set: usize,
@@ -253,7 +253,7 @@ pub enum FrameKind {
 }
 
 impl FrameKind {
-    /// All that a scan can do without, in the order in which they are taken.
+    /// The calibration frames, in the order in which they are taken; a scan can do without them.
     pub const CALIBRATION: [Self; 3] = [Self::Dark, Self::Flat, Self::Board];
 
     /// The folder of such frames in a sequence.
@@ -285,7 +285,7 @@ pub struct RetakeRecord {
     pub at: String,
 }
 
-/// How a frame's picture compares with that of an earlier frame of the same place.
+/// Comparison of a frame's picture with that of an earlier frame of the same place.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ComparisonRecord {
     /// Index of the earlier frame.
@@ -361,7 +361,7 @@ pub enum ExitStatus {
 }
 
 impl ExitStatus {
-    /// As in `stop.json`.
+    /// The name in `stop.json`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Complete => "complete",

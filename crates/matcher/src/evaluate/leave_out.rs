@@ -34,7 +34,7 @@ pub enum LeaveOutError {
     Match(#[from] MatchError),
 }
 
-/// How well left-out frames were predicted, over all of them.
+/// Errors of the predicted left-out frames, over all of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeaveOutReport {
     /// Indices of the frames that were left out.
@@ -214,7 +214,7 @@ mod tests {
     use epirig_simulator::{Simulator, SimulatorConfig};
 
     #[test]
-    fn nearer_surfaces_hide_farther_ones() {
+    fn nearer_surfaces_occlude_farther_ones() {
         // Columns 2 and 3 move by 4, the others by 2: at half the baseline by 2 and 1.
         let carried = carry(&[2.0, 2.0, 4.0, 4.0, 2.0, 2.0, 2.0, 2.0], 0.5);
         assert!(carried[0].is_nan());

@@ -21,7 +21,7 @@ use kernels::{BLOCK, LANES, least, place_of_least, step_unlimited, step_within, 
 
 pub use neutral::neutral_cost;
 
-/// How far the candidate may fall and rise from one column to the next.
+/// Largest fall and rise of the candidate from one column to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OrderingLimits {
     /// Largest fall, in candidates.

@@ -1,4 +1,4 @@
-//! How the fit is done.
+//! The options of the fit.
 
 use crate::lines::SeenRule;
 use crate::options::Effort;
@@ -8,8 +8,8 @@ use crate::options::Effort;
 pub struct Fit {
     /// Side of the smallest window, in px, odd.
     pub window_px: usize,
-    /// Where a window leaves a larger sigma than this, in px, it grows as far as it has to, up to 11 px, and
-    /// on surfaces without relief up to 21 px.
+    /// Wanted sigma in px: a window that leaves a larger one grows as far as it has to, up to 11 px, and on
+    /// surfaces without relief up to 21 px.
     pub wanted_sigma_px: f64,
     /// With [`Effort::Quick`] windows are the smallest, centred on the pixel or beside it, and no other are
     /// tried.
@@ -18,7 +18,7 @@ pub struct Fit {
     pub steps: usize,
     /// Which frames count.
     pub rule: SeenRule,
-    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the
-    /// contrast around a point.
+    /// The largest squared deviation of a frame that agrees, as a share of the contrast around a point;
+    /// `None` if points are not occluded.
     pub deviation_share: Option<f32>,
 }

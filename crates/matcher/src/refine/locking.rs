@@ -1,17 +1,17 @@
 //! Pixel locking, measured along the lines of some thousand points, and the bias that it gives to each
 //! disparity.
 //!
-//! Texture of frequency omega, sampled at whole pixels and interpolated at the fraction f, comes back as H_0
-//! + sum of H_h exp(-2 pi i h f), where the H_h are the shares of its aliases (of a spline: (omega - 2 pi
-//! h)^-6 over their sum; Unser 1999). So with e_t = exp(-2 pi i h f_t) the values along a point's line are T
-//! + Re(C e_t), and the gradients g_0 + Re(D e_t). The fit regresses the values on tau', weighted by the mean
+//! Texture of frequency omega, sampled at whole pixels and interpolated at the fraction f, comes back as
+//! H_0 + sum of H_h exp(-2 pi i h f), where the H_h are the shares of its aliases (of a spline: (omega - 2 pi
+//! h)^-6 over their sum; Unser 1999). So with e_t = exp(-2 pi i h f_t) the values along a point's line are
+//! T + Re(C e_t), and the gradients g_0 + Re(D e_t). The fit regresses the values on tau', weighted by the mean
 //! gradient g = g_0 + Re(D u), u = mean of e_t. With m, the slope of e_t over tau', the disparities of many
 //! points err on average by
 //!
 //! -(alpha Im(-m) - kappa / 2 Im(u conj(m))) / (G + 2 gamma Re(u) + Q |u|^2 / 2),
 //!
-//! G = mean of g_0^2, alpha = that of g_0 Im(C), kappa = that of Im(D conj(C)), gamma = that of g_0 Re(D), Q
-//! = that of |D|^2. The other means vanish for texture that looks alike from left and right.
+//! G = mean of g_0^2, alpha = that of g_0 Im(C), kappa = that of Im(D conj(C)), gamma = that of g_0 Re(D),
+//! Q = that of |D|^2. The other means vanish for texture that looks alike from left and right.
 //!
 //! alpha is what interpolation takes from texture near two pixels per period. kappa is finer texture, which
 //! the sensor shows as a coarser one that moves the wrong way. All of them are measured where fractions are

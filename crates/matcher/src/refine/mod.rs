@@ -71,7 +71,7 @@ pub struct FitResult {
     pub outliers: Option<Grid<bool>>,
     /// Predicted bias by pixel locking in px, which is a part of sigma; `None` if it is not significant.
     pub locking_px: Option<Grid<f32>>,
-    /// How far interpolation displaces points; `None` if too few frames, rows or points tell, or nothing was
+    /// Amplitudes of pixel locking; `None` if too few frames, rows or points show them, or nothing was
     /// fitted.
     pub locking: Option<LockingAmplitudes>,
 }

@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn guesses_off_by_a_tenth_of_a_pixel_observe_for_the_truth() {
+    fn guesses_off_by_a_tenth_of_a_pixel_give_observations_of_the_truth() {
         for reference in [0, FRAMES / 2] {
             let scene = scene(1, DISPARITY_PX, 0.0, reference, 0.0);
             // Some guesses lie far off, as at an edge; each is served by itself.
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn points_observe_if_enough_frames_see_them() {
+    fn points_give_observations_if_enough_frames_see_them() {
         // Points near the borders leave the image; half the frames see some of them.
         let disparity_px = 41.7;
         for (reference, minimum_frames) in [(0, 3), (FRAMES / 2, 30), (FRAMES - 1, 12)] {

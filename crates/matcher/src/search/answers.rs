@@ -12,12 +12,12 @@ pub(crate) struct Searched {
     pub(crate) guess: Grid<f32>,
     /// Cost of the chosen candidate, in the method's unit; NaN where it has none.
     pub(crate) cost: Grid<f32>,
-    /// How much better it is than the best one elsewhere, 0 to 1; NaN where it has no cost or no rival.
+    /// Confidence against the best candidate elsewhere, 0 to 1; NaN where it has no cost or no rival.
     pub(crate) confidence: Grid<f32>,
     /// Whether there is a disparity.
     pub(crate) answer: Grid<Answer>,
-    /// Where points may be occluded: the largest squared deviation of a frame that agrees, as a share of the
-    /// contrast around a point.
+    /// The largest squared deviation of a frame that agrees, as a share of the contrast around a point;
+    /// `None` if points are not occluded.
     pub(crate) deviation_share: Option<f32>,
 }
 

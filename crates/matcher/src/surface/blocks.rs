@@ -20,7 +20,7 @@ const BLOCKS_ALONG: usize = 8;
 /// Most blocks along a side: a thousand blocks give a standard deviation to 2 %.
 const MOST_ALONG: usize = 32;
 
-/// How the errors of neighbours go together.
+/// The correlation of the errors of neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlation {
     /// Correlation of pixels 0, 1, 2 ... columns apart, up to where it vanishes; the first is 1.
@@ -71,7 +71,7 @@ impl Correlation {
         }
     }
 
-    /// How far errors go together, in px: beyond it pixels are independent. 1 if neighbours are.
+    /// Correlation length of the errors, in px: pixels farther apart are independent. 1 if neighbours are.
     pub fn reach_px(&self) -> usize {
         self.along_x.len().max(self.along_y.len())
     }
@@ -111,7 +111,7 @@ pub(super) struct Blocks {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scatter {
     pub(super) variance: f64,
-    /// How many independent differences the variance is known from.
+    /// Number of independent differences behind the variance.
     pub(super) degrees_of_freedom: f64,
 }
 

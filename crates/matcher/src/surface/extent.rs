@@ -52,13 +52,13 @@ impl Rectangle {
 /// The pixels that count for a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extent {
-    /// Where they are.
+    /// Whether each pixel counts; rows x columns.
     pub used: Grid<bool>,
-    /// How many they are.
+    /// Their number.
     pub used_px: usize,
     /// Pixels with a height, in the rectangle if one was given.
     pub answered_px: usize,
-    /// Of those, pixels left out because their sigma is far above the usual.
+    /// Pixels left out because their sigma is far above the usual.
     pub uncertain_px: usize,
     /// Pixels left out because they are not connected with the region, or the region is too narrow there.
     pub apart_px: usize,

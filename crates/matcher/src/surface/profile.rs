@@ -22,7 +22,7 @@ pub struct ProfilePoint {
     pub x_px: f64,
     /// Row, in px.
     pub y_px: f64,
-    /// From the first point, along the level that heights are counted from, in mm.
+    /// Distance from the first point, along the level from which heights are counted, in mm.
     pub distance_mm: f64,
     /// Mean height over the width, in mm; NaN where less than half of it is known.
     pub height_mm: f64,

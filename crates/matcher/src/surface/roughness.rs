@@ -104,8 +104,8 @@ mod tests {
     #[test]
     fn two_levels_by_hand_with_a_hole() {
         // Heights 0, 0, 0, -0.2: mean -0.05; Sa = (3 * 0.05 + 0.15) / 4; Sq^2 = (3 * 0.0025 + 0.0225) / 4 =
-        // 0.0075; third moment (3 * 0.000125 - 0.003375) / 4 = -0.00075; fourth (3 * 6.25e-6 + 5.0625e-4) / 4
-        // = 1.3125e-4.
+        // 0.0075; third moment (3 * 0.000125 - 0.003375) / 4 = -0.00075; fourth (3 * 6.25e-6 + 5.0625e-4) /
+        // 4 = 1.3125e-4.
         let field = Grid::from_values(1, 5, vec![0.0, 0.0, f32::NAN, 0.0, -0.2]).unwrap();
         let found = roughness(&field, &Grid::filled(1, 5, 0.2), |_, _| true).unwrap();
         assert_eq!(found.pixels, 4);

@@ -55,7 +55,7 @@ impl TrendKind {
 pub struct Trend {
     /// Which form.
     pub kind: TrendKind,
-    /// Where u = v = 0 lies: X and Y in the camera's frame, in mm.
+    /// Place of u = v = 0: X and Y in the camera's frame, in mm.
     pub centre_mm: (f64, f64),
     /// c0 in mm, c1 and c2 in mm/mm, c3 to c5 in 1/mm; as many as the form has.
     pub coefficients: Vec<f64>,

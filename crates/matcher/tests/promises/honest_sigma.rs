@@ -22,7 +22,7 @@ const WITHIN_2: Promise = Promise::as_asked(ASKED_WITHIN_2);
 type Honesty = [(Promise, Promise); NOISES_DN.len()];
 const HONEST: Honesty = [(WITHIN_1, WITHIN_2); NOISES_DN.len()];
 /// Steps of 0.05 px every 6 px: with noise they are less than single observations scatter by, and windows
-/// smooth them. ComparedRow 0.68 and 0.95. Reached: at 0.5 DN what is asked, at 1 DN 0.610 and 0.857, at 3 DN 0.474
+/// smooth them. Required 0.68 and 0.95. Reached: at 0.5 DN what is asked, at 1 DN 0.610 and 0.857, at 3 DN 0.474
 /// and 0.845: sigma says that relief is lost, but less than is.
 const SMALL_TILE: Honesty = [
     HONEST[0],
@@ -35,7 +35,7 @@ const SMALL_TILE: Honesty = [
         Promise::missed(ASKED_WITHIN_2, Bounds::between(0.84, 0.97)),
     ),
 ];
-/// Steps of 0.1 px every 13 px, as a camera of 1024 columns sees them. ComparedRow 0.68 and 0.95. Reached: at 0.5
+/// Steps of 0.1 px every 13 px, as a camera of 1024 columns sees them. Required 0.68 and 0.95. Reached: at 0.5
 /// DN 0.720 and 0.953, at 1 DN what is asked, at 3 DN 0.769 and 0.980: sigma is too large where windows
 /// disagree about what the best one has seen.
 const TILE: Honesty = [
@@ -47,7 +47,7 @@ const TILE: Honesty = [
     ),
 ];
 
-/// ComparedRow 0.68 and 0.95. Reached: at 0.5 and 1 DN what is asked, at 3 DN 0.717 and 0.964, and 0.710 on the
+/// Required 0.68 and 0.95. Reached: at 0.5 and 1 DN what is asked, at 3 DN 0.717 and 0.964, and 0.710 on the
 /// mean of three draws, which scatter by 0.03: beside the ridge sigma is too large.
 const PAINTED_EDGE: Honesty =
     [HONEST[0], HONEST[1], (Promise::missed(ASKED_WITHIN_1, Bounds::between(0.65, 0.725)), WITHIN_2)];

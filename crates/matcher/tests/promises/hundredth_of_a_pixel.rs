@@ -22,9 +22,9 @@ const NOISE_DN: f64 = 1.0;
 const ROUNDED_NOISE_VARIANCE: f64 = NOISE_DN * NOISE_DN + 1.0 / 12.0;
 
 const EDGE_MEAN_PX: Promise = Promise::as_asked(Bounds::at_most(0.005));
-/// ComparedRow 0.03; 0.039 is what is reached, beside the ridge where texture is weak.
+/// Required 0.03; 0.039 is what is reached, beside the ridge where texture is weak.
 const PAINTED_EDGE_MAXIMUM_PX: Promise = Promise::missed(Bounds::at_most(0.03), Bounds::at_most(0.045));
-/// ComparedRow 0.03; 0.041 is what is reached, by one of 2 pixels of 238 080 that exceed it, beside the ridge where
+/// Required 0.03; 0.041 is what is reached, by one of 2 pixels of 238 080 that exceed it, beside the ridge where
 /// texture is weak. With other noise the largest is 0.039 to 0.065 px, and 2 to 23 pixels exceed it (six
 /// seeds).
 const SIMULATOR_EDGE_MAXIMUM_PX: Promise = Promise::missed(Bounds::at_most(0.03), Bounds::at_most(0.045));

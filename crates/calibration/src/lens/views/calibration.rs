@@ -38,7 +38,7 @@ pub struct LensCalibration {
     pub warnings: Vec<LensWarning>,
 }
 
-/// Where a point was seen, less where it is predicted.
+/// Residual of a point: where it was seen, less where it is predicted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointResidual {

@@ -8,7 +8,7 @@ use super::problem::ViewsProblem;
 use crate::lens::model::Lens;
 use epirig_core::least_squares::{LeastSquaresError, Loss, minimise};
 
-/// Where the board is that a known lens sees so: least squares over the six numbers of the pose.
+/// The pose of a board as a known lens sees it: least squares over the six numbers of the pose.
 ///
 /// # Errors
 /// [`LensError::OnALine`] (of view 0) if the points do not determine it, or are not where the lens can see

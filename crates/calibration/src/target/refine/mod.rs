@@ -5,8 +5,8 @@
 //! direction. Light is a factor, because the step grows with it as the mean does. For edges at right angles f
 //! is the product of erf(z1 / sqrt(2)) and erf(z2 / sqrt(2)), where z is the distance from an edge over s.
 //! Otherwise it is the mean product of the signs of two normal variables with means z1, z2 and the
-//! correlation of the edges' normals; its derivative by the correlation is four times their joint density at
-//! 0. Truth and model both look the same after half a turn about the centre, so what is left out (the square
+//! correlation of the edges' normals; its derivative by the correlation is four times their joint density
+//! at 0. Truth and model both look the same after half a turn about the centre, so what is left out (the square
 //! pixel, ink that has spread) hardly moves it. Nine unknowns, by the method of Levenberg and Marquardt; the
 //! standard deviation is that of the fit's covariance, with the noise that the residuals show.
 

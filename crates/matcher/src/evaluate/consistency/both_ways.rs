@@ -13,7 +13,7 @@ use epirig_core::volume::Volume;
 /// interpolated.
 const SAME_SURFACE_PX: f32 = 1.0;
 
-/// How well the answers of the first frame are confirmed by those of the last.
+/// Agreement of the answers of the first frame with those of the last.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct BothWaysReport {
     /// Share of the first frame's pixels that are answered with a point inside the last frame.

@@ -50,7 +50,7 @@ pub struct Differences {
     pub within_2_sigma: f64,
 }
 
-/// How well the halves of a sequence agree.
+/// Agreement of the halves of a sequence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SplitHalfReport {
     /// Frames of the two halves, the reference frame in both.
@@ -60,7 +60,7 @@ pub struct SplitHalfReport {
     pub shared_correlation: f64,
     /// Pixels that both halves answer.
     pub answered: Differences,
-    /// Those of them whose sigma, as the halves state it, is at most 0.1 px in both.
+    /// The part of them whose sigma, as the halves state it, is at most 0.1 px in both.
     pub textured: Differences,
 }
 
@@ -70,8 +70,8 @@ pub struct SplitHalfReport {
 /// The halves need one reference frame, or their pixels would not be the same points; so it stays in both,
 /// and its noise with it. A frame's noise enters a disparity with the weight tau - mean tau. In the middle of
 /// the baseline that is next to nothing, and the halves are independent; at an end it is the largest of all,
-/// and the errors of halves of n frames are correlated by about 3 / n. The sigma of a difference is sqrt(a^2
-/// + b^2 - 2 r a b) with that correlation r, which is exact for points that all frames see.
+/// and the errors of halves of n frames are correlated by about 3 / n. The sigma of a difference is
+/// sqrt(a^2 + b^2 - 2 r a b) with that correlation r, which is exact for points that all frames see.
 ///
 /// The errors of half of the frames are sqrt(2) times those of all, and so is their difference again: twice
 /// the error of the whole match.

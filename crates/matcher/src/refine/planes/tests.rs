@@ -49,7 +49,7 @@ fn observations_with(
 }
 
 #[test]
-fn noise_is_the_mean_of_the_observed_around() {
+fn noise_is_the_mean_of_the_residuals_around() {
     let observation = |variance| Observation { weight: 1.0, variance, ..UNOBSERVED };
     let silent = Observation { variance: 1000.0, ..UNOBSERVED };
     let mut observations = ObservationMaps::empty(2, 4);
@@ -145,7 +145,7 @@ fn a_few_residuals_ten_times_as_large_change_nothing_but_their_own_observations(
 }
 
 #[test]
-fn no_observe_counts_more_beside_noisier_pixels() {
+fn no_observation_counts_more_beside_noisier_pixels() {
     let row = [1.0, 1.0, 1.0, 4.0, 9.0, 20.0, 20.0, 20.0];
     let mut observations = observations_with(1, 8, |x, _| row[x]);
     observations.estimate_noise(1, 1.0, 0.1, 98.0);

@@ -45,7 +45,7 @@ fn at(padded: &Padded, (x, y): (usize, usize)) -> f32 {
 }
 
 #[test]
-fn noise_alone_seldom_stands_out() {
+fn noise_alone_is_seldom_significant() {
     // One square each: as large as pools reach to one side.
     let side = POOL_REACH + 1;
     let mut random = ChaCha8Rng::seed_from_u64(5);

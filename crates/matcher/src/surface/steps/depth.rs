@@ -30,7 +30,7 @@ pub struct Depth {
     /// Standard deviation from the scatter between independent parts of the field, in mm; `None` if there are
     /// too few.
     pub sigma_mm: Option<f64>,
-    /// From how many independent differences it is known.
+    /// Degrees of freedom: number of independent differences behind it.
     pub degrees_of_freedom: Option<f64>,
     /// Half the width of the interval that holds the depth with 95 % confidence, in mm (Student's t).
     pub half_width_95_mm: Option<f64>,

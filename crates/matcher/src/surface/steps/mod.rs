@@ -76,17 +76,17 @@ pub struct Steps {
     /// Depths for other distances from the walls. Windows that reach over a wall make hollows shallower, so
     /// the depth grows with the distance until they no longer do.
     pub by_margin: Vec<DepthAtMargin>,
-    /// Of the upper level.
+    /// The trend of the upper level.
     pub trend: Trend,
     /// True on the lower level; meaningful where there is a height.
     pub lower: Grid<bool>,
     /// Pixels that the fit used: clear of the walls, and no outliers.
     pub used: Grid<bool>,
-    /// How the errors of the pixels used go together.
+    /// The correlation of the errors of the pixels used.
     pub correlation: Correlation,
     /// Distance from the walls that was left out, in px.
     pub margin_px: usize,
-    /// By how much the heights of the pixels used scatter about their level, as a standard deviation in mm.
+    /// Scatter of the heights of the pixels used about their level, as a standard deviation in mm.
     pub scatter_mm: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Painted scenes: frames from closed formulas, which share nothing with the simulator.
 //!
 //! A surface is a strip of the middle view (the view from the middle of the baseline) whose disparity is
-//! linear in x and y there, as that of a plane in space is. In a frame at tau a point (u, y) lies at u + (tau
-//! - 1/2) d(u, y), which is an affine map of the strip; a wave of its texture stays a wave, with another wave
+//! linear in x and y there, as that of a plane in space is. In a frame at tau a point (u, y) lies at u +
+//! (tau - 1/2) d(u, y), which is an affine map of the strip; a wave of its texture stays a wave, with another wave
 //! vector, and the pixel's square and the point spread multiply it by the transform of both. So pixels within
 //! a strip are exact whatever its slant. Pixels that see an edge of a strip mix the light on both sides as
 //! they cover it; the integral along x is done numerically there, to 1e-4 DN. Later strips occlude earlier
