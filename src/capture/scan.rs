@@ -229,7 +229,8 @@ impl<'a, 'r> Scan<'a, 'r> {
             },
         );
         self.rig.progress.note(&format!("the scan goes on: the stage is homed; {words}"));
-        Ok(ResumedRecord { after, home_shift_mm, comparison, at: now() })
+        let position_tolerance_mm = Some(self.plan.limits.position_mm);
+        Ok(ResumedRecord { after, home_shift_mm, comparison, position_tolerance_mm, at: now() })
     }
 
     fn wait_for_camera(&mut self) -> Result<(), CaptureError> {

@@ -5,6 +5,7 @@
 //! [`import`] makes one of images that other software took, [`Sequence`] reads it and [`verify`] checks every byte.
 
 mod consistency;
+mod course;
 mod derived;
 mod error;
 pub mod import;
