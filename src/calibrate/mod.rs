@@ -16,6 +16,7 @@ mod positions;
 mod record;
 mod stage_axis;
 mod texture;
+mod told_twice;
 
 pub use apply::load_calibrated;
 pub use error::CalibrateError;
