@@ -15,7 +15,7 @@ use super::{CliError, Talk};
 use crate::pipeline::Measurement;
 use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
-use crate::results::{MatchSummary, ResultsFolder};
+use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_matcher::MatchOptions;
 use epirig_matcher::evaluate::{TruthReport, compare_with_truth, median_step};
@@ -180,7 +180,7 @@ impl Demo {
 }
 
 fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
-    let files = ResultsFolder::create(folder, false)?;
+    let files = ResultsFolder::create(folder, ResultsKind::Match, false)?;
     files.write_map("disparity.pfm", &truth.disparity)?;
     files.write_map("height_mm.tiff", &truth.height_mm)?;
     files.write_map("visible_frames.tiff", &truth.visible_frames.map(f32::from))?;

@@ -149,6 +149,9 @@ impl CliError {
             Self::Results(error) => match error {
                 ResultsError::Exists { .. }
                 | ResultsError::Foreign { .. }
+                | ResultsError::OtherResults { .. }
+                | ResultsError::NoSummary { .. }
+                | ResultsError::Link { .. }
                 | ResultsError::NotAFolder { .. }
                 | ResultsError::NoName { .. }
                 | ResultsError::UnknownFormat { .. } => USAGE,
