@@ -17,6 +17,7 @@ mod reader;
 mod record;
 mod resume;
 mod verify;
+mod start_keys;
 mod writer;
 
 pub use consistency::Finding;

@@ -8,7 +8,8 @@ use super::pixels::{Header, decode_grey, header, with_bit_depth};
 use super::record::{
     Event, ExitStatus, FORMAT_VERSION, FrameKind, FrameRecord, Origin, SequenceRecord, StopRecord,
 };
-use crate::storage::{is_there, parse_record, read_file, read_inside, read_record};
+use super::start_keys::StartKeys;
+use crate::storage::{is_there, parse_record, read_file, read_inside, read_record, read_record_of_kinds};
 use epirig_core::frame::Frame;
 use epirig_core::grid::area;
 use epirig_core::tau::Tau;
@@ -51,7 +52,7 @@ impl Sequence {
         if path.symlink_metadata().is_err() {
             return Err(SequenceError::NotASequence { path: folder.to_owned() });
         }
-        let record: SequenceRecord = read_record(&path, FORMAT_VERSION)?;
+        let record: SequenceRecord = read_record_of_kinds::<_, StartKeys>(&path, FORMAT_VERSION)?;
         if let Some(reason) = impossible(&record) {
             return Err(SequenceError::BadRecord { path, line: None, reason });
         }
