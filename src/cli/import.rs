@@ -119,6 +119,13 @@ impl Import {
             let count = imported.hidden.len();
             talk.say(&format!("note: {count} hidden file(s) passed over, such as {first}"));
         }
+        if let Some(first) = imported.holes.first() {
+            let count = imported.holes.len();
+            talk.say(&format!(
+                "note: {count} name(s) are missing in the numbering, such as {first}: if a frame is missing there, every later one is a step off; \
+                 give the positions with --positions then"
+            ));
+        }
         let planned_mm = profile.as_ref().and_then(|profile| profile.plan.step_mm);
         if let Some(step_mm) = planned_mm.filter(|_| options.step_mm.is_none() && options.positions.is_none())
         {

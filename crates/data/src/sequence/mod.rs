@@ -11,13 +11,14 @@ mod error;
 pub mod import;
 mod load;
 mod nominal_lens;
+mod numbering;
 mod pixels;
 mod positions;
 mod reader;
 mod record;
 mod resume;
-mod verify;
 mod start_keys;
+mod verify;
 mod writer;
 
 pub use consistency::Finding;
