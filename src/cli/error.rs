@@ -170,7 +170,7 @@ impl CliError {
             Self::Camera(error) => camera_code(error),
             Self::Link(error) => link_code(error),
             Self::Surface(error) => match error {
-                SurfaceError::EmptyLine { .. } => USAGE,
+                SurfaceError::EmptyLine { .. } | SurfaceError::LineOutside { .. } => USAGE,
                 _ => INTEGRITY,
             },
             Self::Read(error) => read_code(error),
@@ -225,6 +225,7 @@ fn sequence_code(error: &SequenceError) -> u8 {
         SequenceError::Exists { .. }
         | SequenceError::Unfinished { .. }
         | SequenceError::NoName { .. }
+        | SequenceError::Link { .. }
         | SequenceError::NoImages { .. }
         | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }

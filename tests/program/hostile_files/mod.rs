@@ -3,6 +3,7 @@
 
 mod calibrations;
 mod files;
+mod places;
 mod records;
 mod words;
 

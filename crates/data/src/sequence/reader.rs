@@ -266,7 +266,12 @@ fn impossible(record: &SequenceRecord) -> Option<String> {
 }
 
 fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
-    let bytes = read_file(path, LARGEST_JOURNAL)?;
+    let bytes = read_file(path, LARGEST_JOURNAL).map_err(|error| match error.is_missing() {
+        true => {
+            SequenceError::BadRecord { path: path.to_owned(), line: None, reason: "it is missing".to_owned() }
+        }
+        false => error.into(),
+    })?;
     let mut events = Vec::new();
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate().peekable();
     while let Some((index, line)) = lines.next() {
