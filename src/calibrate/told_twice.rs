@@ -38,8 +38,9 @@ pub(super) fn by_sequence(calibration: &Calibration, sequence: &Sequence) -> Opt
 
 /// Numbers that went through another formula.
 fn differ(one: f64, other: f64) -> bool {
+    let off = (one - other).abs() / one.abs().max(other.abs()).max(1.0);
     // NaN differs from everything.
-    !((one - other).abs() <= 1e-9 * one.abs().max(other.abs()).max(1.0))
+    off.is_nan() || off > 1e-9
 }
 
 fn wrong_tau(positions: &PositionsRecord) -> Option<String> {

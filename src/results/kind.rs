@@ -151,9 +151,10 @@ fn entries(folder: &Path) -> Result<Vec<(String, bool)>, ResultsError> {
         }
         let kind = entry.file_type().map_err(io)?;
         // Whatever it is, a note of a system is no work of a person.
-        if !is_of_the_system(&name) && !(is_in_the_making(&name) && kind.is_file()) {
-            found.push((name.to_string_lossy().into_owned(), kind.is_dir()));
+        if is_of_the_system(&name) || (is_in_the_making(&name) && kind.is_file()) {
+            continue;
         }
+        found.push((name.to_string_lossy().into_owned(), kind.is_dir()));
     }
     found.sort();
     Ok(found)
