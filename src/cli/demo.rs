@@ -199,6 +199,7 @@ impl Demo {
 }
 
 fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
+    // Of no kind, as nothing replaces it: the folder is new.
     let files = ResultsFolder::create(folder, ResultsKind::Match, false)?;
     files.write_map("disparity.pfm", &truth.disparity)?;
     files.write_map("height_mm.tiff", &truth.height_mm)?;

@@ -154,7 +154,7 @@ pub fn import(
         return Err(SequenceError::TooFewFrames { path: folder.to_owned(), count: images.len() });
     }
     let holes = if options.positions.is_some() { Vec::new() } else { numbering::holes(images) };
-    numbering::refuse_other_images(folder, &holes)?;
+    numbering::refuse_other_images(folder, &all)?;
     refuse_existing(out)?;
     refuse_inside(out, folder)?;
     let mut calibration = Vec::new();

@@ -1,5 +1,6 @@
 //! Images with numbers in their names: a number that is missing is a frame that is missing, and all later ones are a step off.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -30,20 +31,21 @@ pub(super) fn holes(images: &[PathBuf]) -> Vec<String> {
     stems.windows(2).flat_map(between).take(MOST).collect()
 }
 
-/// Refuses images of other formats that have the name of a hole: they are frames, and would be left out without a word.
-pub(super) fn refuse_other_images(folder: &Path, holes: &[String]) -> Result<(), SequenceError> {
-    if holes.is_empty() {
-        return Ok(());
-    }
+/// Refuses images of other formats that are numbered as `images` are, all of those in `folder`: they are frames, and would be left out without a word.
+pub(super) fn refuse_other_images(folder: &Path, images: &[PathBuf]) -> Result<(), SequenceError> {
+    let Some(first) = images.first().and_then(|image| Stem::of(image)) else { return Ok(()) };
+    let read: BTreeSet<_> = images.iter().map(|image| image.file_stem()).collect();
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(SequenceError::io("look into", folder))? {
         let path = entry.map_err(SequenceError::io("look into", folder))?.path();
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        if OTHER_FORMATS.contains(&&*ending) && holes.iter().any(|hole| *hole == stem) {
-            found.push(format!(
-                "{stem}.{ending} is an image of a format that is not read (PNG, TIFF and JPEG are)"
-            ));
+        let is_frame = OTHER_FORMATS.contains(&&*ending)
+            && Stem::of(&path).is_some_and(|stem| stem.is_like(&first))
+            // Cameras write a raw image beside one that is read.
+            && !read.contains(&path.file_stem());
+        if is_frame {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            found.push(format!("{name} is an image of a format that is not read (PNG, TIFF and JPEG are)"));
         }
     }
     found.sort();
@@ -73,8 +75,12 @@ impl Stem {
         Some(Self { before, number: digits.parse().ok()?, digits: digits.len(), after })
     }
 
+    fn is_like(&self, other: &Self) -> bool {
+        self.before == other.before && self.after == other.after
+    }
+
     fn is_before(&self, next: &Self) -> bool {
-        self.before == next.before && self.after == next.after && self.number < next.number
+        self.is_like(next) && self.number < next.number
     }
 
     fn with(&self, number: u64) -> String {

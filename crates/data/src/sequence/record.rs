@@ -173,7 +173,7 @@ impl Intrinsics {
 pub struct SequenceRecord {
     /// [`FORMAT_VERSION`].
     pub format: u32,
-    /// A name that never comes twice.
+    /// A name that never comes twice: a UUID.
     pub uid: String,
     /// Version of the program.
     pub program: String,

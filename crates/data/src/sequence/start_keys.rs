@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::CameraRecord;
 
-/// The keys of all kinds of [`Origin`], to find out which one is wrong.
+/// The keys of a start record that depend on the kind of its origin: of all kinds, and none of them needed.
 #[derive(Debug, Deserialize)]
 pub(super) struct StartKeys {
     #[serde(rename = "origin")]
