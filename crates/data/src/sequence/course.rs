@@ -15,8 +15,8 @@ pub(super) fn findings(sequence: &Sequence) -> Vec<Finding> {
     }
     found.extend(no_date(START, "created", &record.created));
     found.extend(sequence.stop().and_then(|stop| no_date(STOP, "stopped", &stop.stopped)));
-    // The frame before, as long as nothing has come between.
-    let mut before: Option<&FrameRecord> = None;
+    // The frames before, as long as nothing has come between.
+    let mut before: Vec<&FrameRecord> = Vec::new();
     for event in sequence.events() {
         found.extend(match event {
             Event::Retake(retake) => no_date(JOURNAL, "at", &retake.at),
@@ -33,13 +33,18 @@ pub(super) fn findings(sequence: &Sequence) -> Vec<Finding> {
             found.push(Finding::new(file, format!("{problem}; {RESTORE}")));
         }
         let Event::Frame(frame) = event else {
-            before = None;
+            before.clear();
             continue;
         };
-        if let Some(problem) = before.and_then(|before| out_of_order(before, frame)) {
+        if let Some(problem) = before.last().and_then(|before| too_early(before, frame)) {
             found.push(Finding::new(format!("frame {}", frame.index), format!("{problem}; {RESTORE}")));
         }
-        before = Some(frame);
+        if let [.., first, middle] = before[..]
+            && let Some(problem) = counted_elsewhere(first, middle, frame)
+        {
+            found.push(Finding::new(format!("frame {}", middle.index), format!("{problem}; {RESTORE}")));
+        }
+        before.push(frame);
     }
     found
 }
@@ -64,15 +69,22 @@ fn wrong_stamp(exposure: &ExposureRecord) -> Option<String> {
     })
 }
 
-/// What is wrong with a frame that follows another without a break in between.
-fn out_of_order(before: &FrameRecord, frame: &FrameRecord) -> Option<String> {
+/// That a frame was asked for before the one before it was there.
+fn too_early(before: &FrameRecord, frame: &FrameRecord) -> Option<String> {
     let (earlier, later) = (before.exposure.as_ref()?, frame.exposure.as_ref()?);
-    if later.requested_ns < earlier.received_ns {
-        return Some(format!("it was asked for before frame {} had been received", before.index));
-    }
-    // A camera that is set up anew counts anew; and the count has 32 bit.
-    let (last, next) = (before.camera_sequence?, frame.camera_sequence?);
-    let ahead = next.wrapping_sub(last);
-    (later.restarts == 0 && (ahead == 0 || ahead > u32::MAX / 2))
-        .then(|| format!("the camera counted it as {next}, and frame {} before it as {last}", before.index))
+    (later.requested_ns < earlier.received_ns)
+        .then(|| format!("it was asked for before frame {} had been received", before.index))
+}
+
+/// That the camera's count of a frame does not lie between those of its neighbours. Where these do not follow each other either, the camera has begun
+/// to count anew, or does not count at all.
+fn counted_elsewhere(before: &FrameRecord, frame: &FrameRecord, after: &FrameRecord) -> Option<String> {
+    let [last, count, next] = [before.camera_sequence?, frame.camera_sequence?, after.camera_sequence?];
+    let anew = |frame: &FrameRecord| frame.exposure.as_ref().is_none_or(|exposure| exposure.restarts > 0);
+    // The count has 32 bit and goes on from its end with 0.
+    let span = next.wrapping_sub(last);
+    let is_counting = (1..=u32::MAX / 2).contains(&span) && !anew(frame) && !anew(after);
+    (is_counting && !(1..span).contains(&count.wrapping_sub(last))).then(|| {
+        format!("the camera counted it as {count}, the frames before and after it as {last} and {next}")
+    })
 }
