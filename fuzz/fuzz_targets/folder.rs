@@ -29,7 +29,7 @@ fn write(path: &Path) {
     let rig = Profile::of(&[Override::parse("plan.frames=4", "seed").expect("a setting")]);
     let record = SequenceRecord {
         format: FORMAT_VERSION,
-        uid: "seed".to_owned(),
+        uid: "00000000-0000-4000-8000-000000000000".to_owned(),
         program: "seed".to_owned(),
         created: "2026-11-23T00:00:00Z".to_owned(),
         origin: Origin::Captured {

@@ -136,8 +136,10 @@ pub fn calibrate(
     remarks.needs.iter().for_each(|need| warn!(need, "the calibration lacks something"));
     let calibration = Calibration {
         format: FORMAT_VERSION,
+        blake3: String::new(),
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: record.uid.clone(),
+        scan_ended: sequence.ended().to_owned(),
         inputs,
         photometry,
         maps: MapHashes::default(),

@@ -96,6 +96,7 @@ impl CalibrationFolder {
         let hashes = maps.each_ref().map(|(_, bytes)| bytes.as_ref().map(|bytes| hash(bytes)));
         let [dark, flat_field] = hashes.clone();
         calibration.maps = MapHashes { dark, flat_field };
+        calibration.blake3 = calibration.hash();
         let mut record = serde_json::to_vec_pretty(calibration)
             .map_err(|error| CalibrateError::BadRecord { path: path.clone(), reason: error.to_string() })?;
         record.push(b'\n');
@@ -190,8 +191,7 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
     if let Some(what) = what {
         return Err(CalibrateError::Stale { path, what });
     }
-    let record = sequence.record();
-    if let Some(reason) = calibration.contradiction(sequence.frames().len(), record.rows, record.columns) {
+    if let Some(reason) = calibration.contradiction_with(sequence) {
         return Err(CalibrateError::BadRecord { path, reason });
     }
     let (needs_dark, needs_flat_field) = calibration.photometry.needs_maps();
@@ -217,13 +217,17 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
 /// [`CalibrateError::Read`] or [`CalibrateError::BadRecord`].
 pub fn read_calibration_file(path: &Path) -> Result<Calibration, CalibrateError> {
     let bad = |reason: String| CalibrateError::BadRecord { path: path.to_owned(), reason };
-    read_record(path, FORMAT_VERSION).map_err(|error| match error {
+    let calibration: Calibration = read_record(path, FORMAT_VERSION).map_err(|error| match error {
         RecordError::Read(error) => error.into(),
         RecordError::Version { found, expected, .. } => {
             bad(format!("it has format version {found}, this program reads version {expected}"))
         }
         RecordError::Content { fault, .. } => bad(format!("line {}: {fault}", fault.line)),
-    })
+    })?;
+    match calibration.hash() == calibration.blake3 {
+        true => Ok(calibration),
+        false => Err(bad("it was changed after it was made".to_owned())),
+    }
 }
 
 /// The map with this hash: under its usual name, or under the one that it has until a calibration is finished.

@@ -18,6 +18,7 @@ mod record;
 mod remarks;
 mod stage_axis;
 mod texture;
+mod told_twice;
 
 pub use apply::load_calibrated;
 pub use error::CalibrateError;

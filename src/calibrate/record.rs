@@ -5,17 +5,16 @@ use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
-use super::{InputHashes, PositionSource};
+use super::{InputHashes, PositionSource, told_twice};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::lens::views::LensCalibration;
 use epirig_calibration::photometry::{FrameGains, Linearity, Outcome, Photometry};
 use epirig_calibration::rectification::Mapping;
 use epirig_calibration::stage_axis::{Direction, PositioningError, TargetScale};
-use epirig_core::tau::Tau;
-use epirig_data::sequence::Intrinsics;
+use epirig_data::sequence::{Intrinsics, Sequence};
 
 /// Version of `calibration.json`.
-pub const FORMAT_VERSION: u32 = 3;
+pub const FORMAT_VERSION: u32 = 4;
 
 /// Everything that a calibration has found: how raw frames become the volume, and how well that is known.
 ///
@@ -28,10 +27,14 @@ pub const FORMAT_VERSION: u32 = 3;
 pub struct Calibration {
     /// [`FORMAT_VERSION`].
     pub format: u32,
+    /// [`hash`](Self::hash) of all the rest, by which a record that was changed is known.
+    pub blake3: String,
     /// Version of the program.
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
+    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or `unfinished`.
+    pub scan_ended: String,
     /// What it was made of.
     pub inputs: InputHashes,
     /// Dark level, flat field, bad pixels.
@@ -58,19 +61,26 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// A hash by which results name the calibration that they were made with.
+    /// The hash that the record carries, and by which results name the calibration that they were made with: BLAKE3 of the record as JSON without spaces,
+    /// `blake3` empty.
     pub fn hash(&self) -> String {
+        let unsigned = Self { blake3: String::new(), ..self.clone() };
         // Numbers and text always become JSON.
-        let text = serde_json::to_vec(self).unwrap_or_default();
+        let text = serde_json::to_vec(&unsigned).unwrap_or_default();
         blake3::hash(&text).to_hex().to_string()
     }
 
-    /// What in the record cannot be true of a sequence of `frames` frames of `rows` x `columns`; `None` if nothing contradicts.
+    /// What in the record cannot be true of `sequence`; `None` if nothing contradicts.
+    pub fn contradiction_with(&self, sequence: &Sequence) -> Option<String> {
+        let record = sequence.record();
+        let found = self.contradiction(sequence.frames().len(), record.rows, record.columns);
+        found.or_else(|| told_twice::by_sequence(self, sequence))
+    }
+
+    /// What in the record cannot be true of a sequence of `frames` frames of `rows` x `columns`, or of the rest of the record; `None` if nothing
+    /// contradicts.
     pub fn contradiction(&self, frames: usize, rows: usize, columns: usize) -> Option<String> {
         let Self { mapping, photometry, positions, .. } = self;
-        if let Err(error) = Tau::from_positions(&positions.tau) {
-            return Some(format!("its positions are wrong ({error})"));
-        }
         let gains = self.frame_gains.applied().map_or(frames, |gains| gains.gain.len());
         for (what, found) in [
             ("positions", positions.tau.len()),
@@ -93,6 +103,9 @@ impl Calibration {
             }
         }
         if let Some(reason) = self.impossible(rows, columns) {
+            return Some(reason);
+        }
+        if let Some(reason) = told_twice::by_itself(self) {
             return Some(reason);
         }
         // Rectified frames show a part of the raw ones, in pixels about as large.

@@ -251,7 +251,8 @@ impl<'a, 'r> Scan<'a, 'r> {
         let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
         info!(after, home_shift_mm, moved_px, "the scan goes on");
         self.rig.progress.note(&format!("the scan goes on: the stage is homed; {words}"));
-        Ok(ResumedRecord { after, home_shift_mm, comparison, at: now() })
+        let position_tolerance_mm = Some(self.plan.limits.position_mm);
+        Ok(ResumedRecord { after, home_shift_mm, comparison, position_tolerance_mm, at: now() })
     }
 
     fn wait_for_camera(&mut self) -> Result<(), CaptureError> {

@@ -101,6 +101,9 @@ impl CalibrateVerb {
                 folder.display()
             )));
         }
+        if let Some(path) = self.export_lens.as_deref().filter(|path| path.symlink_metadata().is_ok()) {
+            return Err(CliError::Usage(format!("{} exists already; give another name", path.display())));
+        }
         let plan = self.plan(&sequence)?;
         let others = FrameKind::CALIBRATION.map(|kind| sequence.calibration_frames(kind).len());
         let need = calibration_need(frames_of(&sequence, None), others.iter().sum());
@@ -191,10 +194,11 @@ fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, 
     let estimate = if path.extension().is_some_and(|ending| ending == "json") {
         read_calibration_file(path)?.lens.estimate
     } else {
-        let text = read_text(path, LARGEST_LENS).map_err(|error| {
-            CliError::Usage(format!(
+        let text = read_text(path, LARGEST_LENS).map_err(|error| match error.is_trouble() {
+            true => CliError::Read(error),
+            false => CliError::Integrity(format!(
                 "{error} (a lens is a YAML file of OpenCV or ROS, or a calibration.json)"
-            ))
+            )),
         })?;
         let file =
             opencv_yaml::read_lens(&text).map_err(|error| CliError::Integrity(format!("{name}: {error}")))?;
@@ -224,7 +228,7 @@ fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {
     } else {
         opencv_yaml::write(rows, columns, &lens)
     };
-    super::files::write(path, text.as_bytes())
+    super::files::write_new(path, text.as_bytes())
 }
 
 /// What a person should know, and may do.

@@ -8,13 +8,14 @@ use serde::Serialize;
 
 use super::evaluate::table;
 use super::matching::describe;
+use super::need::{close_others, refuse_more_than_there_is};
 use super::run::{Measured, examine_shortly, measure_object};
 use super::scan::Devices;
 use super::{CliError, Talk};
-use crate::pipeline::Measurement;
+use crate::pipeline::{Frames, Measurement, match_need};
 use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
-use crate::results::{MatchSummary, ResultsFolder};
+use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_matcher::MatchOptions;
 use epirig_matcher::evaluate::{TruthReport, compare_with_truth, median_step};
@@ -71,6 +72,7 @@ impl Demo {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let out = self.out.clone().unwrap_or_else(free_folder);
         let profile = self.profile()?;
+        self.check_memory(&profile)?;
         let simulator = crate::rig::simulator(crate::rig::simulator_config(&profile)?)?;
         talk.say(&format!(
             "A simulated {}, {1} x {1} px, {2} frames. Everything goes to {3}.",
@@ -141,6 +143,23 @@ impl Demo {
 }
 
 impl Demo {
+    /// The match takes most; the truth and what was captured fit beside it in what is told.
+    fn check_memory(&self, profile: &Profile) -> Result<(), CliError> {
+        let (Some(size), Some(count)) = (profile.camera.size, profile.plan.frames) else { return Ok(()) };
+        let need = |count: usize, rows: usize, columns: usize| {
+            match_need(Frames { count, rows, columns, sample_bytes: 1 }, &MatchOptions::default())
+        };
+        refuse_more_than_there_is("the demo", need(count, size.rows, size.columns), |available| {
+            let smaller = [1024, 768, 512, 384, 256, 128]
+                .into_iter()
+                .find(|&smaller| smaller < size.rows && need(count, smaller, smaller) <= available.bytes);
+            match smaller {
+                Some(smaller) => format!("`--size {smaller}` would fit; or {}", close_others(available)),
+                None => close_others(available),
+            }
+        })
+    }
+
     /// The simulated rig, as this demo has it.
     fn profile(&self) -> Result<Profile, CliError> {
         let size = |default: u32| self.size.unwrap_or(default);
@@ -179,7 +198,8 @@ impl Demo {
 }
 
 fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
-    let files = ResultsFolder::create(folder, false)?;
+    // Of no kind, as nothing replaces it: the folder is new.
+    let files = ResultsFolder::create(folder, ResultsKind::Match, false)?;
     files.write_map("disparity.pfm", &truth.disparity)?;
     files.write_map("height_mm.tiff", &truth.height_mm)?;
     files.write_map("visible_frames.tiff", &truth.visible_frames.map(f32::from))?;

@@ -156,6 +156,9 @@ impl CliError {
             Self::Results(error) => match error {
                 ResultsError::Exists { .. }
                 | ResultsError::Foreign { .. }
+                | ResultsError::OtherResults { .. }
+                | ResultsError::NoSummary { .. }
+                | ResultsError::Link { .. }
                 | ResultsError::NotAFolder { .. }
                 | ResultsError::NoName { .. }
                 | ResultsError::UnknownFormat { .. } => USAGE,
@@ -175,7 +178,7 @@ impl CliError {
             Self::Camera(error) => camera_code(error),
             Self::Link(error) => code(error.blame()),
             Self::Surface(error) => match error {
-                SurfaceError::EmptyLine { .. } => USAGE,
+                SurfaceError::EmptyLine { .. } | SurfaceError::LineOutside { .. } => USAGE,
                 _ => INTEGRITY,
             },
             Self::Read(error) => read_code(error),
@@ -230,6 +233,7 @@ fn sequence_code(error: &SequenceError) -> u8 {
         SequenceError::Exists { .. }
         | SequenceError::Unfinished { .. }
         | SequenceError::NoName { .. }
+        | SequenceError::Link { .. }
         | SequenceError::NoImages { .. }
         | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }

@@ -86,11 +86,21 @@ impl Evaluate {
         let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
         let summary = read_summary(&folder)?;
         tell_results(&summary, talk);
+        // What has been found of the scan since is not in its results.
+        if let Some(words) = Sequence::open(&self.seq).ok().and_then(|sequence| sequence.end_in_words()) {
+            talk.say(&format!("note: {words}"));
+        }
         let disparity = read_map(&folder.join("disparity.tiff"))?;
         let sigma = read_map(&folder.join("sigma.tiff"))?;
         let truth = read_named_map(truth_file)?;
         let report =
             compare_with_truth(&disparity, Some(&sigma), &truth, (summary.tau_before, summary.tau_after))?;
+        if report.all.pixels == 0 {
+            return Err(CliError::Integrity(format!(
+                "{}: no pixel has a truth, so there is nothing to compare with; give a map with numbers in it",
+                truth_file.display()
+            )));
+        }
         talk.result(&TruthOutput { truth: &report }, || table(&report))
     }
 

@@ -4,12 +4,15 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::{Options, named_profile};
 use super::{CliError, Talk};
+use crate::pipeline::import_need;
 use crate::profile::{Override, Profile};
 use crate::rig::nominal_lens;
-use epirig_data::sequence::FrameKind;
-use epirig_data::sequence::import::{ImportOptions, Imported, import};
+use epirig_data::sequence::import::{ImportOptions, Imported, import, list_images};
+use epirig_data::sequence::{FrameKind, LARGEST_IMAGE, header};
+use epirig_data::storage::read_file;
 
 /// Make a sequence of images that other software took
 ///
@@ -74,6 +77,18 @@ pub(super) struct Import {
 }
 
 impl Import {
+    /// All images are like the first, or refused by their heads.
+    fn check_memory(&self) -> Result<(), CliError> {
+        let listing = list_images(&self.dir)?;
+        let first = self.frames.map_or(0, |(first, _)| first);
+        let Some(image) = listing.images.get(first) else { return Ok(()) };
+        let bytes = read_file(image, LARGEST_IMAGE)?;
+        // What is wrong with the image is told when it is imported.
+        let Ok(head) = header(&bytes) else { return Ok(()) };
+        let need = import_need(head.rows, head.columns, 2 * bytes.len() as u64);
+        refuse_more_than_there_is("importing", need, close_others)
+    }
+
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let profile = self.profile()?;
         let lens = profile.as_ref().and_then(|profile| nominal_lens(&profile.optics));
@@ -96,6 +111,7 @@ impl Import {
             rig,
             link: self.link,
         };
+        self.check_memory()?;
         let imported = import(&self.dir, &self.out, &options, talk)?;
         for conversion in &imported.conversions {
             talk.say(&format!("note: {conversion}"));
@@ -103,6 +119,13 @@ impl Import {
         if let Some(first) = imported.hidden.first() {
             let count = imported.hidden.len();
             talk.say(&format!("note: {count} hidden file(s) passed over, such as {first}"));
+        }
+        if let Some(first) = imported.holes.first() {
+            let count = imported.holes.len();
+            talk.say(&format!(
+                "note: {count} name(s) are missing in the numbering, such as {first}: if a frame is missing there, every later one is a step off; \
+                 give the positions with --positions then"
+            ));
         }
         let planned_mm = profile.as_ref().and_then(|profile| profile.plan.step_mm);
         if let Some(step_mm) = planned_mm.filter(|_| options.step_mm.is_none() && options.positions.is_none())

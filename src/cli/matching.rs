@@ -10,7 +10,7 @@ use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::pipeline::{Measurement, View, measure};
-use crate::results::ResultsFolder;
+use crate::results::{ResultsFolder, ResultsKind};
 use epirig_data::sequence::{FrameKind, Sequence};
 
 /// Find the disparity of every pixel of a sequence, and its height if lens and stage axis are known
@@ -66,7 +66,9 @@ impl Match {
         }
         options.check(rows, columns, sequence.frames().len())?;
         let out = self.out.unwrap_or_else(|| self.seq.join("results"));
-        let folder = ResultsFolder::create(&out, self.overwrite)?;
+        let folder = ResultsFolder::create(&out, ResultsKind::Match, self.overwrite)?;
+        let surface = out.join("surface");
+        let drops_surface = surface.exists();
         check_match(
             frames_of(&sequence, calibration.as_ref().map(|(calibration, _)| calibration)),
             &options,
@@ -75,6 +77,13 @@ impl Match {
         let view = View { figure_row: self.figure_row, truth: None };
         let measurement = measure(&sequence, calibration.as_ref(), &options, view, &folder, talk)?;
         folder.commit()?;
+        if drops_surface {
+            talk.say(&format!(
+                "note: {} was of the former results and is gone with them; `epirig surface {}` makes it anew",
+                surface.display(),
+                self.seq.display()
+            ));
+        }
         advise(&measurement, talk);
         talk.result(&measurement.summary, || {
             let picture = out.join("disparity.png");

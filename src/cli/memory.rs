@@ -18,12 +18,23 @@ pub fn keep_memory() -> bool {
         // SAFETY: takes two numbers by value and changes parameters of the allocator alone, under its own lock; whatever they are, it keeps its
         // promises. What is allocated already stays as it is.
         let set = |parameter, bytes| unsafe { libc::mallopt(parameter, bytes) } == 1;
+        // Each thread's arena reserves 64 MiB of addresses, used or not: where those are limited, all share one.
+        if is_limited() {
+            set(libc::M_ARENA_MAX, 1);
+        }
         let threshold = libc::M_MMAP_THRESHOLD;
         let kept = set(threshold, KEPT_BYTES) || set(threshold, KEPT_BY_OLDER_BYTES);
         set(libc::M_TRIM_THRESHOLD, KEPT_BYTES) && kept
     }
     #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
     false
+}
+
+/// Whether `ulimit -v` or `-d` bound this process.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+fn is_limited() -> bool {
+    use rustix::process::{Resource, getrlimit};
+    [Resource::As, Resource::Data].into_iter().any(|resource| getrlimit(resource).current.is_some())
 }
 
 #[cfg(all(test, target_os = "linux", target_env = "gnu"))]

@@ -2,7 +2,7 @@
 
 use super::{CliError, Talk};
 use crate::calibrate::Calibration;
-use crate::memory::{Available, available};
+use crate::memory::{Available, Bound, available};
 use crate::pipeline::{Frames, frames_that_fit, match_need};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
@@ -33,14 +33,13 @@ pub(super) fn check_match(frames: Frames, options: &MatchOptions, talk: &Talk) -
                 frames.count
             )
         });
-        match () {
+        let part = match () {
             () if first_look <= available.bytes && first_look < match_need(frames, options) => {
                 format!("`--quick` needs {}", size(first_look))
             }
-            () => {
-                fewer.unwrap_or_else(|| "no part of it would fit; use a machine with more memory".to_owned())
-            }
-        }
+            () => fewer.unwrap_or_else(|| "no part of it would fit".to_owned()),
+        };
+        format!("{part}; or {}", close_others(available))
     })
 }
 
@@ -51,23 +50,39 @@ pub(super) fn check(
     talk: &Talk,
     advice: impl FnOnce(Available) -> String,
 ) -> Result<(), CliError> {
-    let Some(available) = available() else { return Ok(()) };
-    if bytes > available.bytes {
-        return Err(CliError::Memory {
+    if available().is_some() {
+        refuse_more_than_there_is(what, bytes, advice)?;
+        talk.say(&format!("{what} needs up to {} of memory", size(bytes)));
+    }
+    Ok(())
+}
+
+/// The same without a word if there is enough.
+pub(super) fn refuse_more_than_there_is(
+    what: &str,
+    bytes: u64,
+    advice: impl FnOnce(Available) -> String,
+) -> Result<(), CliError> {
+    match available().filter(|available| bytes > available.bytes) {
+        None => Ok(()),
+        Some(available) => Err(CliError::Memory {
             what: what.to_owned(),
             needed: size(bytes),
             available: size(available.bytes),
             bound: available.bound,
             advice: advice(available),
-        });
+        }),
     }
-    talk.say(&format!("{what} needs up to {} of memory", size(bytes)));
-    Ok(())
 }
 
 /// What a person may do about a need of which there is no smaller part.
-pub(super) fn close_others(_: Available) -> String {
-    "close other programs, raise the limit, or use a machine with more memory".to_owned()
+pub(super) fn close_others(available: Available) -> String {
+    match available.bound {
+        Bound::Process => "raise the limit (`ulimit -v`, `ulimit -d`)",
+        Bound::ControlGroup => "give the container or job more memory",
+        Bound::Machine => "close other programs, or use a machine with more memory",
+    }
+    .to_owned()
 }
 
 /// Bytes as people say them.

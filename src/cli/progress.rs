@@ -56,7 +56,34 @@ fn print(text: &str) -> std::io::Result<()> {
 /// A line without characters that a terminal would obey: words of a file or a device may stand in it.
 fn harmless(line: &str) -> String {
     let obeyed = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
-    line.replace(obeyed, "\u{fffd}")
+    shortened(&line.replace(obeyed, "\u{fffd}"))
+}
+
+/// A text without numbers that fill lines: 1e308 has 309 digits.
+fn shortened(text: &str) -> String {
+    /// More than a whole number of 64 bit has, and a number that was measured.
+    const MOST_DIGITS: usize = 24;
+    let is_part = |letter: char| letter.is_ascii_digit() || letter == '.';
+    let mut short = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = rest.find(is_part) {
+        let (before, from_here) = rest.split_at(start);
+        let end = from_here.find(|letter| !is_part(letter)).unwrap_or(from_here.len());
+        let (run, after) = from_here.split_at(end);
+        let number = run.trim_end_matches('.');
+        // Digits among letters are a hash or a name.
+        let in_word = before.ends_with(char::is_alphanumeric) || after.starts_with(char::is_alphanumeric);
+        short.push_str(before);
+        match number.parse::<f64>().ok().filter(|_| number.len() > MOST_DIGITS && !in_word) {
+            Some(value) => {
+                short.push_str(&format!("{value:e}"));
+                short.push_str(&run[number.len()..]);
+            }
+            None => short.push_str(run),
+        }
+        rest = after;
+    }
+    short + rest
 }
 
 /// The program's voice.
@@ -89,7 +116,7 @@ impl Talk {
         text: impl FnOnce() -> String,
     ) -> Result<(), CliError> {
         if !JSON.load(Ordering::SeqCst) {
-            return self.print(&text());
+            return self.print(&harmless(&text()));
         }
         let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
         match ANSWERED.swap(true, Ordering::SeqCst) {
@@ -164,5 +191,19 @@ impl Progress for Talk {
 
     fn end(&self) {
         self.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_hundreds_of_digits_are_shortened() {
+        assert_eq!(harmless(&format!("at {} mm, {}.", 1e308, -1.5e-300)), "at 1e308 mm, -1.5e-300.");
+        let hash = format!("{}a{}", "1".repeat(30), "2".repeat(33));
+        let kept = format!("{hash} 18446744073709551615 0.1 2026-11-24T10:29:43.212462583Z 1..9 ...");
+        assert_eq!(harmless(&kept), kept);
+        assert_eq!(harmless("a\u{1b}[31m\tb\nc"), "a\u{fffd}[31m\tb\nc");
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::scan::{Course, Devices, scan};
+use super::verify::refuse_another_rig;
 use super::{CliError, Talk};
 use crate::profile::{Override, Profile};
 use epirig_data::sequence::{Origin, Sequence};
@@ -56,9 +57,11 @@ impl Resume {
             Origin::Captured { .. } => Profile::of_sequence(&sequence)?,
             Origin::Imported { .. } | Origin::Rectified { .. } => None,
         };
-        profile.ok_or_else(|| {
+        let profile = profile.ok_or_else(|| {
             CliError::Usage(format!("{folder} was not made by `epirig capture`; it cannot be resumed"))
-        })
+        })?;
+        refuse_another_rig(&sequence, &profile)?;
+        Ok(profile)
     }
 }
 

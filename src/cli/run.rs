@@ -17,7 +17,7 @@ use super::{CliError, Talk};
 use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
-use crate::results::{MatchSummary, ResultsFolder};
+use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, refuse_existing};
 use epirig_matcher::MatchOptions;
@@ -130,7 +130,7 @@ pub(super) fn measure_object(
     } else {
         None
     };
-    let results = ResultsFolder::create(&folder.join("results"), false)?;
+    let results = ResultsFolder::create(&folder.join("results"), ResultsKind::Match, false)?;
     let view = View { figure_row: None, truth };
     let measurement = measure(&sequence, calibration.as_ref(), options, view, &results, talk)?;
     Ok(Measured { captured, measurement, results })

@@ -4,9 +4,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::{Hands, Stages};
 use super::{CliError, Talk, interrupt, log};
 use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
+use crate::pipeline::capture_need;
 use crate::profile::Profile;
 use crate::rig::{capture_plan, open_camera};
 use epirig_data::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
@@ -29,6 +31,13 @@ impl<'a> Devices<'a> {
         talk: &'a Talk,
     ) -> Result<Self, CliError> {
         let plan = capture_plan(profile)?;
+        // Where a camera chooses the size, it is one that its own buffers have room for.
+        if let Some(size) = profile.camera.size {
+            let need = capture_need(size.rows, size.columns, plan.averaged > 1);
+            refuse_more_than_there_is("taking frames", need, |available| {
+                format!("smaller frames need less (camera.size); or {}", close_others(available))
+            })?;
+        }
         if profile.camera.is_simulated() && !profile.stage.is_simulated() {
             talk.say("note: the camera is simulated, and shows the object where the stage says that it is: a rehearsal");
         }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::verify::refuse_another_rig;
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use crate::results::MatchSummary;
@@ -36,15 +37,8 @@ impl AnywayArgument {
             return Err(error.into());
         }
         // A rig that another version recorded may not be understood, and is not needed.
-        if let Ok(Some(rig)) = Profile::of_sequence(sequence)
-            && let Some(found) = rig.contradictions(sequence).first()
-        {
-            return Err(CliError::Integrity(format!(
-                "{}, {}: {}",
-                sequence.folder().display(),
-                found.file,
-                found.problem
-            )));
+        if let Ok(Some(rig)) = Profile::of_sequence(sequence) {
+            refuse_another_rig(sequence, &rig)?;
         }
         if let Some(words) = sequence.end_in_words() {
             talk.say(&format!("note: {words}"));

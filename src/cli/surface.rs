@@ -10,7 +10,7 @@ use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{Calibration, read_calibration};
 use crate::pipeline::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface, surface_need};
-use crate::results::{ResultsFolder, read_map, read_summary};
+use crate::results::{ResultsFolder, ResultsKind, read_map, read_summary};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{Rectangle, StepsOptions, TrendKind, heights};
@@ -157,7 +157,7 @@ impl Surface {
         let questions =
             SurfaceQuestions { steps, region, line, profile_width_px: self.profile_width as usize };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
-        let folder = ResultsFolder::create(&out, self.overwrite)?;
+        let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
         let summary = inspect_surface(&heights, &matched, &questions, &folder)?;
         folder.commit()?;
         talk.result(&summary, || {

@@ -5,15 +5,33 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CliError, Talk};
+use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::profile::Profile;
 use epirig_data::sequence::{Finding, Origin, Sequence, verify};
 
-/// Check that a sequence is what its records say, and that these agree: hashes, gaps, sizes, positions
+/// Check that a sequence is what its records say, and that these agree: hashes, gaps, sizes, positions, calibration
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  epirig verify seq\n\nThe exit code is 5 if anything is not as recorded.")]
 pub(super) struct Verify {
     /// Folder of the sequence
     seq: PathBuf,
+}
+
+/// In what the rig that is recorded with a sequence contradicts its other records.
+pub(super) fn findings_of_rig(sequence: &Sequence, rig: &Profile) -> Vec<Finding> {
+    let mut found = rig.contradictions(sequence);
+    found.extend(other_simulator(sequence, rig));
+    found
+}
+
+/// Refuses a sequence whose recorded rig contradicts its other records: one of them is wrong, and nobody knows which.
+pub(super) fn refuse_another_rig(sequence: &Sequence, rig: &Profile) -> Result<(), CliError> {
+    match findings_of_rig(sequence, rig).first() {
+        None => Ok(()),
+        Some(Finding { file, problem }) => {
+            Err(CliError::Integrity(format!("{}, {file}: {problem}", sequence.folder().display())))
+        }
+    }
 }
 
 /// The simulated rig is told twice, too: by the profile, and as it was made of that.
@@ -36,21 +54,23 @@ impl Verify {
         let sequence = Sequence::open(&self.seq)?;
         let mut report = verify(&sequence, talk)?;
         match Profile::of_sequence(&sequence) {
-            Ok(Some(rig)) => {
-                report.findings.extend(rig.contradictions(&sequence));
-                report.findings.extend(other_simulator(&sequence, &rig));
-            }
+            Ok(Some(rig)) => report.findings.extend(findings_of_rig(&sequence, &rig)),
             Ok(None) => {}
             Err(error) => {
                 let file = "sequence.json".to_owned();
                 report.findings.push(Finding { file, problem: error.to_string() });
             }
         }
+        if let Err(error) = read_calibration(&sequence) {
+            report.findings.push(Finding { file: CALIBRATION.to_owned(), problem: error.to_string() });
+        }
         talk.result(&report, || {
             let findings: String = report
                 .findings
                 .iter()
-                .map(|finding| format!("{}: {}\n", finding.file, finding.problem))
+                .map(|finding| {
+                    format!("{}: {}", finding.file, finding.problem).replace('\n', "\u{fffd}") + "\n"
+                })
                 .collect();
             format!("{findings}{} of {} frames are good\n", report.good_frames, report.planned_frames)
         })?;

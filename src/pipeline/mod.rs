@@ -29,7 +29,10 @@ use epirig_matcher::surface::{Geometry, Heights, SurfaceError, heights};
 use epirig_matcher::{Answer, DisparityMaps, Effort, MatchError, MatchOptions, Matcher};
 
 pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
-pub use need::{Frames, calibration_need, frames_that_fit, match_need, rectification_need, surface_need};
+pub use need::{
+    Frames, calibration_need, capture_need, frames_that_fit, import_need, match_need, rectification_need,
+    surface_need,
+};
 pub use rectified::rectify_sequence;
 
 /// Why a sequence has no results.

@@ -15,6 +15,11 @@ const FIRST_LOOK: u64 = 132;
 const CALIBRATION: u64 = 50;
 const RECTIFICATION: u64 = 26;
 const SURFACE: u64 = 156;
+/// Frames of a scan on their way, what a simulated rig renders of them included; and with those of an average.
+const SCAN: u64 = 35;
+const AVERAGED_SCAN: u64 = 50;
+/// An image that is imported: of four channels of 16 bit, decoded, made grey, and encoded again.
+const IMPORT: u64 = 24;
 
 /// Frames and what is held of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +78,17 @@ pub fn rectification_need(frames: Frames) -> u64 {
 /// Bytes that questions about a surface of `rows` x `columns` heights take at most.
 pub fn surface_need(rows: usize, columns: usize) -> u64 {
     Frames { count: 0, rows, columns, sample_bytes: 1 }.with(SURFACE)
+}
+
+/// Bytes that taking frames of `rows` x `columns` takes at most; `deep`: of more than 8 bit, or averaged.
+pub fn capture_need(rows: usize, columns: usize, deep: bool) -> u64 {
+    let frames = Frames { count: 0, rows, columns, sample_bytes: 1 };
+    frames.with(if deep { AVERAGED_SCAN } else { SCAN })
+}
+
+/// Bytes that importing images of `rows` x `columns` takes at most, whose files have up to `file_bytes`.
+pub fn import_need(rows: usize, columns: usize, file_bytes: u64) -> u64 {
+    Frames { count: 0, rows, columns, sample_bytes: 1 }.with(IMPORT) + file_bytes
 }
 
 /// The most of `frames` that matching takes no more than `bytes` for; `None` if not even two fit.

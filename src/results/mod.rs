@@ -1,5 +1,6 @@
 //! The folder of results: written whole or not at all.
 
+mod kind;
 mod read;
 mod write;
 
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+pub use kind::ResultsKind;
 pub use read::{read_map, read_named_map, read_summary};
 pub use write::{ResultsFolder, mask_value};
 
@@ -37,6 +39,36 @@ pub enum ResultsError {
         path: PathBuf,
         /// Name of what it holds.
         name: String,
+    },
+    /// The folder holds results of another verb.
+    #[error(
+        "{} holds results of `epirig {}` ({}), which `epirig {}` does not replace; choose another folder with --out", path.display(), found.verb(),
+        found.summary(), wanted.verb()
+    )]
+    OtherResults {
+        /// The folder.
+        path: PathBuf,
+        /// What is there.
+        found: ResultsKind,
+        /// What was to be put there.
+        wanted: ResultsKind,
+    },
+    /// The folder has files of such names, but not the one that tells whose they are.
+    #[error(
+        "{} has no {}, so nobody knows whether `epirig {}` has written it, and it is not replaced; choose another folder with --out", path.display(),
+        kind.summary(), kind.verb()
+    )]
+    NoSummary {
+        /// The folder.
+        path: PathBuf,
+        /// What was to be put there.
+        kind: ResultsKind,
+    },
+    /// There is a link where a folder should be.
+    #[error("{} is a link, and results take the place of a folder; give the folder that it leads to, with --out", path.display())]
+    Link {
+        /// What is there.
+        path: PathBuf,
     },
     /// There is a file where a folder should be.
     #[error("{} is not a folder; choose another folder with --out", path.display())]

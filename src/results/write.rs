@@ -1,19 +1,16 @@
 //! Writing the folder of results.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use image::{GrayImage, RgbImage};
 use serde::Serialize;
 
-use super::{MatchSummary, ResultsError};
+use super::kind::check_target;
+use super::{MatchSummary, ResultsError, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;
-use epirig_data::storage::{
-    Disk, RealDisk, Scratch, is_in_the_making, is_of_the_system, is_scratch, is_writing, put_in_place,
-    recover,
-};
+use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
 use epirig_matcher::Answer;
 
 /// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden,
@@ -29,79 +26,11 @@ pub fn mask_value(answer: Answer) -> u8 {
     }
 }
 
-/// Files and folders that results consist of; a folder that holds anything else is never replaced. What killed programs have left there counts
-/// as ours, too.
-const OWN_NAMES: [&str; 26] = [
-    "match.json",
-    "disparity.pfm",
-    "disparity.tiff",
-    "disparity.npy",
-    "disparity.png",
-    "disparity-detail.png",
-    "sigma.tiff",
-    "sigma.png",
-    "cost.tiff",
-    "confidence.tiff",
-    "mask.png",
-    "height.png",
-    "height_mm.tiff",
-    "height_sigma_mm.tiff",
-    "figures",
-    "measured-and-truth.png",
-    "height-along-row.png",
-    "height-along-row.csv",
-    "surface",
-    "surface.json",
-    "surface.ply",
-    "height.gsf",
-    "hollows.csv",
-    "profile.csv",
-    "profile.png",
-    "used.png",
-];
-
-/// Refuses to put results at `target` unless nothing is there, or an empty folder, or results that may be replaced.
-fn check_target(target: &Path, overwrite: bool) -> Result<(), ResultsError> {
-    let io = |source| ResultsError::Io { action: "look into", path: target.to_owned(), source };
-    match fs::symlink_metadata(target) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        // Below a file there is no folder: making it will say so, with the path of that file.
-        Err(error) if error.kind() == std::io::ErrorKind::NotADirectory => return Ok(()),
-        Err(error) => return Err(io(error)),
-        Ok(metadata) if !metadata.is_dir() => {
-            return Err(ResultsError::NotAFolder { path: target.to_owned() });
-        }
-        Ok(_) => {}
-    }
-    let mut occupied = false;
-    for entry in fs::read_dir(target).map_err(io)? {
-        let entry = entry.map_err(io)?;
-        let name = entry.file_name();
-        if is_scratch(&name) {
-            if is_writing(&entry.path()) {
-                return Err(ResultsError::Busy { path: entry.path() });
-            }
-            continue;
-        }
-        occupied = true;
-        let is_ours = OWN_NAMES.iter().any(|own| name == *own) || is_in_the_making(&name);
-        if !is_ours && !is_of_the_system(&name) {
-            return Err(ResultsError::Foreign {
-                path: target.to_owned(),
-                name: name.to_string_lossy().into_owned(),
-            });
-        }
-    }
-    match occupied && !overwrite {
-        true => Err(ResultsError::Exists { path: target.to_owned() }),
-        false => Ok(()),
-    }
-}
-
 /// A folder of results in the making, beside its final place; [`ResultsFolder::commit`] puts it there whole. Dropped
 /// without that, it leaves nothing.
 pub struct ResultsFolder {
     target: PathBuf,
+    kind: ResultsKind,
     overwrite: bool,
     scratch: Scratch,
     disk: Mutex<Box<dyn Disk>>,
@@ -111,22 +40,27 @@ impl ResultsFolder {
     /// Prepares to write `target`. Whether it may be written is found out here, before any work is done.
     ///
     /// # Errors
-    /// [`ResultsError`] if `target` holds something and `overwrite` is not set (or it is no folder of results), or its
+    /// [`ResultsError`] if `target` holds something and `overwrite` is not set (or it holds anything but results of this kind), or its
     /// parent cannot be written.
-    pub fn create(target: &Path, overwrite: bool) -> Result<Self, ResultsError> {
-        Self::create_on(Box::new(RealDisk), target, overwrite)
+    pub fn create(target: &Path, kind: ResultsKind, overwrite: bool) -> Result<Self, ResultsError> {
+        Self::create_on(Box::new(RealDisk), target, kind, overwrite)
     }
 
     /// The same on a given disk.
     ///
     /// # Errors
     /// As [`create`](Self::create).
-    pub fn create_on(mut disk: Box<dyn Disk>, target: &Path, overwrite: bool) -> Result<Self, ResultsError> {
+    pub fn create_on(
+        mut disk: Box<dyn Disk>,
+        target: &Path,
+        kind: ResultsKind,
+        overwrite: bool,
+    ) -> Result<Self, ResultsError> {
         if target.file_name().is_none() {
             return Err(ResultsError::NoName { path: target.to_owned() });
         }
         recover(&mut *disk, target).map_err(io("bring back", target))?;
-        check_target(target, overwrite)?;
+        check_target(target, kind, overwrite)?;
         let scratch = Scratch::beside(target).map_err(|(path, source)| ResultsError::Io {
             action: "make a folder in",
             path,
@@ -134,7 +68,7 @@ impl ResultsFolder {
         })?;
         let building = scratch.path().join(BUILDING);
         disk.make_folder(&building).map_err(io("make a folder in", &building))?;
-        Ok(Self { target: target.to_owned(), overwrite, scratch, disk: Mutex::new(disk) })
+        Ok(Self { target: target.to_owned(), kind, overwrite, scratch, disk: Mutex::new(disk) })
     }
 
     fn building(&self) -> PathBuf {
@@ -238,7 +172,7 @@ impl ResultsFolder {
     /// [`ResultsError`]; what was there before stays if the new folder cannot take its place.
     pub fn commit(self) -> Result<(), ResultsError> {
         // Something may have come there since the work began.
-        check_target(&self.target, self.overwrite)?;
+        check_target(&self.target, self.kind, self.overwrite)?;
         let building = self.building();
         let placed = put_in_place(&mut **self.disk(), &building, &self.target);
         placed.map_err(io("put in place", &self.target))

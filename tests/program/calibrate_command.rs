@@ -183,7 +183,7 @@ fn lenses_come_from_other_programs_and_go_to_them() {
         ("nonsense.json", 5, &["nonsense.json"]),
         ("nowhere.yml", 2, &["nowhere.yml"]),
         ("nowhere.json", 2, &["nowhere.json"]),
-        ("seq/frames/0000.png", 2, &["0000.png", "OpenCV"]),
+        ("seq/frames/0000.png", 5, &["0000.png", "OpenCV"]),
     ] {
         fails(path, &calibrate_anew(&["--lens", file]), code, words);
     }
@@ -201,17 +201,26 @@ fn a_calibration_that_does_not_fit_the_frames_is_not_used() {
     let good = fs::read_to_string(&file).unwrap();
     let mut value: serde_json::Value = serde_json::from_str(&good).unwrap();
     value["positions"]["tau"].as_array_mut().unwrap().pop();
-    let short = value.to_string();
+    // Whoever changes it makes its hash right, too.
+    let signed = |value: &serde_json::Value| {
+        let mut record: epirig::calibrate::Calibration = serde_json::from_value(value.clone()).unwrap();
+        record.blake3 = record.hash();
+        serde_json::to_string(&record).unwrap()
+    };
+    let short = signed(&value);
     value = serde_json::from_str(&good).unwrap();
     value["mapping"]["camera"]["columns"] = 1_000_000_000_u64.into();
-    let huge = value.to_string();
+    let huge = signed(&value);
     value = serde_json::from_str(&good).unwrap();
     value["mapping"]["roll_rad"] = 1.0.into();
-    let turned = value.to_string();
-    let other = good.replacen("\"sequence_uid\": \"", "\"sequence_uid\": \"x", 1);
+    let turned = signed(&value);
+    value = serde_json::from_str(&good).unwrap();
+    value["sequence_uid"] = "x".into();
+    let other = signed(&value);
     for (text, words) in [
         (&good[..good.len() / 2], &["calibration.json", "--overwrite"][..]),
-        (&good.replace("\"format\": 3", "\"format\": 4"), &["version 4", "reads version 3"]),
+        (&good.replace("\"format\": 4", "\"format\": 5"), &["version 5", "reads version 4"]),
+        (&value.to_string(), &["calibration.json", "changed after it was made"]),
         (&other, &["stale", "another sequence", "--as-captured"]),
         (&short, &["8 positions for 9 frames"]),
         (&huge, &["1000000000 x"]),

@@ -35,7 +35,7 @@ pub fn write_sequence(simulator: &Simulator, light: &[Grid<f32>], extras: Extras
     let (rows, columns) = (config.optics.rows, config.optics.columns);
     let record = SequenceRecord {
         format: FORMAT_VERSION,
-        uid: "simulator".to_owned(),
+        uid: epirig_data::sequence::new_uid(),
         program: "test".to_owned(),
         created: "2001-01-01T00:00:00Z".to_owned(),
         origin: Origin::Captured {

@@ -124,6 +124,8 @@ fn bare() -> Calibrated {
     let mapping = Mapping::fitting(estimate.lens, 0.0, 0.0, ROWS, COLUMNS).unwrap();
     let nothing = String::new;
     let calibration = Calibration {
+        blake3: String::new(),
+        scan_ended: String::new(),
         format: FORMAT_VERSION,
         program: nothing(),
         sequence_uid: nothing(),

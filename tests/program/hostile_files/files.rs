@@ -225,11 +225,29 @@ fn what_does_not_fit_into_memory_is_refused_before_it_begins() {
     for arguments in
         ["match seq --range 0..9", "calibrate seq --positions texture", "evaluate seq --both-ways"]
     {
-        let (code, said) = limited(300_000, arguments);
+        let (code, said) = limited(180_000, arguments);
         assert_eq!(code, Some(1), "{arguments}: {said}");
         assert!(said.contains("of memory") && said.contains("ulimit"), "{arguments}: {said}");
     }
     assert_eq!(names(&folder.path().join("seq")), ["frames", "journal.jsonl", "sequence.json", "stop.json"]);
+    for (kib, arguments, words) in [
+        (300_000, "demo --out demo", "would fit; or"),
+        (200_000, "capture --out scan --rig sim --size 4096x4096", "camera.size"),
+        (100_000, "import photos --out other", "raise the limit"),
+    ] {
+        let (code, said) = limited(kib, arguments);
+        assert_eq!(code, Some(1), "{arguments}: {said}");
+        assert!(said.contains(words) && said.contains("raise the limit"), "{arguments}: {said}");
+    }
+    assert_eq!(names(folder.path()), ["photos", "seq"]);
+    // A higher limit leaves more.
+    let left = |kib: u32| {
+        let said = limited(kib, "match seq --range 0..9").1;
+        let before = said.split(" MB is left").next().unwrap_or_default();
+        before.rsplit(' ').next().unwrap().parse::<f64>().unwrap_or_else(|_| panic!("{said}"))
+    };
+    let left: Vec<f64> = [120_000, 200_000, 250_000, 300_000].into_iter().map(left).collect();
+    assert!(left.windows(2).all(|pair| pair[0] + 30.0 < pair[1]), "{left:?}");
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Files that were damaged, exchanged or made to do harm: nothing hangs, nothing outside is read, and nothing is believed that another record or the
 //! files themselves contradict.
 
+mod calibrations;
 mod files;
+mod places;
 mod records;
 mod words;
 

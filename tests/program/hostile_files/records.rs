@@ -26,7 +26,7 @@ fn positions_that_contradict_each_other_are_refused() {
 #[test]
 fn whatever_is_told_twice_has_to_agree() {
     type Change = fn(&mut Vec<serde_json::Value>);
-    let changes: [(Change, &[&str]); 16] = [
+    let changes: [(Change, &[&str]); 24] = [
         (|lines| lines[2]["bytes"] = 7.into(), &["0002.png", "7 bytes"]),
         (|lines| lines[2]["mean_dn"] = 12.5.into(), &["0002.png", "12.5"]),
         (|lines| lines[2]["saturated"] = 1.into(), &["at full scale"]),
@@ -51,7 +51,7 @@ fn whatever_is_told_twice_has_to_agree() {
                 lines[3]["certificate"]["readings_mm"] = serde_json::json!([15.3, 15.3]);
                 lines[3]["reported_mm"] = 15.3.into();
             },
-            &["frame 3", "other limits"],
+            &["frame 3", "100 mm off", "the rig 0.02 mm"],
         ),
         (|lines| lines[3]["certificate"]["saturated_limit"] = 1.0.into(), &["frame 3", "other limits"]),
         (|lines| lines[3]["certificate"]["controls_as_set"] = 77.into(), &["frame 3", "other limits"]),
@@ -62,6 +62,37 @@ fn whatever_is_told_twice_has_to_agree() {
             &["frame 3", "reported is missing"],
         ),
         (|lines| lines[3]["exposure"]["received_ns"] = 0.into(), &["frame 3", "received before"]),
+        (
+            |lines| {
+                for line in lines.iter_mut() {
+                    line["certificate"]["position_tolerance_mm"] = 1.0.into();
+                }
+                lines[3]["certificate"]["readings_mm"] = serde_json::json!([15.4, 15.4]);
+                lines[3]["reported_mm"] = 15.4.into();
+            },
+            &["frame 3", "1 mm off", "the rig 0.02 mm"],
+        ),
+        (
+            |lines| {
+                for line in lines.iter_mut() {
+                    drop(line.as_object_mut().unwrap().remove("certificate"));
+                }
+                lines[3]["reported_mm"] = 15.4.into();
+            },
+            &["frame 0: its certificate is missing", "frame 3", "stood at 15.4 mm"],
+        ),
+        (
+            |lines| lines[3]["camera_sequence"] = lines[2]["camera_sequence"].clone(),
+            &["frame 3", "the camera counted it"],
+        ),
+        (|lines| lines[3]["camera_sequence"] = 1.into(), &["frame 3", "the camera counted it"]),
+        (|lines| lines[3]["exposure"]["stamp_ns"] = 0.into(), &["0003.png", "stamp of 0 ns"]),
+        (
+            |lines| lines[3]["exposure"] = lines[2]["exposure"].clone(),
+            &["frame 3", "before frame 2 had been received"],
+        ),
+        (|lines| lines[3]["exposure"]["timing"] = "guessed".into(), &["0003.png", "guessed"]),
+        (|lines| lines[3]["written"] = "yesterday".into(), &["0003.png", "yesterday"]),
         (
             |lines| {
                 lines.push(
@@ -80,7 +111,9 @@ fn whatever_is_told_twice_has_to_agree() {
         assert_eq!(output.status.code(), Some(5), "{words:?}: {said}");
         assert!(words.iter().all(|word| said.contains(word)), "{words:?}: {said}");
     }
-    let records: [(&str, &str, &[&str]); 4] = [
+    let records: [(&str, &str, &[&str]); 6] = [
+        ("\"uid\": \"", "\"uid\": \"x", &["no UUID"]),
+        ("\"created\": \"", "\"created\": \"x", &["created is no date"]),
         ("\n    \"focal_length_px\": ", "\n    \"focal_length_px\": 1", &["focal length"]),
         ("\"step_mm\": ", "\"step_mm\": 1", &["planned positions"]),
         ("\"focal_length_px\": ", "\"focal_length_px\": 1", &["simulated rig"]),
@@ -240,6 +273,18 @@ fn what_verify_refuses_resume_does_not_call_complete() {
     succeeds(folder.path(), &["resume", "seq"]);
     change_lines(folder.path(), |lines| lines[2]["mean_dn"] = 12.5.into());
     fails(folder.path(), &["resume", "seq"], 5, &["0002.png", "12.5"]);
+    // Neither where the simulated rig is not that of the profile, nor is that gone on with.
+    for ended in [true, false] {
+        let folder = super::folder();
+        captured(folder.path());
+        edit(folder.path(), "sequence.json", "\"focal_length_px\": ", "\"focal_length_px\": 1");
+        if !ended {
+            fs::remove_file(folder.path().join("seq/stop.json")).unwrap();
+            fs::remove_file(folder.path().join("seq/frames/0007.png")).unwrap();
+        }
+        fails(folder.path(), &["resume", "seq"], 5, &["simulated rig"]);
+        fails(folder.path(), &["match", "seq"], 5, &["simulated rig"]);
+    }
 }
 
 #[test]

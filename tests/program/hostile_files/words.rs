@@ -32,6 +32,16 @@ fn errors_say_what_is_wrong_and_where() {
     assert_eq!(code, Some(5), "{error}");
     let line = record.lines().position(|line| line.contains("bit_depth")).unwrap() + 1;
     assert!(error.contains(&format!("line {line}: bit_depth")), "{error}");
+    // Also within what is of several kinds, and in words that need no knowledge of the program.
+    fs::write(&path, record.replace("\"conversions\": []", "\"conversions\": [\n7]")).unwrap();
+    let (code, error) = said(&["match", "seq"]);
+    assert_eq!(code, Some(5), "{error}");
+    let line = record.lines().position(|line| line.contains("conversions")).unwrap() + 2;
+    assert!(error.contains(&format!("line {line}: origin.conversions[0]: ")), "{error}");
+    fs::write(&path, record.replace("\"rows\": 24", "\"rows\": \"a\"")).unwrap();
+    let (_, error) = said(&["match", "seq"]);
+    assert!(error.contains("rows") && error.contains("expected a whole number from 0 on"), "{error}");
+    assert!(!error.contains("usize") && !error.contains("u64"), "{error}");
     fs::write(&path, &record).unwrap();
     let journal = folder.path().join("seq/journal.jsonl");
     let lines = fs::read_to_string(&journal).unwrap();
@@ -112,4 +122,13 @@ fn words_of_a_file_make_no_lines_of_their_own() {
     assert_eq!(output.status.code(), Some(5), "{said}");
     assert_eq!(said.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{said}");
     assert!(said.contains("fake") && !said.contains('\u{1b}'), "{said}");
+    let output = epirig(folder.path(), &["verify", "seq"]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("not closed") || said.contains("positions are wrong"), "{said}");
+    super::edit(folder.path(), "sequence.json", "\"uid\": \"", "\"uid\": \"\\u001b[31m");
+    super::change_lines(folder.path(), |lines| lines[3]["commanded_mm"] = 1e308.into());
+    let output = epirig(folder.path(), &["verify", "seq"]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("1e308") && !said.contains('\u{1b}'), "{said}");
+    assert!(said.lines().all(|line| line.len() < 400), "{said}");
 }

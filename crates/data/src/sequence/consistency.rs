@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::reader::{JOURNAL, START, STOP};
 use super::record::{CertificateRecord, Event, ExitStatus, FrameKind, FrameRecord, Origin};
-use super::{Sequence, SequenceError};
+use super::{Sequence, SequenceError, course};
 use epirig_core::tau::Tau;
 
 /// Something that is not as recorded, with the file it concerns and what to do.
@@ -24,7 +24,7 @@ impl Finding {
     }
 }
 
-const RESTORE: &str = "restore the records from a copy";
+pub(super) const RESTORE: &str = "restore the records from a copy";
 
 impl Sequence {
     /// Refuses records that contradict each other: it is not known which of them is wrong. No frame is read.
@@ -46,7 +46,10 @@ impl Sequence {
         let mut found = Vec::new();
         self.check_plan(&mut found);
         self.check_configuration(&mut found);
-        let certified = self.frames().iter().any(|frame| frame.certificate.is_some());
+        // Whatever the program takes with a rig, it certifies.
+        let with_rig =
+            matches!(self.record().origin, Origin::Captured { .. }) && self.record().origin.rig().is_some();
+        let certified = with_rig || self.frames().iter().any(|frame| frame.certificate.is_some());
         let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
         for kind in kinds {
             let mut seen = BTreeSet::new();
@@ -70,6 +73,7 @@ impl Sequence {
         }
         self.check_certificates(&mut found);
         self.check_closure(&mut found);
+        found.extend(course::findings(self));
         for event in self.events() {
             if let Event::Retake(retake) = event
                 && retake.index >= self.record().frames
@@ -132,19 +136,43 @@ impl Sequence {
         }
     }
 
+    /// How far the stage may be from where it was sent, in mm, by the recorded rig; `None` if none was recorded.
+    fn position_tolerance_mm(&self) -> Option<f64> {
+        let rig = self.record().origin.rig()?;
+        let number = |key| rig.pointer(key).and_then(serde_json::Value::as_f64);
+        // What the driver is told to put up with, a scan does, too.
+        Some(number("/limits/position_mm")?.max(number("/stage/tolerance_mm").unwrap_or(0.0)))
+    }
+
     /// Checks that all certificates of a scan agree (until it is resumed with other limits), and that each
     /// attempt before a frame is recorded.
     fn check_certificates(&self, found: &mut Vec<Finding>) {
         let mut shared = None;
+        let mut tolerance_mm = self.position_tolerance_mm();
         let mut retakes: BTreeMap<usize, usize> = BTreeMap::new();
         for event in self.events() {
             match event {
-                Event::Resumed(_) => shared = None,
+                Event::Resumed(resumed) => {
+                    shared = None;
+                    tolerance_mm = tolerance_mm.map(|mm| resumed.position_tolerance_mm.unwrap_or(mm));
+                }
                 Event::Retake(retake) => *retakes.entry(retake.index).or_default() += 1,
                 Event::Frame(frame) => {
-                    let Some(certificate) = &frame.certificate else { continue };
                     let name = format!("frame {}", frame.index);
+                    let Some(certificate) = &frame.certificate else {
+                        if let Some(off) = tolerance_mm.and_then(|mm| off_position(frame, mm)) {
+                            found.push(Finding::new(&name, format!("{off}; {RESTORE}")));
+                        }
+                        continue;
+                    };
                     let limits = Limits::of(certificate);
+                    if let Some(allowed_mm) = tolerance_mm.filter(|mm| *mm != limits.position_mm) {
+                        let problem = format!(
+                            "its certificate allows the stage to be {} mm off, the rig {allowed_mm} mm; {RESTORE}",
+                            limits.position_mm
+                        );
+                        found.push(Finding::new(&name, problem));
+                    }
                     let problem = if !limits.can_be() {
                         Some("the limits in its certificate cannot be".to_owned())
                     } else if *shared.get_or_insert(limits) != limits {
@@ -291,17 +319,20 @@ fn certificate_problems(frame: &FrameRecord, certificate: &CertificateRecord) ->
         )),
         Some(_) => {}
     }
-    if let Some(commanded_mm) = frame.commanded_mm {
-        let mut places = readings.into_iter().chain(frame.reported_mm);
-        let off = places.find(|place_mm| (place_mm - commanded_mm).abs() > tolerance_mm);
-        if let Some(place_mm) = off {
-            problems.push(format!(
-                "the stage was sent to {commanded_mm} mm and stood at {place_mm} mm, {tolerance_mm} mm are allowed"
-            ));
-        }
-    }
+    problems.extend(off_position(frame, tolerance_mm));
     if certificate.saturated_share > certificate.saturated_limit {
         problems.push("more of it is at full scale than its own limit allows".to_owned());
     }
     problems
+}
+
+/// That the stage stood farther from where it was sent than is allowed, by any of its readings.
+fn off_position(frame: &FrameRecord, tolerance_mm: f64) -> Option<String> {
+    let commanded_mm = frame.commanded_mm?;
+    let readings = frame.certificate.iter().flat_map(|certificate| certificate.readings_mm);
+    let mut places = readings.chain(frame.reported_mm);
+    let place_mm = places.find(|place_mm| (place_mm - commanded_mm).abs() > tolerance_mm)?;
+    Some(format!(
+        "the stage was sent to {commanded_mm} mm and stood at {place_mm} mm, {tolerance_mm} mm are allowed"
+    ))
 }

@@ -32,6 +32,12 @@ pub enum SequenceError {
         /// The folder.
         path: PathBuf,
     },
+    /// A link where the folder is to be made.
+    #[error("{} is a link, and a sequence is made as a folder; give the folder that it leads to, or another name", path.display())]
+    Link {
+        /// The link.
+        path: PathBuf,
+    },
     /// A place without a name of its own.
     #[error("{} cannot be made anew as a whole; give the folder by its name", path.display())]
     NoName {

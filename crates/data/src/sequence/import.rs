@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::SequenceError;
 use super::nominal_lens::NominalLens;
+use super::numbering;
 use super::pixels::{DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, header, with_bit_depth};
 use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
@@ -76,6 +77,8 @@ pub struct Imported {
     pub conversions: Vec<String>,
     /// Names of hidden files that were passed over.
     pub hidden: Vec<String>,
+    /// Names that numbered images lack between the first and the last; empty where positions were given one by one.
+    pub holes: Vec<String>,
 }
 
 /// Images in a folder.
@@ -151,6 +154,8 @@ pub fn import(
     if images.len() < 2 {
         return Err(SequenceError::TooFewFrames { path: folder.to_owned(), count: images.len() });
     }
+    let holes = if options.positions.is_some() { Vec::new() } else { numbering::holes(images) };
+    numbering::refuse_other_images(folder, &all)?;
     refuse_existing(out)?;
     refuse_inside(out, folder)?;
     let mut calibration = Vec::new();
@@ -227,6 +232,7 @@ pub fn import(
         bit_depth: record.bit_depth,
         conversions: done,
         hidden,
+        holes,
     })
 }
 
@@ -287,10 +293,18 @@ impl Import<'_> {
 /// Refuses a sequence that would lie among the images that it is made of.
 fn refuse_inside(out: &Path, folder: &Path) -> Result<(), SequenceError> {
     let source = fs::canonicalize(folder).map_err(SequenceError::io("look into", folder))?;
-    if std::path::absolute(out).is_ok_and(|out| out.starts_with(&source)) {
+    if resolved(out).is_some_and(|out| out.starts_with(&source)) {
         return Err(SequenceError::InsideSource { out: out.to_owned(), folder: folder.to_owned() });
     }
     Ok(())
+}
+
+/// Where a path leads that need not be there yet: its links followed as far as there are any.
+fn resolved(path: &Path) -> Option<PathBuf> {
+    let path = std::path::absolute(path).ok()?;
+    let there = path.ancestors().find_map(|ancestor| Some((ancestor, fs::canonicalize(ancestor).ok()?)));
+    let (ancestor, real) = there?;
+    Some(real.join(path.strip_prefix(ancestor).ok()?))
 }
 
 fn start_record(

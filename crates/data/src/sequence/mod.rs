@@ -6,17 +6,20 @@
 //! [`verify`] checks every byte.
 
 mod consistency;
+mod course;
 mod derived;
 mod error;
 pub mod import;
 mod load;
 mod lock;
 mod nominal_lens;
+mod numbering;
 mod pixels;
 mod positions;
 mod reader;
 mod record;
 mod resume;
+mod start_keys;
 mod verify;
 mod writer;
 

@@ -8,7 +8,8 @@ use super::pixels::{Header, decode_grey, header, with_bit_depth};
 use super::record::{
     Event, ExitStatus, FORMAT_VERSION, FrameKind, FrameRecord, Origin, SequenceRecord, StopRecord,
 };
-use crate::storage::{is_there, parse_record, read_file, read_inside, read_record};
+use super::start_keys::StartKeys;
+use crate::storage::{is_there, parse_record, read_file, read_inside, read_record, read_record_of_kinds};
 use epirig_core::frame::Frame;
 use epirig_core::grid::area;
 use epirig_core::tau::Tau;
@@ -52,7 +53,7 @@ impl Sequence {
         if path.symlink_metadata().is_err() {
             return Err(SequenceError::NotASequence { path: folder.to_owned() });
         }
-        let record: SequenceRecord = read_record(&path, FORMAT_VERSION)?;
+        let record: SequenceRecord = read_record_of_kinds::<_, StartKeys>(&path, FORMAT_VERSION)?;
         if let Some(reason) = impossible(&record) {
             return Err(SequenceError::BadRecord { path, line: None, reason });
         }
@@ -270,7 +271,12 @@ fn impossible(record: &SequenceRecord) -> Option<String> {
 }
 
 fn read_journal(path: &Path) -> Result<Vec<Event>, SequenceError> {
-    let bytes = read_file(path, LARGEST_JOURNAL)?;
+    let bytes = read_file(path, LARGEST_JOURNAL).map_err(|error| match error.is_missing() {
+        true => {
+            SequenceError::BadRecord { path: path.to_owned(), line: None, reason: "it is missing".to_owned() }
+        }
+        false => error.into(),
+    })?;
     let mut events = Vec::new();
     let mut lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate().peekable();
     while let Some((index, line)) = lines.next() {

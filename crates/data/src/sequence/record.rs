@@ -176,7 +176,7 @@ impl Intrinsics {
 pub struct SequenceRecord {
     /// [`FORMAT_VERSION`].
     pub format: u32,
-    /// A name that never comes twice.
+    /// A name that never comes twice: a UUID.
     pub uid: String,
     /// Version of the program.
     pub program: String,
@@ -311,6 +311,9 @@ pub struct ResumedRecord {
     /// The last good frame, taken again: `None` if there was none, or it shows too little to be compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub comparison: Option<ComparisonRecord>,
+    /// How far readings of the stage may be from where it was sent from here on, in mm; `None`: as before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_tolerance_mm: Option<f64>,
     /// When, as in RFC 3339.
     pub at: String,
 }

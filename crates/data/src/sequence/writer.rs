@@ -263,19 +263,24 @@ pub fn now() -> String {
 /// Refuses a folder that is there already, unless it is empty.
 ///
 /// # Errors
-/// [`SequenceError::Exists`] or [`SequenceError::Unfinished`] with its name, [`SequenceError::NoName`] for a
-/// path that ends in none.
+/// [`SequenceError::Exists`], [`SequenceError::Unfinished`] or [`SequenceError::Link`] with its name,
+/// [`SequenceError::NoName`] for a path that ends in none.
 pub fn refuse_existing(folder: &Path) -> Result<(), SequenceError> {
     if folder.file_name().is_none() {
         return Err(SequenceError::NoName { path: folder.to_owned() });
     }
+    // A link cannot change places with a folder, wherever it leads.
+    let free = || match fs::symlink_metadata(folder).is_ok_and(|found| found.is_symlink()) {
+        true => Err(SequenceError::Link { path: folder.to_owned() }),
+        false => Ok(()),
+    };
     match fs::read_dir(folder) {
         Ok(mut entries) => match entries.next() {
             Some(_) if is_unfinished(folder) => Err(SequenceError::Unfinished { path: folder.to_owned() }),
             Some(_) => Err(SequenceError::Exists { path: folder.to_owned() }),
-            None => Ok(()),
+            None => free(),
         },
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => free(),
         Err(error) => Err(SequenceError::io("look into", folder)(error)),
     }
 }

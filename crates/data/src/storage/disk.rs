@@ -50,7 +50,7 @@ pub trait Disk: Send {
     /// knows no such step.
     fn exchange(&mut self, one: &Path, other: &Path) -> io::Result<()>;
 
-    /// Gives a file a second name.
+    /// Gives a file a second name; of a link, the file that it leads to.
     ///
     /// # Errors
     /// See [`make_folder`](Self::make_folder).
@@ -117,7 +117,7 @@ impl Disk for RealDisk {
 
     fn link(&mut self, file: &Path, name: &Path) -> io::Result<()> {
         let _step = Step::begin();
-        fs::hard_link(file, name)
+        fs::hard_link(fs::canonicalize(file)?, name)
     }
 
     fn cut(&mut self, path: &Path, bytes: u64) -> io::Result<()> {

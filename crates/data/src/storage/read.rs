@@ -105,11 +105,19 @@ pub fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
 /// Bytes that are read of a device: more than a person types.
 const LARGEST_OF_A_DEVICE: u64 = 1 << 20;
 
-/// Reads at most `limit` bytes of a file that a person has named; it may be a pipe or a terminal.
+/// Names of what the program was started with. A shell gives them to its pipes (`<(command)`).
+const GIVEN: [&str; 3] = ["/dev/fd/", "/proc/self/fd/", "/dev/stdin"];
+
+/// Reads at most `limit` bytes of a file that a person has named, or of what the program was started with
+/// (`/dev/stdin`, `/dev/fd/63`), which may also be a pipe or a terminal. Other pipes and devices are
+/// refused at once: they might never end.
 ///
 /// # Errors
 /// [`ReadError`].
 pub fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
+    if !path.to_str().is_some_and(|name| GIVEN.iter().any(|given| name.starts_with(given))) {
+        return read_file(path, limit);
+    }
     let file = File::open(path).map_err(ReadError::io(path))?;
     let metadata = file.metadata().map_err(ReadError::io(path))?;
     // A terminal has an end; of a device that has none, little is read.
@@ -211,7 +219,11 @@ mod tests {
         assert!(matches!(read_file(&pipe, 9), Err(ReadError::NotAFile { found: "a pipe", .. })));
         let device = Path::new("/dev/zero");
         assert!(matches!(read_file(device, 9), Err(ReadError::NotAFile { found: "a device", .. })));
-        // Named by a person, it is read as far as that makes sense.
-        assert!(matches!(read_text(device, 9), Err(ReadError::TooLarge { .. })));
+        // Also if a person names them, but for what the program was started with.
+        assert!(matches!(read_text(&pipe, 9), Err(ReadError::NotAFile { found: "a pipe", .. })));
+        assert!(matches!(read_text(device, 9), Err(ReadError::NotAFile { found: "a device", .. })));
+        let given = File::open(device).unwrap();
+        let name = format!("/dev/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&given));
+        assert!(matches!(read_text(Path::new(&name), 9), Err(ReadError::TooLarge { .. })));
     }
 }

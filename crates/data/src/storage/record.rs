@@ -73,7 +73,7 @@ pub fn parse_record<T: DeserializeOwned>(text: &str) -> Result<T, RecordFault> {
     let fault = |key: String, error: serde_json::Error| {
         let said = error.to_string();
         // The line is reported separately, and columns of a journal line are of no use.
-        let reason = said.split(" at line ").next().unwrap_or_default().to_owned();
+        let reason = in_words(said.split(" at line ").next().unwrap_or_default());
         RecordFault { line: error.line(), key, reason }
     };
     // Some editors put a mark of its order of bytes before a text.
@@ -94,8 +94,34 @@ pub fn parse_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, R
     serde_path_to_error::deserialize(value).map_err(|error| RecordFault {
         line: 0,
         key: error.path().to_string(),
-        reason: error.inner().to_string(),
+        reason: in_words(&error.inner().to_string()),
     })
+}
+
+/// What serde says, without names of types: they mean nothing to whoever reads a record.
+fn in_words(said: &str) -> String {
+    let Some((found, expected)) = said.split_once(", expected ") else { return said.to_owned() };
+    let expected = match expected {
+        "u8" => "a whole number from 0 to 255",
+        "u16" => "a whole number from 0 to 65535",
+        "u32" | "u64" | "usize" => "a whole number from 0 on",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "f32" | "f64" => "a number",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        "a map" => "an object",
+        other if other.starts_with("enum ") || other.starts_with("variant ") => "one of its words",
+        other if ["struct ", "internally tagged ", "unit "].iter().any(|word| other.starts_with(word)) => {
+            "an object"
+        }
+        other => other,
+    };
+    let found = match found {
+        "invalid type: sequence" => "invalid type: list",
+        "invalid type: map" => "invalid type: object",
+        other => other,
+    };
+    format!("{found}, expected {expected}")
 }
 
 /// Reads a record of this version.
@@ -103,6 +129,18 @@ pub fn parse_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, R
 /// # Errors
 /// [`RecordError`].
 pub fn read_record<T: DeserializeOwned>(path: &Path, version: u32) -> Result<T, RecordError> {
+    read_record_of_kinds::<T, serde::de::IgnoredAny>(path, version)
+}
+
+/// The same of a record with parts of one of several kinds. `Keys` has the keys of all kinds, each optional:
+/// it finds which key is wrong, and where.
+///
+/// # Errors
+/// [`RecordError`].
+pub fn read_record_of_kinds<T: DeserializeOwned, Keys: DeserializeOwned>(
+    path: &Path,
+    version: u32,
+) -> Result<T, RecordError> {
     /// The keys that all records have. Other keys of another version would only confuse.
     #[derive(Deserialize)]
     struct Head {
@@ -115,7 +153,10 @@ pub fn read_record<T: DeserializeOwned>(path: &Path, version: u32) -> Result<T, 
     if head.format != u64::from(version) {
         return Err(RecordError::Version { path: path.to_owned(), found: head.format, expected: version });
     }
-    parse_record(&text).map_err(content)
+    parse_record(&text).map_err(|fault: RecordFault| {
+        let closer = parse_record::<Keys>(&text).err().filter(|closer| closer.key.starts_with(&fault.key));
+        content(closer.unwrap_or(fault))
+    })
 }
 
 #[cfg(test)]
@@ -139,7 +180,7 @@ mod tests {
         let fault = |text: &str| parse_record::<Outer>(text).unwrap_err();
         let wrong = fault("{\"inner\": [{\"number\": 1},\n{\"number\": -1}]}");
         assert_eq!((wrong.line, wrong.key.as_str()), (2, "inner[1].number"));
-        assert!(wrong.reason.contains("expected u8"), "{wrong}");
+        assert!(wrong.reason.ends_with("`-1`, expected a whole number from 0 to 255"), "{wrong}");
         let missing = fault("{\"inner\": [{}]}");
         assert!(missing.to_string().contains("inner[0]: missing field `number`"), "{missing}");
         let torn = fault("{\"inner\": [\n");

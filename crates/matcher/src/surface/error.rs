@@ -51,6 +51,20 @@ pub enum SurfaceError {
         /// Distance from the walls that is left out, in px.
         margin_px: usize,
     },
+    /// A profile that would leave the picture.
+    #[error(
+        "the profile's end at {x}, {y} lies outside the picture of {columns} x {rows} px; give ends in it"
+    )]
+    LineOutside {
+        /// Column of the end, in px.
+        x: f64,
+        /// Row of the end.
+        y: f64,
+        /// Columns of the picture.
+        columns: usize,
+        /// Rows of the picture.
+        rows: usize,
+    },
     /// A line that shows nothing.
     #[error(
         "no height is known along the line from ({from_x}, {from_y}) to ({to_x}, {to_y}) px; choose a line over the object"

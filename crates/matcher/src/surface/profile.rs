@@ -46,7 +46,7 @@ pub struct Profile {
 /// sigma falls by the root of that. 1 is right if every pixel errs by itself.
 ///
 /// # Errors
-/// [`SurfaceError::EmptyLine`] if no height along the line is known.
+/// [`SurfaceError::LineOutside`] if an end of the line lies outside the picture, [`SurfaceError::EmptyLine`] if no height along it is known.
 pub fn profile(
     heights: &Heights,
     height_mm: &Grid<f32>,
@@ -54,6 +54,13 @@ pub fn profile(
     correlation_px: f64,
 ) -> Result<Profile, SurfaceError> {
     let ((from_x, from_y), (to_x, to_y)) = (line.from_px, line.to_px);
+    let (columns, rows) = (height_mm.columns() as f64, height_mm.rows() as f64);
+    let outside =
+        |&(x, y): &(f64, f64)| !((-0.5..=columns - 0.5).contains(&x) && (-0.5..=rows - 0.5).contains(&y));
+    if let Some(&(x, y)) = [line.from_px, line.to_px].iter().find(|end| outside(end)) {
+        let (columns, rows) = (height_mm.columns(), height_mm.rows());
+        return Err(SurfaceError::LineOutside { x, y, columns, rows });
+    }
     let length_px = (to_x - from_x).hypot(to_y - from_y);
     let steps = length_px.round().max(1.0) as usize;
     // Across the line, to its right.
@@ -158,10 +165,14 @@ mod tests {
         // Three rows wide, two of them are known there.
         let wide = profile(&heights, &heights.height_mm, Line { width_px: 3, ..line }, 1.0).unwrap();
         assert!((wide.points[10].height_mm - 1.05).abs() < 1e-6);
-        let outside = Line { from_px: (0.0, 50.0), to_px: (9.0, 50.0), width_px: 1 };
-        assert!(matches!(
-            profile(&heights, &heights.height_mm, outside, 1.0),
-            Err(SurfaceError::EmptyLine { .. })
-        ));
+        heights.height_mm.row_mut(7).fill(f32::NAN);
+        let unknown = Line { from_px: (0.0, 7.0), to_px: (29.0, 7.0), width_px: 1 };
+        let found = profile(&heights, &heights.height_mm, unknown, 1.0);
+        assert!(matches!(found, Err(SurfaceError::EmptyLine { .. })));
+        for end in [(0.0, 50.0), (1e308, 1.0), (f64::NAN, 1.0), (-1.0, 1.0), (30.0, 1.0)] {
+            let outside = Line { from_px: (0.0, 1.0), to_px: end, width_px: 1 };
+            let found = profile(&heights, &heights.height_mm, outside, 1.0);
+            assert!(matches!(found, Err(SurfaceError::LineOutside { .. })), "{end:?}");
+        }
     }
 }
