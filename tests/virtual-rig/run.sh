@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Runs the tests of tests/virtual_rig.rs on a virtual rig: a QEMU guest with the kernel's own camera driver `vivid` and its
+# Runs the tests of tests/virtual-rig on a virtual rig: a QEMU guest with the kernel's own camera driver `vivid` and its
 # own USB serial driver `ftdi_sio`, so that epirig meets the real V4L2 and tty interfaces without any hardware.
 #
-#   tests/virtual-rig/run.sh [FILTER]     runs the tests whose names contain FILTER, by default all
+#   tests/virtual-rig/run.sh [FILTER]        runs the tests whose names contain FILTER, by default all
+#   tests/virtual-rig/run.sh --here FILTER   runs those of tests/program here, with the guest's build, which has cameras
 #
 # Everything lies in target/virtual-rig/ and is used again; nothing is installed. QEMU, the kernel and the guest's few programs
 # are Debian's. Exit code 0: every test passed; 1: not; 77: something cannot be had, said in a line that begins with SKIPPED.
@@ -16,6 +17,8 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
+run_here=
+if [ "${1:-}" = --here ]; then run_here=yes; shift; fi
 filter=${1:-}
 limit_s=${EPIRIG_RIG_LIMIT_S:-1800}
 usb_serial_number=virtual-stage
@@ -148,9 +151,9 @@ cargo_static() {
 
 # Sets `epirig` and `tests`, the paths of the two programs; one run of cargo makes both, as tests depend on the program.
 build() {
-  cargo_static test --test virtual_rig --no-run --message-format json-render-diagnostics > built.json
+  cargo_static test --test virtual-rig --no-run --message-format json-render-diagnostics > built.json
   epirig=$(executable bin epirig)
-  tests=$(executable test virtual_rig)
+  tests=$(executable test virtual-rig)
 }
 executable() {
   local path
@@ -203,6 +206,11 @@ for tool in python3 dpkg-deb tar timeout; do
   command -v "$tool" > /dev/null || skip "there is no $tool"
 done
 : > apt.log
+if [ -n "$run_here" ]; then
+  fetch_libclang
+  cargo_static test --test program -- "$filter"
+  exit
+fi
 SECONDS=0
 fetch_kernel
 fetch_qemu
