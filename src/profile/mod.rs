@@ -26,6 +26,7 @@ pub use parts::{
     SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
 };
 pub use recorded::RecordedRigError;
+pub use schema::key_at as key;
 pub use whole::Profile;
 
 use settings::Settings;

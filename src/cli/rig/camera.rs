@@ -3,50 +3,57 @@
 use clap::Args;
 
 use super::RigArgument;
+use super::key_options::{KeyGroup, KeyOption, KeyOptions};
 use super::profile::Options;
-use crate::cli::choice::choice;
 use crate::cli::{CliError, Talk};
 use crate::rig::open_camera;
-use epirig_devices::camera::pixels::{BayerUse, FourCc};
-use epirig_devices::camera::{Camera, Configuration, Size};
+use epirig_core::settings::quantity::{HZ, S, US};
+use epirig_devices::camera::{Camera, Configuration};
 use epirig_devices::stage::StagePosition;
 
+/// Which camera.
+#[derive(Debug)]
+pub(in crate::cli) struct WhichCamera;
+
+impl KeyGroup for WhichCamera {
+    const HEADING: &'static str = "The camera";
+
+    fn options() -> Vec<KeyOption> {
+        KeyOption::plain("camera.device").into_iter().map(|option| option.named("camera")).collect()
+    }
+}
+
 /// The camera alone.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "The camera")]
-pub(in crate::cli) struct CameraArgument {
-    /// Which one: a path, a name in /dev/v4l/by-id, usb:SERIAL, replay:SEQ, or sim [default: the only camera] [env: EPIRIG_CAMERA]
-    #[arg(long, value_name = "CAMERA")]
-    camera: Option<String>,
+pub(in crate::cli) type CameraArgument = KeyOptions<WhichCamera>;
+
+/// The keys of the camera.
+#[derive(Debug)]
+pub(in crate::cli) struct CameraKeys;
+
+impl KeyGroup for CameraKeys {
+    const HEADING: &'static str = WhichCamera::HEADING;
+
+    fn options() -> Vec<KeyOption> {
+        let more = [
+            KeyOption::plain("camera.format"),
+            KeyOption::plain("camera.size"),
+            KeyOption::quantity("camera.rate", HZ),
+            KeyOption::quantity("camera.exposure", US),
+            KeyOption::plain("camera.bayer"),
+            KeyOption::quantity("camera.patience", S),
+        ];
+        WhichCamera::options().into_iter().chain(more.into_iter().flatten()).collect()
+    }
 }
 
 /// The camera and what it is to be.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "The camera")]
 pub(in crate::cli) struct CameraArguments {
     #[command(flatten)]
-    which: CameraArgument,
-    /// Pixel format, such as GREY, Y12 or YUYV [default: the deepest uncompressed grey]
-    #[arg(long, value_name = "FOURCC")]
-    format: Option<FourCc>,
-    /// Columns and rows [default: the largest]
-    #[arg(long, value_name = "WxH")]
-    size: Option<Size>,
-    /// Frames per second
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
-    rate_hz: Option<String>,
-    /// Exposure time
-    #[arg(long, value_name = "US", allow_negative_numbers = true)]
-    exposure_us: Option<String>,
+    keys: KeyOptions<CameraKeys>,
     /// A control and its value, as often as needed: --control gain=10
-    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, help_heading = CameraKeys::HEADING)]
     control: Vec<(String, String)>,
-    /// What to make of a colour mosaic: frames of half the width and height
-    #[arg(long, value_parser = choice::<BayerUse>())]
-    bayer: Option<BayerUse>,
-    /// How long to wait for a good frame, and for a steady picture [default: 10]
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    patience_s: Option<String>,
 }
 
 fn assignment(text: &str) -> Result<(String, String), String> {
@@ -56,11 +63,6 @@ fn assignment(text: &str) -> Result<(String, String), String> {
 }
 
 impl CameraArgument {
-    /// As keys of a profile.
-    pub(in crate::cli) fn options(&self, options: &mut Options) {
-        options.add("camera.device", "--camera", self.camera.as_ref());
-    }
-
     /// Opens the camera; a simulated one looks at a stage that has not moved.
     pub(in crate::cli) fn open(&self, rig: &RigArgument) -> Result<Box<dyn Camera>, CliError> {
         let mut options = Options::default();
@@ -72,16 +74,10 @@ impl CameraArgument {
 impl CameraArguments {
     /// As keys of a profile.
     pub(in crate::cli) fn options(&self, options: &mut Options) {
-        self.which.options(options);
-        options.add("camera.format", "--format", self.format.as_ref());
-        options.add("camera.size", "--size", self.size.as_ref());
-        options.add("camera.rate_hz", "--rate-hz", self.rate_hz.as_ref());
-        options.add("camera.exposure_us", "--exposure-us", self.exposure_us.as_ref());
+        self.keys.options(options);
         for (name, value) in &self.control {
             options.add(&format!("camera.controls.{name}"), "--control", Some(value));
         }
-        options.add("camera.bayer", "--bayer", self.bayer);
-        options.add("camera.patience_s", "--patience-s", self.patience_s.as_ref());
     }
 }
 

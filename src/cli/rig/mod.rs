@@ -3,7 +3,7 @@
 mod assistant;
 mod calibration;
 mod camera;
-mod driver_options;
+mod key_options;
 mod plan;
 mod profile;
 mod stage;

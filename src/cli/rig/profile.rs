@@ -16,7 +16,7 @@ const GLOBAL: &str = "epirig/rig.toml";
 const SIMULATED: [(&str, &str, &str); 2] =
     [("sim", "the simulated rig", SIM), ("real", "the simulated rig with the faults of real ones", REAL)];
 /// Older and shorter names of what the environment sets most often.
-const SHORT_NAMES: [(&str, &str); 3] =
+pub(super) const SHORT_NAMES: [(&str, &str); 3] =
     [("EPIRIG_PORT", "stage.port"), ("EPIRIG_DRIVER", "stage.driver"), ("EPIRIG_CAMERA", "camera.device")];
 
 /// Which rig.

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use super::driver_options::DriverOptions;
+use super::key_options::{KeyGroup, KeyOption, KeyOptions};
 use super::profile::Options;
 use crate::cli::{CliError, Talk, interrupt};
 use crate::profile::Profile;
 use crate::rig::RigStage;
-use epirig_devices::link::{Link, LinkError, PortChoice, Recorder};
-use epirig_devices::stage::{Driver, Stage, StageError, StagePosition, StageSource, drivers};
+use epirig_core::settings::quantity::MM;
+use epirig_devices::link::{Link, LinkError, Recorder};
+use epirig_devices::stage::{Driver, Stage, StageError, StagePosition, StageSource, driver_keys, drivers};
 
 /// Reads the name of a driver. Help and completions list all of them.
 pub(in crate::cli) fn driver(suits: impl Fn(Driver) -> bool) -> impl TypedValueParser<Value = Driver> {
@@ -22,36 +23,39 @@ pub(in crate::cli) fn driver(suits: impl Fn(Driver) -> bool) -> impl TypedValueP
         .try_map(|name| Driver::named(&name).ok_or_else(|| format!("\"{name}\" is not among them")))
 }
 
+/// The keys of the stage, those of all drivers among them.
+#[derive(Debug)]
+pub(in crate::cli) struct StageKeys;
+
+impl KeyGroup for StageKeys {
+    const HEADING: &'static str = "The stage";
+
+    fn options() -> Vec<KeyOption> {
+        let common = [
+            KeyOption::plain("stage.port"),
+            KeyOption::plain("stage.driver"),
+            KeyOption::quantity("stage.approach", MM),
+            KeyOption::quantity("stage.tolerance", MM),
+        ];
+        let own = driver_keys().into_iter().map(|(key, drivers)| KeyOption::of_drivers(key, &drivers));
+        common.into_iter().flatten().chain(own).collect()
+    }
+}
+
+/// Which stage, and whether its line is recorded.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "The stage")]
 pub(in crate::cli) struct StageArguments {
-    /// Its port: a path, usb:SERIAL or usb:VID:PID [default: the only USB serial port] [env: EPIRIG_PORT]
-    #[arg(long, value_name = "PORT")]
-    port: Option<PortChoice>,
-    /// The language that it speaks [default: native] [env: EPIRIG_DRIVER]
-    #[arg(long, value_parser = driver(|_| true))]
-    driver: Option<Driver>,
     #[command(flatten)]
-    of_driver: DriverOptions,
-    /// Unidirectional approach against backlash: come to every position from this far below [default: 0]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
-    approach_mm: Option<String>,
-    /// How far the reported position may be off, beyond half a step [default: 0]
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
-    tolerance_mm: Option<String>,
+    keys: KeyOptions<StageKeys>,
     /// Record every byte in FILE (`epirig decode` reads it); one that exists is refused
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = StageKeys::HEADING)]
     transcript: Option<PathBuf>,
 }
 
 impl StageArguments {
     /// As keys of a profile.
     pub(in crate::cli) fn options(&self, options: &mut Options) {
-        options.add("stage.port", "--port", self.port.as_ref());
-        options.add("stage.driver", "--driver", self.driver);
-        self.of_driver.options(options);
-        options.add("stage.approach_mm", "--approach-mm", self.approach_mm.as_ref());
-        options.add("stage.tolerance_mm", "--tolerance-mm", self.tolerance_mm.as_ref());
+        self.keys.options(options);
     }
 
     /// Where bytes are to be recorded.

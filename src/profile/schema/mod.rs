@@ -59,6 +59,13 @@ pub(super) fn find_section(name: &str) -> Result<&'static Section, Problem> {
     })
 }
 
+/// The key of a path, such as `plan.step`; `None` if there is none.
+pub fn key_at(path: &str) -> Option<&'static Key> {
+    let (section, name) = path.split_once('.')?;
+    let section = SECTIONS.iter().find(|known| known.name == section)?;
+    section.keys().into_iter().find(|key| key.name == name)
+}
+
 /// The key that `name` means in a section, and the unit that it names.
 ///
 /// # Errors

@@ -1,0 +1,178 @@
+//! Options of the command line for keys of the profile: made from the keys, so that meaning and default are stated once.
+
+use std::marker::PhantomData;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+
+use super::profile::{Options, SHORT_NAMES};
+use crate::profile::key;
+use epirig_core::settings::quantity::{Unit, measure};
+use epirig_core::settings::{Key, Kind};
+
+/// A group of options, as help has it.
+pub(in crate::cli) trait KeyGroup {
+    /// Its heading.
+    const HEADING: &'static str;
+
+    /// Its options, in the order of the help.
+    fn options() -> Vec<KeyOption>;
+}
+
+/// An option that sets a key.
+pub(in crate::cli) struct KeyOption {
+    key: &'static Key,
+    /// The unit of its value, if it is a quantity: it stands in the name of the option.
+    unit: Option<Unit>,
+    name: String,
+    /// What is said behind the meaning: the drivers that have the key.
+    remark: String,
+}
+
+impl KeyOption {
+    /// Of a key without a unit.
+    pub(in crate::cli) fn plain(path: &str) -> Option<Self> {
+        Some(Self::new(key(path)?, None))
+    }
+
+    /// Of a quantity, in `unit`.
+    pub(in crate::cli) fn quantity(path: &str, unit: Unit) -> Option<Self> {
+        Some(Self::new(key(path)?, Some(unit)))
+    }
+
+    /// Of a key that only some drivers have, in its own unit.
+    pub(in crate::cli) fn of_drivers(key: &'static Key, drivers: &[&str]) -> Self {
+        let unit = match key.kind {
+            Kind::Measure { unit, .. } => Some(unit),
+            _ => None,
+        };
+        Self { remark: format!(" ({})", drivers.join(", ")), ..Self::new(key, unit) }
+    }
+
+    /// The same under another name.
+    pub(in crate::cli) fn named(self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self }
+    }
+
+    fn new(key: &'static Key, unit: Option<Unit>) -> Self {
+        Self { key, unit, name: with_unit(key, unit).replace('_', "-"), remark: String::new() }
+    }
+
+    /// The key as an override names it: with the unit of the option.
+    fn path(&self) -> String {
+        format!("{}.{}", self.key.section, with_unit(self.key, self.unit))
+    }
+
+    /// The default of the key, in the unit of the option.
+    fn default(&self) -> Option<String> {
+        let default = self.key.default?;
+        Some(match (self.unit, measure(default)) {
+            (Some(unit), Ok(found)) => found.in_unit(unit).to_string(),
+            _ => default.to_owned(),
+        })
+    }
+
+    fn argument(&self, heading: &'static str) -> Arg {
+        let mut help = format!("{}{}", self.key.meaning, self.remark);
+        if let Some(default) = self.default() {
+            help.push_str(&format!(" [default: {default}]"));
+        }
+        if let Some((name, _)) = SHORT_NAMES.iter().find(|(_, path)| *path == self.key.path()) {
+            help.push_str(&format!(" [env: {name}]"));
+        }
+        let value_name = match (self.unit, self.key.kind) {
+            (Some(unit), _) => unit.suffix.to_uppercase(),
+            (None, Kind::Whole(..)) => "N".to_owned(),
+            (None, _) => self.name.to_uppercase(),
+        };
+        let argument = Arg::new(self.name.clone())
+            .long(self.name.clone())
+            .value_name(value_name)
+            .allow_negative_numbers(true)
+            .help_heading(heading)
+            .help(help);
+        match self.key.kind {
+            Kind::Choice(names) => argument.value_parser(PossibleValuesParser::new(names())),
+            _ => argument,
+        }
+    }
+}
+
+fn with_unit(key: &Key, unit: Option<Unit>) -> String {
+    match unit {
+        Some(unit) => format!("{}_{}", key.name, unit.suffix),
+        None => key.name.to_owned(),
+    }
+}
+
+/// What was given for the options of a group.
+#[derive(Debug)]
+pub(in crate::cli) struct KeyOptions<G> {
+    /// The key with its unit, the option, and the value.
+    given: Vec<(String, String, String)>,
+    group: PhantomData<G>,
+}
+
+impl<G: KeyGroup> KeyOptions<G> {
+    /// As keys of a profile.
+    pub(in crate::cli) fn options(&self, options: &mut Options) {
+        for (key, option, value) in &self.given {
+            options.add(key, option, Some(value));
+        }
+    }
+}
+
+impl<G: KeyGroup> FromArgMatches for KeyOptions<G> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut given = Self { given: Vec::new(), group: PhantomData };
+        given.update_from_arg_matches(matches)?;
+        Ok(given)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        let given = G::options().into_iter().filter_map(|option| {
+            let value = matches.get_one::<String>(&option.name)?;
+            Some((option.path(), format!("--{}", option.name), value.clone()))
+        });
+        self.given = given.collect();
+        Ok(())
+    }
+}
+
+impl<G: KeyGroup> Args for KeyOptions<G> {
+    fn augment_args(command: Command) -> Command {
+        command.args(G::options().iter().map(|option| option.argument(G::HEADING)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::camera::CameraKeys;
+    use super::super::plan::PlanKeys;
+    use super::super::stage::StageKeys;
+    use super::*;
+    use crate::profile::{Override, Profile};
+
+    fn group<G: KeyGroup>(least: usize) {
+        let options = G::options();
+        // Keys that are missing in the profile would be left out silently.
+        assert!(options.len() >= least, "{}", G::HEADING);
+        for option in options {
+            let Some(default) = option.default().filter(|_| option.remark.is_empty()) else { continue };
+            let of_default =
+                Override { key: option.path(), value: default, from: format!("--{}", option.name) };
+            assert_eq!(Profile::of(&[of_default]), Profile::of(&[]), "--{}", option.name);
+        }
+    }
+
+    #[test]
+    fn the_defaults_that_help_tells_are_those_of_the_profile() {
+        group::<PlanKeys>(7);
+        group::<StageKeys>(4 + 8);
+        group::<CameraKeys>(7);
+    }
+}
