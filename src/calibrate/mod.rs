@@ -6,6 +6,7 @@
 //! that is needed to apply it ([`load_calibrated`]).
 
 mod apply;
+mod contradiction;
 mod error;
 mod find;
 mod folder;

@@ -1,17 +1,13 @@
 //! `calibration.json`.
 
-use std::f64::consts::FRAC_PI_2;
-use std::ops::RangeInclusive;
-
 use serde::{Deserialize, Serialize};
 
-use super::{InputHashes, PositionSource, told_twice};
+use super::{InputHashes, PositionSource};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::lens::views::LensCalibration;
 use epirig_calibration::photometry::{FrameGains, Linearity, Outcome, Photometry};
 use epirig_calibration::rectification::Mapping;
 use epirig_calibration::stage_axis::{Direction, PositioningError, TargetScale};
-use epirig_data::sequence::{Intrinsics, Sequence};
 
 /// Version of `calibration.json`.
 pub const FORMAT_VERSION: u32 = 4;
@@ -68,92 +64,6 @@ impl Calibration {
         // Numbers and text always become JSON.
         let text = serde_json::to_vec(&unsigned).unwrap_or_default();
         blake3::hash(&text).to_hex().to_string()
-    }
-
-    /// What in the record cannot be true of `sequence`; `None` if nothing contradicts.
-    pub fn contradiction_with(&self, sequence: &Sequence) -> Option<String> {
-        let record = sequence.record();
-        let found = self.contradiction(sequence.frames().len(), record.rows, record.columns);
-        found.or_else(|| told_twice::by_sequence(self, sequence))
-    }
-
-    /// What in the record cannot be true of a sequence of `frames` frames of `rows` x `columns`, or of the rest of the record; `None` if nothing
-    /// contradicts.
-    pub fn contradiction(&self, frames: usize, rows: usize, columns: usize) -> Option<String> {
-        let Self { mapping, photometry, positions, .. } = self;
-        let gains = self.frame_gains.applied().map_or(frames, |gains| gains.gain.len());
-        for (what, found) in [
-            ("positions", positions.tau.len()),
-            ("their sigmas", positions.tau_sigma.len()),
-            ("gains", gains),
-        ] {
-            if found != frames {
-                return Some(format!("it has {found} {what} for {frames} frames"));
-            }
-        }
-        for (what, size) in [
-            ("mapping", (mapping.raw_rows, mapping.raw_columns)),
-            ("photometry", (photometry.rows, photometry.columns)),
-        ] {
-            if size != (rows, columns) {
-                return Some(format!(
-                    "its {what} is of frames of {} x {}, these are {columns} x {rows}",
-                    size.1, size.0
-                ));
-            }
-        }
-        if let Some(reason) = self.impossible(rows, columns) {
-            return Some(reason);
-        }
-        if let Some(reason) = told_twice::by_itself(self) {
-            return Some(reason);
-        }
-        // Rectified frames show a part of the raw ones, in pixels about as large.
-        let camera = mapping.camera;
-        let fits = |size: usize, raw: usize| (1..=2 * raw).contains(&size);
-        let longer = rows.max(columns);
-        (!fits(camera.rows, longer) || !fits(camera.columns, longer))
-            .then(|| format!("its rectified frames are {} x {}", camera.columns, camera.rows))
-    }
-}
-
-impl Calibration {
-    /// What in lens, scale and gains no rig has, if anything.
-    fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
-        /// Lengths in mm: as far as positions go.
-        const LENGTHS: RangeInclusive<f64> = 1e-9..=1e9;
-        /// Light of a frame over that of a typical one.
-        const GAINS: RangeInclusive<f64> = 1e-3..=1e3;
-        let Self { mapping, positions, .. } = self;
-        let (camera, lens) = (mapping.camera, mapping.lens);
-        let rectified = Intrinsics {
-            focal_length_px: camera.focal_length_px,
-            principal_point_x_px: camera.principal_point_x_px,
-            principal_point_y_px: camera.principal_point_y_px,
-        };
-        let raw = |focal_length_px: f64| Intrinsics {
-            focal_length_px,
-            principal_point_x_px: lens.principal_point_x_px,
-            principal_point_y_px: lens.principal_point_y_px,
-        };
-        let of_lens = [rectified, raw(lens.focal_length_x_px), raw(lens.focal_length_y_px)];
-        let of_lens = of_lens.iter().find_map(|intrinsics| intrinsics.impossible(rows, columns));
-        let turned = mapping.roll_rad.abs().max(mapping.pan_rad.abs());
-        let gains = self.frame_gains.applied().map_or(&[][..], |gains| &gains.gain);
-        match () {
-            () if of_lens.is_some() => of_lens,
-            () if turned > FRAC_PI_2 => Some(format!("a camera turned by {turned} rad cannot be")),
-            () if positions.baseline_mm.is_some_and(|baseline_mm| !LENGTHS.contains(&baseline_mm)) => {
-                Some("its baseline cannot be".to_owned())
-            }
-            () if positions.baseline_sigma_mm.is_some_and(|sigma_mm| !(0.0..=1e9).contains(&sigma_mm)) => {
-                Some("the sigma of its baseline cannot be".to_owned())
-            }
-            () if gains.iter().any(|gain| !GAINS.contains(gain)) => {
-                Some("a frame's gain cannot be".to_owned())
-            }
-            () => None,
-        }
     }
 }
 

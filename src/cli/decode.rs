@@ -3,20 +3,15 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::Serialize;
 
+use super::choice::choice;
 use super::rig::driver;
 use super::{CliError, Talk};
 use epirig_data::storage::{ReadError, read_named};
 use epirig_devices::link::{Entry, Side, Transcript, TranscriptError};
 use epirig_devices::stage::Driver;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SideName {
-    Host,
-    Device,
-}
 
 /// Print what went over a stage's line as text
 #[derive(Debug, Args)]
@@ -34,8 +29,8 @@ pub(super) struct Decode {
     #[arg(long, value_parser = driver(|driver| driver.has_line()))]
     dialect: Option<Driver>,
     /// Who sent plain bytes
-    #[arg(long, value_enum, default_value = "device")]
-    side: SideName,
+    #[arg(long, value_parser = choice::<Side>(), default_value_t = Side::Device)]
+    side: Side,
 }
 
 #[derive(Serialize)]
@@ -48,10 +43,7 @@ struct Line {
 impl Decode {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let bytes = read(&self.file)?;
-        let plain = |bytes: Vec<u8>| {
-            let side = if self.side == SideName::Host { Side::Host } else { Side::Device };
-            vec![Entry { time: std::time::Duration::ZERO, side, bytes }]
-        };
+        let plain = |bytes: Vec<u8>| vec![Entry { time: std::time::Duration::ZERO, side: self.side, bytes }];
         let parsed = std::str::from_utf8(&bytes)
             .map_err(|_| TranscriptError::NotATranscript)
             .and_then(Transcript::parse);

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
+use super::choice::choice;
 use super::need::{check, close_others};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
@@ -14,16 +15,6 @@ use crate::results::{ResultsFolder, ResultsKind, read_map, read_summary};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{Rectangle, StepsOptions, TrendKind, heights};
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum TrendName {
-    /// Only the level
-    None,
-    /// Level and tilt
-    Plane,
-    /// Level, tilt and bow
-    Quadric,
-}
 
 /// Fits of hollows next to walls err by more than noise within three pixels of them.
 const GROWN_ACROSS_WALLS_PX: usize = 7;
@@ -60,8 +51,8 @@ pub(super) struct Surface {
     #[arg(long)]
     overwrite: bool,
     /// What is removed from the heights
-    #[arg(long, value_enum, default_value = "quadric")]
-    trend: TrendName,
+    #[arg(long, value_parser = choice::<TrendKind>(), default_value_t = TrendKind::Quadric)]
+    trend: TrendKind,
     /// Part of the picture to look at, by two corners in px [default: all of it]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>)]
     region: Option<[usize; 4]>,
@@ -139,11 +130,7 @@ impl Surface {
                 rows - 1
             )));
         }
-        let trend = match self.trend {
-            TrendName::None => TrendKind::Constant,
-            TrendName::Plane => TrendKind::Plane,
-            TrendName::Quadric => TrendKind::Quadric,
-        };
+        let trend = self.trend;
         // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do so along the surface, but
         // noise hides low walls from them.
         let settings = &matched.settings;

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use serde::Serialize;
 
+use super::choice::choice;
 use super::files::write_new;
 use super::{CliError, Talk};
 use epirig_calibration::target::print::{Page, Sheet};
@@ -55,33 +56,14 @@ struct Print {
     #[arg(long, value_name = "MM", default_value_t = 127.5)]
     band_distance_mm: f64,
     /// The paper, upright or turned; `fit` is as large as the target needs
-    #[arg(long, value_enum, default_value = "a4")]
-    page: PageName,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum PageName {
-    A4,
-    A3,
-    Letter,
-    Fit,
-}
-
-impl From<PageName> for Page {
-    fn from(name: PageName) -> Self {
-        match name {
-            PageName::A4 => Self::A4,
-            PageName::A3 => Self::A3,
-            PageName::Letter => Self::Letter,
-            PageName::Fit => Self::Fit,
-        }
-    }
+    #[arg(long, value_parser = choice::<Page>(), default_value_t = Page::A4)]
+    page: Page,
 }
 
 #[derive(Serialize)]
 struct Printed {
     file: String,
-    page: &'static str,
+    page: Page,
     width_mm: f64,
     height_mm: f64,
 }
@@ -110,12 +92,11 @@ impl Print {
         }
         let board = ChessBoard { columns: self.columns, rows: self.rows, square_mm: self.square_mm };
         let target = Target { board, bands: self.bands, band_distance_mm: self.band_distance_mm };
-        let page = Page::from(self.page);
+        let page = self.page;
         let sheet = Sheet::new(&target, page)?;
         write_new(&self.out, &format(&sheet))?;
         let (width_mm, height_mm) = sheet.size_mm();
-        let printed =
-            Printed { file: self.out.display().to_string(), page: page.name(), width_mm, height_mm };
+        let printed = Printed { file: self.out.display().to_string(), page: page, width_mm, height_mm };
         talk.result(&printed, || {
             format!("{}: {width_mm:.1} mm x {height_mm:.1} mm; print it at 100 %\n", printed.file)
         })

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use image::{GrayImage, RgbImage};
 use serde::Serialize;
 
-use super::kind::check_target;
+use super::place::check_target;
 use super::{MatchSummary, ResultsError, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;

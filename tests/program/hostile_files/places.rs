@@ -11,7 +11,7 @@ use crate::support::{epirig, fails, images, names, succeeds};
 fn measured(folder: &Path) {
     imported(folder);
     succeeds(folder, &["match", "seq"]);
-    succeeds(folder, &["surface", "seq", "--trend", "none"]);
+    succeeds(folder, &["surface", "seq", "--trend", "constant"]);
 }
 
 #[test]
@@ -38,7 +38,7 @@ fn a_verb_replaces_its_own_results_only() {
         fails(path, &["match", "seq", "--overwrite"], 2, &[name, "not replaced"]);
         fs::remove_file(path.join("seq/results").join(name)).unwrap();
     }
-    succeeds(path, &["surface", "seq", "--trend", "none", "--overwrite"]);
+    succeeds(path, &["surface", "seq", "--trend", "constant", "--overwrite"]);
     // The surface of former results goes with them, and that is said.
     let output = epirig(path, &["match", "seq", "--overwrite"]);
     let said = String::from_utf8_lossy(&output.stderr);
@@ -69,7 +69,7 @@ fn a_profile_of_any_length_ends() {
     measured(folder.path());
     for ends in ["0,0,1e308,1", "0,0,1000000000,1", "0,0,64,1", "nan,0,9,1", "-1,0,9,1"] {
         let ends = format!("--profile={ends}");
-        let arguments = ["surface", "seq", "--trend", "none", "--overwrite", &ends];
+        let arguments = ["surface", "seq", "--trend", "constant", "--overwrite", &ends];
         let (code, said) = within_a_minute(folder.path(), &arguments);
         assert_eq!(code, Some(2), "{ends}: {said}");
         assert!(said.contains("outside the picture of 64 x 24") && said.len() < 300, "{ends}: {said}");

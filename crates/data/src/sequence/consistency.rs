@@ -2,29 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
-
+use super::finding::{Finding, RESTORE};
 use super::reader::{JOURNAL, START, STOP};
 use super::record::{CertificateRecord, Event, ExitStatus, FrameKind, FrameRecord, Origin};
 use super::{Sequence, SequenceError, course};
 use epirig_core::tau::Tau;
-
-/// Something that is not as recorded, with the file it concerns and what to do.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Finding {
-    /// The file or frame, or the sequence's folder.
-    pub file: String,
-    /// What is wrong and what to do.
-    pub problem: String,
-}
-
-impl Finding {
-    pub(super) fn new(file: impl Into<String>, problem: impl Into<String>) -> Self {
-        Self { file: file.into(), problem: problem.into() }
-    }
-}
-
-pub(super) const RESTORE: &str = "restore the records from a copy";
 
 impl Sequence {
     /// Refuses records that contradict each other: it is not known which of them is wrong. No frame is read.

@@ -1,7 +1,7 @@
 //! When things happened by the records, and what the camera counted meanwhile.
 
 use super::Sequence;
-use super::consistency::{Finding, RESTORE};
+use super::finding::{Finding, RESTORE};
 use super::reader::{JOURNAL, START, STOP};
 use super::record::{Event, ExposureRecord, FrameRecord};
 

@@ -9,6 +9,7 @@ mod consistency;
 mod course;
 mod derived;
 mod error;
+mod finding;
 pub mod import;
 mod load;
 mod lock;
@@ -23,9 +24,9 @@ mod start_keys;
 mod verify;
 mod writer;
 
-pub use consistency::Finding;
 pub use derived::{Derived, write_derived};
 pub use error::SequenceError;
+pub use finding::Finding;
 pub use load::load_volume;
 pub use lock::{lock, refuse_busy};
 pub use nominal_lens::{FocalLength, NominalLens};

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 
 use serde::Serialize;
 
-use super::consistency::Finding;
+use super::finding::Finding;
 use super::reader::STOP;
 use super::record::{ExitStatus, FrameKind, FrameRecord};
 use super::{Sequence, SequenceError};

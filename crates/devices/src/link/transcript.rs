@@ -35,13 +35,14 @@ pub enum TranscriptError {
     },
 }
 
-/// Who sent bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// We did.
-    Host,
-    /// The device did.
-    Device,
+epirig_core::choices! {
+    /// Who sent bytes.
+    pub enum Side {
+        /// This program, or another in its place.
+        Host = "host",
+        /// The device.
+        Device = "device",
+    }
 }
 
 /// Bytes that went over the line together.

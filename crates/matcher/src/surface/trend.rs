@@ -18,16 +18,16 @@ const OUTLIER: f64 = 4.0;
 /// Rounds until weights converge: each reduces the effect of outliers to half at most.
 const ROUNDS: usize = 12;
 
-/// Which form.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TrendKind {
-    /// One height.
-    Constant,
-    /// A plane: 3 coefficients.
-    Plane,
-    /// A quadric: 6 coefficients.
-    Quadric,
+epirig_core::choices! {
+    /// Which form.
+    pub enum TrendKind {
+        /// Only the level: 1 coefficient.
+        Constant = "constant",
+        /// Level and tilt: 3 coefficients.
+        Plane = "plane",
+        /// Level, tilt and bow: 6 coefficients.
+        Quadric = "quadric",
+    }
 }
 
 impl TrendKind {
@@ -40,7 +40,7 @@ impl TrendKind {
         }
     }
 
-    fn name(self) -> &'static str {
+    fn in_words(self) -> &'static str {
         match self {
             Self::Constant => "a mean height",
             Self::Plane => "a plane",
@@ -175,7 +175,7 @@ impl<'a> Field<'a> {
             }
         }
         // Ten pixels for each coefficient are little, and less is no field.
-        let too_few = SurfaceError::TooFewPixels { pixels: sigmas.len(), what: kind.name() };
+        let too_few = SurfaceError::TooFewPixels { pixels: sigmas.len(), what: kind.in_words() };
         if sigmas.len() < 10 * kind.terms() {
             return Err(too_few);
         }
@@ -189,7 +189,7 @@ impl<'a> Field<'a> {
             TrendKind::Quadric => 1.5,
         };
         if 2.0 * half_extent.0.min(half_extent.1) < least_px * heights.pixel_mm() {
-            return Err(SurfaceError::Undetermined { what: kind.name() });
+            return Err(SurfaceError::Undetermined { what: kind.in_words() });
         }
         let basis = Basis {
             kind,
@@ -225,7 +225,7 @@ impl<'a> Field<'a> {
     }
 
     pub(super) fn undetermined(&self) -> SurfaceError {
-        SurfaceError::Undetermined { what: self.basis.kind.name() }
+        SurfaceError::Undetermined { what: self.basis.kind.in_words() }
     }
 
     /// Coefficients (in the units of the terms) that few pixels far off hardly change: from a start that

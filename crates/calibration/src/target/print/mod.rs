@@ -25,30 +25,21 @@ const LETTERS_MM: f64 = 3.0;
 /// Mean width of a letter over its height, of Helvetica.
 const LETTER_RATIO: f64 = 0.55;
 
-/// Paper to print on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Page {
-    /// 210 mm x 297 mm.
-    A4,
-    /// 297 mm x 420 mm.
-    A3,
-    /// 8.5 inch x 11 inch.
-    Letter,
-    /// As large as the target needs.
-    Fit,
+epirig_core::choices! {
+    /// Paper to print on.
+    pub enum Page {
+        /// 210 mm x 297 mm.
+        A4 = "a4",
+        /// 297 mm x 420 mm.
+        A3 = "a3",
+        /// 8.5 inch x 11 inch.
+        Letter = "letter",
+        /// As large as the target needs.
+        Fit = "fit",
+    }
 }
 
 impl Page {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::A4 => "A4",
-            Self::A3 => "A3",
-            Self::Letter => "letter",
-            Self::Fit => "fit",
-        }
-    }
-
     /// Shorter and longer side, in mm.
     fn sides_mm(self) -> Option<(f64, f64)> {
         match self {
@@ -210,7 +201,7 @@ fn fitting(page: Page, needed: (f64, f64)) -> Result<(f64, f64), TargetError> {
     let Some((shorter, longer)) = page.sides_mm() else { return Ok(needed) };
     let holds = |&(width, height): &(f64, f64)| needed.0 <= width && needed.1 <= height;
     [(shorter, longer), (longer, shorter)].into_iter().find(holds).ok_or_else(|| TargetError::Page {
-        page: page.name().to_owned(),
+        page: page.to_string().to_owned(),
         width_mm: needed.0,
         height_mm: needed.1,
         page_width_mm: shorter,
