@@ -178,7 +178,7 @@ fn a_scan_that_cannot_be_is_refused_before_anything_moves() {
     refused(&["--driver", "sim", "--camera", "sim", "--start-mm", "199"], 2, &["202.000 mm", "0 to 200 mm"]);
     refused(&["--driver", "sim", "--camera", "replay:nothing"], 2, &["nothing"]);
     refused(&["--driver", "sim", "--camera", "/dev/no-such-camera"], 3, &["/dev/no-such-camera"]);
-    refused(&["--port", "/dev/no-such-port", "--camera", "sim"], 2, &["add --driver sim"]);
+    refused(&["--port", "/dev/no-such-port", "--camera", "sim"], 3, &["/dev/no-such-port"]);
 }
 
 #[test]

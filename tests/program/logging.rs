@@ -292,9 +292,8 @@ fn a_failure_is_one_json_object() {
 fn an_interruption_is_one_json_object() {
     let folder = tempfile::tempdir().unwrap();
     images(&folder.path().join("photos"), 5);
-    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
     // The positions never come. A scan ends after the frame in hand.
-    let import = ["import", "photos", "--out", "seq", "--positions", "pipe"];
+    let import = ["import", "photos", "--out", "seq", "--positions", "/dev/stdin"];
     let scan = [&CAPTURE, &["--out", "scan", "--set", "sim.real_time=true"][..]].concat();
     for (arguments, awaited, kind, code) in
         [(&import[..], "begun", "interrupted", 130), (&scan[..], "frame written", "resumable", 7)]
@@ -302,7 +301,9 @@ fn an_interruption_is_one_json_object() {
         let log = folder.path().join(kind);
         let arguments = [arguments, &["--json", "--log-file", kind]].concat();
         let mut command = command(folder.path(), &arguments);
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let _open = child.stdin.take();
         while !fs::read_to_string(&log).is_ok_and(|text| text.contains(awaited)) {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }

@@ -269,6 +269,22 @@ fn stop_stops_the_stage_of_a_scan_in_mid_move_and_the_scan_can_be_resumed() {
 }
 
 #[test]
+fn a_scan_without_its_camera_can_be_rehearsed() {
+    let stage = simulated("grbl", &[]);
+    let rig = ["--driver", "grbl", "--port", "port", "--camera", "sim", "--size", "64x48"];
+    let plan = ["--start-mm", "10", "--step-mm", "0.5", "--frames", "4", "--settle-ms", "0"];
+    let output = epirig(stage.path(), &[&["capture", "--out", "seq"], &rig[..], &plan[..]].concat());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && said.contains("a rehearsal"), "{said}");
+    succeeds(stage.path(), &["verify", "seq"]);
+    // The object has moved by what the stage says: the frames differ.
+    let sequence = epirig_data::sequence::Sequence::open(&stage.path().join("seq")).unwrap();
+    let hashes: std::collections::BTreeSet<&str> =
+        sequence.frames().iter().map(|frame| frame.blake3.as_str()).collect();
+    assert_eq!(hashes.len(), 4);
+}
+
+#[test]
 fn the_log_has_what_goes_over_the_line_and_what_has_failed() {
     let stage = simulated("grbl", &[]);
     let output =

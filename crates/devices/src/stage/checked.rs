@@ -46,7 +46,12 @@ pub struct CheckedStage<A> {
 impl<A: Axis> CheckedStage<A> {
     /// Holds `axis` to the default limits; every position is approached directly.
     pub fn over(axis: A) -> Self {
-        info!(device = %axis.identity(), travel_mm = axis.travel_mm(), is_homed = axis.is_homed(), "stage connected");
+        info!(
+            device = axis.identity().to_string(),
+            travel_mm = axis.travel_mm(),
+            is_homed = axis.is_homed(),
+            "stage connected"
+        );
         Self {
             is_known: axis.is_homed(),
             axis,
@@ -173,22 +178,24 @@ impl<A: Axis> Stage for CheckedStage<A> {
         let _span = debug_span!("home").entered();
         let began = self.axis.now();
         let homed = self.home_and_check();
-        let (device, seconds) = (self.identity(), self.axis.now().saturating_sub(began).as_secs_f64());
+        let (device, seconds) =
+            (self.identity().to_string(), self.axis.now().saturating_sub(began).as_secs_f64());
         match &homed {
-            Ok(()) => info!(%device, seconds, home_shift_mm = self.home_shift_mm, "homed"),
-            Err(reason) => warn!(%device, seconds, %reason, "homing failed"),
+            Ok(()) => info!(device, seconds, home_shift_mm = self.home_shift_mm, "homed"),
+            Err(reason) => warn!(device, seconds, %reason, "homing failed"),
         }
         homed
     }
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
-        let _span = debug_span!("move", position_mm).entered();
+        let _span = debug_span!("move").entered();
         let began = self.axis.now();
         let moved = self.approach(position_mm);
-        let (device, seconds) = (self.identity(), self.axis.now().saturating_sub(began).as_secs_f64());
+        let (device, seconds) =
+            (self.identity().to_string(), self.axis.now().saturating_sub(began).as_secs_f64());
         match &moved {
-            Ok(()) => debug!(%device, position_mm, seconds, "moved"),
-            Err(reason) => warn!(%device, position_mm, seconds, %reason, "move failed"),
+            Ok(()) => debug!(device, position_mm, seconds, "moved"),
+            Err(reason) => warn!(device, position_mm, seconds, %reason, "move failed"),
         }
         moved
     }
@@ -202,8 +209,10 @@ impl<A: Axis> Stage for CheckedStage<A> {
         self.rest_mm = None;
         let stopped = self.axis.stop();
         match &stopped {
-            Ok(()) => info!(device = %self.identity(), "stopped"),
-            Err(reason) => warn!(device = %self.identity(), %reason, "the stage could not be stopped"),
+            Ok(()) => info!(device = self.identity().to_string(), "stopped"),
+            Err(reason) => {
+                warn!(device = self.identity().to_string(), %reason, "the stage could not be stopped")
+            }
         }
         self.weigh(stopped)
     }
