@@ -1,4 +1,4 @@
-//! A profile with every key and its explanation, for a person to fill in.
+//! A profile that lists every key with its explanation, as a template.
 
 use super::schema::{CONTROLS, Key, SECTIONS, Section, camera, stage};
 use super::value::line;
@@ -7,29 +7,29 @@ use epirig_core::settings::quantity::Quantity;
 /// Columns of a comment.
 const WIDTH: usize = 100;
 
-/// What is connected.
+/// The connected devices.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Findings {
-    /// Serial ports, as [`PortChoice`](epirig_devices::link::PortChoice) reads them, the likeliest first.
+    /// Serial ports as [`PortChoice`](epirig_devices::link::PortChoice) parses them, the most likely first.
     pub ports: Vec<String>,
-    /// Cameras, the likeliest first.
+    /// Cameras, the most likely first.
     pub cameras: Vec<FoundCamera>,
 }
 
-/// A camera that is connected.
+/// A connected camera.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FoundCamera {
-    /// As [`CameraChoice`](epirig_devices::camera::CameraChoice) reads it.
+    /// The name that [`CameraChoice`](epirig_devices::camera::CameraChoice) parses.
     pub choice: String,
-    /// What it calls itself.
+    /// Model name that the device reports.
     pub model: String,
     /// Codes of the pixel formats that it offers.
     pub formats: Vec<String>,
 }
 
-/// The text of a profile in which port and camera are filled in if only one of them was found; of several, all are listed, and a
-/// person chooses. Every other key stands there once, commented out, with what it means, the values that it takes, its default if it has one,
-/// and a value. [`Profile::read`](super::Profile::read) takes it as it is.
+/// The text of a profile template. Port and camera are filled in if exactly one of each was found; several
+/// are listed for a choice. Every other key is commented out, with its meaning, its allowed values, its
+/// default and an example. [`Profile::read`](super::Profile::read) accepts the text as it is.
 pub fn commented(findings: &Findings) -> String {
     let mut text = Lines::default();
     text.comment("A rig and a scan, for epirig. Lines that begin with # are comments: take the # away from a key to set it.");
@@ -49,7 +49,7 @@ pub fn commented(findings: &Findings) -> String {
     ] {
         text.comment(&format!("  {}: {}", quantity.noun(), quantity.unit_names()));
     }
-    text.comment("In a key they are in small letters, with _ for / and percent for %: velocity_mm_s, rate_hz, saturated_percent.");
+    text.comment("In a key, units are in small letters, with _ for / and percent for %: velocity_mm_s, rate_hz, saturated_percent.");
     for section in SECTIONS {
         text.blank();
         text.comment(&format!("{}.", section.meaning));
@@ -75,9 +75,10 @@ impl Lines {
         self.line("");
     }
 
-    /// In lines of at most [`WIDTH`] columns, if its words allow; blanks at the beginning indent it.
+    /// Adds a comment in lines of at most [`WIDTH`] columns, unless a word is longer. Leading blanks indent
+    /// it.
     fn comment(&mut self, text: &str) {
-        // A name that a device gives itself may hold anything.
+        // Names reported by devices may hold any characters.
         let text = text.replace(char::is_control, " ");
         let indent = &text[..text.len() - text.trim_start().len()];
         let mut line = format!("# {indent}");
@@ -99,9 +100,9 @@ impl Lines {
 
     fn key(&mut self, section: &Section, key: &'static Key, findings: &Findings) {
         self.comment(&format!("{}.", key.meaning));
-        let mut facts = format!("It is {}", key.kind.allowed());
+        let mut facts = format!("Value: {}", key.kind.allowed());
         if let Some(default) = key.default {
-            facts.push_str(&format!("; left out, {default}"));
+            facts.push_str(&format!("; default: {default}"));
         }
         let drivers = stage::drivers_with(key);
         if !drivers.is_empty() {
@@ -119,17 +120,17 @@ impl Lines {
             Some(value) => self.line(&line(key, &escaped(value))),
             None => self.line(&format!("# {}", line(key, key.default.unwrap_or(key.example)))),
         }
-        // The table of controls comes behind all keys of its section: after its heading they would be controls.
+        // The table of controls follows all keys of its section: keys after its heading would be controls.
         let is_last = section.keys().last().is_some_and(|last| std::ptr::eq(*last, key));
         if section.name == "camera" && is_last {
             self.blank();
-            self.comment("Controls of the camera, by the names that `epirig camera get` lists: a number, true, false or text.");
+            self.comment("Controls of the camera, with the names that `epirig camera get` lists. Values: a number, true, false or text.");
             self.line(&format!("[camera.{CONTROLS}]"));
             self.line("# gain = 10");
         }
     }
 
-    /// Says which ports were found; the only one.
+    /// Lists the ports that were found; returns the port if there is only one.
     fn ports<'f>(&mut self, ports: &'f [String]) -> Option<&'f str> {
         match ports {
             [] => self.comment("No serial port was found."),
@@ -142,7 +143,7 @@ impl Lines {
         None
     }
 
-    /// Says which cameras were found; the only one.
+    /// Lists the cameras that were found; returns the camera if there is only one.
     fn cameras<'f>(&mut self, cameras: &'f [FoundCamera]) -> Option<&'f str> {
         let facts = |camera: &FoundCamera| {
             let formats = if camera.formats.is_empty() {
@@ -169,7 +170,7 @@ impl Lines {
     }
 }
 
-/// Text between quotes, as TOML wants it.
+/// Text with the escapes of a TOML string.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for character in text.chars() {

@@ -1,14 +1,14 @@
-//! What can be wrong with a profile.
+//! Mistakes in a profile.
 
 use std::fmt;
 
 use thiserror::Error;
 
-/// Why a profile cannot be used: all that is wrong with it, one line each.
+/// A profile with mistakes: all of them, one line each.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{}", .mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct ProfileError {
-    /// At least one.
+    /// The mistakes, at least one.
     pub mistakes: Vec<Mistake>,
 }
 
@@ -18,26 +18,26 @@ impl ProfileError {
     }
 }
 
-/// Where a value was given.
+/// The place of a value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// In a file.
     Line {
-        /// Its name.
+        /// Name of the file.
         source: String,
-        /// From 1.
+        /// Number of the line, from 1.
         line: usize,
     },
     /// In an override.
     Override {
-        /// Where that is from: `--set`, or the name of an environment variable.
+        /// The source of the override: `--set`, or the name of an environment variable.
         from: String,
     },
 }
 
 impl Place {
-    /// What is given at a place of a higher rank counts instead of what is given at one of a lower: the command line before the
-    /// environment, and that before the file.
+    /// A value at a place of higher rank replaces one at a lower rank: the command line before the
+    /// environment, and the environment before the file.
     pub(super) fn rank(&self) -> u8 {
         match self {
             Self::Line { .. } => 0,
@@ -56,7 +56,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Something wrong in a profile, with its place.
+/// A mistake in a profile, with its place.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{place}: {}", one_line(.problem))]
 pub struct Mistake {
@@ -66,37 +66,37 @@ pub struct Mistake {
     pub problem: Problem,
 }
 
-/// Names and values of a file may hold line breaks.
+/// Names and values in a file may contain line breaks.
 fn one_line(problem: &Problem) -> String {
     problem.to_string().replace(char::is_control, " ")
 }
 
-/// What is wrong in a profile. Keys are given with their section.
+/// A mistake in a profile. Keys include their section.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// The file is no TOML.
-    #[error("this is no TOML: {reason}")]
+    /// The file is not TOML.
+    #[error("this is not valid TOML: {reason}")]
     NotToml {
-        /// The parser's words.
+        /// The message of the parser.
         reason: String,
     },
-    /// More of something than makes sense; the rest is not looked at.
-    #[error("more than {most} {what}; the rest is not looked at")]
+    /// Too many entries; the rest is ignored.
+    #[error("more than {most} {what}; the rest is ignored")]
     TooMany {
-        /// Of what.
+        /// The kind of entry.
         what: &'static str,
-        /// How many are.
+        /// The limit.
         most: usize,
     },
-    /// An override has no key and value.
-    #[error("{text:?} is no setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm")]
+    /// An override without key or value.
+    #[error("{text:?} is not a setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm")]
     NoSetting {
         /// As it was given.
         text: String,
     },
     /// The value of an environment variable is not Unicode.
-    #[error("the value is not Unicode; set it anew or unset it")]
+    #[error("the value is not Unicode; set it again or unset it")]
     NotUnicode,
     /// There is no such section.
     #[error("there is no section {name}; {hint}")]
@@ -112,8 +112,8 @@ pub enum Problem {
         /// The section.
         name: String,
     },
-    /// A key stands before all sections.
-    #[error("{name} stands in no section; {hint}")]
+    /// A key before the first section.
+    #[error("{name} is outside all sections; {hint}")]
     OutsideSections {
         /// The key.
         name: String,
@@ -128,14 +128,14 @@ pub enum Problem {
         /// The nearest name, or all.
         hint: String,
     },
-    /// A key ends in something that is no unit of its quantity.
-    #[error("there is no key {key}: {suffix} is no unit of it; write {proposal}, or another of {units}")]
+    /// A key ends in a suffix that is not a unit of its quantity.
+    #[error("there is no key {key}: {suffix} is not a unit of it; write {proposal}, or another of {units}")]
     UnknownUnitInKey {
         /// As it was given.
         key: String,
-        /// The end of it.
+        /// The suffix.
         suffix: String,
-        /// With a unit.
+        /// The key with a unit.
         proposal: String,
         /// All units.
         units: String,
@@ -147,57 +147,57 @@ pub enum Problem {
         key: String,
         /// As it was given.
         value: String,
-        /// With a unit.
+        /// The value with a unit.
         proposal: String,
     },
-    /// The unit stands in the key, and the value is not a number only.
+    /// The key has a unit, but the value is not a number.
     #[error(
-        "{key} = {value} is no number, which it must be because the unit stands in the key; write {proposal}"
+        "{key} = {value} is not a number; the unit is in the key; write {proposal}"
     )]
     UnitInKey {
         /// The key.
         key: String,
         /// As it was given.
         value: String,
-        /// As it would be right.
+        /// A correct form.
         proposal: String,
     },
-    /// The unit belongs to another quantity, or is none.
+    /// The unit belongs to another quantity, or does not exist.
     #[error("{key} = {value}: {reason}; write {proposal}")]
     WrongUnit {
         /// The key.
         key: String,
         /// As it was given.
         value: String,
-        /// What the unit is, and what it must be.
+        /// What is wrong with the unit.
         reason: String,
-        /// A right value.
+        /// A correct value.
         proposal: String,
     },
-    /// The value is of a wrong kind or out of its range.
+    /// The value has a wrong type or is out of range.
     #[error("{key} = {value} is not possible; it must be {allowed}")]
     NotAllowed {
         /// The key.
         key: String,
         /// As it was given.
         value: String,
-        /// What is.
+        /// The allowed values.
         allowed: String,
     },
-    /// The same is given twice.
-    #[error("{key} is given a second time, first at {first}; leave one out")]
+    /// The same key is given twice.
+    #[error("{key} is given twice, first at {first}; remove one")]
     Twice {
         /// The key.
         key: String,
-        /// The other place.
+        /// The first place.
         first: Place,
     },
     /// A key without effect.
-    #[error("{key} means nothing {with}; leave it out")]
+    #[error("{key} has no effect {with}; remove it")]
     MeansNothing {
         /// The key.
         key: String,
-        /// With or without what.
+        /// The condition: `with ...` or `without ...`.
         with: String,
     },
     /// A key that needs another one.
@@ -205,16 +205,16 @@ pub enum Problem {
     Needs {
         /// The key.
         key: String,
-        /// The other one.
+        /// The other key.
         needed: String,
         /// What to do.
         advice: String,
     },
 }
 
-/// The name most like a mistyped one, or all of them.
+/// A hint with the most similar name, or with all names if none is similar.
 pub(super) fn did_you_mean(wanted: &str, names: impl Iterator<Item = String>) -> String {
-    /// Below this, names have nothing in common.
+    /// Names below this similarity are not suggested.
     const ALIKE: f64 = 0.7;
     let names: Vec<String> = names.collect();
     let likeness = |name: &String| strsim::jaro_winkler(wanted, name);

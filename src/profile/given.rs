@@ -1,4 +1,4 @@
-//! Values of keys: as they were given, and as they are understood.
+//! Values of keys, as given and as interpreted.
 
 use std::fmt;
 
@@ -8,22 +8,22 @@ use super::schema::{Key, Kind};
 use epirig_core::settings::Setting;
 use epirig_core::settings::quantity::Measure;
 
-/// A value as it was given.
+/// A value as given.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Given {
-    /// Text of a file, between quotes there.
+    /// A string in a file.
     Text(String),
-    /// Whole number of a file.
+    /// An integer in a file.
     Whole(i64),
-    /// Other number of a file, as it is written there.
+    /// A floating-point number in a file, as written.
     Real(String),
-    /// `true` or `false` of a file.
+    /// A boolean in a file.
     Flag(bool),
-    /// Something else of a file: a list, a table, a date.
+    /// Another TOML type in a file: array, table or date.
     Other(&'static str),
-    /// Text of an override, which may mean anything.
+    /// The text of an override, of any type.
     Plain(String),
-    /// What it means, from a record.
+    /// An interpreted value from a record.
     Known(Value),
 }
 
@@ -44,7 +44,7 @@ impl Given {
     pub(super) fn of(value: &DeValue<'_>) -> Self {
         match value {
             DeValue::String(text) => Self::Text(text.to_string()),
-            // TOML allows numbers that do not fit 64 bits; these are no whole numbers to us.
+            // TOML allows integers beyond 64 bits, which are not accepted here.
             DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
                 .map_or_else(|_| Self::Real(number.as_str().to_owned()), Self::Whole),
             DeValue::Float(number) => Self::Real(number.as_str().to_owned()),
@@ -56,11 +56,11 @@ impl Given {
     }
 }
 
-/// A value that suits its key.
+/// A value that is valid for its key.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Text(String),
-    /// The name.
+    /// The name of the choice.
     Choice(&'static str),
     Whole(i64),
     Number(f64),
@@ -82,7 +82,7 @@ impl fmt::Display for Value {
 }
 
 impl Value {
-    /// As drivers have it: a quantity in the unit of its key.
+    /// As drivers take it: a quantity in the unit of its key.
     pub(super) fn setting(self, key: &Key) -> Setting {
         match (self, key.kind) {
             (Self::Text(text), _) => Setting::Text(text),

@@ -1,8 +1,9 @@
-//! Rig profiles: a rig and a scan, described by a person in TOML.
+//! Rig profiles: the description of a rig and a scan in TOML.
 //!
-//! A quantity is written with its unit, in the value (`step = "1.5 mm"`) or in the key (`step_mm = 1.5`). What is written otherwise, twice, or
-//! under a name that is no key is refused, with its line and with what to write instead. Overrides from the command line and from the environment
-//! count instead of what the file says. All sections and keys are in the text that [`commented`] writes when nothing was found.
+//! A quantity is written with its unit, in the value (`step = "1.5 mm"`) or in the key (`step_mm = 1.5`).
+//! Other forms, duplicates and unknown keys are refused, with line number and correction. Overrides of the
+//! command line and the environment replace values of the file. [`commented`] writes a text with all sections
+//! and keys.
 
 mod commented;
 mod error;
@@ -39,8 +40,8 @@ pub const REAL: &str = include_str!("../../calib/real.toml");
 
 impl Profile {
     /// From the text of a file; `source` is its name for messages. Of several overrides of a key the last counts.
-    ///
-    /// A key that means nothing with the driver of the stage or with the camera is refused; but if the command line or the environment has
+    /// A key without effect for the stage's driver or the camera is refused. Exception: if an override
+    /// selects another driver or camera, keys of lower rank for the replaced one are dropped.
     /// chosen another driver or camera, what places that count less say of the one in the file is left out.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! A recorded profile, changed by overrides.
+//! A recorded profile with overrides.
 
 use super::error::Place;
 use super::given::{Given, Value};
@@ -8,14 +8,15 @@ use super::{BoardProfile, FocalLength, Override, Profile, ProfileError, read};
 use epirig_calibration::lens::Distortion;
 use epirig_core::settings::quantity::{MM, Measure, PERCENT, PX, Unit};
 
-/// Where messages say that a recorded value is from.
+/// Name of the source of recorded values, in messages.
 const RECORD: &str = "sequence.json";
 
 impl Profile {
-    /// What this profile says of lens, target and board, changed by `overrides`; everything else as if nothing had been said.
+    /// This profile's lens, target and board, changed by `overrides`; all other sections have their defaults.
     ///
     /// # Errors
-    /// [`ProfileError`] with all that is wrong in the overrides, or contradicts what was recorded.
+    /// [`ProfileError`] with all mistakes in the overrides, and with all contradictions to the recorded
+    /// values.
     pub fn lens_and_targets_over(&self, overrides: &[Override]) -> Result<Self, ProfileError> {
         let mut known = Known(Settings::default());
         known.optics(self);
@@ -32,7 +33,7 @@ impl Profile {
         let mut settings = known.0;
         for value in overrides {
             settings.replace(value);
-            // One band has no distance from another, and nobody can leave out what was recorded.
+            // With one band, the recorded distance of the bands has no meaning and is dropped.
             if value.key == target::BANDS.path() && value.value == "1" {
                 settings.forget(&target::BAND_DISTANCE);
             }
@@ -42,7 +43,7 @@ impl Profile {
     }
 }
 
-/// Values that are known already.
+/// Values that are interpreted already.
 struct Known(Settings);
 
 impl Known {
@@ -60,7 +61,7 @@ impl Known {
         match optics.focal_length {
             Some(FocalLength::Px(px)) => self.measure(&optics::FOCAL_LENGTH, px, PX),
             Some(FocalLength::Mm(mm)) => self.measure(&optics::FOCAL_LENGTH, mm, MM),
-            // Without it, its uncertainty and the distortion mean nothing.
+            // Without the focal length, its uncertainty and the distortion have no meaning.
             None => return,
         }
         self.measure(&optics::FOCAL_LENGTH_SIGMA, 100.0 * optics.focal_length_sigma, PERCENT);

@@ -1,11 +1,11 @@
-//! Values that count instead of the file's: from the command line and from the environment.
+//! Values that replace those of the file: from the command line and the environment.
 
 use std::ffi::OsString;
 
 use super::error::{Mistake, Place, Problem, ProfileError};
 use super::schema::{CONTROLS, SECTIONS, Section, find_key};
 
-/// A value that counts instead of the file's.
+/// A value that replaces the file's.
 ///
 /// ```
 /// use epirig::profile::Override;
@@ -16,20 +16,20 @@ use super::schema::{CONTROLS, SECTIONS, Section, find_key};
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
-    /// With its section: `plan.step`, `plan.step_mm`, `camera.controls.gain`.
+    /// The key with its section: `plan.step`, `plan.step_mm`, `camera.controls.gain`.
     pub key: String,
-    /// As in a file, but without quotes: `1.5 mm`.
+    /// The value as in a file, but without quotes: `1.5 mm`.
     pub value: String,
-    /// Where it is from, for messages: `--set`, or the name of an environment variable.
+    /// Its source, for messages: `--set`, or the name of an environment variable.
     pub from: String,
 }
 
 impl Override {
-    /// From `SECTION.KEY=VALUE`; blanks around key and value do not count. Whether there is such a key, and whether the
-    /// value suits it, [`Profile::read`](super::Profile::read) says.
+    /// Parses `SECTION.KEY=VALUE`; blanks around key and value are removed.
+    /// [`Profile::read`](super::Profile::read) checks key and value.
     ///
     /// # Errors
-    /// [`Problem::NoSetting`] if it is written otherwise.
+    /// [`Problem::NoSetting`] for another form.
     pub fn parse(text: &str, from: &str) -> Result<Self, ProfileError> {
         let parts = text.split_once('=').map(|(key, value)| (key.trim(), value.trim()));
         let (key, value) = parts
@@ -43,12 +43,13 @@ fn place(from: &str) -> Place {
     Place::Override { from: from.to_owned() }
 }
 
-/// What environment variables named `EPIRIG_SECTION_KEY` set, such as `EPIRIG_PLAN_STEP` or `EPIRIG_CAMERA_CONTROLS_GAIN`, in the
-/// order of their names. Other variables, such as `EPIRIG_PORT`, are left alone.
+/// The overrides of environment variables named `EPIRIG_SECTION_KEY`, such as `EPIRIG_PLAN_STEP` or
+/// `EPIRIG_CAMERA_CONTROLS_GAIN`, in the order of their names. Other variables, such as `EPIRIG_PORT`, are
+/// ignored.
 ///
 /// # Errors
-/// [`Problem::UnknownKey`] for a variable that names a section but no key of it, [`Problem::Twice`] for two that set the same,
-/// [`Problem::NotUnicode`].
+/// [`Problem::UnknownKey`] for a variable that names a section but no key of it, [`Problem::Twice`] for two
+/// variables of one key, [`Problem::NotUnicode`].
 pub fn overrides_from_environment<N: Into<OsString>, V: Into<OsString>>(
     variables: impl IntoIterator<Item = (N, V)>,
 ) -> Result<Vec<Override>, ProfileError> {
@@ -114,7 +115,7 @@ mod tests {
         for text in ["", "plan.step", "plan.step=", "step=1 mm", "=1"] {
             let error = Override::parse(text, "--set").unwrap_err().to_string();
             let expected =
-                format!("--set: {text:?} is no setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm");
+                format!("--set: {text:?} is not a setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm");
             assert_eq!(error, expected);
         }
     }
@@ -153,7 +154,7 @@ mod tests {
         );
         assert_eq!(
             message(&[("EPIRIG_PLAN_STEP_MM", "1"), ("EPIRIG_PLAN_STEP", "1 mm")]),
-            "EPIRIG_PLAN_STEP_MM: plan.step is given a second time, first at EPIRIG_PLAN_STEP; leave one out"
+            "EPIRIG_PLAN_STEP_MM: plan.step is given twice, first at EPIRIG_PLAN_STEP; remove one"
         );
     }
 
@@ -166,6 +167,6 @@ mod tests {
         assert_eq!(overrides_from_environment([(OsString::from("OTHER"), broken())]), Ok(Vec::new()));
         assert_eq!(overrides_from_environment([(broken(), broken())]), Ok(Vec::new()));
         let error = overrides_from_environment([("EPIRIG_PLAN_STEP", broken())]).unwrap_err();
-        assert_eq!(error.to_string(), "EPIRIG_PLAN_STEP: the value is not Unicode; set it anew or unset it");
+        assert_eq!(error.to_string(), "EPIRIG_PLAN_STEP: the value is not Unicode; set it again or unset it");
     }
 }

@@ -12,7 +12,7 @@ use epirig_devices::camera::{Size, camera_driver};
 use epirig_devices::stage::Driver;
 
 epirig_core::choices! {
-    /// What a simulated camera looks at.
+    /// The scene of the simulator.
     pub enum SceneName {
         /// A plane with stripe-like hollows.
         Tile = "tile",
@@ -23,88 +23,92 @@ epirig_core::choices! {
     }
 }
 
-/// The stage, and how to reach it.
+/// The stage and its connection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StageProfile {
     /// The driver.
     pub driver: Driver,
-    /// Its port, as [`PortChoice`](epirig_devices::link::PortChoice) reads it; `None`: the only USB serial port.
+    /// The port, as [`PortChoice`](epirig_devices::link::PortChoice) parses it; `None`: the only USB serial
+    /// port.
     pub port: Option<String>,
-    /// Unidirectional approach: come to every position from this far below, in mm, 0 or more.
+    /// Unidirectional approach: distance below each position from which it is approached, in mm, 0 or more.
     pub approach_mm: f64,
-    /// How far the reported position may be off beyond half a step, in mm, 0 or more.
+    /// Allowed error of the reported position beyond half a step, in mm, 0 or more.
     pub tolerance_mm: f64,
     /// The driver's own settings.
     pub settings: Settings,
 }
 
 impl StageProfile {
-    /// Whether it is a stage in memory.
+    /// Whether the stage is simulated in memory.
     pub fn is_simulated(&self) -> bool {
         !self.driver.has_line()
     }
 }
 
-/// The camera, and how it is to be set.
+/// The camera and its settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraProfile {
-    /// Which one, as [`CameraChoice`](epirig_devices::camera::CameraChoice) reads it; `None`: the only camera.
+    /// The camera, as [`CameraChoice`](epirig_devices::camera::CameraChoice) parses it; `None`: the only
+    /// camera.
     pub device: Option<String>,
-    /// Pixel format, as [`FourCc`](epirig_devices::camera::pixels::FourCc) reads it; `None`: the deepest uncompressed grey.
+    /// Pixel format, as [`FourCc`](epirig_devices::camera::pixels::FourCc) parses it; `None`: the deepest
+    /// uncompressed grey.
     pub format: Option<String>,
     /// Columns and rows; `None`: the largest size.
     #[serde(with = "record::size")]
     pub size: Option<Size>,
-    /// Frames per second, positive; `None`: as the camera has it.
+    /// Frames per second, positive; `None`: not changed.
     pub rate_hz: Option<f64>,
-    /// Exposure time, in us, positive; `None`: as the camera has it.
+    /// Exposure time, in us, positive; `None`: not changed.
     pub exposure_us: Option<f64>,
-    /// What to make of a colour mosaic.
+    /// Use of a colour mosaic.
     pub bayer: Option<BayerUse>,
-    /// How long to wait for a good frame, and for a steady picture. In a record: `patience_s`, in s.
+    /// Longest wait for a good frame, and for a steady picture. In a record: `patience_s`, in s.
     #[serde(rename = "patience_s", with = "record::seconds")]
     pub patience: Duration,
-    /// Frequency of the mains that the lamps hang on, in Hz: 50 or 60.
+    /// Mains frequency of the lamps, in Hz: 50 or 60.
     pub mains_hz: Option<f64>,
-    /// Controls in the order in which they are to be set: name as in commands, and value in words or digits.
+    /// Controls in the order in which they are set: name as in commands, value as a name or as digits.
     pub controls: Vec<(String, String)>,
 }
 
 impl CameraProfile {
-    /// Whether it is the simulated camera, which looks at the simulator.
+    /// Whether the camera is simulated.
     pub fn is_simulated(&self) -> bool {
         camera_driver(self.device.as_deref()).is_simulated()
     }
 }
 
-/// The scan: where the stage stops, and what is taken there.
+/// The scan: positions and frames.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlanProfile {
-    /// Position of the first frame from home, in mm, 0 or more.
+    /// Position of the first frame, from home, in mm, 0 or more.
     pub start_mm: f64,
     /// Distance between stops, in mm, positive.
     pub step_mm: Option<f64>,
     /// Number of frames, 2 to 100000.
     pub frames: Option<usize>,
-    /// How long the stage swings after a move. In a record: `settle_s`, in s.
+    /// Time for which the stage vibrates after a move. In a record: `settle_s`, in s.
     #[serde(rename = "settle_s", with = "record::seconds")]
     pub settle: Duration,
-    /// So many frames are averaged to one at each stop, 1 to 65536.
+    /// Number of frames averaged at each stop, 1 to 65536.
     pub average: usize,
-    /// Number of frames without light, 0 to 1000.
+    /// Number of dark frames, 0 to 1000.
     pub dark: usize,
     /// Number of frames of a uniform target, 0 to 1000.
     pub flat: usize,
-    /// Number of frames of the chess-board in a hand, each in another pose, 0 to 1000.
+    /// Number of frames of the hand-held chess-board, each in a different pose, 0 to 1000.
     #[serde(default)]
     pub board: usize,
 }
 
 impl PlanProfile {
-    /// Where the frames are taken, from home, in mm: start + index x step. `None` without step or number of frames.
+    /// Positions of all frames, from home, in mm: start + index x step. `None` without step or number of
+    /// frames.
     pub fn positions_mm(&self) -> Option<Vec<f64>> {
         let (step_mm, frames) = (self.step_mm?, self.frames?);
         Some((0..frames).map(|index| self.start_mm + index as f64 * step_mm).collect())
@@ -127,23 +131,23 @@ pub enum FocalLength {
 pub struct OpticsProfile {
     /// Focal length of the lens, positive.
     pub focal_length: Option<FocalLength>,
-    /// Standard deviation of that as a share of it, 0 to 1.
+    /// Relative standard uncertainty of the focal length, 0 to 1.
     #[serde(default = "record::data_sheet_sigma")]
     pub focal_length_sigma: f64,
-    /// Width of the part of the sensor that the image shows, in mm, positive.
+    /// Width of the part of the sensor that the image covers, in mm, positive.
     pub sensor_width_mm: Option<f64>,
-    /// Column and row of the principal point, in px; `None`: the middle of the image.
+    /// Column and row of the principal point, in px; `None`: the centre of the image.
     pub principal_point_px: Option<(f64, f64)>,
-    /// From the lens to the object, in mm, positive.
+    /// Distance from the lens to the object, in mm, positive.
     pub distance_mm: Option<f64>,
-    /// How the lens bends rays; none unless a data sheet tells.
+    /// Distortion of the lens; zero by default.
     #[serde(default)]
     pub distortion: Distortion,
 }
 
 impl OpticsProfile {
-    /// The lens as it is stated, before images of `columns` x `rows`; with the principal point in their middle unless it is stated, too.
-    /// `None` if the focal length in px is not known.
+    /// The lens for images of `columns` x `rows`. The principal point defaults to their centre. `None` if the
+    /// focal length in px is unknown.
     pub fn lens(&self, columns: usize, rows: usize) -> Option<Lens> {
         let middle = |size: usize| 0.5 * (size as f64 - 1.0);
         let (x_px, y_px) = self.principal_point_px.unwrap_or((middle(columns), middle(rows)));
@@ -151,8 +155,8 @@ impl OpticsProfile {
         Some(Lens { distortion: self.distortion, ..lens })
     }
 
-    /// Focal length in px of images with so many columns; a length is divided by the width of a pixel, which is
-    /// `sensor_width_mm` over `columns`. `None` if that is not known.
+    /// Focal length in px for images with this number of columns. A length is divided by the width of a
+    /// pixel: `sensor_width_mm` / `columns`. `None` if it is unknown.
     pub fn focal_length_px(&self, columns: usize) -> Option<f64> {
         Some(match self.focal_length? {
             FocalLength::Px(length_px) => length_px,
@@ -161,24 +165,25 @@ impl OpticsProfile {
     }
 }
 
-/// What is measured.
+/// The measured object.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TargetProfile {
-    /// Difference of heights that the measurement is to resolve, in mm, positive.
+    /// Height difference that the measurement must resolve, in mm, positive.
     pub relief_mm: Option<f64>,
-    /// What is printed on it; `None`: nothing that is known.
+    /// The chess-boards printed on the object; `None`: unknown or absent.
     #[serde(default)]
     pub print: Option<PrintProfile>,
 }
 
-/// The chess-boards that are printed on the object: one, or two with the relief between them.
+/// The chess-boards printed on the object: one, or two with the relief between them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrintProfile {
-    /// One of them; its columns lie along the travel.
+    /// One board; its columns lie along the travel.
     pub board: BoardProfile,
-    /// Of two: from the first row of inner corners of the upper to the first row of the lower, in mm, positive. `None`: there is one.
+    /// For two boards: distance from the first row of inner corners of the upper board to that of the lower,
+    /// in mm, positive. `None` for one board.
     pub band_distance_mm: Option<f64>,
 }
 
@@ -188,26 +193,26 @@ pub struct PrintProfile {
 pub struct BoardProfile {
     /// Side of a square, in mm, positive.
     pub square_mm: f64,
-    /// Inner corners of a row, 2 to 1000: one less than squares.
+    /// Inner corners per row, 2 to 1000: one less than squares.
     pub columns: usize,
     /// Rows of inner corners, 2 to 1000.
     pub rows: usize,
 }
 
-/// What a scan may not exceed.
+/// The limits of a scan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LimitsProfile {
-    /// How often a frame is taken again before the scan stops, 0 to 100.
+    /// Retakes of a frame before the scan stops, 0 to 100.
     pub retakes: usize,
-    /// Share of a frame's pixels that may be at full scale, 0 to 1.
+    /// Share of a frame's pixels that may be saturated, 0 to 1.
     pub saturated: f64,
-    /// How far the stage may stand from where it was sent, in mm, positive.
+    /// Largest distance of the reported from the commanded position, in mm, positive.
     pub position_mm: f64,
-    /// How long to wait for a device that has gone. In a record: `wait_s`, in s.
+    /// Longest wait for a device that has disconnected. In a record: `wait_s`, in s.
     #[serde(rename = "wait_s", with = "record::seconds")]
     pub wait: Duration,
-    /// How far the picture may lie from where it was when a stop is taken again, in px, positive.
+    /// Largest shift of the picture when a stop is taken again, in px, positive.
     pub shift_px: f64,
 }
 
@@ -215,42 +220,42 @@ pub struct LimitsProfile {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SimProfile {
-    /// What the simulated camera looks at.
+    /// The scene that the simulated camera sees.
     pub scene: SceneName,
     /// Standard deviation of the noise of a pixel, in grey levels of 255, 0 or more.
     pub noise_dn: f64,
-    /// Of all that is random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Whether moves and frames take the time that real ones take.
+    /// Whether moves and frames take real time.
     pub real_time: bool,
-    /// What is not as it should be.
+    /// Imperfections of the simulated rig.
     #[serde(default)]
     pub faults: SimFaults,
 }
 
-/// What is not as it should be with the simulated rig; nothing by default.
+/// Imperfections of the simulated rig; zero by default.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimFaults {
-    /// How far the camera is rolled about its axis, in rad.
+    /// Roll of the camera about its optical axis, in rad.
     pub roll_rad: f64,
-    /// How far the camera is turned towards the travel, in rad.
+    /// Pan of the camera towards the travel, in rad.
     pub pan_rad: f64,
-    /// Radial distortion of the lens, of r^2.
+    /// Radial distortion of the lens, coefficient of r^2.
     pub k1: f64,
-    /// Share of the light that the lens loses in the farthest corner, 0 to 0.9.
+    /// Relative loss of light in the farthest corner, 0 to 0.9.
     pub vignetting: f64,
-    /// Standard deviation of the lamp from frame to frame, as a share of its light, 0 to 0.1.
+    /// Relative standard deviation of the lamp from frame to frame, 0 to 0.1.
     pub flicker: f64,
-    /// Standard deviation of the carriage's true place from the one that the stage reports, in um, 0 or more.
+    /// Standard deviation of the true minus the reported position, in um, 0 or more.
     pub step_error_um: f64,
-    /// How much deeper the middle of an edge of the tile lies than its middle, in mm.
+    /// Depth of the middle of an edge of the tile below the tile's centre, in mm.
     pub bow_mm: f64,
-    /// What a pixel reads without light, in grey levels of 255, 0 to 127.
+    /// Pixel value without light, in grey levels of 255, 0 to 127.
     pub black_level_dn: f64,
-    /// Standard deviation of the gains of the pixels, 0 to 0.1.
+    /// Relative standard deviation of the pixels' gains, 0 to 0.1.
     pub pixel_gains: f64,
-    /// Number of pixels that are nearly white whatever the light.
+    /// Number of hot pixels: nearly white in any light.
     pub hot_pixels: usize,
 }
 
@@ -285,7 +290,7 @@ mod tests {
             distance_mm: None,
             distortion: Distortion { k1: -0.1, ..Distortion::default() },
         };
-        // Pixels of 10 mm / 1000 = 10 um: 25 mm are 2500 of them.
+        // Pixels of 10 mm / 1000 = 10 um: 25 mm are 2500 px.
         assert_eq!(optics.focal_length_px(1000), Some(2500.0));
         assert_eq!(optics.focal_length_px(500), Some(1250.0));
         let lens = optics.lens(1000, 500).unwrap();

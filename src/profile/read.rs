@@ -1,4 +1,4 @@
-//! From settings to the typed profile, with the rules that hold across keys.
+//! Builds the typed profile from settings, with the rules across keys.
 
 use std::time::Duration;
 
@@ -19,7 +19,8 @@ use epirig_core::settings::quantity::{DN, HZ, MM, Measure, NS, PERCENT, PX, Quan
 use epirig_devices::camera::Size;
 use epirig_devices::stage::Driver;
 
-/// The profile that the settings make, and all that is wrong with them; what is wrong has its default in it, or nothing.
+/// The profile of the settings, and all mistakes in them. A wrong value is replaced by its default, or by
+/// `None`.
 pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
     let mistakes = std::mem::take(&mut settings.mistakes);
     let mut reader = Reader { settings, mistakes };
@@ -34,7 +35,7 @@ pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
         limits: reader.limits(),
         sim: reader.sim(),
     };
-    // What follows from a wrong value would be noise.
+    // Consequences of a wrong value are not reported.
     if reader.mistakes.is_empty() {
         reader.refuse_what_is_ignored(&profile);
         reader.ask_for_what_is_needed(&profile);
@@ -42,12 +43,12 @@ pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
     (profile, reader.mistakes)
 }
 
-/// Whether the key describes the simulator, and neither stage nor camera is simulated.
+/// Whether the key belongs to the simulator, and neither stage nor camera is simulated.
 fn is_of_no_simulator(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
     key.section == "sim" && !stage.is_simulated() && !camera.is_simulated()
 }
 
-/// Whether the key describes the tile, and something else is simulated.
+/// Whether the key belongs to the tile, and another scene is simulated.
 fn is_of_other_scene(key: &Key, sim: &SimProfile) -> bool {
     std::ptr::eq(key, &sim::BOW) && sim.scene != SceneName::Tile
 }
@@ -101,14 +102,14 @@ impl Reader {
         self.measure(key).map(|measure| measure.in_unit(unit))
     }
 
-    /// Of a key with a default.
+    /// The value of a key with a default.
     fn number_or_default(&mut self, key: &'static Key, unit: Unit) -> f64 {
         self.number(key, unit).unwrap_or_default()
     }
 
-    /// Of a key with a default, in whole ns.
+    /// The value of a key with a default, in whole ns.
     fn duration(&mut self, key: &'static Key) -> Duration {
-        // The key's range keeps it far below 2^64.
+        // The allowed range is far below 2^64.
         Duration::from_nanos(self.number_or_default(key, NS).round() as u64)
     }
 
@@ -119,7 +120,7 @@ impl Reader {
         }
     }
 
-    /// Of a key with a default.
+    /// The value of a key with a default.
     fn plain_number(&mut self, key: &'static Key) -> f64 {
         match self.value(key) {
             Some(Value::Number(number)) => number,
@@ -127,7 +128,7 @@ impl Reader {
         }
     }
 
-    /// Of a key with a default: a share as a number from 0 to 1.
+    /// The value of a key with a default: a share, 0 to 1.
     fn share(&mut self, key: &'static Key) -> f64 {
         self.number_or_default(key, PERCENT) / 100.0
     }
@@ -222,13 +223,13 @@ impl Reader {
     fn target(&mut self) -> TargetProfile {
         let relief_mm = self.number(&target::RELIEF, MM);
         let board = self.board(&PRINT);
-        // Read whatever the rest is, so that mistakes are told.
+        // Always read, so that mistakes are reported.
         let bands: Option<usize> = self.whole(&target::BANDS);
         let band_distance_mm = self.number(&target::BAND_DISTANCE, MM).filter(|_| bands == Some(2));
         TargetProfile { relief_mm, print: board.map(|board| PrintProfile { board, band_distance_mm }) }
     }
 
-    /// A chess-board, if all of it is given.
+    /// A chess-board, if all its keys are given.
     fn board(&mut self, [square, columns, rows]: &BoardKeys) -> Option<BoardProfile> {
         let (square_mm, columns, rows) = (self.number(square, MM), self.whole(columns), self.whole(rows));
         Some(BoardProfile { square_mm: square_mm?, columns: columns?, rows: rows? })
@@ -265,11 +266,11 @@ impl Reader {
         }
     }
 
-    /// Whoever overrides the driver, the camera or the scene does not mean what the file says of another one.
+    /// Drops keys of a replaced driver, camera or scene: they belong to the former one.
     fn leave_out_what_was_overridden(&mut self) {
         let known = self.mistakes.len();
         let (stage, camera, sim) = (self.stage(), self.camera(), self.sim());
-        // All values are read again, and what is wrong with those that count is told then.
+        // All values are read again later, and mistakes are reported then.
         self.mistakes.truncate(known);
         self.settings.leave_out_below(&[&stage::DRIVER], |key| !stage::belongs_to(key, stage.driver));
         self.settings.leave_out_below(&[&stage::DRIVER, &camera::DEVICE], |key| {
@@ -278,7 +279,7 @@ impl Reader {
         self.settings.leave_out_below(&[&sim::SCENE], |key| is_of_other_scene(key, &sim));
     }
 
-    /// A key that does nothing would be believed to do something.
+    /// Refuses keys without effect.
     fn refuse_what_is_ignored(&mut self, profile: &Profile) {
         let driver = profile.stage.driver;
         for setting in &self.settings.settings {
@@ -334,7 +335,7 @@ impl Reader {
         }
     }
 
-    /// If any of `given` is given, all of `needed` must be.
+    /// If any key of `given` is given, all of `needed` must be.
     fn need_all(&mut self, given: &[&'static Key], needed: &BoardKeys) {
         let Some(first) = given.iter().find(|key| self.is_given(key)) else { return };
         for key in needed {
@@ -344,7 +345,7 @@ impl Reader {
         }
     }
 
-    /// A whole number that is known to be right.
+    /// An integer that is known to be valid.
     fn whole_of(&self, key: &'static Key) -> Option<i64> {
         let setting = self.settings.setting(key)?;
         match interpret(key, setting.unit, &setting.given) {

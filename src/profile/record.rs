@@ -1,18 +1,18 @@
-//! How a resolved profile is written into a record: types of others as text, times as numbers of seconds.
+//! Serialisation of a profile in a record: other types as text, times as seconds.
 
 use std::fmt::Display;
 
 use serde::{Deserialize, Deserializer, Serializer};
 
-/// What a record from before there was a choice has.
+/// The value for records without this field.
 pub(super) fn data_sheet_sigma() -> f64 {
     0.02
 }
 
 /// A time in s.
 ///
-/// A double holds the times of a profile, a day at most, to 0.02 ns, and reading rounds to whole ns: so the way there and
-/// back is exact.
+/// A double holds the times of a profile (a day at most) to 0.02 ns, and reading rounds to whole ns. So the
+/// round trip is exact.
 pub(super) mod seconds {
     use std::time::Duration;
 
@@ -26,7 +26,7 @@ pub(super) mod seconds {
     pub(in crate::profile) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Duration, D::Error> {
         let seconds = f64::deserialize(from)?;
         Duration::try_from_secs_f64(seconds)
-            .map_err(|error| D::Error::custom(format!("{seconds} s is no time: {error}")))
+            .map_err(|error| D::Error::custom(format!("{seconds} s is not a valid time: {error}")))
     }
 }
 

@@ -1,4 +1,4 @@
-//! The profile that a sequence was recorded with.
+//! The profile recorded with a sequence.
 
 use std::path::PathBuf;
 
@@ -12,27 +12,27 @@ use epirig_core::settings::{LARGEST, SMALLEST};
 use epirig_data::sequence::{Finding, Origin, Sequence};
 use epirig_data::storage::{RecordFault, parse_value};
 
-/// Why the rig of a sequence cannot be understood.
+/// A recorded rig that cannot be read.
 #[derive(Debug, Error)]
 #[error(
-    "{}: its rig cannot be understood: rig.{source}; use the program that wrote it ({program}), or restore the file from a copy",
+    "{}: its recorded rig cannot be read: rig.{source}; use the program that wrote it ({program}), or restore the file from a copy",
     path.display()
 )]
 pub struct RecordedRigError {
     /// The start record.
     pub path: PathBuf,
-    /// What wrote it.
+    /// The program that wrote it.
     pub program: String,
     /// What is wrong.
     pub source: RecordFault,
 }
 
-/// Fields that something is divided by.
+/// Fields that are used as divisors.
 const DIVISORS: [&str; 4] = ["camera.rate_hz", "plan.step_mm", "optics.sensor_width_mm", "board.square_mm"];
 
 impl Profile {
-    /// The rig that the frames of `sequence` were taken with: of a scan all of it, of imported images what was said of lens and
-    /// targets, with stage, camera and plan as if nothing had been said. `None` if nothing was recorded.
+    /// The rig of the frames of `sequence`: complete for a scan. For imported images only lens and targets
+    /// are recorded; stage, camera and plan have their defaults. `None` if no rig was recorded.
     ///
     /// # Errors
     /// [`RecordedRigError`].
@@ -46,15 +46,15 @@ impl Profile {
         })
     }
 
-    /// From a record; numbers that no rig has are refused.
+    /// Parses a record; numbers that are impossible for a rig are refused.
     ///
     /// # Errors
-    /// The key and what is wrong with it.
+    /// The key and its fault.
     pub fn of_record(rig: &Value) -> Result<Self, RecordFault> {
         let profile: Self = parse_value(rig.clone())?;
         let fault = |key: String, reason: String| RecordFault { line: 0, key, reason };
         if let Some((key, number)) = impossible_number(rig, String::new()) {
-            return Err(fault(key, format!("{number} cannot be")));
+            return Err(fault(key, format!("{number} is impossible")));
         }
         let stage = &profile.stage;
         stage
@@ -65,7 +65,7 @@ impl Profile {
         let boards = profile.board.into_iter().chain(profile.target.print.map(|print| print.board));
         let corners: Vec<usize> = boards.flat_map(|board| [board.columns, board.rows]).collect();
         let size = profile.camera.size.map_or(Some(1), |size| area(size.rows, size.columns));
-        // As the keys of a profile in TOML allow.
+        // The ranges of the keys in TOML.
         for (key, is_possible) in [
             ("plan.frames", plan.frames.is_none_or(|frames| (2..=100_000).contains(&frames))),
             ("plan.average", (1..=65_536).contains(&plan.average)),
@@ -83,15 +83,15 @@ impl Profile {
         Ok(profile)
     }
 
-    /// What it says of lens and targets alone: all that images say nothing of is as if it had been left out.
+    /// Lens and targets only; all other sections have their defaults.
     pub fn of_lens_and_targets(self) -> Self {
         let Self { optics, target, board, .. } = self;
-        // Where nothing was given, nothing is wrong.
+        // No keys are given, so there are no mistakes.
         let (nothing, _) = read::read(Settings::default());
         Self { optics, target, board, ..nothing }
     }
 
-    /// Where it contradicts what else the records of its sequence say.
+    /// Contradictions to the other records of the sequence.
     pub fn contradictions(&self, sequence: &Sequence) -> Vec<Finding> {
         let record = sequence.record();
         let mut found = Vec::new();
@@ -99,7 +99,7 @@ impl Profile {
             found.push(Finding {
                 file: "sequence.json".to_owned(),
                 problem: format!(
-                    "{what} are not those of the rig that is recorded with them; restore it from a copy"
+                    "{what} differ from the recorded rig; restore the file from a copy"
                 ),
             });
         };
@@ -117,7 +117,7 @@ impl Profile {
         let recorded = record.intrinsics.map(|intrinsics| {
             [intrinsics.focal_length_px, intrinsics.principal_point_x_px, intrinsics.principal_point_y_px]
         });
-        // The same formula in another order of its factors: equal but for rounding.
+        // The same formula with another order of factors: equal except for rounding.
         let differ =
             |(one, other): (f64, f64)| (one - other).abs() > 1e-9 * one.abs().max(other.abs()).max(1.0);
         if let Some(lens) = lens
@@ -129,13 +129,13 @@ impl Profile {
     }
 }
 
-/// The first number that no rig has, with its key.
+/// The first impossible number, with its key.
 fn impossible_number(value: &Value, key: String) -> Option<(String, f64)> {
     match value {
         Value::Number(number) => {
             let size = number.as_f64().unwrap_or(f64::INFINITY).abs();
             let least = if DIVISORS.iter().any(|divisor| key.ends_with(divisor)) { SMALLEST } else { 0.0 };
-            // What begins chance may be any whole number.
+            // A seed may be any integer.
             (!(least..=LARGEST).contains(&size) && key != "sim.seed").then_some((key, size))
         }
         Value::Array(values) => values

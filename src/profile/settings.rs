@@ -1,4 +1,4 @@
-//! What was given for which key, where: a file, and overrides on top of it.
+//! Settings by key, with their places: from a file, and overrides.
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -10,7 +10,7 @@ use super::schema::{CONTROLS, Key, SECTIONS, Section, find_key, find_section};
 use epirig_core::settings::quantity::Unit;
 use epirig_devices::camera::Control;
 
-/// Mistakes that are listed.
+/// Most mistakes that are listed.
 const MOST_MISTAKES: usize = 50;
 /// More controls than any camera has.
 const MOST_CONTROLS: usize = 1000;
@@ -19,7 +19,7 @@ const MOST_CONTROLS: usize = 1000;
 #[derive(Debug)]
 pub(super) struct Setting {
     pub(super) key: &'static Key,
-    /// That the name of the key ended in.
+    /// The unit in the name of the key.
     pub(super) unit: Option<Unit>,
     pub(super) given: Given,
     pub(super) place: Place,
@@ -28,13 +28,13 @@ pub(super) struct Setting {
 /// A control of the camera with its value.
 #[derive(Debug)]
 pub(super) struct ControlSetting {
-    /// As commands have it.
+    /// As in commands.
     pub(super) name: String,
     pub(super) given: Given,
     pub(super) place: Place,
 }
 
-/// All that was given.
+/// All settings.
 #[derive(Debug, Default)]
 pub(super) struct Settings {
     pub(super) settings: Vec<Setting>,
@@ -43,7 +43,7 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// What a file says; `source` is its name.
+    /// The settings of a file; `source` is its name.
     pub(super) fn of_file(text: &str, source: &str) -> Self {
         let lines = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(place, _)| place + 1);
         let file = File { source, lines: lines.collect() };
@@ -124,7 +124,7 @@ impl Settings {
         }
     }
 
-    /// Notes a mistake. A person mends some, and asks again.
+    /// Adds a mistake, up to a limit.
     fn note(&mut self, place: Place, problem: Problem) {
         match self.mistakes.len() {
             ..MOST_MISTAKES => self.mistakes.push(Mistake { place, problem }),
@@ -136,12 +136,12 @@ impl Settings {
         }
     }
 
-    /// Whether so much is wrong that nothing more is looked at.
+    /// Whether the limit of mistakes is reached; the rest is ignored.
     fn is_full(&self) -> bool {
         self.mistakes.len() > MOST_MISTAKES
     }
 
-    /// Takes an override's value instead of what there is.
+    /// Replaces a value by an override's.
     pub(super) fn replace(&mut self, new: &Override) {
         let place = Place::Override { from: new.from.clone() };
         let given = Given::Plain(new.value.trim().to_owned());
@@ -167,18 +167,19 @@ impl Settings {
         }
     }
 
-    /// Leaves out what `is_ignored` names and was given at a place of a lower rank than one of `by`: it belongs to the choice that was overridden.
+    /// Drops keys that `is_ignored` selects, if their place has a lower rank than one of the keys `by`: they
+    /// belong to the replaced choice.
     pub(super) fn leave_out_below(&mut self, by: &[&'static Key], is_ignored: impl Fn(&Key) -> bool) {
         let rank = by.iter().filter_map(|key| self.setting(key)).map(|setting| setting.place.rank()).max();
         self.settings.retain(|setting| !is_ignored(setting.key) || Some(setting.place.rank()) >= rank);
     }
 
-    /// Leaves a key out.
+    /// Drops a key.
     pub(super) fn forget(&mut self, key: &'static Key) {
         self.settings.retain(|setting| setting.key.path() != key.path());
     }
 
-    /// What was given for a key.
+    /// The setting of a key.
     pub(super) fn setting(&self, key: &'static Key) -> Option<&Setting> {
         self.settings
             .iter()
@@ -191,7 +192,7 @@ pub(super) fn control_path(name: &str) -> String {
     format!("camera.{CONTROLS}.{name}")
 }
 
-/// A control's name as commands have it.
+/// A control's name as in commands.
 fn control_name(name: &str) -> Result<String, Problem> {
     Some(Control::command_name(name)).filter(|name| !name.is_empty()).ok_or_else(|| Problem::UnknownKey {
         key: control_path(name),
@@ -210,7 +211,7 @@ fn outside(name: &str) -> Problem {
 
 type Name<'i> = Spanned<toml::de::DeString<'i>>;
 
-/// A table's entries as they stand in the file.
+/// The entries of a table in the order of the file.
 fn in_order<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t DeValue<'i>)> {
     let mut entries: Vec<_> = table.iter().map(|(name, value)| (name, value.get_ref())).collect();
     entries.sort_by_key(|(name, _)| name.span().start);
@@ -219,7 +220,7 @@ fn in_order<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t DeValue<'i
 
 struct File<'a> {
     source: &'a str,
-    /// Where each line but the first begins, in bytes.
+    /// Start of each line except the first, in bytes.
     lines: Vec<usize>,
 }
 

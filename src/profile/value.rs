@@ -1,4 +1,4 @@
-//! From what was given for a key to what it means.
+//! Interpretation of given values.
 
 use super::error::Problem;
 use super::given::{Given, Value};
@@ -6,10 +6,10 @@ use super::schema::{Allowed, Key, Kind};
 use epirig_core::settings::quantity::{Measure, NS, NoMeasure, Quantity, Unit, measure, number};
 use epirig_core::settings::{LARGEST, SMALLEST};
 
-/// What `given` means for a key whose name ended in `unit`.
+/// Interprets `given` for a key whose name ended in `unit`.
 ///
 /// # Errors
-/// [`Problem`] if it does not suit.
+/// [`Problem`] if it is not valid.
 pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<Value, Problem> {
     if let Given::Known(value) = given {
         return Ok(value.clone());
@@ -38,7 +38,7 @@ pub(super) fn interpret(key: &Key, unit: Option<Unit>, given: &Given) -> Result<
     found.ok_or_else(|| not_allowed(key.path(), key.kind.allowed(), given))
 }
 
-/// The value of a camera's control, in words or digits.
+/// The value of a camera's control, as a name or as digits.
 ///
 /// # Errors
 /// [`Problem::NotAllowed`].
@@ -70,7 +70,7 @@ fn whole(given: &Given) -> Option<i64> {
     }
 }
 
-/// A number without unit; TOML has blanks of `_` in its numbers.
+/// A number without unit; TOML allows `_` in numbers.
 fn plain_number(given: &Given) -> Option<f64> {
     match given {
         Given::Whole(value) => Some(*value as f64),
@@ -105,7 +105,7 @@ fn measured(key: &Key, unit_in_key: Option<Unit>, given: &Given) -> Result<Measu
     let suits = if found.unit.quantity == Quantity::Time {
         Kind::allows_time(allowed, found.in_unit(NS))
     } else {
-        // A focal length in px is positive as one in mm is.
+        // Both forms of a focal length must be positive.
         let value = if unit.quantity == found.unit.quantity { found.in_unit(unit) } else { found.value };
         if !allowed.is_of_usual_size(value) {
             let least = if allowed == Allowed::Positive { SMALLEST } else { -LARGEST };
@@ -145,12 +145,12 @@ fn with_unit(key: &Key, given: &Given) -> Result<Measure, Problem> {
             NoMeasure::Number => Problem::WrongUnit {
                 key: key.path(),
                 value: given.to_string(),
-                reason: "this does not begin with a number, with a point before its decimals".to_owned(),
+                reason: "the value must begin with a number, with a decimal point".to_owned(),
                 proposal: proposal(key, given),
             },
             NoMeasure::UnitUnknown(name) => {
                 let units = key.kind.units().map(|unit| unit.name).collect::<Vec<_>>().join(", ");
-                wrong_unit(key, given, format!("{name} is no unit of this key, which has {units}"))
+                wrong_unit(key, given, format!("{name} is not a unit of this key; its units are {units}"))
             }
         }),
         _ => Err(not_allowed(key.path(), key.kind.allowed(), given)),
@@ -174,14 +174,14 @@ pub(super) fn example(key: &Key) -> String {
     line(key, key.example)
 }
 
-/// A line of a file that sets a key to a value, which is given as an override has it.
+/// A line of a file that sets a key to a value, written as in an override.
 pub(super) fn line(key: &Key, value: &str) -> String {
     let quote = if key.kind.is_quoted() { "\"" } else { "" };
     format!("{} = {quote}{value}{quote}", key.name)
 }
 
 fn example_in_key(key: &Key, unit: Unit) -> String {
-    // Examples are quantities, which the tests check.
+    // Examples are valid quantities; the tests check this.
     let value = measure(key.example).map_or(1.0, |example| {
         if example.unit.quantity == unit.quantity { example.in_unit(unit) } else { example.value }
     });

@@ -9,9 +9,9 @@ use super::parts::{
 
 /// A rig and a scan.
 ///
-/// Written into a record and read back, it is the same to the last bit. A record has the sections as objects, a field for each of theirs
-/// with its unit in the name, times as numbers of s, and refuses fields that it does not know. It is what the program wrote itself: ranges are
-/// checked by [`read`](Self::read) only.
+/// The round trip through a record is exact. A record has one object per section and one field per key, with
+/// its unit in the name; times are in s. Unknown fields are refused. Ranges are checked by
+/// [`read`](Self::read) only, because the program itself writes the records.
 ///
 /// ```
 /// use epirig::profile::{Override, Profile};
@@ -30,20 +30,20 @@ use super::parts::{
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// The stage, and how to reach it.
+    /// The stage and its connection.
     pub stage: StageProfile,
-    /// The camera, and how it is to be set.
+    /// The camera and its settings.
     pub camera: CameraProfile,
     /// The scan.
     pub plan: PlanProfile,
     /// The lens and the sensor.
     pub optics: OpticsProfile,
-    /// What is measured.
+    /// The measured object.
     pub target: TargetProfile,
-    /// The chess-board that is held before the camera; `None`: none that is known.
+    /// The hand-held chess-board; `None` if unknown.
     #[serde(default)]
     pub board: Option<BoardProfile>,
-    /// What a scan may not exceed.
+    /// The limits of a scan.
     pub limits: LimitsProfile,
     /// The simulated rig.
     pub sim: SimProfile,

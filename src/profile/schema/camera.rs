@@ -1,4 +1,4 @@
-//! The keys of section `camera`; its controls are the camera's own.
+//! The keys of section `camera`. Controls are named by the camera itself.
 
 use epirig_core::choice::names;
 use epirig_core::settings::quantity::{HZ, S, US};
@@ -17,25 +17,25 @@ keys!(
         "device",
         Kind::Form { allowed: CAMERA, is_valid: |text| text.parse::<CameraChoice>().is_ok() },
         "/dev/video0",
-        "Which one; without it, the only camera. sim looks at the simulated object, replay:FOLDER gives the frames of a sequence",
+        "The camera; by default the only one. sim shows the simulated object, replay:FOLDER shows the frames of a sequence",
     ),
     FORMAT = key(
         "format",
         Kind::Form { allowed: FORMAT_CODE, is_valid: |text| text.parse::<FourCc>().is_ok() },
         "GREY",
-        "Pixel format; without it, the deepest uncompressed grey"
+        "Pixel format; by default the deepest uncompressed grey"
     ),
     SIZE = key(
         "size",
         Kind::Form { allowed: SIZE_FORM, is_valid: |text| text.parse::<Size>().is_ok() },
         "1024x768",
-        "Columns and rows; without it, the largest size"
+        "Columns and rows; by default the largest size"
     ),
     RATE = key(
         "rate",
         measure(HZ, Allowed::Positive),
         "25 Hz",
-        "Frames per second; without it, as the camera has it"
+        "Frames per second; by default not changed"
     ),
     EXPOSURE = key(
         "exposure",
@@ -47,19 +47,19 @@ keys!(
         "bayer",
         Kind::Choice(names::<BayerUse>),
         "green",
-        "What to make of a colour mosaic: the sum of the two green pixels of each cell, or of all four",
+        "Use of a colour mosaic: the sum of the two green pixels of each cell, or of all four",
     ),
     PATIENCE = key(
         "patience",
         measure(S, Allowed::Positive),
         "20 s",
-        "How long to wait for a good frame, and for a steady picture",
+        "Longest wait for a good frame, and for a steady picture",
     )
     .or("10 s"),
     MAINS = key(
         "mains",
         measure(HZ, Allowed::Among(&[50.0, 60.0])),
         "50 Hz",
-        "Frequency of the mains that the lamps hang on",
+        "Mains frequency of the lamps",
     ),
 );

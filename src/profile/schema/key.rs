@@ -1,12 +1,12 @@
-//! How the tables of keys are written.
+//! Macros for the tables of keys.
 
 use epirig_core::settings::quantity::Unit;
 pub(super) use epirig_core::settings::{Allowed, Key, Kind};
 
-/// More corners each way than any board has that a camera can count.
+/// Most corners per row and column; no camera resolves more.
 pub(super) const MOST_CORNERS: i64 = 1000;
 
-/// A key of the section that the table around it is of.
+/// A key of the surrounding section.
 pub(super) const fn key(name: &'static str, kind: Kind, example: &'static str, meaning: &'static str) -> Key {
     Key::new("", name, kind, example, meaning)
 }
@@ -15,11 +15,11 @@ pub(super) const fn measure(unit: Unit, allowed: Allowed) -> Kind {
     Kind::measure(unit, allowed)
 }
 
-/// Keys of a section, each with a name in code.
+/// Defines the keys of a section as constants.
 macro_rules! keys {
     ($section:literal, $($constant:ident = $key:expr),* $(,)?) => {
         $(pub(in crate::profile) static $constant: Key = $key.within($section);)*
-        /// All of the section.
+        /// All keys of the section.
         pub(in crate::profile) static KEYS: &[&Key] = &[$(&$constant),*];
     };
 }

@@ -1,4 +1,4 @@
-//! The keys of the sections that say what is measured, and how well.
+//! The keys of the sections that describe what is measured, and how precisely.
 
 /// Section `plan`.
 pub(in crate::profile) mod plan {
@@ -16,17 +16,17 @@ pub(in crate::profile) mod plan {
             "settle",
             measure(MS, Allowed::ZeroOrMore),
             "100 ms",
-            "How long the stage swings after a move"
+            "Time for which the stage vibrates after a move"
         )
         .or("200 ms"),
         AVERAGE = key(
             "average",
             Kind::Whole(1, 65_536),
             "4",
-            "Average so many frames to one of 16 bit at each stop"
+            "Number of frames averaged at each stop, into one of 16 bit"
         )
         .or("1"),
-        DARK = key("dark", Kind::Whole(0, 1_000), "16", "Number of frames without light").or("0"),
+        DARK = key("dark", Kind::Whole(0, 1_000), "16", "Number of dark frames, taken without light").or("0"),
         FLAT = key(
             "flat",
             Kind::Whole(0, 1_000),
@@ -38,7 +38,7 @@ pub(in crate::profile) mod plan {
             "board",
             Kind::Whole(0, 1_000),
             "20",
-            "Number of frames of the chess-board of [board], each in another pose, to measure the lens"
+            "Number of frames of the hand-held chess-board of [board], each in a different pose, to calibrate the lens"
         )
         .or("0"),
     );
@@ -55,40 +55,40 @@ pub(in crate::profile) mod optics {
             "focal_length",
             Kind::Measure { unit: MM, or: Some(PX), allowed: Allowed::Positive },
             "25 mm",
-            "Focal length of the lens; as a length, it needs sensor_width",
+            "Focal length of the lens; a value in mm needs sensor_width",
         ),
         FOCAL_LENGTH_SIGMA = key(
             "focal_length_sigma",
             measure(PERCENT, Allowed::UpTo(100.0)),
             "0.5 %",
-            "Standard deviation of that, as a share of it: how far calibration may leave it",
+            "Relative standard uncertainty of the focal length; limits how far calibration changes it",
         )
         .or("2 %"),
         SENSOR_WIDTH = key(
             "sensor_width",
             measure(MM, Allowed::Positive),
             "9 mm",
-            "Width of the part of the sensor that the image shows"
+            "Width of the part of the sensor that the image covers"
         ),
         PRINCIPAL_POINT_X = key(
             "principal_point_x",
             measure(PX, Allowed::Any),
             "511.5 px",
-            "Column of the principal point, from the centre of the first; without it, the middle of the image",
+            "Column of the principal point, from the centre of the first column; by default the centre of the image",
         ),
         PRINCIPAL_POINT_Y = key(
             "principal_point_y",
             measure(PX, Allowed::Any),
             "383.5 px",
-            "Row of the principal point, from the centre of the first; with principal_point_x or not at all",
+            "Row of the principal point, from the centre of the first row; only together with principal_point_x",
         ),
-        DISTANCE = key("distance", measure(MM, Allowed::Positive), "900 mm", "From the lens to the object"),
-        K1 = key("k1", Kind::Number, "-0.02", "Radial distortion of the lens, of r^2, as OpenCV has it")
+        DISTANCE = key("distance", measure(MM, Allowed::Positive), "900 mm", "Distance from the lens to the object"),
+        K1 = key("k1", Kind::Number, "-0.02", "Radial distortion of the lens, coefficient of r^2, as in OpenCV")
             .or("0"),
-        K2 = key("k2", Kind::Number, "0.01", "Radial distortion, of r^4").or("0"),
+        K2 = key("k2", Kind::Number, "0.01", "Radial distortion, coefficient of r^4").or("0"),
         P1 = key("p1", Kind::Number, "0.001", "Tangential distortion, along y").or("0"),
         P2 = key("p2", Kind::Number, "-0.001", "Tangential distortion, along x").or("0"),
-        K3 = key("k3", Kind::Number, "0.001", "Radial distortion, of r^6").or("0"),
+        K3 = key("k3", Kind::Number, "0.001", "Radial distortion, coefficient of r^6").or("0"),
     );
 }
 
@@ -103,34 +103,34 @@ pub(in crate::profile) mod target {
             "relief",
             measure(MM, Allowed::Positive),
             "0.2 mm",
-            "Difference of heights that the measurement is to resolve"
+            "Height difference that the measurement must resolve"
         ),
         SQUARE = key(
             "square",
             measure(MM, Allowed::Positive),
             "7.5 mm",
-            "Side of a square of the chess-boards that are printed on the object, measured with a ruler; none, if none are",
+            "Side of a square of the chess-boards on the object, measured with a ruler; omit it if there are none",
         ),
         COLUMNS = key(
             "columns",
             Kind::Whole(2, MOST_CORNERS),
             "18",
-            "Inner corners of one of them along the travel: one less than squares",
+            "Inner corners of a chess-board along the travel: one less than squares",
         ),
         ROWS =
-            key("rows", Kind::Whole(2, MOST_CORNERS), "2", "Inner corners of one of them across the travel"),
+            key("rows", Kind::Whole(2, MOST_CORNERS), "2", "Inner corners of a chess-board across the travel"),
         BANDS = key(
             "bands",
             Kind::Whole(1, 2),
             "2",
-            "How many there are: one, or two with the relief between them"
+            "Number of chess-boards: one, or two with the relief between them"
         )
         .or("1"),
         BAND_DISTANCE = key(
             "band_distance",
             measure(MM, Allowed::Positive),
             "127.5 mm",
-            "Of two, from the first row of inner corners of the upper to the first row of the lower",
+            "For two: distance from the first row of inner corners of the upper board to that of the lower",
         ),
     );
 }
@@ -146,13 +146,13 @@ pub(in crate::profile) mod board {
             "square",
             measure(MM, Allowed::Positive),
             "16 mm",
-            "Side of one of its squares, measured with a ruler"
+            "Side of a square, measured with a ruler"
         ),
         COLUMNS = key(
             "columns",
             Kind::Whole(2, MOST_CORNERS),
             "9",
-            "Inner corners of a row: one less than squares"
+            "Inner corners per row: one less than squares"
         ),
         ROWS = key("rows", Kind::Whole(2, MOST_CORNERS), "6", "Rows of inner corners"),
     );
@@ -169,35 +169,35 @@ pub(in crate::profile) mod limits {
             "retakes",
             Kind::Whole(0, 100),
             "5",
-            "How often a frame is taken again before the scan stops"
+            "Retakes of a frame before the scan stops"
         )
         .or("3"),
         SATURATED = key(
             "saturated",
             measure(PERCENT, Allowed::UpTo(100.0)),
             "0.5 %",
-            "Share of a frame's pixels that may be at full scale"
+            "Share of a frame's pixels that may be saturated"
         )
         .or("1 %"),
         POSITION = key(
             "position",
             measure(UM, Allowed::Positive),
             "10 um",
-            "How far the stage may stand from where it was sent"
+            "Largest distance of the reported from the commanded position"
         )
         .or("20 um"),
         WAIT = key(
             "wait",
             measure(MIN, Allowed::ZeroOrMore),
             "10 min",
-            "How long to wait for a device that has gone"
+            "Longest wait for a device that has disconnected"
         )
         .or("5 min"),
         SHIFT = key(
             "shift",
             measure(PX, Allowed::Positive),
             "0.2 px",
-            "How far the picture may lie from where it was when a stop is taken again"
+            "Largest shift of the picture when a stop is taken again"
         )
         .or("0.1 px"),
     );

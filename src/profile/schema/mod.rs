@@ -1,4 +1,4 @@
-//! The sections and keys of a profile: what the reader accepts and what the commented profile explains.
+//! The sections and keys of a profile, for the reader and for the commented template.
 
 pub(super) mod camera;
 mod key;
@@ -16,13 +16,13 @@ pub(super) use measurement::{board, limits, optics, plan, target};
 #[derive(Debug)]
 pub(super) struct Section {
     pub(super) name: &'static str,
-    /// What it is about, without full stop.
+    /// Its purpose, without full stop.
     pub(super) meaning: &'static str,
     keys: &'static [&'static Key],
 }
 
 impl Section {
-    /// All keys: of the stage, those of the drivers, too.
+    /// All keys; for the stage, those of all drivers too.
     pub(super) fn keys(&self) -> Vec<&'static Key> {
         let more = if self.name == "stage" { stage::of_drivers() } else { Vec::new() };
         self.keys.iter().copied().chain(more).collect()
@@ -33,18 +33,18 @@ const fn section(name: &'static str, meaning: &'static str, keys: &'static [&'st
     Section { name, meaning, keys }
 }
 
-/// The table of [`camera`] whose keys are the camera's own.
+/// The table in [`camera`] whose keys are the controls of the camera.
 pub(super) const CONTROLS: &str = "controls";
 
 /// All sections.
 pub(super) static SECTIONS: &[Section] = &[
-    section("stage", "The stage, and how to reach it", stage::KEYS),
-    section("camera", "The camera, and how it is to be set", camera::KEYS),
-    section("plan", "The scan: where the stage stops, and what is taken there", plan::KEYS),
-    section("optics", "The lens and the sensor; with them, heights are given in mm", optics::KEYS),
-    section("target", "What is measured, and the chess-boards that are printed on it", target::KEYS),
-    section("board", "The chess-board that is held before the camera, to measure the lens", board::KEYS),
-    section("limits", "What a scan may not exceed", limits::KEYS),
+    section("stage", "The stage and its connection", stage::KEYS),
+    section("camera", "The camera and its settings", camera::KEYS),
+    section("plan", "The scan: positions and frames", plan::KEYS),
+    section("optics", "The lens and the sensor; heights in mm need them", optics::KEYS),
+    section("target", "The measured object, and the chess-boards printed on it", target::KEYS),
+    section("board", "The hand-held chess-board, to calibrate the lens", board::KEYS),
+    section("limits", "The limits of a scan", limits::KEYS),
     section("sim", "The simulated rig; only with a simulated stage or camera", sim::KEYS),
 ];
 
@@ -59,7 +59,7 @@ pub(super) fn find_section(name: &str) -> Result<&'static Section, Problem> {
     })
 }
 
-/// The key of a path, such as `plan.step`; `None` if there is none.
+/// The key of a name in a section, and the unit in the name.
 pub fn key_at(path: &str) -> Option<&'static Key> {
     let (section, name) = path.split_once('.')?;
     let section = SECTIONS.iter().find(|known| known.name == section)?;

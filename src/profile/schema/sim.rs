@@ -1,4 +1,4 @@
-//! The keys of section `sim`: the simulator, and its faults.
+//! The keys of section `sim`: the simulator and its imperfections.
 
 use super::super::parts::SceneName;
 use super::key::{Allowed, Key, Kind, key, keys, measure};
@@ -7,7 +7,7 @@ use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM};
 
 keys!(
     "sim",
-    SCENE = key("scene", Kind::Choice(names::<SceneName>), "tile", "What the simulated camera looks at")
+    SCENE = key("scene", Kind::Choice(names::<SceneName>), "tile", "The scene that the simulated camera sees")
         .or("plane"),
     NOISE = key(
         "noise",
@@ -17,80 +17,80 @@ keys!(
     )
     .or("0 DN"),
     SEED =
-        key("seed", Kind::Whole(0, i64::MAX), "7", "Of all that is random: the same seed, the same frames")
+        key("seed", Kind::Whole(0, i64::MAX), "7", "Seed of all random numbers: the same seed gives the same frames")
             .or("0"),
     REAL_TIME =
-        key("real_time", Kind::Flag, "true", "Whether moves and frames take the time that real ones take")
+        key("real_time", Kind::Flag, "true", "Whether moves and frames take real time")
             .or("false"),
     ROLL = key(
         "roll",
         measure(DEG, Allowed::Within(180.0)),
         "0.7 deg",
-        "How far the camera is rolled about its axis against the travel"
+        "Roll of the camera about its optical axis, relative to the travel"
     )
     .or("0 deg"),
-    // The simulator refuses 0.5 rad.
+    // The simulator refuses 0.5 rad and more.
     PAN = key(
         "pan",
         measure(DEG, Allowed::Within(28.0)),
         "0.4 deg",
-        "How far the camera is turned towards the travel"
+        "Pan of the camera towards the travel"
     )
     .or("0 deg"),
     K1 = key(
         "k1",
         Kind::Number,
         "-0.02",
-        "Radial distortion of the simulated lens, of r^2; negative for a barrel"
+        "Radial distortion of the simulated lens, coefficient of r^2; negative for barrel distortion"
     )
     .or("0"),
     VIGNETTING = key(
         "vignetting",
         measure(PERCENT, Allowed::UpTo(90.0)),
         "18 %",
-        "Share of the light that the lens loses in the farthest corner"
+        "Vignetting: relative loss of light in the farthest corner"
     )
     .or("0 %"),
     FLICKER = key(
         "flicker",
         measure(PERCENT, Allowed::UpTo(10.0)),
         "0.3 %",
-        "Standard deviation of the lamp from frame to frame"
+        "Relative standard deviation of the lamp from frame to frame"
     )
     .or("0 %"),
     STEP_ERROR = key(
         "step_error",
         measure(UM, Allowed::ZeroOrMore),
         "5 um",
-        "Standard deviation of the carriage's true place from the one that the stage reports"
+        "Standard deviation of the true minus the reported position"
     )
     .or("0 um"),
     BOW = key(
         "bow",
         measure(MM, Allowed::Any),
         "0.3 mm",
-        "How much deeper the middle of an edge of the tile lies than its middle; only with scene = \"tile\""
+        "Bow: depth of the middle of an edge of the tile below its centre; only with scene = \"tile\""
     )
     .or("0 mm"),
     BLACK_LEVEL = key(
         "black_level",
         measure(DN, Allowed::UpTo(127.0)),
         "3 DN",
-        "What a pixel reads without light, in grey levels of 255"
+        "Pixel value without light, in grey levels of 255"
     )
     .or("0 DN"),
     PIXEL_GAINS = key(
         "pixel_gains",
         measure(PERCENT, Allowed::UpTo(10.0)),
         "0.5 %",
-        "Standard deviation of the gains of the pixels"
+        "Relative standard deviation of the pixels' gains"
     )
     .or("0 %"),
     HOT_PIXELS = key(
         "hot_pixels",
         Kind::Whole(0, 1_000_000),
         "5",
-        "Number of pixels that are nearly white whatever the light"
+        "Number of hot pixels: nearly white in any light"
     )
     .or("0"),
 );

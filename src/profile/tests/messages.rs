@@ -26,19 +26,19 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[plan]\n\nstep = \"3 furlongs\"",
-            r#"line 3: plan.step = "3 furlongs": furlongs is no unit of this key, which has nm, um, mm, cm, m; write for example step = "1.5 mm""#,
+            r#"line 3: plan.step = "3 furlongs": furlongs is not a unit of this key; its units are nm, um, mm, cm, m; write for example step = "1.5 mm""#,
         ),
         (
             "[plan]\nstep = \"1,5 mm\"",
-            r#"line 2: plan.step = "1,5 mm": this does not begin with a number, with a point before its decimals; write for example step = "1.5 mm""#,
+            r#"line 2: plan.step = "1,5 mm": the value must begin with a number, with a decimal point; write for example step = "1.5 mm""#,
         ),
         (
             "[plan]\nstep_mm = \"1.5 mm\"",
-            r#"line 2: plan.step_mm = "1.5 mm" is no number, which it must be because the unit stands in the key; write step_mm = 1.5, or step = "1.5 mm""#,
+            r#"line 2: plan.step_mm = "1.5 mm" is not a number; the unit is in the key; write step_mm = 1.5, or step = "1.5 mm""#,
         ),
         (
             "[plan]\nstep = \"1.5 mm\"\nstep_um = 1500",
-            "line 3: plan.step is given a second time, first at rig.toml, line 2; leave one out",
+            "line 3: plan.step is given twice, first at rig.toml, line 2; remove one",
         ),
         (
             "[plan]\nstep = \"-1 mm\"",
@@ -55,14 +55,14 @@ fn messages_name_the_line_and_what_to_write() {
         ("[plan]\nstpe_mm = 1", "line 2: there is no key plan.stpe_mm; did you mean step_mm?"),
         (
             "[plan]\nstep_inch = 1",
-            "line 2: there is no key plan.step_inch: inch is no unit of it; write step_mm, or another of nm, um, mm, cm, m",
+            "line 2: there is no key plan.step_inch: inch is not a unit of it; write step_mm, or another of nm, um, mm, cm, m",
         ),
         (
             "[plan]\nexposure_us = 8",
             "line 2: there is no key plan.exposure_us; did you mean camera.exposure_us?",
         ),
         ("\n[plna]\nstep_mm = 1", "line 2: there is no section plna; did you mean plan?"),
-        ("step_mm = 1", "line 1: step_mm stands in no section; write it below [plan]"),
+        ("step_mm = 1", "line 1: step_mm is outside all sections; write it below [plan]"),
         ("plan = 1", "line 1: plan is a section; write [plan] and its keys in the lines below it"),
         (
             "[[plan]]\nstep_mm = 1",
@@ -78,7 +78,7 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[camera.controls]\ngain = 1\nGain = 2",
-            "line 3: camera.controls.gain is given a second time, first at rig.toml, line 2; leave one out",
+            "line 3: camera.controls.gain is given twice, first at rig.toml, line 2; remove one",
         ),
         (
             "[camera]\nmains = \"55 Hz\"",
@@ -102,7 +102,7 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[stage]\ndriver = \"zaber\"\naxis = \"x\"\nmicrostep_um = 1",
-            r#"line 3: stage.axis means nothing with driver = "zaber"; leave it out"#,
+            r#"line 3: stage.axis has no effect with driver = "zaber"; remove it"#,
         ),
         (
             "[stage]\ndriver = \"zaber\"",
@@ -110,11 +110,11 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[stage]\ndriver = \"sim\"\nmicrostep_um = 0.1",
-            r#"line 3: stage.microstep means nothing with driver = "sim"; leave it out"#,
+            r#"line 3: stage.microstep has no effect with driver = "sim"; remove it"#,
         ),
         (
             "[sim]\nnoise = \"1 DN\"",
-            r#"line 2: sim.noise means nothing without driver = "sim" of the stage or device = "sim" of the camera; leave it out"#,
+            r#"line 2: sim.noise has no effect without driver = "sim" of the stage or device = "sim" of the camera; remove it"#,
         ),
         (
             "[optics]\nfocal_length = \"25 mm\"",
@@ -130,7 +130,7 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[optics]\nfocal_length_sigma_mm = 1",
-            "line 2: there is no key optics.focal_length_sigma_mm: mm is no unit of it; write focal_length_sigma_percent, or another of %",
+            "line 2: there is no key optics.focal_length_sigma_mm: mm is not a unit of it; write focal_length_sigma_percent, or another of %",
         ),
         (
             "[target]\nsquare_mm = 7.5\nrows = 2",
@@ -148,7 +148,7 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[target]\nsquare_mm = 7.5\nrows = 2\ncolumns = 9\nband_distance_mm = 90",
-            "line 5: target.band_distance means nothing without bands = 2; leave it out",
+            "line 5: target.band_distance has no effect without bands = 2; remove it",
         ),
         (
             "[board]\ncolumns = 1\n",
@@ -156,7 +156,7 @@ fn messages_name_the_line_and_what_to_write() {
         ),
         (
             "[camera]\ndevice = \"sim\"\n[sim]\nbow_mm = 1\nscene = \"plane\"",
-            "line 4: sim.bow means nothing without scene = \"tile\"; leave it out",
+            "line 4: sim.bow has no effect without scene = \"tile\"; remove it",
         ),
         (
             "[camera]\ndevice = \"sim\"\n[sim]\nroll = 1",
@@ -174,9 +174,9 @@ fn messages_name_the_line_and_what_to_write() {
         assert_eq!(refused(text), format!("rig.toml, {message}"));
     }
     let error = refused("[plan]\nstep = \n");
-    assert!(error.starts_with("rig.toml, line 2: this is no TOML: "), "{error}");
+    assert!(error.starts_with("rig.toml, line 2: this is not valid TOML: "), "{error}");
     let error = refused("[plan]\nstep_mm = 1\nstep_mm = 2\n");
-    assert!(error.starts_with("rig.toml, line 3: this is no TOML: "), "{error}");
+    assert!(error.starts_with("rig.toml, line 3: this is not valid TOML: "), "{error}");
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn messages_name_the_override() {
             "camera.controls.=x",
             "--set: there is no key camera.controls.; `epirig camera get` lists the names of the camera's controls",
         ),
-        ("stage.axis=x", "--set: stage.axis means nothing with driver = \"native\"; leave it out"),
+        ("stage.axis=x", "--set: stage.axis has no effect with driver = \"native\"; remove it"),
     ] {
         assert_eq!(Profile::of(&set(&[setting])).unwrap_err().to_string(), message);
     }

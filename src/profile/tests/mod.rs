@@ -1,4 +1,4 @@
-//! What a profile says, and what it is refused for.
+//! Reading of profiles, and refusals.
 
 mod messages;
 
@@ -379,11 +379,11 @@ fn what_belongs_to_a_driver_that_was_overridden_is_left_out() {
         [("--driver", "--port"), ("EPIRIG_DRIVER", "EPIRIG_PORT"), ("EPIRIG_DRIVER", "--port")]
     {
         let error = refused(grbl, &[("stage.port=/dev/ttyS0", port), ("stage.driver=sim", driver)]);
-        assert_eq!(error, format!("{port}: stage.port means nothing with driver = \"sim\"; leave it out"));
+        assert_eq!(error, format!("{port}: stage.port has no effect with driver = \"sim\"; remove it"));
     }
     // A driver that the file leaves out is not overridden.
     let error = refused("[stage]\naxis = \"y\"\n", &[("stage.port=/dev/ttyS0", "--port")]);
-    assert_eq!(error, "rig.toml, line 2: stage.axis means nothing with driver = \"native\"; leave it out");
+    assert_eq!(error, "rig.toml, line 2: stage.axis has no effect with driver = \"native\"; remove it");
 }
 
 #[test]
@@ -400,7 +400,7 @@ fn the_simulated_rig_can_be_given_a_real_stage_and_a_real_camera() {
     assert!(!profile.camera.is_simulated());
     assert_eq!(profile.sim.scene, SceneName::Plane, "the default: there is no simulator");
     let error = read(&[camera, stage, ("sim.seed=3", "--set")]).unwrap_err().to_string();
-    assert!(error.starts_with("--set: sim.seed means nothing without"), "{error}");
+    assert!(error.starts_with("--set: sim.seed has no effect without"), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
 }
 
