@@ -20,11 +20,12 @@ use epirig_calibration::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
 use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
 use epirig_data::storage::read_text;
 
-/// Find out what a rig is really like: light, lens, stage axis, position of every frame
+/// Calibrate a rig: illumination, lens, stage axis, position of every frame
 ///
-/// Takes what the sequence has: dark and flat frames for the light, frames of a chess-board in a hand for the lens, chess-boards on the object for
-/// the stage axis and the positions. Says what it lacks, refuses what will not do (exit code 6), and writes calibration.json, which
-/// `epirig match` applies. Target, board and lens are those of the sequence's own profile, or of another one with --rig.
+/// Uses what the sequence has: dark and flat frames for the illumination, board frames for the lens,
+/// chess-boards on the object for the stage axis and the positions. Names what is missing, rejects frames
+/// that are not good enough (exit code 6), and writes calibration.json, which `epirig match` applies. Target,
+/// board and lens are described by the profile recorded in the sequence, or by another profile with --rig.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig calibrate tile-0042
@@ -33,24 +34,25 @@ use epirig_data::storage::read_text;
   epirig calibrate seq --positions texture               no target: positions from the object itself
   epirig calibrate seq --flat-field paper                the correction of the 2001 paper
   epirig calibrate seq --export-lens camera.yml          for OpenCV (.yml); .yaml is for ROS
-  epirig calibrate seq --linearity exposures.csv         is twice the light twice the number?
+  epirig calibrate seq --linearity exposures.csv         test of the sensor response
 
-No frames yet? `epirig target print` makes the target; [plan] dark, flat and board of a rig's profile let `epirig capture` ask for the \
-frames; `epirig import --dark DIR --flat DIR --board DIR` takes those of other software.")]
+To get the frames: `epirig target print` makes the target. With dark, flat and board in [plan] of the
+profile, `epirig capture` takes them. `epirig import --dark DIR --flat DIR --board DIR` imports them.")]
 pub(super) struct CalibrateVerb {
     /// Folder of the sequence
     seq: PathBuf,
-    /// Replace a calibration that is there already
+    /// Replace an existing calibration
     #[arg(long)]
     overwrite: bool,
-    /// The lens, as a file says: .yml or .yaml of OpenCV or ROS, or another sequence's calibration.json [default: from the board frames, else from
-    /// [optics]]
+    /// Read the lens from a file: .yml or .yaml of OpenCV or ROS, or calibration.json of another sequence
+    /// [default: from the board frames, else from [optics]]
     #[arg(long, value_name = "FILE")]
     lens: Option<PathBuf>,
-    /// Write the lens for another program: .yml for OpenCV, .yaml for ROS (camera_info)
+    /// Export the lens for another program: .yml for OpenCV, .yaml for ROS (camera_info)
     #[arg(long, value_name = "FILE", value_parser = parse_lens_file)]
     export_lens: Option<PathBuf>,
-    /// How the flat field is modelled: auto (cross-validation), paper (polynomial of order 3), order:N, pixels, none
+    /// Model of the flat field: auto (chosen by cross-validation), paper (polynomial of order 3), order:N,
+    /// pixels, none
     #[arg(long, value_name = "METHOD", default_value = "auto", value_parser = parse_flat_field)]
     flat_field: FlatField,
     /// Do not subtract the dark level
@@ -62,10 +64,11 @@ pub(super) struct CalibrateVerb {
     /// Do not make the frames equally bright
     #[arg(long)]
     no_frame_gain: bool,
-    /// Table of flat images at several exposures, with the columns file and exposure (any unit), to judge the sensor's linearity by
+    /// Table of flat images at several exposures, to test the sensor's linearity. Columns: file and exposure
+    /// (any unit)
     #[arg(long, value_name = "TABLE.csv")]
     linearity: Option<PathBuf>,
-    /// Where the position of every frame is from
+    /// Source of the position of every frame
     #[arg(long, value_enum, default_value_t = Positions::Auto)]
     positions: Positions,
     #[command(flatten)]
@@ -74,7 +77,7 @@ pub(super) struct CalibrateVerb {
     rig: RigArgument,
 }
 
-/// How the flat field is modelled; `None`: not at all.
+/// Model of the flat field; `None` switches the correction off.
 #[derive(Debug, Clone, Copy)]
 struct FlatField(Option<FlatMethod>);
 
@@ -149,7 +152,7 @@ impl CalibrateVerb {
     }
 }
 
-/// Where pictures and maps are, if there are any.
+/// The line that names the folder of pictures and maps; empty if there is none.
 fn look_at(folder: &Path) -> String {
     if folder.is_dir() { format!("look at {}\n", folder.display()) } else { String::new() }
 }
@@ -157,7 +160,7 @@ fn look_at(folder: &Path) -> String {
 fn parse_flat_field(text: &str) -> Result<FlatField, String> {
     let wrong = || {
         format!(
-            "\"{text}\" is no method; write auto, paper, order:0 to order:{HIGHEST_ORDER}, pixels or none"
+            "\"{text}\" is not a method; write auto, paper, order:0 to order:{HIGHEST_ORDER}, pixels or none"
         )
     };
     let method = match text {
@@ -181,14 +184,14 @@ fn parse_lens_file(text: &str) -> Result<PathBuf, String> {
         .ok_or_else(|| format!("\"{text}\" does not end in .yml (OpenCV) or .yaml (ROS camera_info)"))
 }
 
-/// Larger than any file with a lens, also one with all views that it was found by.
+/// More than any lens file needs, including one that lists all board views. In bytes.
 const LARGEST_LENS: u64 = 16 << 20;
 
 fn read_lens(path: &Path, rows: usize, columns: usize) -> Result<LensKnowledge, CliError> {
     let name = path.display().to_string();
     if !path.exists() {
         return Err(CliError::Usage(format!(
-            "{name}: there is no such file to take the lens from; give a YAML file of OpenCV or ROS, or a calibration.json"
+            "{name}: no such lens file; give a YAML file of OpenCV or ROS, or a calibration.json"
         )));
     }
     let estimate = if path.extension().is_some_and(|ending| ending == "json") {
@@ -231,7 +234,7 @@ fn export(path: &Path, calibration: &Calibration) -> Result<(), CliError> {
     super::files::write_new(path, text.as_bytes())
 }
 
-/// What a person should know, and may do.
+/// Prints the calibration's notes and needs.
 pub(super) fn tell(calibration: &Calibration, talk: &Talk) {
     for note in &calibration.notes {
         talk.say(&format!("note: {note}"));
@@ -241,7 +244,7 @@ pub(super) fn tell(calibration: &Calibration, talk: &Talk) {
     }
 }
 
-/// What was found, in a few lines.
+/// The calibration as a few lines of text.
 pub(super) fn describe(calibration: &Calibration) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| text.push_str(&format!("{name:<19}{value}\n"));
@@ -263,9 +266,9 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         }),
     );
     line(
-        "unusable pixels",
+        "defective pixels",
         outcome(&calibration.photometry.defective_pixels, |pixels| {
-            format!("{}, replaced by their neighbours", pixels.len())
+            format!("{} replaced by their neighbours", pixels.len())
         }),
     );
     if let Some(linearity) = &calibration.linearity {
@@ -346,13 +349,13 @@ fn lens(calibration: &Calibration) -> String {
         (LensSource::File, _) => format!("from {}", record.file.as_deref().unwrap_or("a file")),
         (LensSource::DataSheet, _) => "from its data sheet".to_owned(),
         (LensSource::BoardFrames, None) | (LensSource::Unknown, _) => {
-            return "unknown; rows need none, heights in mm do".to_owned();
+            return "unknown; rectification works without it, heights in mm need it".to_owned();
         }
     };
     format!("{focal_length} ({source})")
 }
 
-/// A value with as many digits as its standard deviation is worth: two of the latter.
+/// A value with the digits that its standard deviation justifies: two digits of the latter.
 fn with_sigma(value: f64, sigma: f64, unit: &str) -> String {
     let digits = if sigma > 0.0 { (1.0 - sigma.log10().floor()).clamp(0.0, 7.0) as usize } else { 4 };
     if sigma >= 10.0 {
@@ -361,7 +364,7 @@ fn with_sigma(value: f64, sigma: f64, unit: &str) -> String {
     format!("{value:.digits$} {unit}, sigma {sigma:.digits$} {unit}")
 }
 
-/// What a model leaves, if a person would call it anything: a per-pixel map leaves nothing.
+/// What a model leaves unexplained. Empty below what would be shown: a per-pixel map leaves nothing.
 fn unexplained(rms_percent: f64) -> String {
     match rms_percent < 5e-4 {
         true => String::new(),

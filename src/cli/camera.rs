@@ -7,7 +7,7 @@ use super::rig::{CameraArgument, RigArgument};
 use super::{CliError, Talk};
 use epirig_devices::camera::{Control, find_control};
 
-/// Read and set the controls of a camera: exposure, gain and what else it has
+/// Read and set the controls of a camera: exposure, gain and others
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig camera get                         all controls, with their values
@@ -16,7 +16,7 @@ use epirig_devices::camera::{Control, find_control};
   epirig camera set auto_exposure \"Manual Mode\"
   epirig camera get --camera sim            no hardware needed
 
-A camera keeps what is set until it is unplugged; a simulated one forgets it at once.")]
+A camera keeps its settings until it is unplugged. A simulated camera does not keep them.")]
 pub(super) struct CameraVerb {
     #[command(subcommand)]
     what: What,
@@ -36,14 +36,14 @@ enum What {
         #[command(flatten)]
         camera: CameraArgument,
     },
-    /// Set a control, and show what it then is
+    /// Set a control, and show its new value
     #[command(
         after_help = "Examples:\n  epirig camera set gain 10\n  epirig camera set auto_exposure \"Manual Mode\""
     )]
     Set {
         /// Name of the control
         control: String,
-        /// A number, an item of a menu by name, on or off
+        /// A number, a menu item by name, on or off
         #[arg(allow_negative_numbers = true)]
         value: String,
         #[command(flatten)]

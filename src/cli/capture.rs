@@ -22,22 +22,23 @@ use epirig_devices::stage::StageSource;
   epirig capture --out seq --step-mm 1.5 --frames 101          without a profile
   epirig capture --out seq --dry-run                           connects, moves nothing
 
-The stage is homed first and at the end. A frame counts only with its certificate (journal.jsonl); others are taken again. The \
-first Ctrl-C ends the scan after the frame in hand, the second stops the stage; `epirig resume SEQ` goes on, also after a power \
-cut. Calibration frames come first, if the plan has any: without light (plan.dark), of a uniform target (plan.flat), of the chess-board \
-of [board] in a hand (plan.board). Height in mm needs the focal length.")]
+The stage is homed first and at the end. A frame counts only with its certificate (journal.jsonl);
+others are taken again. The first Ctrl-C ends the scan after the current frame, the second stops the
+stage. `epirig resume SEQ` continues the scan, also after a power cut. Calibration frames come first,
+if the plan has any: dark frames (plan.dark), frames of a uniform target (plan.flat), frames of the
+hand-held chess-board of [board] (plan.board). Height in mm needs the focal length.")]
 pub(super) struct Capture {
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]
     out: PathBuf,
-    /// Connect to the rig and say what would be done, without moving anything
+    /// Connect to the rig and print the plan, without moving anything
     #[arg(long)]
     dry_run: bool,
     #[command(flatten)]
     rig: RigArguments,
 }
 
-/// Everything that describes a rig and a scan.
+/// Options that describe a rig and a scan.
 #[derive(Debug, Args)]
 pub(super) struct RigArguments {
     #[command(flatten)]
@@ -51,7 +52,7 @@ pub(super) struct RigArguments {
 }
 
 impl RigArguments {
-    /// The profile with all that options change of it.
+    /// The profile with the changes that options make.
     pub(super) fn profile(&self) -> Result<Profile, CliError> {
         let mut options = Options::default();
         self.plan.options(&mut options);
@@ -75,7 +76,7 @@ impl Capture {
     }
 }
 
-/// What a scan would be, with a rig that is there.
+/// The plan of a scan with a rig that is connected.
 fn dry_run(mut devices: Devices<'_>, talk: &Talk) -> Result<PlanOutput, CliError> {
     let stage = devices.stages.connect()?;
     let configuration = devices.camera.configure(&devices.plan.camera)?;

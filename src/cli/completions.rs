@@ -1,4 +1,4 @@
-//! `epirig completions`: what a shell needs to complete verbs and options.
+//! `epirig completions`: completion scripts for shells.
 
 use clap::{Args, CommandFactory};
 

@@ -13,7 +13,7 @@ use epirig_data::storage::{ReadError, read_named};
 use epirig_devices::link::{Entry, Side, Transcript, TranscriptError};
 use epirig_devices::stage::Driver;
 
-/// Print what went over a stage's line as text
+/// Print the traffic of a stage's line as text
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage move 12.5 --transcript move.txt
@@ -21,14 +21,15 @@ use epirig_devices::stage::Driver;
   epirig decode --dialect native --side device capture.bin     bytes that another program recorded
   epirig decode --dialect grbl -                               from stdin
 
-A transcript knows its dialect and both sides; of plain bytes say the dialect, and the side if it was the host.")]
+A transcript holds its dialect and both sides. For plain bytes give the dialect, and the side if the
+host sent them.")]
 pub(super) struct Decode {
     /// A transcript, or a file of plain bytes; - for stdin
     file: PathBuf,
-    /// The language of plain bytes
+    /// The dialect of plain bytes
     #[arg(long, value_parser = driver(|driver| driver.has_line()))]
     dialect: Option<Driver>,
-    /// Who sent plain bytes
+    /// The sender of plain bytes
     #[arg(long, value_parser = choice::<Side>(), default_value_t = Side::Device)]
     side: Side,
 }
@@ -61,12 +62,12 @@ impl Decode {
         }
         let dialect = self.dialect.or(recorded).ok_or_else(|| {
             CliError::Usage(format!(
-                "{} is no transcript of epirig; say what the bytes are with --dialect and --side",
+                "{} is not a transcript of epirig; describe the bytes with --dialect and --side",
                 self.file.display()
             ))
         })?;
         let decoder = dialect.decoder();
-        let mut decoder = decoder.ok_or_else(|| CliError::Usage(format!("{dialect} has no line")))?;
+        let mut decoder = decoder.ok_or_else(|| CliError::Usage(format!("{dialect} has no serial line")))?;
         let mut lines = Vec::new();
         let end_s = entries.last().map_or(0.0, |entry| entry.time.as_secs_f64());
         for entry in entries {
@@ -88,7 +89,7 @@ impl Decode {
     }
 }
 
-/// Weeks of what goes over a stage's line.
+/// Weeks of a stage's traffic, in bytes.
 const LARGEST_RECORDING: u64 = 1 << 28;
 
 fn read(path: &Path) -> Result<Vec<u8>, CliError> {

@@ -42,10 +42,11 @@ enum SceneName {
   epirig demo --size 512 --noise 1 --out noisy-tile"
 )]
 pub(super) struct Demo {
-    /// Folder for the sequence and the results [default: epirig-demo, or the first of epirig-demo-2, ... that is free]
+    /// Folder for the sequence and the results [default: epirig-demo, or the first free name of
+    /// epirig-demo-2, ...]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What is measured
+    /// The simulated object
     #[arg(long, value_enum, default_value = "tile")]
     scene: SceneName,
     /// Width and height of the frames, in px [default: 1024 for the tile, 512 for the cube's edge]
@@ -85,10 +86,10 @@ impl Demo {
             out.display()
         ));
         let folder = out.join("sequence");
-        // The truth is for the comparison below; the measurement does what it does with any rig.
+        // The truth serves the comparison below only; the pipeline runs as for any rig.
         let truth = simulator.truth(0)?;
         let mut devices = Devices::of(&profile, None, talk)?;
-        // Whoever asks for a small or noisy picture wants to see what comes of it.
+        // The demo may use few pixels or much noise, so the checks before a scan do not stop it.
         examine_shortly(&mut devices, &profile, &folder, talk)?;
         let measured = measure_object(
             devices,
@@ -143,7 +144,7 @@ impl Demo {
 }
 
 impl Demo {
-    /// The match takes most; the truth and what was captured fit beside it in what is told.
+    /// Matching needs most memory; truth and frames fit into the same estimate.
     fn check_memory(&self, profile: &Profile) -> Result<(), CliError> {
         let (Some(size), Some(count)) = (profile.camera.size, profile.plan.frames) else { return Ok(()) };
         let need = |count: usize, rows: usize, columns: usize| {
@@ -160,7 +161,7 @@ impl Demo {
         })
     }
 
-    /// The simulated rig, as this demo has it.
+    /// The profile of the simulated rig of this demo.
     fn profile(&self) -> Result<Profile, CliError> {
         let size = |default: u32| self.size.unwrap_or(default);
         let frames = |default: u32| self.frames.unwrap_or(default);
@@ -198,7 +199,7 @@ impl Demo {
 }
 
 fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
-    // Of no kind, as nothing replaces it: the folder is new.
+    // The folder is new, so its contents need no kind for replacement.
     let files = ResultsFolder::create(folder, ResultsKind::Match, false)?;
     files.write_map("disparity.pfm", &truth.disparity)?;
     files.write_map("height_mm.tiff", &truth.height_mm)?;
@@ -206,7 +207,7 @@ fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
     Ok(files.commit()?)
 }
 
-/// Disparity beside the truth in the same colours, cut to the object, and a section through the heights.
+/// Measured and true disparity in the same colours, cut to the object, and a section through the heights.
 fn write_comparison(
     results: &ResultsFolder,
     measurement: &Measurement,
@@ -223,7 +224,7 @@ fn write_comparison(
     results.write_picture("measured-and-truth.png", &pictures)?;
     let Some(heights) = &measurement.heights else { return Ok(()) };
     let y = truth.height_mm.rows() / 2;
-    // Measured heights count from the median distance, true ones from the scene's nearest level.
+    // Measured heights are relative to the median distance, true ones to the scene's nearest level.
     let offset = true_distance_mm - heights.distance_mm;
     let line = |name: &str, row: &[f32], offset: f64| {
         let points = row.iter().enumerate().map(|(x, &value)| (x as f64, f64::from(value) + offset));
@@ -244,7 +245,7 @@ fn write_comparison(
     Ok(results.write("height-along-row.csv", chart.csv().as_bytes())?)
 }
 
-/// Columns and rows where there is a truth, with a margin.
+/// Columns and rows that have a truth, with a margin.
 fn object_area(truth: &Grid<f32>) -> (Range<usize>, Range<usize>) {
     const MARGIN: usize = 12;
     let known = |x: usize, y: usize| !truth.at(x, y).is_nan();

@@ -12,19 +12,20 @@ use epirig_devices::camera::{
 };
 use epirig_devices::link::{LinkError, PortFacts, holder, ports};
 
-/// List the serial ports that a stage may be connected to, and the cameras with what they can do
+/// List serial ports, and cameras with their formats and controls
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig devices
   epirig devices --json
 
-What stands in brackets can be given to --port and --camera. Nothing is sent to any stage, and no camera is changed.")]
+Names in brackets can be given to --port and --camera. Nothing is sent to a stage, and no camera
+setting is changed.")]
 pub(super) struct Devices {}
 
 #[derive(Serialize)]
 struct Found {
     ports: Vec<Port>,
-    /// `None` if this program was built without cameras.
+    /// `None` if the program was built without cameras.
     cameras: Option<Vec<CameraOutput>>,
 }
 
@@ -32,7 +33,7 @@ struct Found {
 struct Port {
     path: String,
     usb: Option<Usb>,
-    /// Number of the process that has it, if it is an epirig or says so in the lock file.
+    /// Id of the process that uses it, if that is an epirig or the lock file names it.
     used_by: Option<i32>,
 }
 
@@ -63,7 +64,7 @@ struct CameraOutput {
 struct FormatOutput {
     format: String,
     description: String,
-    /// Whether frames can be made of it.
+    /// Whether epirig can decode this format.
     supported: bool,
     sizes: Vec<SizeOutput>,
 }
@@ -72,7 +73,7 @@ struct FormatOutput {
 struct SizeOutput {
     columns: usize,
     rows: usize,
-    /// Every size from this one up to `columns` x `rows`, in steps, if there is a range.
+    /// Set for a range of sizes: all from this one up to `columns` x `rows`, in steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     from: Option<(usize, usize)>,
     rates_hz: Vec<f64>,
@@ -80,7 +81,7 @@ struct SizeOutput {
 
 impl Devices {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        // A build without serial ports or without cameras still lists the other.
+        // A build without serial ports or without cameras still lists the other kind.
         let ports = match ports() {
             Err(LinkError::NotBuilt { .. }) => None,
             found => Some(found?),
@@ -137,7 +138,7 @@ fn port_output(port: &PortFacts, used_by: Option<i32>) -> Port {
 
 type Abilities = Result<(Vec<OfferedFormat>, Vec<Control>), CameraError>;
 
-/// What a camera can do, and in words.
+/// The formats and controls of a camera, as data and as text.
 fn look_at(identity: &CameraIdentity) -> (Abilities, String) {
     let ask = || -> Abilities {
         let mut camera = V4l2Camera::new(V4l2Device::open(&identity.name())?);
@@ -154,7 +155,7 @@ fn look_at(identity: &CameraIdentity) -> (Abilities, String) {
                 text += &format!("  format {:<7} {}\n", format.four_cc.to_string(), sizes(&format.sizes));
             }
             if !other.is_empty() {
-                text += &format!("  and {} formats that are not understood here\n", other.len());
+                text += &format!("  and {} formats that epirig cannot decode\n", other.len());
             }
             controls.iter().for_each(|control| text += &format!("  control {control}\n"));
         }

@@ -11,20 +11,20 @@ use crate::doctor::{Check, DoctorPlan, Report, Verdict, examine};
 use crate::profile::Profile;
 use epirig_devices::stage::StageSource;
 
-/// Examine the rig before a scan: what is wrong, and how well heights will be known
+/// Check the rig before a scan, and predict the uncertainty of heights
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig doctor                          the rig and the plan of rig.toml
   epirig doctor --rig sim                no hardware needed
   epirig doctor --short                  without the measurements that take many moves
 
-The stage is homed and moves on the plan's travel; the object has to be in its place and lit as in the scan. Exit code 4 if \
-something forbids the scan.")]
+The stage is homed and moves within the plan's range. The object must be in place and lit as in the
+scan. The exit code is 4 if any check forbids the scan.")]
 pub(super) struct Doctor {
-    /// Leave out what takes many moves: settling and repeatability
+    /// Skip the checks that need many moves: mechanical settling and repeatability
     #[arg(long)]
     short: bool,
-    /// Where the sequence is to be written, for the room on that disk
+    /// Folder of the sequence to come; its disk is checked for free space
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
     #[command(flatten)]
@@ -41,7 +41,7 @@ impl Doctor {
     }
 }
 
-/// Examines the rig of a profile for a scan into `out`.
+/// Checks the rig of a profile for a scan into `out`.
 pub(super) fn examine_rig(
     devices: &mut Devices<'_>,
     profile: &Profile,
@@ -61,14 +61,14 @@ pub(super) fn examine_rig(
     Ok(examine(&mut *stage, &mut *devices.camera, &plan, talk)?)
 }
 
-/// Room on the disk where `folder` is or will be.
+/// Free space on the disk of `folder`, which need not exist. In bytes.
 fn free_bytes(folder: &Path) -> Option<u64> {
     let folder = std::path::absolute(folder).ok()?;
     let existing = folder.ancestors().find(|folder| folder.exists())?;
     fs4::available_space(existing).ok()
 }
 
-/// An error if something forbids the scan.
+/// An error if any check forbids the scan.
 pub(super) fn refuse_if_bad(report: &Report) -> Result<(), CliError> {
     let bad: Vec<&str> = of(report, Verdict::Bad).map(|check| check.name).collect();
     match bad.as_slice() {
@@ -77,12 +77,12 @@ pub(super) fn refuse_if_bad(report: &Report) -> Result<(), CliError> {
     }
 }
 
-/// The checks that came to this.
+/// The checks with this verdict.
 pub(super) fn of(report: &Report, verdict: Verdict) -> impl Iterator<Item = &Check> {
     report.checks.iter().filter(move |check| check.verdict == verdict)
 }
 
-/// A line for each check, and one for its advice.
+/// One line per check, and one for its advice.
 fn describe(report: &Report) -> String {
     let line = |check: &Check| {
         let verdict = match check.verdict {
@@ -98,5 +98,5 @@ fn describe(report: &Report) -> String {
     let (bad, warnings, unknown) = (count(Verdict::Bad), count(Verdict::Warning), count(Verdict::Unknown));
     let ready = if bad == 0 { "ready" } else { "not ready" };
     let lines: String = report.checks.iter().map(line).collect();
-    format!("{lines}{ready}: {bad} bad, {warnings} to be warned of, {unknown} not known\n")
+    format!("{lines}{ready}: {bad} bad, {warnings} warning(s), {unknown} unknown\n")
 }

@@ -1,4 +1,5 @@
-//! Errors as a person and a script see them: a line on stderr, an exit code, and with `--json` a [`Failure`](super::failure::Failure).
+//! Errors of the command line: a line on stderr, an exit code, and with `--json` a
+//! [`Failure`](super::failure::Failure).
 
 use std::path::PathBuf;
 
@@ -49,7 +50,7 @@ pub(super) enum CliError {
     #[error(transparent)]
     Doctor(#[from] DoctorError),
     #[error(
-        "the rig is not ready for this scan ({0}); do what the examination advises, or let `run --anyway` go on"
+        "the rig is not ready for this scan ({0}); follow the advice of `epirig doctor`, or continue with `run --anyway`"
     )]
     NotReady(String),
     #[error(transparent)]
@@ -127,7 +128,7 @@ impl From<RigError> for CliError {
 }
 
 impl CliError {
-    /// One line, whatever words of a file or a device stand in it; of a profile a line for each mistake.
+    /// The message: one line, with line breaks in names replaced. A profile error has one line per mistake.
     pub(super) fn in_words(&self) -> String {
         match self {
             Self::Profile(error) => error.to_string(),
@@ -250,7 +251,7 @@ fn camera_code(error: &CameraError) -> u8 {
     }
 }
 
-/// The exit code for who is to blame.
+/// The exit code for a [`Blame`].
 fn code(blame: Blame) -> u8 {
     match blame {
         Blame::Request => USAGE,

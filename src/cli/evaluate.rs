@@ -19,12 +19,13 @@ use epirig_matcher::evaluate::{
     compare_with_truth, leave_out, split_half,
 };
 
-/// Say how good a disparity map is: against truth, frames left out, or another match
+/// Evaluate a disparity map: against truth, left-out frames, or a second match
 ///
-/// --truth compares results that are there. The other checks match anew and need no truth. --leave-out matches without every Kth
-/// frame, predicts those frames from the disparity and shows the error beside that of repeating the nearest frame. --split-half matches
-/// odd and even frames apart: their difference is twice the error that noise leaves in a match of all frames. --both-ways matches
-/// from the first frame and from the last: what disagrees is wrong or hidden.
+/// --truth compares existing results. The other checks match again and need no truth. --leave-out matches
+/// without every Kth frame, predicts those frames from the disparity, and compares the error with that of
+/// repeating the nearest frame. --split-half matches odd and even frames separately: their difference is
+/// twice the error that noise leaves in a match of all frames. --both-ways matches from the first frame and
+/// from the last: pixels that disagree are wrong or occluded.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("check").required(true).args(["truth", "leave_out", "split_half", "both_ways"]))]
 #[command(
@@ -47,10 +48,10 @@ pub(super) struct Evaluate {
     /// Leave out every Kth frame
     #[arg(long, value_name = "K")]
     leave_out: Option<usize>,
-    /// Match odd and even frames apart
+    /// Match odd and even frames separately
     #[arg(long)]
     split_half: bool,
-    /// Match from the first and from the last frame
+    /// Match from the first frame and from the last
     #[arg(long, conflicts_with = "reference")]
     both_ways: bool,
     #[command(flatten)]
@@ -79,14 +80,13 @@ impl Evaluate {
         }
         let Some(truth_file) = &self.truth else {
             return Err(CliError::Usage(
-                "say what to compare with: --truth FILE, --leave-out K, --split-half or --both-ways"
-                    .to_owned(),
+                "choose a check: --truth FILE, --leave-out K, --split-half or --both-ways".to_owned(),
             ));
         };
         let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
         let summary = read_summary(&folder)?;
         tell_results(&summary, talk);
-        // What has been found of the scan since is not in its results.
+        // The results do not hold what was found about the scan later.
         if let Some(words) = Sequence::open(&self.seq).ok().and_then(|sequence| sequence.end_in_words()) {
             talk.say(&format!("note: {words}"));
         }
@@ -97,7 +97,7 @@ impl Evaluate {
             compare_with_truth(&disparity, Some(&sigma), &truth, (summary.tau_before, summary.tau_after))?;
         if report.all.pixels == 0 {
             return Err(CliError::Integrity(format!(
-                "{}: no pixel has a truth, so there is nothing to compare with; give a map with numbers in it",
+                "{}: no pixel has a true value; give a map that holds finite numbers",
                 truth_file.display()
             )));
         }
@@ -108,7 +108,7 @@ impl Evaluate {
         let sequence = Sequence::open(&self.seq)?;
         self.anyway.check(&sequence, talk)?;
         let calibration = read_calibration(&sequence)?;
-        // Some of the checks hold frames of their own beside all of them.
+        // Some checks hold more frames in memory than one match.
         let frames = frames_of(&sequence, calibration.as_ref().map(|(calibration, _)| calibration));
         let twice = Frames { count: 2 * frames.count, ..frames };
         check("evaluating", match_need(twice, &self.matching.options()), talk, close_others)?;
@@ -174,7 +174,7 @@ fn both_ways_table(report: &BothWaysReport) -> String {
     )
 }
 
-/// Errors against truth as a table.
+/// The errors against truth as a table.
 pub(super) fn table(report: &TruthReport) -> String {
     let row = |name: &str, value: fn(&ErrorStatistics) -> f64| {
         format!("{name:<26}{:>14.4}{:>18.4}\n", value(&report.all), value(&report.in_both_end_frames))

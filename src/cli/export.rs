@@ -34,20 +34,20 @@ impl MapName {
     }
 }
 
-/// Write a map of the results in the format of another program
+/// Export a map of the results to the format of another program
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig export seq --out disparity.csv
   epirig export seq --map height --out height.npy
 
-The ending chooses the format: .pfm, .tiff, .npy or .csv.")]
+The extension chooses the format: .pfm, .tiff, .npy or .csv.")]
 pub(super) struct Export {
     /// Folder of the sequence
     seq: PathBuf,
     /// The map
     #[arg(long, value_enum, default_value = "disparity")]
     map: MapName,
-    /// The file to write; one that exists is refused
+    /// The file to write; an existing file is refused
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Folder of the results [default: SEQ/results]
@@ -67,7 +67,7 @@ impl Export {
         let extension = self.out.extension().unwrap_or_default().to_string_lossy();
         let format = MapFormat::from_extension(&extension).ok_or_else(|| {
             CliError::Usage(format!(
-                "{} has no known ending; give .pfm, .tiff, .npy or .csv",
+                "{} has an unknown extension; give .pfm, .tiff, .npy or .csv",
                 self.out.display()
             ))
         })?;

@@ -1,4 +1,4 @@
-//! Exit codes, and what `--json` prints of a failure.
+//! Exit codes, and the output of `--json` for a failure.
 
 use serde::Serialize;
 
@@ -10,13 +10,13 @@ pub(super) const USAGE: u8 = 2;
 pub(super) const NO_DEVICE: u8 = 3;
 /// A device failed.
 pub(super) const DEVICE: u8 = 4;
-/// Data are bad or damaged.
+/// Data are invalid or damaged.
 pub(super) const INTEGRITY: u8 = 5;
-/// Frames do not give a calibration.
+/// Frames that do not give a calibration.
 pub(super) const REJECTED: u8 = 6;
-/// A scan has ended too early, and can be resumed.
+/// An interrupted scan that can be resumed.
 pub(super) const RESUMABLE: u8 = 7;
-/// 128 + SIGINT, as shells have it.
+/// Interrupted: 128 + SIGINT, as shells do.
 pub(super) const INTERRUPTED: u8 = 130;
 
 /// A failure as `--json` prints it on stdout:
@@ -28,8 +28,8 @@ pub(super) const INTERRUPTED: u8 = 130;
 /// `message` is the line of stderr without `error: `. `kind` stands for the exit code: `trouble` (1), `usage` (2), `no-device` (3),
 /// `device` (4), `data` (5), `rejected` (6), `resumable` (7), `interrupted` (130).
 ///
-/// stdout holds one object at most. A verb that has printed its result, as `verify` prints what it has found, prints no second one. Options
-/// that cannot be parsed are told on stderr only.
+/// stdout holds one object at most: a verb that has printed its result (such as the findings of `verify`)
+/// prints no second one. Options that cannot be parsed are reported on stderr only.
 #[derive(Debug, Serialize)]
 pub(super) struct Failure {
     error: FailureFacts,

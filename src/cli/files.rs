@@ -1,4 +1,4 @@
-//! Single files that a person asks for.
+//! Single output files that an option names.
 
 use std::ffi::OsStr;
 use std::io;
@@ -7,7 +7,7 @@ use std::path::Path;
 use super::CliError;
 use epirig_data::storage::{Disk, RealDisk, Scratch, Step, parent};
 
-/// A file under its name only when it is whole, if nothing has that name: of two programs at once, one is refused.
+/// Writes a whole file, or nothing, if the name is free. Of two programs that write at once, one is refused.
 pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     let failed = |source: io::Error| match source.kind() {
         io::ErrorKind::AlreadyExists => {
@@ -15,7 +15,7 @@ pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
         }
         _ => CliError::File { path: path.to_owned(), action: "write", source },
     };
-    // In a folder of its own, so that nobody else has its name.
+    // The file is made in a folder of its own, so that no other program uses its name.
     let scratch = Scratch::inside(parent(path)).map_err(failed)?;
     let made = scratch.path().join(path.file_name().unwrap_or(OsStr::new("file")));
     let _step = Step::begin();
@@ -29,7 +29,7 @@ pub(super) fn write_new(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
 
 fn place(made: &Path, path: &Path) -> io::Result<()> {
     match RealDisk.link(made, path) {
-        // Some file systems know no second names.
+        // Some file systems have no hard links.
         Err(error)
             if matches!(error.kind(), io::ErrorKind::Unsupported | io::ErrorKind::PermissionDenied) =>
         {

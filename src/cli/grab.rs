@@ -16,7 +16,7 @@ use epirig_data::sequence::encode_png;
 use epirig_devices::camera::{Assessment, Camera, FrameFacts, TimingRule, average};
 use epirig_devices::stage::StagePosition;
 
-/// Take a frame, and say how light and sharp it is
+/// Take a frame, and print its brightness and sharpness
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig grab --out frame.png
@@ -24,14 +24,14 @@ use epirig_devices::stage::StagePosition;
   epirig grab --out frame.png --exposure-us 10000 --control gain=0
   epirig grab --out frame.png --camera sim     no hardware needed
 
-The frame begins after the command does. All that the camera does by itself is switched off first.
-A mean is scaled to 16 bit, that of an 8-bit camera by 257. The variance is that of a single frame,
+All automatic controls of the camera are switched off first. The exposure begins after the command.
+A mean is scaled to 16 bit: by 257 for a camera of 8 bit. The variance is that of a single frame,
 in squared grey levels of the camera.")]
 pub(super) struct Grab {
-    /// The PNG to write, 8 bit or 16 bit; one that exists is refused
+    /// The PNG to write, 8 or 16 bit; an existing file is refused
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Average so many frames to one of 16 bit
+    /// Number of frames averaged, into one of 16 bit
     #[arg(long, value_name = "K", default_value_t = 1, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=65536))]
     average: u32,
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub(super) struct Grab {
 #[derive(Serialize)]
 struct Grabbed {
     file: String,
-    /// Variance of a single frame, in squared DN of the camera; of averages only.
+    /// Variance of a single frame, in squared DN of the camera; for averages only.
     variance_file: Option<String>,
     camera: String,
     format: String,
@@ -61,7 +61,7 @@ struct Grabbed {
     mean_dn: f64,
     minimum_dn: u16,
     maximum_dn: u16,
-    /// Pixels at full scale, in any of averaged frames.
+    /// Pixels at full scale in any of the averaged frames.
     saturated: usize,
     black: usize,
     focus: f64,
@@ -84,7 +84,7 @@ impl Grab {
         let folder = self.out.parent().filter(|folder| !folder.as_os_str().is_empty());
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
             return Err(CliError::Usage(format!(
-                "{}: there is no such folder; make it first",
+                "{}: the folder does not exist; create it first",
                 folder.display()
             )));
         }
@@ -123,7 +123,7 @@ impl Grab {
         talk.result(&output, || describe(&output))
     }
 
-    /// Where the variance goes, if there is one.
+    /// Path of the variance map; `None` without averaging.
     fn variance_path(&self) -> Option<PathBuf> {
         let stem = self.out.file_stem().unwrap_or_default().to_string_lossy();
         (self.average > 1).then(|| self.out.with_file_name(format!("{stem}-variance.tiff")))
@@ -184,7 +184,7 @@ fn describe(grabbed: &Grabbed) -> String {
     };
     format!(
         "frame           {} ({} x {} of {} bit, {} averaged)\n{variance}{unlike}mean            {:.1} DN ({} to {})\n\
-         saturated       {} px ({:.3} %)\nblack           {} px ({:.3} %)\nfocus           {:.5} (more is sharper; same object only)\n",
+         saturated       {} px ({:.3} %)\nblack           {} px ({:.3} %)\nfocus           {:.5} (larger is sharper; compare for one object only)\n",
         grabbed.file,
         grabbed.columns,
         grabbed.rows,

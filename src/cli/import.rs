@@ -14,10 +14,10 @@ use epirig_data::sequence::import::{ImportOptions, Imported, import, list_images
 use epirig_data::sequence::{FrameKind, LARGEST_IMAGE, header};
 use epirig_data::storage::read_file;
 
-/// Make a sequence of images that other software took
+/// Import images of other software as a sequence
 ///
-/// The images stay as they are. Colour is converted to grey, and that is said and recorded. Files are taken in natural
-/// order: frame_9 before frame_10.
+/// The images are not changed. Colour is converted to grey, which is reported and recorded. Files are sorted
+/// in natural order: frame_9 before frame_10.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -28,9 +28,9 @@ use epirig_data::storage::read_file;
   epirig import photos/ --out seq --positions positions.csv
   epirig import photos/ --out seq --step-mm 1.5 --rig rig.toml --flat white/ --dark cap/ --board boards/
 
-Calibration images are to be of the size and the bit depth of the frames, by the same camera with the same setting. Of a rig profile only \
-[optics], [target] and [board] count: the lens, what is printed on the object, and the chess-board in the hand. Positions are told by \
---step-mm or --positions."
+Calibration images must have the size and the bit depth of the frames, and come from the same camera
+with the same settings. Only [optics], [target] and [board] of a rig profile are used: the lens, the
+target on the object, and the hand-held chess-board. Positions come from --step-mm or --positions."
 )]
 pub(super) struct Import {
     /// Folder of PNG, TIFF or JPEG images, 8 or 16 bit
@@ -41,49 +41,50 @@ pub(super) struct Import {
     /// First and last image to use, counted from 0 in natural order, both included
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
     frames: Option<(usize, usize)>,
-    /// Table of positions in mm, one for each image used: a number a line, or a column position_mm
+    /// Table of positions in mm, one for each image used: one number per line, or a column position_mm
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step_mm")]
     positions: Option<PathBuf>,
     /// Distance between neighbouring frames, in mm
     #[arg(long, value_name = "MM", value_parser = parse_positive)]
     step_mm: Option<f64>,
-    /// Bits that the camera gave, where fewer than the files hold
+    /// Bit depth of the camera, if it is less than that of the files
     #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(1..=16))]
     bit_depth: Option<u8>,
-    /// Folder of images without light
+    /// Folder of dark images, taken without light
     #[arg(long, value_name = "DIR")]
     dark: Option<PathBuf>,
     /// Folder of images of a uniform target, for the flat field
     #[arg(long, value_name = "DIR")]
     flat: Option<PathBuf>,
-    /// Folder of images of a chess-board in a hand, each in another pose, to measure the lens
+    /// Folder of images of a hand-held chess-board in different poses, to calibrate the lens
     #[arg(long, value_name = "DIR")]
     board: Option<PathBuf>,
-    /// Profile of the rig that took them: its [optics], [target] and [board] are recorded; a file, sim or real
+    /// Profile of the rig that took the images, of which [optics], [target] and [board] are recorded: a file,
+    /// sim or real
     #[arg(long, value_name = "FILE|sim|real")]
     rig: Option<PathBuf>,
-    /// Change a key of the profile, as often as needed: --set target.square="7.5 mm"
+    /// Change a key of the profile; may be repeated: --set target.square="7.5 mm"
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Focal length, in px, instead of the profile's; with it and positions, heights are given in mm
+    /// Focal length, in px, in place of the profile's. With it and positions, heights are in mm
     #[arg(long, value_name = "PX", value_parser = parse_positive)]
     focal_length_px: Option<f64>,
-    /// Principal point, in px: column,row [default: the image's middle]
+    /// Principal point, in px: column,row [default: centre of the image]
     #[arg(long, value_name = "X,Y", value_parser = parse_point)]
     principal_point_px: Option<(f64, f64)>,
-    /// Give grey PNG files a second name (a hard link) instead of copying them; both on one file system
+    /// Make hard links to grey PNG files instead of copies; both must be on one file system
     #[arg(long)]
     link: bool,
 }
 
 impl Import {
-    /// All images are like the first, or refused by their heads.
+    /// Memory for the import. All images have the size of the first, or are refused by their headers.
     fn check_memory(&self) -> Result<(), CliError> {
         let listing = list_images(&self.dir)?;
         let first = self.frames.map_or(0, |(first, _)| first);
         let Some(image) = listing.images.get(first) else { return Ok(()) };
         let bytes = read_file(image, LARGEST_IMAGE)?;
-        // What is wrong with the image is told when it is imported.
+        // An unreadable image is reported by the import itself.
         let Ok(head) = header(&bytes) else { return Ok(()) };
         let need = import_need(head.rows, head.columns, 2 * bytes.len() as u64);
         refuse_more_than_there_is("importing", need, close_others)
@@ -118,12 +119,12 @@ impl Import {
         }
         if let Some(first) = imported.hidden.first() {
             let count = imported.hidden.len();
-            talk.say(&format!("note: {count} hidden file(s) passed over, such as {first}"));
+            talk.say(&format!("note: {count} hidden file(s) ignored, such as {first}"));
         }
         if let Some(first) = imported.holes.first() {
             let count = imported.holes.len();
             talk.say(&format!(
-                "note: {count} name(s) are missing in the numbering, such as {first}: if a frame is missing there, every later one is a step off; \
+                "note: {count} name(s) are missing in the numbering, such as {first}: if a frame is missing there, every later one is off by a step; \
                  give the positions with --positions then"
             ));
         }
@@ -131,12 +132,12 @@ impl Import {
         if let Some(step_mm) = planned_mm.filter(|_| options.step_mm.is_none() && options.positions.is_none())
         {
             talk.say(&format!(
-                "note: plan.step of the profile is not taken to be the images'; if it was, give --step-mm {step_mm}"
+                "note: plan.step of the profile is not used for the images; if they were taken with it, give --step-mm {step_mm}"
             ));
         }
         if self.board.is_some() && profile.as_ref().is_none_or(|profile| profile.board.is_none()) {
             talk.say(
-                "note: which chess-board --board shows is not known; say it in [board] of a profile (--rig), or import again with --set \
+                "note: the chess-board of --board is not described; describe it in [board] of a profile (--rig), or import again with --set \
                  board.square=..., board.columns and board.rows",
             );
         }
@@ -157,7 +158,8 @@ impl Import {
         })
     }
 
-    /// What is known of the rig, if anything was said. The default profile of this place is that of another rig.
+    /// The profile that options name, if any. The default profile of this folder belongs to another rig and
+    /// is not used.
     fn profile(&self) -> Result<Option<Profile>, CliError> {
         let mut options = Options::default();
         for text in &self.set {
@@ -176,7 +178,7 @@ impl Import {
     }
 }
 
-/// What comes next: calibration, if there is anything to calibrate with.
+/// The next command: calibration if there is anything to calibrate with, else the match.
 fn next(out: &Path, profile: Option<&Profile>, imported: &Imported) -> String {
     let has_target = profile.is_some_and(|profile| profile.target.print.is_some());
     match has_target || !imported.calibration_frames.is_empty() {
@@ -185,7 +187,7 @@ fn next(out: &Path, profile: Option<&Profile>, imported: &Imported) -> String {
     }
 }
 
-/// How many of each kind, for a person.
+/// The numbers of calibration frames, as text.
 fn calibration_frames(imported: &Imported) -> String {
     let kinds = FrameKind::CALIBRATION.iter().map(|kind| kind.folder());
     let counts = kinds.filter_map(|kind| Some((kind, imported.calibration_frames.get(kind)?)));
@@ -193,7 +195,8 @@ fn calibration_frames(imported: &Imported) -> String {
 }
 
 fn parse_frames(text: &str) -> Result<(usize, usize), String> {
-    let wrong = || format!("\"{text}\" is no selection; write the first and the last image, such as 40..80");
+    let wrong =
+        || format!("\"{text}\" is not a range of images; write the first and the last, such as 40..80");
     let (first, last) = text.split_once("..").ok_or_else(wrong)?;
     Ok((first.trim().parse().map_err(|_| wrong())?, last.trim().parse().map_err(|_| wrong())?))
 }
@@ -202,12 +205,12 @@ fn parse_frames(text: &str) -> Result<(usize, usize), String> {
 pub(super) fn parse_positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(format!("\"{text}\" is no positive number")),
+        _ => Err(format!("\"{text}\" is not a positive number")),
     }
 }
 
 fn parse_point(text: &str) -> Result<(f64, f64), String> {
-    let wrong = || format!("\"{text}\" is no point; write column,row such as 511.5,511.5");
+    let wrong = || format!("\"{text}\" is not a point; write column,row such as 511.5,511.5");
     let (x, y) = text.split_once(',').ok_or_else(wrong)?;
     let number =
         |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);

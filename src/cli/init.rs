@@ -12,14 +12,14 @@ use epirig_devices::camera::pixels::PixelFormat;
 use epirig_devices::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
 use epirig_devices::link::{LinkError, PortFacts, ports};
 
-/// Write a rig profile from what is connected
+/// Write a rig profile for the connected devices
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig init                     writes rig.toml here, which other commands then take
   epirig init --out lab/rig.toml
 
-A USB serial port and a camera that are connected are filled in, if there is one of each; everything else stands there as a \
-comment, with what it means. A file that exists is refused.")]
+The connected USB serial port and camera are filled in, if there is exactly one of each. All other
+keys are listed as comments with their meaning. An existing file is refused.")]
 pub(super) struct Init {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "rig.toml")]
@@ -68,13 +68,13 @@ fn findings() -> Result<Findings, CliError> {
         found => found?,
     };
     Ok(Findings {
-        // Ports of the main board are there whether or not anything is connected to them.
+        // Ports of the main board exist whether or not anything is connected to them.
         ports: ports.iter().filter(|port| port.usb.is_some()).map(port_choice).collect(),
         cameras: cameras.iter().map(found_camera).collect(),
     })
 }
 
-/// The name that stays the same when cables are moved, if there is one.
+/// A name that does not depend on the socket, if the port has one.
 fn port_choice(port: &PortFacts) -> String {
     let serial_number = port.usb.as_ref().and_then(|usb| usb.serial_number.as_ref());
     serial_number.map_or_else(|| port.path.clone(), |serial_number| format!("usb:{serial_number}"))
@@ -82,7 +82,7 @@ fn port_choice(port: &PortFacts) -> String {
 
 fn found_camera(identity: &CameraIdentity) -> FoundCamera {
     let offered = V4l2Device::open(&identity.name()).and_then(|device| V4l2Camera::new(device).offered());
-    // A camera that another program uses is there all the same.
+    // A camera that another program uses is listed too.
     let formats = offered.unwrap_or_default();
     let known = formats.iter().filter(|format| PixelFormat::from_four_cc(format.four_cc).is_some());
     FoundCamera {

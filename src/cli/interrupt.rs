@@ -1,4 +1,4 @@
-//! Ctrl-C, hang-up, termination.
+//! Ctrl-C, hang-up and termination.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -9,26 +9,26 @@ use crate::capture::PauseSwitch;
 use epirig_data::storage::abandon;
 use epirig_devices::stage::{StopSwitch, Urgency};
 
-/// A scan that an interruption ends after the frame in hand, before it stops anything.
+/// The scan that an interruption ends after the frame in hand, before it stops anything.
 static TO_PAUSE: Mutex<Option<PauseSwitch>> = Mutex::new(None);
 
-/// What an interruption stops; without it the program ends at once.
+/// The stage that an interruption stops; if there is none, the program ends at once.
 static TO_STOP: Mutex<Option<StopSwitch>> = Mutex::new(None);
 
-/// How long an interruption waits for a step of the disk to end.
+/// Longest wait for a write to the disk to end.
 const DISK_PATIENCE: Duration = Duration::from_secs(10);
 
 fn to_stop() -> MutexGuard<'static, Option<StopSwitch>> {
     TO_STOP.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// From now on an interruption presses this switch: the first one slows the stage down, the second stops it at once, and the
-/// third ends the program.
+/// From now on an interruption presses this switch: the first slows the stage down, the second stops it at
+/// once, the third ends the program.
 pub(super) fn stops(switch: StopSwitch) {
     *to_stop() = Some(switch);
 }
 
-/// From now on the first interruption presses this, and only the next one stops the stage.
+/// From now on the first interruption presses this switch, and only the next one stops the stage.
 pub(super) fn pauses(switch: PauseSwitch) {
     *TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner) = Some(switch);
 }
@@ -45,7 +45,7 @@ pub(super) fn install() -> Result<(), std::io::Error> {
     obey_other_epirigs()
 }
 
-/// `epirig stage stop` in another terminal means the stage, not the scan.
+/// Asked by `epirig stage stop` in another terminal: it stops the stage, not the scan.
 #[cfg(unix)]
 fn obey_other_epirigs() -> Result<(), std::io::Error> {
     use signal_hook::consts::SIGUSR1;
@@ -70,7 +70,7 @@ fn obey_other_epirigs() -> Result<(), std::io::Error> {
 fn interrupted() {
     let pause = TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner).clone();
     if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
-        // Whatever becomes of the words, the scan must hear of it first.
+        // The scan must be asked before the message is written, which may fail.
         pause.press();
         tell("stopping after this frame; press Ctrl-C again to stop the stage now");
         return;
@@ -80,9 +80,9 @@ fn interrupted() {
         Some(switch) => stop(&switch),
         None => {
             let words = match abandon(DISK_PATIENCE) {
-                true => "interrupted; a scan keeps the frames it has, and nothing else was left half-written",
+                true => "interrupted; a scan keeps its frames, and no other output was written",
                 false => {
-                    "interrupted while the disk did not answer; hidden folders .epirig-* may be left, which the next command there removes"
+                    "interrupted while the disk did not answer; folders .epirig-* may remain; the next command there removes them"
                 }
             };
             tell(&format!("error: {words}"));
@@ -92,7 +92,7 @@ fn interrupted() {
     }
 }
 
-/// Slows the stage down, or stops it at once if it has been told so before.
+/// Slows the stage down; if it was slowed down before, stops it at once.
 fn stop(switch: &StopSwitch) {
     if switch.pressed().is_none() {
         switch.press(Urgency::Soon);

@@ -8,7 +8,7 @@ use super::{CliError, Talk};
 /// Made by cargo-about, see CONTRIBUTING.md.
 const THIRD_PARTY: &str = include_str!("../../THIRD-PARTY.txt");
 
-/// Print the licences of epirig and of all that it contains
+/// Print the licences of epirig and of its dependencies
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  epirig licences | less")]
 pub(super) struct Licences {}

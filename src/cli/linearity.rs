@@ -1,4 +1,4 @@
-//! Flat images at several exposures, by a table.
+//! Flat images at several exposures, listed in a table.
 
 use std::path::Path;
 
@@ -7,15 +7,15 @@ use epirig_calibration::photometry::ExposureLevel;
 use epirig_data::sequence::{LARGEST_IMAGE, SequenceRecord, decode_grey, header};
 use epirig_data::storage::{read_file, read_text};
 
-/// More lines than anybody writes.
+/// More than any such table needs, in bytes.
 const LARGEST_TABLE: u64 = 1 << 20;
 
-/// Reads a CSV with the columns file and exposure, in any order, and the images that it names, from its own folder. They must be like the frames of
-/// `record`.
+/// Reads a CSV table with the columns file and exposure, in any order, and the images that it names, relative
+/// to its folder. They must have the size and the bit depth of `record`.
 pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec<ExposureLevel>, CliError> {
     let name = path.display();
     let text = read_text(path, LARGEST_TABLE)
-        .map_err(|error| CliError::Usage(format!("no table of exposures: {error}")))?;
+        .map_err(|error| CliError::Usage(format!("cannot read the table of exposures: {error}")))?;
     let mut reader =
         csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
     let bad = |line: u64, reason: String| {
@@ -26,7 +26,7 @@ pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec
     let headers = reader.headers().map_err(|error| bad(1, error.to_string()))?.clone();
     let column = |wanted: &str| {
         let found = headers.iter().position(|header| header == wanted);
-        found.ok_or_else(|| bad(1, format!("there is no column {wanted}")))
+        found.ok_or_else(|| bad(1, format!("the column {wanted} is missing")))
     };
     let (file, exposure) = (column("file")?, column("exposure")?);
     let mut levels = Vec::new();
@@ -38,16 +38,16 @@ pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec
             .parse()
             .ok()
             .filter(|value: &f64| value.is_finite() && *value >= 0.0)
-            .ok_or_else(|| bad(line, format!("\"{}\" is no exposure", &row[exposure])))?;
+            .ok_or_else(|| bad(line, format!("\"{}\" is not an exposure", &row[exposure])))?;
         let image = path.parent().unwrap_or(Path::new("")).join(&row[file]);
         let bytes = read_file(&image, LARGEST_IMAGE).map_err(|error| bad(line, error.to_string()))?;
-        let no_image = |fault| bad(line, format!("{} is damaged or no image: {fault}", image.display()));
+        let no_image = |fault| bad(line, format!("{} is damaged or not an image: {fault}", image.display()));
         let head = header(&bytes).map_err(no_image)?;
         if (head.rows, head.columns, head.bits <= 8) != (record.rows, record.columns, record.bit_depth <= 8) {
             return Err(bad(
                 line,
                 format!(
-                    "{} is {} x {} of {} bit, the frames are {} x {} of {} bit: take it with the same setting of the camera",
+                    "{} is {} x {} of {} bit, the frames are {} x {} of {} bit: take it with the same camera settings",
                     image.display(),
                     head.columns,
                     head.rows,
@@ -61,7 +61,7 @@ pub(super) fn read_exposures(path: &Path, record: &SequenceRecord) -> Result<Vec
         levels.push(ExposureLevel::of(exposure, &decode_grey(&bytes).map_err(no_image)?.frame));
     }
     if levels.is_empty() {
-        return Err(bad(1, "it names no image".to_owned()));
+        return Err(bad(1, "it lists no image".to_owned()));
     }
     Ok(levels)
 }

@@ -9,21 +9,23 @@ use epirig_matcher::{
 
 use super::choice::choice;
 
-/// How to match.
+/// Options of the matcher.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Matching")]
 pub(super) struct MatchArguments {
-    /// A first look: match in less than a third of the time, searching at half the resolution and fitting in windows of one size, by half of the frames if there are a hundred or more. Sigma
-    /// says what that leaves, but for relief that is finer than the windows; things narrower than some 20 px may be passed over
+    /// First look: takes less than a third of the time. Searches at half the resolution, fits in windows of
+    /// one size, and uses every second frame if there are a hundred or more. Sigma includes what that costs,
+    /// except for relief finer than the windows; objects narrower than some 20 px may be missed
     #[arg(long, conflicts_with = "wanted_sigma")]
     quick: bool,
-    /// How the samples along a line are compared
+    /// Cost function: how the samples along a line are compared
     #[arg(long, value_parser = choice::<Method>(), default_value_t = usual().method)]
     method: Method,
-    /// Disparities to search, in px over the whole baseline, such as 420..434 or -60..0 [default: found from the data]
+    /// Range of disparities, in px over the whole baseline, such as 420..434 or -60..0 [default: found from
+    /// the data]
     #[arg(long, value_name = "MIN..MAX", value_parser = parse_range, allow_hyphen_values = true)]
     range: Option<DisparityRange>,
-    /// The frame whose pixels are answered: first, middle, last or an index from 0
+    /// The reference frame, whose pixels get a disparity: first, middle, last or an index from 0
     #[arg(long, default_value = "first", value_parser = parse_reference)]
     reference: ReferenceFrame,
     /// Step between disparity candidates, in px
@@ -32,37 +34,40 @@ pub(super) struct MatchArguments {
     /// Side of the cost's window, odd, in px [default: 3 for variance and normalised, 7 for correlation]
     #[arg(long, value_name = "PX")]
     window: Option<usize>,
-    /// Whether candidates are searched by sums over groups of frames, or by every sample as in the paper (always so for correlation)
+    /// How candidates are searched: by sums over groups of frames, or by every sample as in the paper (always
+    /// so for correlation)
     #[arg(long, value_parser = choice::<Search>(), default_value_t = usual().search)]
     search: Search,
-    /// Aggregate costs across rows, too (semi-global matching): for weak texture on surfaces that continue from row to row (the search takes about twice as long)
+    /// Aggregate costs across rows (semi-global matching): for weak texture on surfaces that continue from
+    /// row to row. The search takes about twice as long
     #[arg(long)]
     semi_global: bool,
-    /// How the exhaustive search samples frames between pixels
+    /// Interpolation of frames between pixels in the exhaustive search
     #[arg(long, value_parser = choice::<Interpolation>(), default_value_t = usual().interpolation)]
     interpolation: Interpolation,
-    /// Whether points keep their order from the first to the last frame
+    /// Whether points keep their order from the first frame to the last
     #[arg(long, value_parser = choice::<OrderingConstraint>(), default_value_t = usual().ordering_constraint)]
     ordering_constraint: OrderingConstraint,
     /// Whether points may be occluded in part of the sequence
     #[arg(long, value_parser = choice::<Occlusion>(), default_value_t = usual().occlusion)]
     occlusion: Occlusion,
-    /// Share of the frames that must see a point, from above 0 to 1
+    /// Share of the frames that must see a point, above 0 and at most 1
     #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_visible)]
     min_visible: f64,
-    /// Leave a pixel without answer if its sigma is larger, in px
+    /// Reject pixels whose sigma is larger, in px
     #[arg(long, value_name = "PX", default_value_t = usual().maximum_sigma_px)]
     max_sigma: f64,
-    /// Leave a pixel without answer if its confidence is lower (without the ordering constraint), from 0 to 1
+    /// Reject pixels whose confidence is lower, 0 to 1 (only without the ordering constraint)
     #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_confidence)]
     min_confidence: f64,
-    /// Side of the smallest window of the sub-pixel fit, odd, from 1 to 21 px [default: 3, with --quick 5]
+    /// Side of the smallest window of the sub-pixel fit, odd, 1 to 21 px [default: 3, with --quick 5]
     #[arg(long, value_name = "PX")]
     fit_window: Option<usize>,
-    /// Let the window of the fit grow, up to 11 px and up to 21 px on surfaces that show no relief, where it leaves a larger sigma than this, in px; `inf` keeps all windows the smallest
+    /// Let windows of the fit grow where they leave a larger sigma than this, in px: up to 11 px, and up to
+    /// 21 px on surfaces without relief. `inf` keeps all windows at the smallest size
     #[arg(long, value_name = "PX", default_value_t = usual().wanted_sigma_px)]
     wanted_sigma: f64,
-    /// Take the parabola through three costs instead of the fit over all frames (always so for correlation)
+    /// Interpolate three costs by a parabola instead of the fit over all frames (always so for correlation)
     #[arg(long)]
     no_fit: bool,
 }
@@ -93,14 +98,15 @@ impl MatchArguments {
     }
 }
 
-/// What help states as the defaults; a few depend on the method, and their help says so.
+/// The defaults that help shows. A few depend on the method, and their help says so.
 fn usual() -> MatchOptions {
     MatchOptions::default()
 }
 
 fn parse_range(text: &str) -> Result<DisparityRange, String> {
-    let wrong =
-        || format!("\"{text}\" is no range; write the smallest and the largest disparity, such as 420..434");
+    let wrong = || {
+        format!("\"{text}\" is not a range; write the smallest and the largest disparity, such as 420..434")
+    };
     let (low, high) = text.split_once("..").ok_or_else(wrong)?;
     let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
     Ok(DisparityRange { minimum_px: number(low)?, maximum_px: number(high)? })
@@ -114,6 +120,6 @@ fn parse_reference(text: &str) -> Result<ReferenceFrame, String> {
         _ => text
             .parse()
             .map(ReferenceFrame::Index)
-            .map_err(|_| format!("\"{text}\" is no frame; write first, middle, last or an index from 0")),
+            .map_err(|_| format!("\"{text}\" is not a frame; write first, middle, last or an index from 0")),
     }
 }

@@ -13,7 +13,7 @@ use crate::pipeline::{Measurement, View, measure};
 use crate::results::{ResultsFolder, ResultsKind};
 use epirig_data::sequence::{FrameKind, Sequence};
 
-/// Find the disparity of every pixel of a sequence, and its height if lens and stage axis are known
+/// Compute the disparity of every pixel, and its height if lens and stage axis are known
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -22,10 +22,11 @@ use epirig_data::sequence::{FrameKind, Sequence};
   epirig match seq --reference middle --ordering-constraint off      objects that occlude others
   epirig match seq --method normalised                     illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
-  epirig match seq --quick --out look                      a first look: matching takes a third of its time
+  epirig match seq --quick --out look                      a first look: a third of the time
 
-The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff), mask.png
-(255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded, 160 ambiguous), pictures, figures/ and match.json."
+The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff),
+mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded,
+160 ambiguous), pictures, figures/ and match.json."
 )]
 pub(super) struct Match {
     /// Folder of the sequence
@@ -33,13 +34,13 @@ pub(super) struct Match {
     /// Folder of the results [default: SEQ/results]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace results that are there already
+    /// Replace existing results
     #[arg(long)]
     overwrite: bool,
     /// Row of the reference frame that the figures show [default: the middle one]
     #[arg(long, value_name = "ROW")]
     figure_row: Option<usize>,
-    /// Take frames and positions as they were captured, whatever `epirig calibrate` has found
+    /// Match the frames as captured, without the calibration of `epirig calibrate`
     #[arg(long)]
     as_captured: bool,
     #[command(flatten)]
@@ -79,7 +80,7 @@ impl Match {
         folder.commit()?;
         if drops_surface {
             talk.say(&format!(
-                "note: {} was of the former results and is gone with them; `epirig surface {}` makes it anew",
+                "note: {} belonged to the replaced results and was removed; run `epirig surface {}` again",
                 surface.display(),
                 self.seq.display()
             ));
@@ -96,21 +97,21 @@ impl Match {
 }
 
 impl Match {
-    /// Whether the frames are matched as they were captured, where there was a choice.
+    /// Reports whether a calibration is applied, if there is one or could be one.
     fn tell_calibration(&self, sequence: &Sequence, calibrated: bool, talk: &Talk) {
         let path = self.seq.join(CALIBRATION);
         let has_frames =
             FrameKind::CALIBRATION.iter().any(|&kind| !sequence.calibration_frames(kind).is_empty());
         if calibrated {
             talk.say(&format!(
-                "note: corrected and rectified by {}; --as-captured does without",
+                "note: corrected and rectified by {}; --as-captured switches that off",
                 path.display()
             ));
         } else if self.as_captured && path.exists() {
-            talk.say(&format!("note: {} is not used, because of --as-captured", path.display()));
+            talk.say(&format!("note: {} is ignored because of --as-captured", path.display()));
         } else if !self.as_captured && has_frames {
             talk.say(&format!(
-                "note: the sequence has calibration frames and no {CALIBRATION}; run `epirig calibrate {}` first, or the frames are matched as \
+                "note: the sequence has calibration frames and no {CALIBRATION}; run `epirig calibrate {}` first; now the frames are matched as \
                  they were captured",
                 self.seq.display()
             ));
@@ -118,25 +119,25 @@ impl Match {
     }
 }
 
-/// What a person may do about pixels without answer.
+/// Prints hints about pixels without an answer.
 pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
     let summary = &measurement.summary;
     let at_end = summary.tau_before == 0.0 || summary.tau_after == 0.0;
     if summary.leaves_image > 0.2 && at_end {
         talk.say(&format!(
-            "hint: {:.0} % of the pixels leave the image too early to be answered; --reference middle sees more",
+            "hint: {:.0} % of the pixels leave the image too early for an answer; try --reference middle",
             100.0 * summary.leaves_image
         ));
     }
     if summary.beyond_range > 0.05 {
         talk.say(&format!(
-            "hint: for {:.0} % of the pixels the best candidate is at an end of the range; widen --range or leave it out",
+            "hint: for {:.0} % of the pixels the best candidate is at an end of the range; widen --range or omit it",
             100.0 * summary.beyond_range
         ));
     }
     if summary.answered < 0.2 && summary.leaves_image < 0.5 {
         talk.say(
-            "hint: few pixels have an answer. The range may miss the scene (leave --range out), the motion may not be along \
+            "hint: few pixels have an answer. The range may not cover the scene (omit --range), the motion may not be along \
              the rows (rotate the images), or the surface shows little texture",
         );
     }
@@ -144,16 +145,16 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
         && let Some((low, high)) = locking.locked_px
     {
         talk.say(&format!(
-            "hint: {:.0} % of the answered pixels, at disparities in {low:.2} .. {high:.2} px, lock to pixels: they err together by up to {:.4} px{}, which \
-             sigma holds and no average lessens. Their frames lie at nearly repeating fractions of a pixel; scan with another number of frames or \
+            "hint: {:.0} % of the answered pixels, at disparities in {low:.2} .. {high:.2} px, show pixel locking: a common error of up to {:.4} px{}, which \
+             sigma includes it, and averaging does not reduce it. The frames repeat nearly the same fractions of a pixel; scan with another number of frames or \
              another step, or defocus slightly",
             100.0 * locking.share_locked,
             locking.worst_bias_px.abs(),
-            if locking.from_lines { "" } else { " (or a half or third of that: only the texture tells)" },
+            if locking.from_lines { "" } else { " (or a half or third of that: depends on the texture)" },
         ));
     }
     if summary.median_disparity_px.is_some_and(|median| median.abs() < 0.1) {
-        talk.say("hint: the frames hardly differ: the median disparity is below 0.1 px; did anything move?");
+        talk.say("hint: the frames hardly differ: the median disparity is below 0.1 px; check that the stage moved");
     }
 }
 
@@ -185,12 +186,12 @@ pub(super) fn describe(measurement: &Measurement) -> String {
     if let Some(locking) = &summary.pixel_locking {
         text.push_str(&match locking.worst_disparity_px {
             Some(disparity_px) => format!(
-                "pixel locking      up to {:.4} px at {disparity_px:.2} px; matters to {:.1} % of the answers\n",
+                "pixel locking      up to {:.4} px at {disparity_px:.2} px; affects {:.1} % of the answers\n",
                 locking.worst_bias_px.abs(),
                 100.0 * locking.share_locked
             ),
             None => format!(
-                "pixel locking      none stands out (amplitude {:.4} +- {:.4} px)\n",
+                "pixel locking      not significant (amplitude {:.4} +- {:.4} px)\n",
                 locking.interpolation_px.first().copied().unwrap_or_default(),
                 locking.interpolation_sigma_px.first().copied().unwrap_or_default(),
             ),

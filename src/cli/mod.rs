@@ -1,4 +1,4 @@
-//! The command line: one file a verb, no logic of its own.
+//! The command line: one file per verb, without logic of its own.
 
 mod calibrate;
 mod camera;
@@ -65,7 +65,7 @@ Examples:
   epirig init && epirig run --out tile              a rig profile, and a measurement with it
   epirig capture --out seq --step-mm 1.5 --frames 101";
 
-/// Turns the frames of a capture rig into disparity, height and their uncertainty.
+/// Computes disparity, height and their uncertainty from the frames of a capture rig.
 #[derive(Debug, Parser)]
 #[command(name = "epirig", version, max_term_width = 100, after_help = EXIT_CODES, arg_required_else_help = true)]
 struct Cli {
@@ -74,14 +74,14 @@ struct Cli {
     /// Print the result as JSON on stdout; a failure as {"error": {"message": ..., "kind": ..., "exit_code": N}}
     #[arg(long, global = true)]
     json: bool,
-    /// Say nothing but errors and the result
+    /// Print only errors and the result
     #[arg(long, short, global = true)]
     quiet: bool,
     #[command(flatten)]
     log: LogArguments,
 }
 
-/// The table of verbs: each has a file of its own, and is listed here in the order of the help.
+/// The table of verbs: one file each, in the order of the help.
 macro_rules! verbs {
     ($($verb:ident = $arguments:ty,)+) => {
         #[derive(Debug, Subcommand)]
@@ -133,21 +133,21 @@ verbs! {
     Completions = completions::Completions,
 }
 
-/// Starts the threads that compute; where the system allows no more of them, this one computes alone.
+/// Starts the worker threads. If the system allows no threads, the main thread computes alone.
 fn start_threads() {
     if rayon::ThreadPoolBuilder::new().build_global().is_err() {
-        // If that fails, too, the first work in parallel says why.
+        // If that fails too, the first parallel work reports why.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
     }
 }
 
 impl Verb {
-    /// Whether it may take frames, of which a log is kept.
+    /// Whether the verb may take frames, which are logged.
     fn scans(&self) -> bool {
         matches!(self, Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Demo(_))
     }
 
-    /// Does what it is for, within a span of its own.
+    /// Runs the verb in a log span of its own.
     fn run_logged(self, talk: &Talk) -> Result<(), CliError> {
         let begun = Instant::now();
         let span: Span = info_span!("verb", verb = self.name());
@@ -166,15 +166,15 @@ impl Verb {
     }
 }
 
-/// Runs the program with the process's arguments. To be called while there is one thread.
+/// Runs the program with the process's arguments. Call it while there is one thread.
 pub fn main() -> ExitCode {
-    // Where it cannot, everything works, a little slower.
+    // Without it everything works, only slower.
     keep_memory();
     let cli = Cli::parse();
     let talk = Talk::new(cli.json, cli.quiet);
     let listening = log::listen(&cli.log, cli.quiet, cli.verb.scans());
     if let Err(error) = interrupt::install() {
-        talk.say(&format!("note: Ctrl-C will leave hidden .epirig- folders behind: {error}"));
+        talk.say(&format!("note: Ctrl-C will leave .epirig-* folders behind: {error}"));
     }
     start_threads();
     match listening.and_then(|()| cli.verb.run_logged(&talk)) {

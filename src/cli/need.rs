@@ -1,4 +1,4 @@
-//! Memory that a verb needs, compared with what there is.
+//! Memory that a verb needs, compared with the memory available.
 
 use super::{CliError, Talk};
 use crate::calibrate::Calibration;
@@ -7,7 +7,7 @@ use crate::pipeline::{Frames, frames_that_fit, match_need};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
 
-/// The frames of a sequence as they are held for matching: rectified, if it is calibrated.
+/// Size of the frames as they are held for matching: rectified, if the sequence is calibrated.
 pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&Calibration>) -> Frames {
     let record = sequence.record();
     let count = sequence.frames().len();
@@ -22,7 +22,7 @@ pub(super) fn frames_of(sequence: &Sequence, calibration: Option<&Calibration>) 
     }
 }
 
-/// Refuses to match what would not fit, and says what would.
+/// Refuses a match that does not fit into memory, and suggests one that does.
 pub(super) fn check_match(frames: Frames, options: &MatchOptions, talk: &Talk) -> Result<(), CliError> {
     check("matching", match_need(frames, options), talk, |available| {
         let quick = options.clone().quick();
@@ -37,13 +37,13 @@ pub(super) fn check_match(frames: Frames, options: &MatchOptions, talk: &Talk) -
             () if first_look <= available.bytes && first_look < match_need(frames, options) => {
                 format!("`--quick` needs {}", size(first_look))
             }
-            () => fewer.unwrap_or_else(|| "no part of it would fit".to_owned()),
+            () => fewer.unwrap_or_else(|| "no smaller part would fit".to_owned()),
         };
         format!("{part}; or {}", close_others(available))
     })
 }
 
-/// Says how much memory `what` needs, and refuses it if there is less; `advice` tells what a person may do.
+/// Prints how much memory `what` needs, and refuses it if there is less. `advice` suggests what to do.
 pub(super) fn check(
     what: &str,
     bytes: u64,
@@ -57,7 +57,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// The same without a word if there is enough.
+/// The same, but prints nothing if there is enough.
 pub(super) fn refuse_more_than_there_is(
     what: &str,
     bytes: u64,
@@ -75,7 +75,7 @@ pub(super) fn refuse_more_than_there_is(
     }
 }
 
-/// What a person may do about a need of which there is no smaller part.
+/// Advice for a task that cannot be made smaller.
 pub(super) fn close_others(available: Available) -> String {
     match available.bound {
         Bound::Process => "raise the limit (`ulimit -v`, `ulimit -d`)",
@@ -85,7 +85,7 @@ pub(super) fn close_others(available: Available) -> String {
     .to_owned()
 }
 
-/// Bytes as people say them.
+/// Bytes as text.
 fn size(bytes: u64) -> String {
     match bytes as f64 {
         small if small < 1e9 => format!("{:.0} MB", (small / 1e6).ceil()),

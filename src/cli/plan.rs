@@ -13,15 +13,15 @@ use crate::rig::capture_plan;
 use epirig_devices::camera::SimDevice;
 use epirig_devices::stage::{SimStage, SimStageConfig, Stage};
 
-/// Say what a scan would do: positions, time, bytes
+/// Print what a scan would do: positions, time, bytes
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig plan                                        of rig.toml
   epirig plan --rig sim --json
   epirig plan --step-mm 1.5 --frames 101
 
-Nothing is connected, so time and bytes are known only as far as the profile tells size, rate and velocity; `epirig capture \
---dry-run` asks the rig.")]
+No device is used. Time and bytes are known only if the profile holds size, rate and velocity; else
+`epirig capture --dry-run` asks the rig.")]
 pub(super) struct Plan {
     #[command(flatten)]
     rig: RigArguments,
@@ -51,7 +51,7 @@ impl PlanOutput {
         }
     }
 
-    /// For a person.
+    /// The plan as text.
     pub(super) fn describe(&self) -> String {
         let positions = &self.positions_mm;
         let ends = positions.first().zip(positions.last()).map_or(String::new(), |(first, last)| {
@@ -59,10 +59,10 @@ impl PlanOutput {
         });
         let known = |seconds: Option<f64>| seconds.map_or("not known".to_owned(), minutes);
         let total = self.total_s.map_or_else(
-            || "not known before rate and velocity are; `epirig capture --dry-run` asks the rig".to_owned(),
-            |seconds| format!("{}, without the search for home", minutes(seconds)),
+            || "unknown without rate and velocity; `epirig capture --dry-run` asks the rig".to_owned(),
+            |seconds| format!("{}, without homing", minutes(seconds)),
         );
-        let bytes = self.bytes.map_or("not known before the camera is".to_owned(), |bytes| {
+        let bytes = self.bytes.map_or("unknown without the camera".to_owned(), |bytes| {
             format!("{:.1} MB at most", bytes as f64 / 1e6)
         });
         format!(
@@ -75,7 +75,7 @@ impl PlanOutput {
     }
 }
 
-/// A time as people say it.
+/// A time as text.
 fn minutes(seconds: f64) -> String {
     if seconds < 60.0 {
         format!("{seconds:.1} s")
@@ -94,9 +94,9 @@ impl Plan {
     }
 }
 
-/// As far as it is known without a rig.
+/// The estimate without a rig, from the profile alone.
 fn estimate(profile: &Profile, plan: &CapturePlan) -> Estimate {
-    /// A frame's samples if the profile says nothing of them: the deepest have 16 bit.
+    /// Bytes per sample if the profile does not tell; the deepest frames have 16 bit.
     const SAMPLE_BYTES: usize = 2;
     let simulated = profile.camera.is_simulated();
     let sample_bytes = if simulated && plan.averaged == 1 { 1 } else { SAMPLE_BYTES };

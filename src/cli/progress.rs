@@ -1,4 +1,4 @@
-//! What the program says while it works: talk to stderr, data to stdout.
+//! Output while the program works: messages to stderr, data to stdout.
 
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,10 +12,11 @@ use super::CliError;
 use super::failure::Failure;
 use epirig_core::progress::Progress;
 
-/// The progress bar on the screen. All lines, those of a log too, go through [`tell`], which takes it away meanwhile.
+/// The progress bar on the screen. All lines, log lines too, are printed by [`tell`], which hides the bar
+/// meanwhile.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Whether stdout is to hold JSON, and whether it holds its one object.
+/// Whether stdout is to hold JSON, and whether it already holds its one object.
 static JSON: AtomicBool = AtomicBool::new(false);
 static ANSWERED: AtomicBool = AtomicBool::new(false);
 
@@ -23,12 +24,13 @@ fn bar() -> MutexGuard<'static, Option<ProgressBar>> {
     BAR.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A line to stderr, above the progress bar. Who has closed it, or let it fill up, does not want to hear; the work goes on.
+/// Prints a line to stderr, above the progress bar. Errors are ignored: a closed stderr does not stop the
+/// work.
 pub(super) fn tell(line: &str) {
     let write = || {
         let _ = writeln!(std::io::stderr().lock(), "{}", harmless(line));
     };
-    // Whoever has a line to tell while this one is written waits for the bar only.
+    // The lock is held only while the bar is read, so that other lines do not wait for this one.
     let shown = bar().clone().filter(|bar| !bar.is_hidden());
     match shown {
         Some(bar) => bar.suspend(write),
@@ -36,13 +38,13 @@ pub(super) fn tell(line: &str) {
     }
 }
 
-/// A failure as the JSON object on stdout, if that is to hold JSON and holds none yet.
+/// Prints a failure as the JSON object on stdout, if JSON is wanted and none was printed yet.
 pub(super) fn answer_failure(failure: &Failure) {
     if JSON.load(Ordering::SeqCst)
         && !ANSWERED.swap(true, Ordering::SeqCst)
         && let Ok(line) = serde_json::to_string(failure)
     {
-        // Whoever does not read it has the exit code, and the line on stderr.
+        // If stdout is closed, the exit code and stderr still report the failure.
         let _ = print(&(line + "\n"));
     }
 }
@@ -53,15 +55,15 @@ fn print(text: &str) -> std::io::Result<()> {
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush())
 }
 
-/// A line without characters that a terminal would obey: words of a file or a device may stand in it.
+/// A line without control characters, which file or device names may contain.
 fn harmless(line: &str) -> String {
     let obeyed = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
     shortened(&line.replace(obeyed, "\u{fffd}"))
 }
 
-/// A text without numbers that fill lines: 1e308 has 309 digits.
+/// Shortens numbers that would fill lines: 1e308 has 309 digits.
 fn shortened(text: &str) -> String {
-    /// More than a whole number of 64 bit has, and a number that was measured.
+    /// More digits than a 64 bit integer or a measured number has.
     const MOST_DIGITS: usize = 24;
     let is_part = |letter: char| letter.is_ascii_digit() || letter == '.';
     let mut short = String::with_capacity(text.len());
@@ -71,7 +73,7 @@ fn shortened(text: &str) -> String {
         let end = from_here.find(|letter| !is_part(letter)).unwrap_or(from_here.len());
         let (run, after) = from_here.split_at(end);
         let number = run.trim_end_matches('.');
-        // Digits among letters are a hash or a name.
+        // Digits next to letters belong to a hash or a name.
         let in_word = before.ends_with(char::is_alphanumeric) || after.starts_with(char::is_alphanumeric);
         short.push_str(before);
         match number.parse::<f64>().ok().filter(|_| number.len() > MOST_DIGITS && !in_word) {
@@ -86,14 +88,14 @@ fn shortened(text: &str) -> String {
     short + rest
 }
 
-/// The program's voice.
+/// Output of one verb.
 pub(super) struct Talk {
     quiet: bool,
-    /// Where there is no terminal to draw on: when the latest line about progress was written.
+    /// Time of the latest progress line, for output that is not a terminal.
     told: Mutex<Instant>,
 }
 
-/// Where there is no terminal to draw on, a line says so often how far the work is.
+/// Interval between progress lines if the output is not a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(30);
 
 impl Talk {
@@ -102,14 +104,14 @@ impl Talk {
         Self { quiet, told: Mutex::new(Instant::now()) }
     }
 
-    /// A line for the person.
+    /// Prints a message, unless `--quiet` is given.
     pub(super) fn say(&self, line: &str) {
         if !self.quiet {
             tell(line);
         }
     }
 
-    /// The result: as JSON if that was asked for, else as text for a person.
+    /// Prints the result: as JSON if wanted, else as text.
     pub(super) fn result(
         &self,
         data: &impl Serialize,
@@ -120,7 +122,7 @@ impl Talk {
         }
         let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
         match ANSWERED.swap(true, Ordering::SeqCst) {
-            // An interruption has answered, and ends the program.
+            // An interruption has printed its object already, and ends the program.
             true => Ok(()),
             false => self.print(&(line + "\n")),
         }
@@ -129,13 +131,13 @@ impl Talk {
     /// Text to stdout as it is.
     pub(super) fn print(&self, text: &str) -> Result<(), CliError> {
         match print(text) {
-            // Who has read enough, as `head` has, is not to hear of an error.
+            // A closed pipe, such as that of `head`, is not an error.
             Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
             printed => Ok(printed?),
         }
     }
 
-    /// Does something with the screen to itself. Lines are told meanwhile, and wait for nobody.
+    /// Runs `act` without the progress bar on the screen. Other lines can be printed meanwhile.
     pub(super) fn aside<R>(&self, act: impl FnOnce() -> R) -> R {
         let Some(hidden) = bar().take() else { return act() };
         let done = hidden.suspend(act);
@@ -143,7 +145,7 @@ impl Talk {
         done
     }
 
-    /// Takes the progress bar off the screen.
+    /// Removes the progress bar from the screen.
     pub(super) fn clear(&self) {
         let shown = bar().take();
         if let Some(bar) = shown {
@@ -157,7 +159,7 @@ impl Progress for Talk {
         let new = ProgressBar::new(total);
         let silent = self.quiet || !std::io::stderr().is_terminal();
         new.set_draw_target(if silent { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
-        // A single step shows that it is alive; more show how long they will take.
+        // A single step shows a spinner; several show the time left.
         let template = if total > 1 {
             "{msg:>22} [{bar:32}] {pos}/{len}  {eta} left"
         } else {
@@ -169,7 +171,7 @@ impl Progress for Talk {
         new.set_message(what.to_owned());
         *self.told.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         new.enable_steady_tick(Duration::from_millis(200));
-        // Who draws may have to wait for the terminal, and nobody is to wait for that.
+        // Drawing may block on the terminal, so no lock is held while drawing.
         let former = bar().replace(new);
         drop(former);
     }

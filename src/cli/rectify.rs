@@ -11,17 +11,18 @@ use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::pipeline::{rectification_need, rectify_sequence};
 use epirig_data::sequence::Sequence;
 
-/// Write the frames of a calibrated sequence, corrected and rectified, as a sequence of their own
+/// Write the frames of a calibrated sequence, corrected and rectified, as a new sequence
 ///
-/// `epirig match` does this by itself, in memory. Here the frames become 16 bit PNG files, in which the object moves exactly along the rows: for other
-/// software, or to look at. Dark level, flat field and lamp are corrected, the lens's distortion is undone; 32768 is what full scale was before. The
-/// positions are the measured ones, the lens is that of the rectified frames.
+/// `epirig match` does this by itself, in memory. Here the frames become PNG files of 16 bit for other
+/// software, in which the object moves exactly along the rows. Dark level, flat field and frame brightness
+/// are corrected, and lens distortion is removed; 32768 is the former full scale. The new sequence has the
+/// measured positions and the lens of the rectified frames.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig rectify tile --out tile-rectified
   epirig match tile-rectified --reference middle         finds what `epirig match tile --reference middle` finds")]
 pub(super) struct Rectify {
-    /// Folder of the sequence, which `epirig calibrate` has calibrated
+    /// Folder of the sequence, calibrated by `epirig calibrate`
     seq: PathBuf,
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]
@@ -36,7 +37,7 @@ impl Rectify {
         self.anyway.check(&sequence, talk)?;
         let calibration = read_calibration(&sequence)?.ok_or_else(|| {
             CliError::Usage(format!(
-                "{0} has no {CALIBRATION}, so nobody knows how to rectify it; run `epirig calibrate {0}` first",
+                "{0} has no {CALIBRATION}, which rectification needs; run `epirig calibrate {0}` first",
                 self.seq.display()
             ))
         })?;
@@ -44,7 +45,7 @@ impl Rectify {
         check("rectifying", need, talk, close_others)?;
         let derived = rectify_sequence(&sequence, &calibration, &self.out, talk)?;
         if derived.intrinsics.is_none() {
-            talk.say("note: the lens is not known, so heights in mm cannot be told of these frames either");
+            talk.say("note: the lens is unknown, so these frames give no heights in mm either");
         }
         let summary = serde_json::json!({
             "out": self.out.display().to_string(),

@@ -10,22 +10,23 @@ use super::{CliError, Talk};
 use crate::profile::{Override, Profile};
 use epirig_data::sequence::{Origin, Sequence};
 
-/// Go on with a scan that was interrupted
+/// Continue an interrupted scan
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig resume seq
   epirig resume seq --port /dev/ttyUSB1        the stage has another port now
 
-The rig is that of the scan (sequence.json). The frames that are there are checked, the stage is homed, the last good frame is \
-taken again and compared: if the picture has moved, nothing goes on. Then the missing frames are taken.")]
+The rig is that of the scan (sequence.json). Existing frames are checked, the stage is homed, and the
+last good frame is taken again and compared. If the picture has moved, the scan does not continue.
+Else the missing frames are taken.")]
 pub(super) struct Resume {
     /// Folder of the sequence
     #[arg(value_name = "SEQ")]
     sequence: PathBuf,
-    /// The stage's port, if it is another one now: a path, usb:SERIAL or usb:VID:PID
+    /// The stage's port, if it has changed: a path, usb:SERIAL or usb:VID:PID
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
-    /// The camera's name, if it is another one now: a path, a name in /dev/v4l/by-id, usb:SERIAL
+    /// The camera's name, if it has changed: a path, a name in /dev/v4l/by-id, usb:SERIAL
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
     /// Change a limit of the scan, or the number of dark, flat or board frames: --set limits.shift="0.2 px"
@@ -37,7 +38,7 @@ impl Resume {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let mut profile = self.recorded()?;
         if profile.stage.is_simulated() && self.port.is_some() {
-            return Err(CliError::Usage("the stage of this scan is simulated; leave --port out".to_owned()));
+            return Err(CliError::Usage("the stage of this scan is simulated; omit --port".to_owned()));
         }
         profile.stage.port = self.port.clone().or(profile.stage.port);
         profile.camera.device = self.camera.clone().or(profile.camera.device);
@@ -49,7 +50,7 @@ impl Resume {
         talk.result(&captured, || captured.describe())
     }
 
-    /// The profile that the scan was begun with.
+    /// The profile recorded when the scan began.
     fn recorded(&self) -> Result<Profile, CliError> {
         let sequence = Sequence::open(&self.sequence)?;
         let folder = self.sequence.display();
@@ -65,7 +66,7 @@ impl Resume {
     }
 }
 
-/// Changes what may change in the course of a scan.
+/// Applies a change that is allowed during a scan.
 fn change(profile: &mut Profile, change: &Override) -> Result<(), CliError> {
     let given = Profile::of(std::slice::from_ref(change))?;
     let (limits, new) = (&mut profile.limits, given.limits);

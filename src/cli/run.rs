@@ -22,21 +22,22 @@ use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, refuse_existing};
 use epirig_matcher::MatchOptions;
 
-/// Measure: examine the rig, capture, match, and write the results
+/// Measure: check the rig, capture, match, and write the results
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig run --out tile-0042                                    as rig.toml says
   epirig run --out tile-0042 --rig sim --set plan.frames=51     no hardware needed
   epirig run --out tile-0042 --reference middle
 
-It does what `epirig doctor --short`, `capture`, `calibrate` and `match` do, one after another; DIR is the sequence, DIR/results are the \
-results. Frames are calibrated if the profile plans dark, flat or board frames or describes a target on the object. If the scan is \
-interrupted, `epirig resume DIR`, `epirig calibrate DIR` and `epirig match DIR` do the rest.")]
+Runs `epirig doctor --short`, `capture`, `calibrate` and `match`, one after another. DIR is the
+sequence; DIR/results holds the results. Frames are calibrated if the profile plans dark, flat or
+board frames, or describes a target on the object. If the scan is interrupted, run `epirig resume
+DIR`, `epirig calibrate DIR` and `epirig match DIR`.")]
 pub(super) struct Run {
     /// Folder of the new sequence and its results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Go on even if the examination forbids it
+    /// Continue even if the checks forbid the scan
     #[arg(long)]
     anyway: bool,
     #[command(flatten)]
@@ -51,7 +52,7 @@ struct RunOutput<'a> {
     summary: &'a MatchSummary,
 }
 
-/// A measurement whose results are not yet in their place.
+/// A measurement whose results are not yet moved into place.
 pub(super) struct Measured {
     pub(super) captured: Captured,
     pub(super) measurement: Measurement,
@@ -62,13 +63,13 @@ impl Run {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let profile = self.rig.profile()?;
         let mut devices = Devices::of(&profile, self.rig.stage.transcript(), talk)?;
-        // Nothing moves for a folder that cannot be used.
+        // The folder is checked before anything moves.
         refuse_existing(&self.out)?;
         let report = examine_shortly(&mut devices, &profile, &self.out, talk)?;
         if !self.anyway {
             refuse_if_bad(&report)?;
         }
-        // An hour's scan is not to end with an option that makes no sense.
+        // A wrong option is reported before the scan, which may take an hour.
         let configuration = devices.camera.configure(&devices.plan.camera)?;
         let frames = devices.plan.positions_mm.len();
         self.matching.options().check(configuration.rows, configuration.columns, frames)?;
@@ -92,7 +93,7 @@ impl Run {
     }
 }
 
-/// The examination that needs few moves: says what is not as it should be.
+/// Checks the rig with few moves, and prints every warning and fault.
 pub(super) fn examine_shortly(
     devices: &mut Devices<'_>,
     profile: &Profile,
@@ -109,8 +110,8 @@ pub(super) fn examine_shortly(
     Ok(report)
 }
 
-/// From the rig to results: each step on what the one before has left in `folder`. `truth` is drawn beside the disparity
-/// and used for nothing else.
+/// Runs all steps from the rig to the results; each works on the files of the one before in `folder`. `truth`
+/// is drawn beside the disparity and used for nothing else.
 pub(super) fn measure_object(
     devices: Devices<'_>,
     profile: &Profile,

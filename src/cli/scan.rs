@@ -1,4 +1,4 @@
-//! A scan with the rig of a profile: what `capture`, `resume`, `run` and `demo` have in common.
+//! A scan with the rig of a profile: common parts of `capture`, `resume`, `run` and `demo`.
 
 use std::path::Path;
 
@@ -15,11 +15,11 @@ use epirig_data::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
 use epirig_data::storage::RealDisk;
 use epirig_devices::camera::{Camera, OpenCamera, ViewSwitch};
 
-/// The devices of a profile, and what is planned with them.
+/// The devices of a profile, and the plan for them.
 pub(super) struct Devices<'a> {
     pub(super) stages: Stages<'a>,
     pub(super) camera: Box<dyn Camera>,
-    /// What a simulated camera looks at.
+    /// Selects what a simulated camera sees.
     view: Option<ViewSwitch>,
     pub(super) plan: CapturePlan,
 }
@@ -31,7 +31,7 @@ impl<'a> Devices<'a> {
         talk: &'a Talk,
     ) -> Result<Self, CliError> {
         let plan = capture_plan(profile)?;
-        // Where a camera chooses the size, it is one that its own buffers have room for.
+        // If the camera chooses the size, its own buffers have room for it.
         if let Some(size) = profile.camera.size {
             let need = capture_need(size.rows, size.columns, plan.averaged > 1);
             refuse_more_than_there_is("taking frames", need, |available| {
@@ -39,7 +39,7 @@ impl<'a> Devices<'a> {
             })?;
         }
         if profile.camera.is_simulated() && !profile.stage.is_simulated() {
-            talk.say("note: the camera is simulated, and shows the object where the stage says that it is: a rehearsal");
+            talk.say("note: the camera is simulated, and shows the object at the position that the stage reports: a rehearsal");
         }
         let stages = Stages::new(profile, transcript, talk)?;
         let OpenCamera { camera, view } = open_camera(profile, &stages.watch())?;
@@ -47,14 +47,14 @@ impl<'a> Devices<'a> {
     }
 }
 
-/// Whether a scan is new.
+/// Whether a scan is new or resumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Course {
     New,
     Resumed,
 }
 
-/// What a scan has brought.
+/// The result of a scan.
 #[derive(Debug, Serialize)]
 pub(super) struct Captured {
     pub(super) folder: String,
@@ -64,7 +64,7 @@ pub(super) struct Captured {
     pub(super) times: Option<TimesRecord>,
 }
 
-/// Takes the frames that the sequence in `folder` lacks.
+/// Takes the missing frames of the sequence in `folder`.
 pub(super) fn scan(
     mut devices: Devices<'_>,
     folder: &Path,
@@ -86,14 +86,14 @@ pub(super) fn scan(
         Course::New => capture::capture(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
         Course::Resumed => capture::resume(&mut rig, &devices.plan, folder, Box::new(RealDisk)),
     };
-    // What comes after the scan ends at the first Ctrl-C.
+    // Work after the scan ends at the first Ctrl-C.
     interrupt::stops_nothing();
     let closure = taken?;
     let sequence = Sequence::open(folder)?;
     if sequence.frames().len() > before && folder.join("results").exists() {
         let folder = folder.display();
         talk.say(&format!(
-            "note: {folder}/results are of fewer frames; `epirig match {folder} --overwrite` makes them anew"
+            "note: {folder}/results were made from fewer frames; run `epirig match {folder} --overwrite` again"
         ));
     }
     Ok(Captured {
@@ -106,7 +106,7 @@ pub(super) fn scan(
 }
 
 impl Captured {
-    /// For a person.
+    /// The result as text.
     pub(super) fn describe(&self) -> String {
         let Self { folder, frames, .. } = self;
         let retakes = match self.retakes {
@@ -127,7 +127,7 @@ impl Captured {
             )
         });
         let closing = match home + &picture {
-            none if none.is_empty() => "nothing could tell whether steps were lost".to_owned(),
+            none if none.is_empty() => "no check of lost steps was possible".to_owned(),
             words => words,
         };
         let time = self.times.as_ref().map_or(String::new(), |times| {

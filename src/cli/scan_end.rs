@@ -1,4 +1,4 @@
-//! Scans that did not end as they should.
+//! Scans that did not end as complete.
 
 use clap::Args;
 
@@ -8,15 +8,15 @@ use crate::profile::Profile;
 use crate::results::MatchSummary;
 use epirig_data::sequence::{ExitStatus, Sequence, SequenceError};
 
-/// Whether wrong positions are put up with.
+/// Whether wrong positions are accepted.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct AnywayArgument {
-    /// Go on although the scan was not closed, so that the positions of its frames are wrong
+    /// Continue although the scan is not closed and the positions of its frames are wrong
     #[arg(long)]
     anyway: bool,
 }
 
-/// Says how the scan ended that results are of, if it was not complete.
+/// Reports how the scan of some results ended, if it was not complete.
 pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
     if summary.scan_ended != ExitStatus::Complete.name() {
         talk.say(&format!("note: the scan of these results ended as {}", summary.scan_ended));
@@ -24,7 +24,8 @@ pub(super) fn tell_results(summary: &MatchSummary, talk: &Talk) {
 }
 
 impl AnywayArgument {
-    /// Refuses a scan whose positions are wrong, unless that is put up with, and one whose records contradict its rig; and says how a scan ended that is not complete.
+    /// Refuses a scan whose positions are wrong, unless the option accepts them, and one whose records
+    /// contradict its rig. Reports the end of a scan that is not complete.
     pub(super) fn check(self, sequence: &Sequence, talk: &Talk) -> Result<(), CliError> {
         if !self.anyway {
             sequence.check_closed()?;
@@ -36,7 +37,7 @@ impl AnywayArgument {
         {
             return Err(error.into());
         }
-        // A rig that another version recorded may not be understood, and is not needed.
+        // A rig recorded by another version may be unreadable, and is not needed here.
         if let Ok(Some(rig)) = Profile::of_sequence(sequence) {
             refuse_another_rig(sequence, &rig)?;
         }

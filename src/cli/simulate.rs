@@ -17,65 +17,66 @@ use epirig_devices::stage::{Driver, StageDriver as _, StopSwitch};
 use epirig_devices::virtual_rig::World;
 use epirig_simulator::{Simulator, SimulatorConfig};
 
-/// Play a stage on a pseudo-terminal, for tests and for getting to know the commands
+/// Simulate a stage on a pseudo-terminal, for tests and to try the commands
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig simulate native --port /tmp/stage &
   epirig stage home --port /tmp/stage
   epirig stage move 12.5 --port /tmp/stage
   epirig simulate grbl --port /tmp/stage --fault reset@3+0.2s     restarts in its third move
-  epirig simulate native --port /tmp/stage --noise 0.01           a line that lies
+  epirig simulate native --port /tmp/stage --noise 0.01           a noisy line
 
 Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
   switch-never-closes      homing finds no switch
-  no-motion@MOVE           from this move on the carriage stands still; a native stage does not notice before it is homed again
-  mute@MOVE/TIMEs          what it says after this move is lost for a time
-  reset@MOVE+TIMEs         it restarts in this move, so long after its beginning
-  hang-up@MOVE+TIMEs/TIMEs the cable is pulled in this move, and put back after the second time
+  no-motion@MOVE           the carriage stands still from this move on; a native stage notices it only when homed
+  mute@MOVE/TIMEs          answers after this move are lost for a time
+  reset@MOVE+TIMEs         it restarts in this move, at this time after its start
+  hang-up@MOVE+TIMEs/TIMEs the cable is unplugged in this move, and plugged in after the second time
   limit@MOVE+TIMEs         a limit switch closes in this move, for a second
-With --video-output it plays the camera's view too, for a camera driver that is looped back to that output, such as the
-kernel's vivid or v4l2loopback (native stage only):
+With --video-output the view of the camera is simulated too, for a camera driver that is looped back
+to that output, such as the kernel's vivid or v4l2loopback (native stage only):
   epirig simulate native --port /tmp/stage --video-output /dev/video1 --size 640x480
 
-It plays until Ctrl-C.")]
+It runs until Ctrl-C.")]
 pub(super) struct Simulate {
-    /// The language that it speaks
+    /// The protocol of the simulated stage
     #[arg(value_parser = driver(|driver| driver.has_line()))]
     driver: Driver,
-    /// The symbolic link to make, which whatever talks to the stage opens as its port; or a serial port to play on
+    /// Path of the symbolic link to create, which other programs open as the stage's port; or an existing
+    /// serial port
     #[arg(long, value_name = "LINK")]
     port: PathBuf,
-    /// A video output to show a textured plane on, as the stage moves it
+    /// Video output that shows a textured plane, moved by the stage
     #[arg(long, value_name = "DEVICE")]
     video_output: Option<String>,
-    /// Columns and rows of what is shown
+    /// Columns and rows of the video output
     #[arg(long, value_name = "WxH", default_value = "640x480")]
     size: Size,
-    /// What goes wrong
+    /// Faults of the simulated stage
     #[arg(long, value_name = "FAULTS", default_value = "")]
     fault: FaultScript,
-    /// Share of all bytes that are lost, doubled and flipped, each
+    /// Probability of each byte to be lost, to be doubled and to be flipped, each
     #[arg(long, value_name = "RATE", default_value = "0")]
     noise: f64,
-    /// Of the noise
+    /// Seed of the noise
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
 }
 
 impl Simulate {
-    /// What is shown: nobody asks this simulator for a whole scan.
+    /// The scene of the video output; the number of frames has no meaning here.
     fn simulator(size: Size) -> Result<Arc<Simulator>, CliError> {
         Ok(rig::simulator(SimulatorConfig::textured_plane(size.columns, size.rows, 2))?)
     }
 
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !(0.0..=1.0).contains(&self.noise) {
-            return Err(CliError::Usage("--noise is a share of all bytes, 0 to 1".to_owned()));
+            return Err(CliError::Usage("--noise is a probability, 0 to 1".to_owned()));
         }
         if self.video_output.is_some() && self.driver.name() != Native.name() {
-            return Err(CliError::Usage("--video-output goes with a native stage only".to_owned()));
+            return Err(CliError::Usage("--video-output needs a native stage".to_owned()));
         }
-        // A board counts its boots; each of these is another one.
+        // A board counts its starts; each run is another one.
         let boot = jiff::Timestamp::now().as_second() as u32;
         let mut world = None;
         let device: Box<dyn SimulatedDevice> = if let Some(output) = &self.video_output {
@@ -84,7 +85,7 @@ impl Simulate {
             Box::new(stage)
         } else {
             let simulated = self.driver.simulated(self.fault, boot);
-            simulated.ok_or_else(|| CliError::Usage(format!("{} has no line", self.driver)))?.device
+            simulated.ok_or_else(|| CliError::Usage(format!("{} has no serial line", self.driver)))?.device
         };
         let stop = StopSwitch::default();
         interrupt::stops(stop.clone());

@@ -9,7 +9,7 @@ use crate::profile::Profile;
 use epirig_devices::link::{LinkError, ask_holder_to_stop};
 use epirig_devices::stage::{Driver, Stage, StageSource, drivers};
 
-/// Move the stage: home it, send it to a position, ask for its position, stop it; list its drivers
+/// Control the stage: home, move, read the position, stop; list drivers
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage home
@@ -43,7 +43,7 @@ impl StageVerb {
     }
 }
 
-/// Find the stage's home position
+/// Home the stage
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage home                                     the only USB serial port, epirig's own firmware
@@ -64,12 +64,12 @@ struct Home {
   epirig stage move 12.5 --approach-mm 0.5              ends upwards, against backlash
   epirig stage move 12.5 --home --driver sim            no hardware needed
 
-The stage must have been homed. The move counts when the stage reports to be there. Ctrl-C stops the stage.")]
+The stage must be homed. The move is done when the stage reports the position. Ctrl-C stops the stage.")]
 struct Move {
-    /// Where to, in mm from home
+    /// Target position, in mm from home
     #[arg(value_name = "MM", allow_negative_numbers = true, required_unless_present = "by")]
     to: Option<f64>,
-    /// How far from where the stage is, in mm
+    /// Distance from the present position, in mm
     #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "to")]
     by: Option<f64>,
     /// Home the stage first
@@ -83,13 +83,13 @@ struct Move {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  epirig stage stop --port /dev/ttyACM0
 
-If another epirig has the port, it is told to stop the stage.")]
+If another epirig uses the port, it is asked to stop the stage.")]
 struct Stop {
     #[command(flatten)]
     stage: WhichStage,
 }
 
-/// Say the position of the stage
+/// Print the position of the stage
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  epirig stage position --json")]
 struct Position {
@@ -97,13 +97,13 @@ struct Position {
     stage: WhichStage,
 }
 
-/// List the drivers of stages, or print the page of one
+/// List the stage drivers, or print the page of one
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage drivers
   epirig stage drivers zaber                            its settings, and what to know of it")]
 struct Drivers {
-    /// The driver whose page is wanted
+    /// The driver whose page is printed
     #[arg(value_parser = driver(|_| true))]
     name: Option<Driver>,
 }
@@ -112,7 +112,7 @@ struct Drivers {
 struct DriverOutput {
     name: &'static str,
     summary: &'static str,
-    /// The keys of section `stage` that are its own.
+    /// The keys of section `stage` that this driver adds.
     keys: Vec<String>,
     page: &'static str,
 }
@@ -150,7 +150,7 @@ impl WhichStage {
         self.rig.profile(options)
     }
 
-    /// Connects to it; from then on Ctrl-C stops it.
+    /// Connects to it; from then on Ctrl-C stops the stage.
     fn connect(&self, talk: &Talk) -> Result<Box<dyn Stage>, CliError> {
         Ok(Stages::new(&self.profile()?, self.stage.transcript(), talk)?.connect()?)
     }
@@ -159,7 +159,7 @@ impl WhichStage {
 #[derive(Serialize)]
 struct Report {
     stage: String,
-    /// `None` if it is not known.
+    /// `None` if it is unknown.
     position_mm: Option<f64>,
     travel_mm: f64,
     moving: bool,
@@ -220,7 +220,7 @@ impl Stop {
                 let port = Stages::new(&self.stage.profile()?, None, talk)?.port()?;
                 let pid = ask_holder_to_stop(&port).ok_or(error)?;
                 talk.say(&format!(
-                    "process {pid}, an epirig that has the port, has been told to stop the stage"
+                    "process {pid}, an epirig that uses the port, was asked to stop the stage"
                 ));
                 Ok(())
             }

@@ -16,14 +16,14 @@ use epirig_data::sequence::Sequence;
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{Rectangle, StepsOptions, TrendKind, heights};
 
-/// Fits of hollows next to walls err by more than noise within three pixels of them.
+/// Within three pixels of walls, the error of fits in hollows exceeds the noise.
 const GROWN_ACROSS_WALLS_PX: usize = 7;
 
-/// Say how deep the hollows of a surface are, and how rough it is
+/// Measure the depth of hollows in a surface, and its roughness
 ///
-/// Reads the results of `epirig match`, removes the trend, looks for two levels and tells their distance with its 95 % interval. The
-/// trend is a quadric by default: no tile is flat and no lens free of distortion to a tenth of a millimetre, and depth and trend are found
-/// together, so that the trend takes nothing of the depth.
+/// Reads the results of `epirig match`, removes the form, finds two levels and reports their distance with
+/// its 95 % interval. The form is a quadric by default: no tile is flat, and no lens free of distortion, to a
+/// tenth of a millimetre. Depth and form are fitted together, so that the form does not absorb any depth.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -33,10 +33,11 @@ const GROWN_ACROSS_WALLS_PX: usize = 7;
   epirig surface seq --region 240,330,715,665
   epirig surface seq --trend plane --overwrite
 
-Everything is said of one field: the largest that hangs together, without answers that are far less certain than the others and without
-its rim. The folder results/surface holds height_mm.tiff and height.gsf (that field after the trend), surface.ply (all points as they
-are), hollows.csv, profile.csv, surface.json, and pictures; used.png is white where a height was used, light grey at walls and outliers,
-and dark grey where it was left out."
+All values belong to one region: the largest connected region, without outliers, very uncertain
+heights and its rim. The folder results/surface holds height_mm.tiff and height.gsf (the region after
+removal of the form), surface.ply (all points as measured), hollows.csv, profile.csv, surface.json, and
+pictures. In used.png, white pixels were used, light grey ones are walls and outliers, and dark grey
+ones were left out."
 )]
 pub(super) struct Surface {
     /// Folder of the sequence
@@ -47,19 +48,19 @@ pub(super) struct Surface {
     /// Folder to write [default: surface in the folder of the results]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace what an earlier run has written
+    /// Replace existing results of the surface
     #[arg(long)]
     overwrite: bool,
-    /// What is removed from the heights
+    /// Form that is removed from the heights
     #[arg(long, value_parser = choice::<TrendKind>(), default_value_t = TrendKind::Quadric)]
     trend: TrendKind,
-    /// Part of the picture to look at, by two corners in px [default: all of it]
+    /// Region of the picture, by two corners in px [default: all of it]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>)]
     region: Option<[usize; 4]>,
     /// Ends of a profile, in px [default: the middle row of the field]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<f64>)]
     profile: Option<[f64; 4]>,
-    /// Over how many px across its line the profile is averaged
+    /// Width over which the profile is averaged, across its line, in px
     #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     profile_width: u32,
     #[command(flatten)]
@@ -86,7 +87,7 @@ impl Surface {
         };
         let geometry = geometry(&sequence, calibration.as_ref()).ok_or_else(|| {
             CliError::Usage(format!(
-                "{}: heights need focal length and positions; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
+                "{}: no heights: focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
                 self.seq.display()
             ))
         })?;
@@ -100,7 +101,7 @@ impl Surface {
             )));
         }
         check(
-            "inspecting the surface",
+            "analysing the surface",
             surface_need(disparity.rows(), disparity.columns()),
             talk,
             close_others,
@@ -111,12 +112,12 @@ impl Surface {
                 results.display()
             ))
         })?;
-        // Of the same maps with the same geometry it is the same, but for rounding in the record.
+        // The same maps with the same geometry give the same distance, except for rounding in the record.
         let told_mm = matched.distance_mm.unwrap_or(f64::NAN);
         let is_told = (told_mm - heights.distance_mm).abs() <= 1e-9 * heights.distance_mm.abs();
         if !is_told || matched.reference >= sequence.record().frames {
             return Err(CliError::Integrity(format!(
-                "{}: match.json tells another distance ({told_mm} mm) or reference frame than maps and calibration ({} mm); match the sequence again",
+                "{}: match.json has another distance ({told_mm} mm) or reference frame than maps and calibration ({} mm); match the sequence again",
                 results.display(),
                 heights.distance_mm
             )));
@@ -125,7 +126,7 @@ impl Surface {
         let (rows, columns) = (disparity.rows(), disparity.columns());
         if region.is_some_and(|region| !region.fits(rows, columns)) {
             return Err(CliError::Usage(format!(
-                "--region reaches outside the picture, whose last pixel is {},{}",
+                "--region exceeds the picture, whose last pixel is {},{}",
                 columns - 1,
                 rows - 1
             )));
@@ -153,7 +154,7 @@ impl Surface {
     }
 }
 
-/// Four numbers with commas between them.
+/// Parses four numbers separated by commas.
 fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
     let numbers: Option<Vec<T>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     numbers
@@ -166,7 +167,7 @@ fn calibration_of(sequence: &Sequence, hash: &str) -> Result<Calibration, CliErr
     match read_calibration(sequence)? {
         Some((calibration, _)) if calibration.hash() == hash => Ok(calibration),
         _ => Err(CliError::Integrity(format!(
-            "{0} has been calibrated anew since it was matched; run `epirig match {0} --overwrite` again",
+            "{0} was calibrated again after it was matched; run `epirig match {0} --overwrite` again",
             sequence.folder().display()
         ))),
     }
@@ -192,7 +193,7 @@ fn describe(summary: &SurfaceSummary) -> String {
     if let Some(levels) = &summary.levels {
         let depth = &levels.depth;
         let interval =
-            depth.half_width_95_mm.map_or("not known: too few independent parts".to_owned(), |half| {
+            depth.half_width_95_mm.map_or("unknown: too few independent parts".to_owned(), |half| {
                 format!("+- {half:.4} mm with 95 % confidence")
             });
         let what = if levels.raised { "standing on the lower level" } else { "hollow" };
@@ -203,7 +204,7 @@ fn describe(summary: &SurfaceSummary) -> String {
         ));
         if depth.scale_sigma_mm > 0.0 {
             text.push_str(&format!(
-                "                   and {:.4} mm (one sigma) by the scale\n",
+                "                   and {:.4} mm (one sigma) from the scale\n",
                 depth.scale_sigma_mm
             ));
         }

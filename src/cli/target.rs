@@ -11,7 +11,7 @@ use super::{CliError, Talk};
 use epirig_calibration::target::print::{Page, Sheet};
 use epirig_calibration::target::{ChessBoard, Target};
 
-/// Print chess-board targets to calibrate with
+/// Print chess-board targets for calibration
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig target print --out target.pdf                         two bands for a tile of 15 cm
@@ -35,9 +35,10 @@ enum What {
   epirig target print --out long.pdf --columns 30 --page fit   on a page as large as it needs
 
 Columns and rows count inner corners, at which four squares meet: 18 x 2 of them are 19 x 3 squares.
-Print at 100 % (\"actual size\") and check the ruler on the sheet against a true one. The ending chooses the format: .svg or .pdf.")]
+Print at 100 % (\"actual size\"), and check the ruler on the sheet with a true one. The extension
+chooses the format: .svg or .pdf.")]
 struct Print {
-    /// The file to write; one that exists is refused
+    /// The file to write; an existing file is refused
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Inner corners along a row
@@ -46,16 +47,16 @@ struct Print {
     /// Inner corners along a column, in each band
     #[arg(long, default_value_t = 2)]
     rows: usize,
-    /// Side of a square
+    /// Side of a square, in mm
     #[arg(long, value_name = "MM", default_value_t = 7.5)]
     square_mm: f64,
-    /// How many times the board is printed: 1, or 2 with the measured area between them
+    /// Number of boards on the sheet: 1, or 2 with the measured area between them
     #[arg(long, default_value_t = 2)]
     bands: usize,
-    /// From the first row of corners of the first band to that of the second
+    /// Distance from the first row of corners of the first band to that of the second, in mm
     #[arg(long, value_name = "MM", default_value_t = 127.5)]
     band_distance_mm: f64,
-    /// The paper, upright or turned; `fit` is as large as the target needs
+    /// Paper size, upright or turned; `fit` is as large as the target needs
     #[arg(long, value_parser = choice::<Page>(), default_value_t = Page::A4)]
     page: Page,
 }
@@ -83,7 +84,7 @@ impl Print {
             "svg" => |sheet| sheet.to_svg().into_bytes(),
             "pdf" => Sheet::to_pdf,
             _ => {
-                let message = format!("{} has no known ending; give .svg or .pdf", self.out.display());
+                let message = format!("{} has an unknown extension; give .svg or .pdf", self.out.display());
                 return Err(CliError::Usage(message));
             }
         };

@@ -9,22 +9,25 @@ use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::profile::Profile;
 use epirig_data::sequence::{Finding, Origin, Sequence, verify};
 
-/// Check that a sequence is what its records say, and that these agree: hashes, gaps, sizes, positions, calibration
+/// Check a sequence against its records: hashes, gaps, sizes, positions, calibration
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  epirig verify seq\n\nThe exit code is 5 if anything is not as recorded.")]
+#[command(
+    after_help = "Example:\n  epirig verify seq\n\nThe exit code is 5 if anything differs from the records."
+)]
 pub(super) struct Verify {
     /// Folder of the sequence
     seq: PathBuf,
 }
 
-/// In what the rig that is recorded with a sequence contradicts its other records.
+/// Contradictions between the recorded rig and the other records of a sequence.
 pub(super) fn findings_of_rig(sequence: &Sequence, rig: &Profile) -> Vec<Finding> {
     let mut found = rig.contradictions(sequence);
     found.extend(other_simulator(sequence, rig));
     found
 }
 
-/// Refuses a sequence whose recorded rig contradicts its other records: one of them is wrong, and nobody knows which.
+/// Refuses a sequence whose recorded rig contradicts its other records: one of them is wrong, and it is
+/// unknown which.
 pub(super) fn refuse_another_rig(sequence: &Sequence, rig: &Profile) -> Result<(), CliError> {
     match findings_of_rig(sequence, rig).first() {
         None => Ok(()),
@@ -34,17 +37,17 @@ pub(super) fn refuse_another_rig(sequence: &Sequence, rig: &Profile) -> Result<(
     }
 }
 
-/// The simulated rig is told twice, too: by the profile, and as it was made of that.
+/// Compares the simulated rig as recorded with that of the recorded profile.
 fn other_simulator(sequence: &Sequence, rig: &Profile) -> Option<Finding> {
     let record = sequence.record();
     let Origin::Captured { simulator: Some(recorded), .. } = &record.origin else { return None };
-    // Another version of the program may have made it otherwise.
+    // Another version of the program may build it differently.
     let ours = record.program == concat!("epirig ", env!("CARGO_PKG_VERSION"));
     let made =
         crate::rig::simulator_config(rig).ok().and_then(|simulator| serde_json::to_value(simulator).ok());
     (ours && made.as_ref() != Some(recorded)).then(|| Finding {
         file: "sequence.json".to_owned(),
-        problem: "the simulated rig is not that of the profile recorded with it; restore it from a copy"
+        problem: "the simulated rig differs from the recorded profile; restore the file from a copy"
             .to_owned(),
     })
 }
@@ -77,7 +80,7 @@ impl Verify {
         match report.findings.len() {
             0 => Ok(()),
             count => Err(CliError::Integrity(format!(
-                "{}: {count} thing(s) are not as recorded; see above what to do",
+                "{}: {count} finding(s), listed above with what to do",
                 self.seq.display()
             ))),
         }

@@ -151,9 +151,7 @@ pub enum Problem {
         proposal: String,
     },
     /// The key has a unit, but the value is not a number.
-    #[error(
-        "{key} = {value} is not a number; the unit is in the key; write {proposal}"
-    )]
+    #[error("{key} = {value} is not a number; the unit is in the key; write {proposal}")]
     UnitInKey {
         /// The key.
         key: String,

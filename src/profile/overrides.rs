@@ -114,8 +114,9 @@ mod tests {
         assert_eq!((value.key.as_str(), value.value.as_str()), ("camera.controls.mode", "a=b"));
         for text in ["", "plan.step", "plan.step=", "step=1 mm", "=1"] {
             let error = Override::parse(text, "--set").unwrap_err().to_string();
-            let expected =
-                format!("--set: {text:?} is not a setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm");
+            let expected = format!(
+                "--set: {text:?} is not a setting; write SECTION.KEY=VALUE, such as plan.step=1.5 mm"
+            );
             assert_eq!(error, expected);
         }
     }

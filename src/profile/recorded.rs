@@ -98,9 +98,7 @@ impl Profile {
         let mut contradicts = |what: &str| {
             found.push(Finding {
                 file: "sequence.json".to_owned(),
-                problem: format!(
-                    "{what} differ from the recorded rig; restore the file from a copy"
-                ),
+                problem: format!("{what} differ from the recorded rig; restore the file from a copy"),
             });
         };
         let captured = matches!(record.origin, Origin::Captured { .. });

@@ -86,7 +86,7 @@ fn the_program_says_where_a_flat_object_locks() {
     let locking = summary.pixel_locking.unwrap();
     println!("{talk}{locking:?}");
     assert!(locking.share_locked > 0.9, "{}", locking.share_locked);
-    let hint = talk.lines().find(|line| line.starts_with("hint: ") && line.contains("lock to pixels"));
+    let hint = talk.lines().find(|line| line.starts_with("hint: ") && line.contains("show pixel locking"));
     let hint = hint.unwrap_or_else(|| panic!("{talk}"));
     let (low, high) = locking.locked_px.unwrap();
     assert!(low < 39.6 && high > 39.6, "{low} {high}");

@@ -177,7 +177,7 @@ fn stop_reaches_the_program_that_has_the_port() {
     std::thread::sleep(Duration::from_millis(700));
     let output = epirig(stage.path(), &["stage", "stop", "--port", "port"]);
     assert!(output.status.success());
-    assert!(String::from_utf8_lossy(&output.stderr).contains("has been told to stop the stage"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("was asked to stop the stage"));
     assert_eq!(moving.wait().unwrap().code(), Some(130));
 }
 

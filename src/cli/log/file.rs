@@ -1,4 +1,4 @@
-//! A log in a file. Trouble with it is told once, and stops nothing.
+//! A log file. A write error is reported once and does not stop the program.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -11,7 +11,7 @@ use crate::cli::progress::tell;
 pub(super) struct LogFile {
     file: File,
     path: PathBuf,
-    /// Whether trouble with it has been told.
+    /// Whether a write error was reported.
     told: bool,
 }
 
@@ -20,7 +20,7 @@ impl LogFile {
         Self { file, path, told: false }
     }
 
-    /// The one that a person has named, which may also be a pipe or a terminal.
+    /// Opens the file of `--log`, which may also be a pipe or a terminal.
     pub(super) fn named(path: &Path) -> Result<Self, CliError> {
         let file = File::options().append(true).create(true).open(path);
         let file =
@@ -28,19 +28,19 @@ impl LogFile {
         Ok(Self::new(file, path.to_owned()))
     }
 
-    /// Adds a line, or says once that it cannot.
+    /// Appends a line, or reports once that it cannot.
     pub(super) fn put(&mut self, line: &[u8]) {
         if let Err(error) = self.add(line)
             && !std::mem::replace(&mut self.told, true)
         {
             tell(&format!(
-                "note: {}: cannot write the log, which has gaps now: {error}",
+                "note: {}: cannot write the log, which is incomplete now: {error}",
                 self.path.display()
             ));
         }
     }
 
-    /// A line is written as a whole, or what was written of it is taken away.
+    /// Appends a whole line; removes it again if only a part was written.
     fn add(&mut self, line: &[u8]) -> io::Result<()> {
         let mut left = line;
         while !left.is_empty() {
@@ -60,7 +60,7 @@ impl LogFile {
         if let Ok(metadata) = self.file.metadata()
             && metadata.is_file()
         {
-            // A part of a line that stays spoils the next one only.
+            // A remaining part of a line makes only the next line unreadable.
             let _ = self.file.set_len(metadata.len().saturating_sub(bytes));
         }
     }

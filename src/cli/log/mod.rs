@@ -1,7 +1,7 @@
-//! What happens and when, for whoever looks for a fault: on the terminal, in a file, and beside the journal of a scan.
+//! The log of a run: on the terminal, in a file, and beside the journal of a scan.
 //!
-//! The libraries tell it as events of `tracing`, with fields. Only here somebody listens, and without an option nobody does, except
-//! to a scan: its log always lies beside its journal.
+//! The libraries emit events of `tracing`, with fields. Only this module subscribes to them. Without an
+//! option only scans are logged, beside their journal.
 
 mod file;
 mod scan;
@@ -28,18 +28,18 @@ const OF_A_SCAN: &str = "info,epirig::capture=debug,epirig_data::sequence=debug,
 
 #[derive(Debug, Args)]
 pub(super) struct LogArguments {
-    /// Log to stderr: -v steps and frames, -vv also moves, settings and retries, -vvv also every byte and buffer [env: EPIRIG_LOG, a
-    /// filter in place of the level, such as debug or info,epirig_devices=trace]
+    /// Log to stderr: -v steps and frames, -vv also moves, settings and retries, -vvv also every byte and
+    /// buffer [env: EPIRIG_LOG, a filter in place of the level, such as debug or info,epirig_devices=trace]
     #[arg(long, short, global = true, action = ArgAction::Count)]
     verbose: u8,
-    /// Add the log to FILE as JSON lines; as much as -vv shows, unless -vvv or EPIRIG_LOG says otherwise
+    /// Append the log to FILE as JSON lines, at the level of -vv unless -vvv or EPIRIG_LOG changes it
     #[arg(long, global = true, value_name = "FILE")]
     log_file: Option<PathBuf>,
 }
 
 type Listener = Box<dyn Layer<Registry> + Send + Sync>;
 
-/// From here on events are written down where that is wanted. `scans` tells whether the verb may take frames.
+/// Starts logging to the places that are wanted. `scans` tells whether the verb may take frames.
 pub(super) fn listen(arguments: &LogArguments, quiet: bool, scans: bool) -> Result<(), CliError> {
     let LogArguments { verbose, log_file } = arguments;
     let wanted = wanted()?;
@@ -57,15 +57,15 @@ pub(super) fn listen(arguments: &LogArguments, quiet: bool, scans: bool) -> Resu
         scan::wait_for_folder();
         listeners.push(json_lines(|| scan::ScanLog, filter(OF_A_SCAN)?));
     }
-    // Where nobody listens, events cost next to nothing.
+    // Without a subscriber, events cost next to nothing.
     if !listeners.is_empty() {
-        // It fails only if somebody listens already, and this is called once.
+        // This fails only if a subscriber is set already; the function is called once.
         let _ = tracing_subscriber::registry().with(listeners).try_init();
     }
     Ok(())
 }
 
-/// The level of so many -v.
+/// The level for this number of -v.
 fn name(verbose: u8) -> &'static str {
     match verbose {
         0 | 1 => "info",
@@ -74,11 +74,12 @@ fn name(verbose: u8) -> &'static str {
     }
 }
 
-/// What the environment asks for.
+/// The filter of the environment variable, if it is set.
 fn wanted() -> Result<Option<String>, CliError> {
     let Some(text) = std::env::var_os(VARIABLE).filter(|text| !text.is_empty()) else { return Ok(None) };
-    let text = text.into_string().map_err(|text| unusable(&text.to_string_lossy(), "it is no text"))?;
-    // Told also where nothing comes of it.
+    let text =
+        text.into_string().map_err(|text| unusable(&text.to_string_lossy(), "it is not valid UTF-8"))?;
+    // A wrong filter is reported even if nothing is logged.
     filter(&text)?;
     Ok(Some(text))
 }
@@ -89,7 +90,7 @@ fn filter(text: &str) -> Result<EnvFilter, CliError> {
 
 fn unusable(text: &str, reason: &str) -> CliError {
     CliError::Usage(format!(
-        "{VARIABLE}: \"{text}\" is no filter ({reason}); write a level such as debug, or levels of parts such as info,epirig_devices=trace"
+        "{VARIABLE}: \"{text}\" is not a filter ({reason}); write a level such as debug, or levels of modules such as info,epirig_devices=trace"
     ))
 }
 

@@ -9,16 +9,16 @@ use crate::cli::progress::tell;
 use epirig_data::sequence::{JOURNAL, refuse_busy, refuse_existing};
 use epirig_data::storage::{is_there, open_lines};
 
-/// Its name in the folder of the sequence.
+/// Name of the log in the folder of the sequence.
 const NAME: &str = "log.jsonl";
 
-/// Lines that wait for the folder, at most, in bytes; what comes then is lost.
+/// Most bytes that wait for the folder; later lines are lost.
 const MOST_WAITING: usize = 1 << 20;
 
 /// Where the lines go.
 enum Place {
     Nowhere,
-    /// A new scan has no folder until the rig has shown that it works. `None`: not even its name is known.
+    /// A new scan has no folder until the rig has been started. `None`: its path is unknown too.
     Waiting(Option<PathBuf>, Vec<u8>),
     File(LogFile),
 }
@@ -29,13 +29,13 @@ fn place() -> MutexGuard<'static, Place> {
     PLACE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// From now on lines wait until it is known where the scan goes.
+/// From now on lines wait until the folder of the scan is known.
 pub(super) fn wait_for_folder() {
     *place() = Place::Waiting(None, Vec::new());
 }
 
-/// The scan goes into `folder`: one that is not there yet, or if it is resumed, a sequence that nobody writes. Into any other one
-/// nothing is logged.
+/// Logs into `folder`: one that does not exist yet, or for a resumed scan, a sequence that no other program
+/// writes. Nothing is logged into any other folder.
 pub(in crate::cli) fn beside(folder: &Path, resumed: bool) {
     let usable = if resumed { refuse_busy(folder).is_ok() } else { refuse_existing(folder).is_ok() };
     let mut place = place();
@@ -84,7 +84,7 @@ impl Place {
                 Self::File(file)
             }
             Err(error) => {
-                tell(&format!("note: {}: the scan goes on without a log: {error}", path.display()));
+                tell(&format!("note: {}: the scan continues without a log: {error}", path.display()));
                 Self::Nowhere
             }
         }

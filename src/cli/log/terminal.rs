@@ -16,7 +16,7 @@ pub(super) struct Terminal;
 
 impl Write for Terminal {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        // Words of a device may hold anything; a line stays one.
+        // Text of a device may contain line breaks, which are replaced.
         tell(&String::from_utf8_lossy(line).trim_end().replace('\n', "\u{fffd}"));
         Ok(line.len())
     }
@@ -26,8 +26,8 @@ impl Write for Terminal {
     }
 }
 
-/// An event as a line: seconds since the program began, level, spans, message and fields, and the part of the program that a filter
-/// names. The span of the verb is left out: whoever has typed it knows it.
+/// An event as a line: seconds since the start, level, spans, message and fields, and the module that a
+/// filter names. The span of the verb is left out.
 pub(super) struct Line {
     began: Instant,
 }

@@ -1,4 +1,4 @@
-//! Putting something in front of the camera.
+//! Arranging what is in front of the camera.
 
 use std::io::{BufRead, IsTerminal};
 
@@ -10,7 +10,7 @@ use epirig_devices::camera::{SimView, ViewSwitch};
 /// The person at the terminal, or the simulation.
 pub(in crate::cli) struct Hands<'a> {
     talk: &'a Talk,
-    /// What the simulated camera looks at, if it is one.
+    /// Selects what a simulated camera sees.
     view: Option<ViewSwitch>,
 }
 
@@ -36,7 +36,7 @@ impl Assistant for Hands<'_> {
             return true;
         }
         self.talk.aside(|| {
-            tell(&format!("put {}, then press Enter", arrangement.words()));
+            tell(&format!("place {}, then press Enter", arrangement.words()));
             std::io::stdin().lock().read_line(&mut String::new()).is_ok_and(|bytes| bytes > 0)
         })
     }

@@ -1,11 +1,11 @@
-//! What is known of a rig before its frames are looked at: from its profile.
+//! The profile's knowledge of a rig, as a calibration plan.
 
 use crate::calibrate::{CalibrationPlan, LensKnowledge, PositionSource};
 use crate::profile::{BoardProfile, PrintProfile, Profile};
 use epirig_calibration::photometry::PhotometryOptions;
 use epirig_calibration::target::{ChessBoard, Target};
 
-/// Target, board and lens as `profile` describes them, for frames of `columns` x `rows`.
+/// Target, board and lens as described by `profile`, for frames of `columns` x `rows`.
 pub(in crate::cli) fn calibration_plan(profile: &Profile, columns: usize, rows: usize) -> CalibrationPlan {
     let optics = &profile.optics;
     CalibrationPlan {
@@ -20,7 +20,7 @@ pub(in crate::cli) fn calibration_plan(profile: &Profile, columns: usize, rows: 
     }
 }
 
-/// Whether a scan with this profile brings anything that tells more than the profile itself.
+/// Whether a scan with this profile gives anything to calibrate with.
 pub(in crate::cli) fn can_be_calibrated(profile: &Profile) -> bool {
     let plan = &profile.plan;
     plan.dark + plan.flat + plan.board > 0 || profile.target.print.is_some()

@@ -1,4 +1,4 @@
-//! The rig that a command works with: which profile, what the command line changes of it, and the devices it describes.
+//! The rig of a command: its profile, changes by options, and the devices it describes.
 
 mod assistant;
 mod calibration;

@@ -1,4 +1,4 @@
-//! Where a profile comes from, and what the command line changes of it.
+//! Source of a profile, and changes to it by options.
 
 use std::path::{Path, PathBuf};
 
@@ -8,42 +8,42 @@ use crate::cli::CliError;
 use crate::profile::{Override, Profile, ProfileError, REAL, SIM, overrides_from_environment};
 use epirig_data::storage::read_text;
 
-/// The profile that is taken if none is named, where a person works ...
+/// Default profile in the working directory ...
 const LOCAL: &str = "rig.toml";
-/// ... or for all their work.
+/// ... or in the user's configuration folder.
 const GLOBAL: &str = "epirig/rig.toml";
-/// The simulated rigs: name, what messages call it, profile.
+/// The simulated rigs: name, name in messages, profile.
 const SIMULATED: [(&str, &str, &str); 2] =
     [("sim", "the simulated rig", SIM), ("real", "the simulated rig with the faults of real ones", REAL)];
-/// Older and shorter names of what the environment sets most often.
+/// Short names of the most used environment variables.
 pub(super) const SHORT_NAMES: [(&str, &str); 3] =
     [("EPIRIG_PORT", "stage.port"), ("EPIRIG_DRIVER", "stage.driver"), ("EPIRIG_CAMERA", "camera.device")];
 
-/// Which rig.
+/// The rig.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "The rig")]
 pub(in crate::cli) struct RigArgument {
-    /// Its profile: a file; sim for the simulated rig, real for one with the faults of real ones [default: rig.toml here, else
-    /// ~/.config/epirig/rig.toml, else none]
+    /// The rig's profile: a file; sim for the simulated rig, real for one with the faults of real ones
+    /// [default: ./rig.toml, else ~/.config/epirig/rig.toml, else none]
     #[arg(long, value_name = "FILE|sim|real", env = "EPIRIG_RIG")]
     rig: Option<PathBuf>,
-    /// Change a key of the profile, as often as needed: --set plan.step="2 mm"
+    /// Change a key of the profile; may be repeated: --set plan.step="2 mm"
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }
 
-/// What options of the command line say, as keys of a profile.
+/// Options of the command line, as keys of a profile.
 #[derive(Debug, Default)]
 pub(in crate::cli) struct Options(Vec<Override>);
 
 impl Options {
-    /// What the option `from` says of `key`, if it was given.
+    /// Adds the option `from` as `key`, if it was given.
     pub(in crate::cli) fn add(&mut self, key: &str, from: &str, value: Option<impl ToString>) {
         let value = value.map(|value| value.to_string());
         self.0.extend(value.map(|value| Override { key: key.to_owned(), value, from: from.to_owned() }));
     }
 
-    /// What `--set` says.
+    /// Adds a `--set`.
     pub(in crate::cli) fn push(&mut self, value: Override) {
         self.0.push(value);
     }
@@ -53,14 +53,14 @@ impl Options {
         self.0.is_empty()
     }
 
-    /// The profile of a text with what these change of it; `source` is its name for messages.
+    /// The profile of a text with these changes; `source` is its name for messages.
     pub(in crate::cli) fn profile(&self, text: &str, source: &str) -> Result<Profile, ProfileError> {
         Profile::read(text, source, &self.0)
     }
 }
 
 impl RigArgument {
-    /// The profile, with what the environment, `--set` and other options change: later ones count.
+    /// The profile with the changes of the environment, `--set` and other options; later ones win.
     pub(in crate::cli) fn profile(&self, options: Options) -> Result<Profile, CliError> {
         let (text, source) = match self.file() {
             None => (String::new(), String::new()),
@@ -74,8 +74,8 @@ impl RigArgument {
         Ok(Profile::read(&text, &source, &overrides)?)
     }
 
-    /// The profile that is named, or if none is, what was recorded of lens and targets; with what `--set` changes. A profile that
-    /// just lies here is another rig's.
+    /// The named profile, or if none is named, the recorded one; with the changes of `--set`. The default
+    /// profile is not used: it belongs to another rig.
     pub(in crate::cli) fn over(&self, recorded: Option<Profile>) -> Result<Profile, CliError> {
         let set: Result<Vec<_>, _> = self.set.iter().map(|text| Override::parse(text, "--set")).collect();
         let set = set?;
@@ -101,7 +101,7 @@ impl RigArgument {
 
     fn environment(&self) -> Result<Vec<Override>, CliError> {
         let mut overrides = Vec::new();
-        // Whoever names a simulated rig does not want the port of a real one.
+        // A named simulated rig does not use the port or camera of the environment.
         if self.rig.as_deref().is_none_or(|path| simulated(path).is_none()) {
             for (name, key) in SHORT_NAMES {
                 let value = std::env::var(name).ok().filter(|value| !value.is_empty());
@@ -117,7 +117,7 @@ impl RigArgument {
     }
 }
 
-/// The text of a profile, and its name for messages: of a file, or of a simulated rig.
+/// The text of a profile file or simulated rig, and its name for messages.
 pub(in crate::cli) fn named_profile(path: &Path) -> Result<(String, String), CliError> {
     match simulated(path) {
         Some((source, text)) => Ok((text.to_owned(), source.to_owned())),
@@ -125,20 +125,20 @@ pub(in crate::cli) fn named_profile(path: &Path) -> Result<(String, String), Cli
     }
 }
 
-/// What messages call a simulated rig of this name, and its profile.
+/// The name in messages and the profile of a simulated rig.
 fn simulated(name: &Path) -> Option<(&'static str, &'static str)> {
     let known = SIMULATED.iter().find(|(known, ..)| name == Path::new(known));
     known.map(|(_, source, text)| (*source, *text))
 }
 
 fn read(path: &Path) -> Result<String, CliError> {
-    /// More than a person writes of a rig.
+    /// More than any profile needs, in bytes.
     const LARGEST: u64 = 4 << 20;
     read_text(path, LARGEST).map_err(|error| match error.is_missing() {
         true => CliError::Usage(format!(
-            "there is no rig profile {0}; `epirig init --out {0}` writes one, `--rig sim` needs no hardware",
+            "no rig profile {0}; `epirig init --out {0}` writes one, `--rig sim` needs no hardware",
             path.display()
         )),
-        false => CliError::Usage(format!("no rig profile: {error}")),
+        false => CliError::Usage(format!("cannot read the rig profile: {error}")),
     })
 }

@@ -31,12 +31,7 @@ keys!(
         "1024x768",
         "Columns and rows; by default the largest size"
     ),
-    RATE = key(
-        "rate",
-        measure(HZ, Allowed::Positive),
-        "25 Hz",
-        "Frames per second; by default not changed"
-    ),
+    RATE = key("rate", measure(HZ, Allowed::Positive), "25 Hz", "Frames per second; by default not changed"),
     EXPOSURE = key(
         "exposure",
         measure(US, Allowed::Positive),
@@ -56,10 +51,6 @@ keys!(
         "Longest wait for a good frame, and for a steady picture",
     )
     .or("10 s"),
-    MAINS = key(
-        "mains",
-        measure(HZ, Allowed::Among(&[50.0, 60.0])),
-        "50 Hz",
-        "Mains frequency of the lamps",
-    ),
+    MAINS =
+        key("mains", measure(HZ, Allowed::Among(&[50.0, 60.0])), "50 Hz", "Mains frequency of the lamps",),
 );

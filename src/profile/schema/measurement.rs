@@ -82,9 +82,15 @@ pub(in crate::profile) mod optics {
             "383.5 px",
             "Row of the principal point, from the centre of the first row; only together with principal_point_x",
         ),
-        DISTANCE = key("distance", measure(MM, Allowed::Positive), "900 mm", "Distance from the lens to the object"),
-        K1 = key("k1", Kind::Number, "-0.02", "Radial distortion of the lens, coefficient of r^2, as in OpenCV")
-            .or("0"),
+        DISTANCE =
+            key("distance", measure(MM, Allowed::Positive), "900 mm", "Distance from the lens to the object"),
+        K1 = key(
+            "k1",
+            Kind::Number,
+            "-0.02",
+            "Radial distortion of the lens, coefficient of r^2, as in OpenCV"
+        )
+        .or("0"),
         K2 = key("k2", Kind::Number, "0.01", "Radial distortion, coefficient of r^4").or("0"),
         P1 = key("p1", Kind::Number, "0.001", "Tangential distortion, along y").or("0"),
         P2 = key("p2", Kind::Number, "-0.001", "Tangential distortion, along x").or("0"),
@@ -117,8 +123,12 @@ pub(in crate::profile) mod target {
             "18",
             "Inner corners of a chess-board along the travel: one less than squares",
         ),
-        ROWS =
-            key("rows", Kind::Whole(2, MOST_CORNERS), "2", "Inner corners of a chess-board across the travel"),
+        ROWS = key(
+            "rows",
+            Kind::Whole(2, MOST_CORNERS),
+            "2",
+            "Inner corners of a chess-board across the travel"
+        ),
         BANDS = key(
             "bands",
             Kind::Whole(1, 2),
@@ -142,18 +152,10 @@ pub(in crate::profile) mod board {
 
     keys!(
         "board",
-        SQUARE = key(
-            "square",
-            measure(MM, Allowed::Positive),
-            "16 mm",
-            "Side of a square, measured with a ruler"
-        ),
-        COLUMNS = key(
-            "columns",
-            Kind::Whole(2, MOST_CORNERS),
-            "9",
-            "Inner corners per row: one less than squares"
-        ),
+        SQUARE =
+            key("square", measure(MM, Allowed::Positive), "16 mm", "Side of a square, measured with a ruler"),
+        COLUMNS =
+            key("columns", Kind::Whole(2, MOST_CORNERS), "9", "Inner corners per row: one less than squares"),
         ROWS = key("rows", Kind::Whole(2, MOST_CORNERS), "6", "Rows of inner corners"),
     );
 }
@@ -165,13 +167,8 @@ pub(in crate::profile) mod limits {
 
     keys!(
         "limits",
-        RETAKES = key(
-            "retakes",
-            Kind::Whole(0, 100),
-            "5",
-            "Retakes of a frame before the scan stops"
-        )
-        .or("3"),
+        RETAKES =
+            key("retakes", Kind::Whole(0, 100), "5", "Retakes of a frame before the scan stops").or("3"),
         SATURATED = key(
             "saturated",
             measure(PERCENT, Allowed::UpTo(100.0)),

@@ -7,8 +7,9 @@ use epirig_core::settings::quantity::{DEG, DN, MM, PERCENT, UM};
 
 keys!(
     "sim",
-    SCENE = key("scene", Kind::Choice(names::<SceneName>), "tile", "The scene that the simulated camera sees")
-        .or("plane"),
+    SCENE =
+        key("scene", Kind::Choice(names::<SceneName>), "tile", "The scene that the simulated camera sees")
+            .or("plane"),
     NOISE = key(
         "noise",
         measure(DN, Allowed::ZeroOrMore),
@@ -16,12 +17,14 @@ keys!(
         "Standard deviation of the noise of a pixel, in grey levels of 255"
     )
     .or("0 DN"),
-    SEED =
-        key("seed", Kind::Whole(0, i64::MAX), "7", "Seed of all random numbers: the same seed gives the same frames")
-            .or("0"),
-    REAL_TIME =
-        key("real_time", Kind::Flag, "true", "Whether moves and frames take real time")
-            .or("false"),
+    SEED = key(
+        "seed",
+        Kind::Whole(0, i64::MAX),
+        "7",
+        "Seed of all random numbers: the same seed gives the same frames"
+    )
+    .or("0"),
+    REAL_TIME = key("real_time", Kind::Flag, "true", "Whether moves and frames take real time").or("false"),
     ROLL = key(
         "roll",
         measure(DEG, Allowed::Within(180.0)),
@@ -30,13 +33,8 @@ keys!(
     )
     .or("0 deg"),
     // The simulator refuses 0.5 rad and more.
-    PAN = key(
-        "pan",
-        measure(DEG, Allowed::Within(28.0)),
-        "0.4 deg",
-        "Pan of the camera towards the travel"
-    )
-    .or("0 deg"),
+    PAN = key("pan", measure(DEG, Allowed::Within(28.0)), "0.4 deg", "Pan of the camera towards the travel")
+        .or("0 deg"),
     K1 = key(
         "k1",
         Kind::Number,
@@ -86,11 +84,7 @@ keys!(
         "Relative standard deviation of the pixels' gains"
     )
     .or("0 %"),
-    HOT_PIXELS = key(
-        "hot_pixels",
-        Kind::Whole(0, 1_000_000),
-        "5",
-        "Number of hot pixels: nearly white in any light"
-    )
-    .or("0"),
+    HOT_PIXELS =
+        key("hot_pixels", Kind::Whole(0, 1_000_000), "5", "Number of hot pixels: nearly white in any light")
+            .or("0"),
 );
