@@ -1,4 +1,4 @@
-//! From raw frames to the volume, as a calibration says.
+//! Builds the volume from raw frames, as a calibration describes.
 
 use super::frames::{load, set_gains};
 use super::{CALIBRATION, CalibrateError, Calibration};
@@ -8,17 +8,19 @@ use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
 
-/// Reads all frames of `sequence` into a volume, corrected and rectified in one resampling, with measured tau.
+/// Reads all frames of `sequence` into a volume: corrected, rectified with one resampling, and with measured
+/// tau.
 ///
 /// # Errors
-/// [`CalibrateError`] naming the frame that cannot be used, or what of the calibration does not fit.
+/// [`CalibrateError`] naming the frame that cannot be used, or the part of the calibration that does not
+/// match.
 pub fn load_calibrated(
     sequence: &Sequence,
     calibration: &Calibration,
     maps: &Maps,
     progress: &dyn Progress,
 ) -> Result<Volume, CalibrateError> {
-    // The frames were not rejected when the calibration was made, so it is the record that is wrong now.
+    // The frames passed when the calibration was made, so a rejection now is a fault of the record.
     let bad = |error: CalibrateError| match error {
         error @ (CalibrateError::Photometry(_)
         | CalibrateError::Positions(_)

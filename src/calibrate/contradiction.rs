@@ -1,4 +1,4 @@
-//! What in a calibration cannot be true: of any rig, of the rest of it, or of its sequence.
+//! Impossible values in a calibration: for any rig, for the rest of the record, or for its sequence.
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
@@ -8,15 +8,15 @@ use super::told_twice;
 use epirig_data::sequence::{Intrinsics, Sequence};
 
 impl Calibration {
-    /// What in the record cannot be true of `sequence`; `None` if nothing contradicts.
+    /// The first value that is impossible for `sequence`; `None` if there is none.
     pub fn contradiction_with(&self, sequence: &Sequence) -> Option<String> {
         let record = sequence.record();
         let found = self.contradiction(sequence.frames().len(), record.rows, record.columns);
         found.or_else(|| told_twice::by_sequence(self, sequence))
     }
 
-    /// What in the record cannot be true of a sequence of `frames` frames of `rows` x `columns`, or of the rest of the record; `None` if nothing
-    /// contradicts.
+    /// The first value that is impossible for a sequence of `frames` frames of `rows` x `columns`, or that
+    /// contradicts the rest of the record; `None` if there is none.
     pub fn contradiction(&self, frames: usize, rows: usize, columns: usize) -> Option<String> {
         let Self { mapping, photometry, positions, .. } = self;
         let gains = self.frame_gains.applied().map_or(frames, |gains| gains.gain.len());
@@ -46,7 +46,7 @@ impl Calibration {
         if let Some(reason) = told_twice::by_itself(self) {
             return Some(reason);
         }
-        // Rectified frames show a part of the raw ones, in pixels about as large.
+        // Rectified frames show a part of the raw ones, with pixels of about the same size.
         let camera = mapping.camera;
         let fits = |size: usize, raw: usize| (1..=2 * raw).contains(&size);
         let longer = rows.max(columns);
@@ -56,11 +56,11 @@ impl Calibration {
 }
 
 impl Calibration {
-    /// What in lens, scale and gains no rig has, if anything.
+    /// The first impossible value of lens, scale and gains, if there is one.
     fn impossible(&self, rows: usize, columns: usize) -> Option<String> {
-        /// Lengths in mm: as far as positions go.
+        /// Range of lengths, in mm, as for positions.
         const LENGTHS: RangeInclusive<f64> = 1e-9..=1e9;
-        /// Light of a frame over that of a typical one.
+        /// Range of the brightness of a frame relative to a typical one.
         const GAINS: RangeInclusive<f64> = 1e-3..=1e3;
         let Self { mapping, positions, .. } = self;
         let (camera, lens) = (mapping.camera, mapping.lens);
@@ -80,15 +80,15 @@ impl Calibration {
         let gains = self.frame_gains.applied().map_or(&[][..], |gains| &gains.gain);
         match () {
             () if of_lens.is_some() => of_lens,
-            () if turned > FRAC_PI_2 => Some(format!("a camera turned by {turned} rad cannot be")),
+            () if turned > FRAC_PI_2 => Some(format!("a camera rotation of {turned} rad is impossible")),
             () if positions.baseline_mm.is_some_and(|baseline_mm| !LENGTHS.contains(&baseline_mm)) => {
-                Some("its baseline cannot be".to_owned())
+                Some("its baseline is impossible".to_owned())
             }
             () if positions.baseline_sigma_mm.is_some_and(|sigma_mm| !(0.0..=1e9).contains(&sigma_mm)) => {
-                Some("the sigma of its baseline cannot be".to_owned())
+                Some("the sigma of its baseline is impossible".to_owned())
             }
             () if gains.iter().any(|gain| !GAINS.contains(gain)) => {
-                Some("a frame's gain cannot be".to_owned())
+                Some("a frame's gain is impossible".to_owned())
             }
             () => None,
         }

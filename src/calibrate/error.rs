@@ -1,4 +1,4 @@
-//! Why there is no calibration.
+//! Errors of calibration.
 
 use std::path::PathBuf;
 
@@ -14,45 +14,45 @@ use epirig_data::formats::FormatError;
 use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
 
-/// Why there is no calibration, or why it cannot be used.
+/// Error that prevents a calibration, or its use.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CalibrateError {
-    /// Frames that cannot be read.
+    /// Frames cannot be read.
     #[error(transparent)]
     Sequence(#[from] SequenceError),
-    /// A file that cannot be read, or is none.
+    /// A file cannot be read, or is not of the right kind.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// Nothing to go by.
+    /// There is nothing to calibrate with.
     #[error(
-        "{} has nothing to calibrate with: no dark, flat or board frames, and no target or lens is described. Take calibration frames with the \
+        "{} has nothing to calibrate with: there are no dark, flat or board frames, and no target or lens is described. Take calibration frames with the \
          scan ([plan] dark, flat, board), describe [target] and [optics] in the rig's profile, or give a lens with --lens", path.display()
     )]
     Nothing {
         /// Folder of the sequence.
         path: PathBuf,
     },
-    /// Dark or flat frames that will not do.
+    /// Dark or flat frames are not good enough.
     #[error(transparent)]
     Photometry(#[from] PhotometryError),
-    /// Board frames without a description of the board.
+    /// There are board frames, but no description of the board.
     #[error(
-        "there are {frames} board frames, but the board is not described; write square, columns and rows (inner corners) into [board] of the rig's profile, \
-         or say it with --set board.square=\"16 mm\" --set board.columns=9 --set board.rows=6"
+        "there are {frames} board frames, but no description of the board; write square, columns and rows (inner corners) into [board] of the rig's profile, \
+         or use --set board.square=\"16 mm\" --set board.columns=9 --set board.rows=6"
     )]
     BoardNotDescribed {
-        /// Board frames.
+        /// Number of board frames.
         frames: usize,
     },
-    /// Too few board frames in which a board is found.
+    /// Too few board frames show a board.
     #[error(
         "a board of {columns} x {rows} inner corners is found well in {found} of {frames} board frames{}, at least {needed} are needed; {}",
         if *blurred > 0 { format!(" (it is blurred in {blurred} others)") } else { String::new() },
         if 2 * blurred > *frames {
             "focus the camera on the board, hold it still, and take them again"
         } else {
-            "hold the whole board into view and still, tilted in different directions, and check columns and rows of [board] (inner corners)"
+            "hold the whole board still and in view, tilted in different directions, and check columns and rows of [board] (inner corners)"
         }
     )]
     BoardsNotFound {
@@ -60,26 +60,26 @@ pub enum CalibrateError {
         columns: usize,
         /// Inner corners along a column.
         rows: usize,
-        /// Frames in which it was found well.
+        /// Frames in which the board was found, and sharp.
         found: usize,
-        /// Board frames.
+        /// Number of board frames.
         frames: usize,
-        /// Frames in which it was found, but blurred.
+        /// Frames in which the board was found, but blurred.
         blurred: usize,
-        /// Frames that are needed.
+        /// Number of frames needed.
         needed: usize,
     },
-    /// Boards that do not tell the lens.
-    #[error("the board frames do not tell the lens: {}", source.with_view_named(file))]
+    /// The board frames do not determine the lens.
+    #[error("the board frames do not determine the lens: {}", source.with_view_named(file))]
     Lens {
-        /// Why.
+        /// The cause.
         source: LensError,
-        /// The frame that it is about, if it is about one.
+        /// The frame concerned, if there is one.
         file: String,
     },
-    /// Dark frames that are lighter than flat frames.
+    /// The dark frames are brighter than the flat frames.
     #[error(
-        "the dark frames have {dark_dn:.0} DN in the mean, the flat frames {flat_dn:.0} DN: they seem to have been exchanged; give dark frames as \
+        "the dark frames have a mean of {dark_dn:.0} DN, the flat frames of {flat_dn:.0} DN: they seem to be exchanged; give dark frames as \
          dark and flat frames as flat"
     )]
     Exchanged {
@@ -88,9 +88,9 @@ pub enum CalibrateError {
         /// Mean of the flat frames, in DN.
         flat_dn: f64,
     },
-    /// A lens that does not describe the boards.
+    /// The lens model does not describe the boards.
     #[error(
-        "the lens leaves {rms_px:.2} px of the corners' places unexplained (limit {limit_px} px); check that the board is flat and stiff, that [board] describes it, \
+        "the lens model leaves residuals of {rms_px:.2} px RMS at the corners (limit {limit_px} px); check that the board is flat and stiff, that [board] describes it, \
          and that nothing was moved or refocused between board frames"
     )]
     LensDoesNotFit {
@@ -99,12 +99,12 @@ pub enum CalibrateError {
         /// The limit, in px.
         limit_px: f64,
     },
-    /// A lens for frames of another size.
+    /// The lens belongs to frames of another size.
     #[error(
-        "the lens of {name} is for frames of {columns} x {rows}, these are {expected_columns} x {expected_rows}; calibrate with the camera's present format"
+        "the lens of {name} is for frames of {columns} x {rows}, these are {expected_columns} x {expected_rows}; calibrate with the present format of the camera"
     )]
     LensSize {
-        /// Where the lens is from.
+        /// Source of the lens.
         name: String,
         /// Its columns.
         columns: usize,
@@ -115,10 +115,10 @@ pub enum CalibrateError {
         /// Rows of the frames.
         expected_rows: usize,
     },
-    /// Corners of the target that cannot be told apart, or are not there.
+    /// Corners of the target are missing or cannot be identified.
     #[error("the target on the object: {0}")]
     Target(#[from] TargetError),
-    /// A target that is out of focus.
+    /// The target is out of focus.
     #[error(
         "the target's edges are blurred over {blur_px:.1} px (limit {limit_px} px); focus the camera on the object"
     )]
@@ -128,29 +128,29 @@ pub enum CalibrateError {
         /// The limit, in px.
         limit_px: f64,
     },
-    /// Positions from a target that is not described.
+    /// Positions from a target are wanted, but no target is described.
     #[error(
-        "positions from the target are asked for, but no [target] is described; write square, columns, rows (inner corners) into the rig's profile"
+        "positions from the target are wanted, but [target] is not described; write square, columns, rows (inner corners) into the rig's profile"
     )]
     NoTarget,
-    /// A target that is at the same place in all frames.
+    /// The target is at the same place in all frames.
     #[error(
-        "the target moves by {moved_px:.2} px at most from the first frame to the last: the stage or the target did not move, or all frames show one \
-         place; look at the frames and take them again"
+        "the target moves by {moved_px:.2} px at most from the first frame to the last: the stage or the target did not move, or all frames were taken at one \
+         position; look at the frames and take them again"
     )]
     StandsStill {
-        /// How far a corner moves at most, in px.
+        /// Largest motion of a corner, in px.
         moved_px: f64,
     },
-    /// Measured positions without a scale.
+    /// The measured positions have no scale.
     #[error(
-        "the positions were measured, but nothing tells how many mm they are; import the frames with --step-mm or --positions, and calibrate again"
+        "the positions were measured, but their scale in mm is unknown; import the frames with --step-mm or --positions, and calibrate again"
     )]
     NoBaseline,
-    /// Tracks that do not tell the stage axis.
-    #[error("the target on the object does not tell the stage axis: {0}")]
+    /// The target does not determine the stage axis.
+    #[error("the target on the object does not determine the stage axis: {0}")]
     StageAxis(#[from] StageAxisError),
-    /// Squares that contradict the stage.
+    /// The size of the squares contradicts the stage.
     #[error(
         "the squares of the target say that the stage travelled {target_mm:.2} mm, the stage says {stage_mm:.2} mm ({percent:+.1} %; {limit_percent} % are allowed); measure the printed \
          squares (ruler on the sheet), correct [target] square, or check the stage's steps per mm"
@@ -165,21 +165,23 @@ pub enum CalibrateError {
         /// The limit, in %.
         limit_percent: f64,
     },
-    /// Frames that do not follow each other.
+    /// The positions of the frames are not in order.
     #[error(
-        "the measured positions of the frames make no baseline: {0}; look at the stage's positioning error, or take the stage's own with --positions stage"
+        "the measured positions of the frames give no baseline: {0}; check the stage's positioning error, or use its reported positions with --positions stage"
     )]
     Positions(#[from] TauError),
-    /// Positions from texture that cannot be found.
-    #[error("positions from the texture: {reason}; take the stage's own with --positions stage")]
+    /// Positions cannot be measured from the texture.
+    #[error(
+        "positions from the texture: {reason}; use the reported positions of the stage with --positions stage"
+    )]
     Texture {
-        /// Why.
+        /// The cause.
         reason: String,
     },
-    /// Frames that cannot be rectified.
+    /// The frames cannot be rectified.
     #[error(transparent)]
     Rectify(#[from] RectifyError),
-    /// The record cannot be read.
+    /// The record is invalid.
     #[error("{}: {reason}; run `epirig calibrate --overwrite` again", path.display())]
     BadRecord {
         /// The file.
@@ -187,7 +189,7 @@ pub enum CalibrateError {
         /// What is wrong.
         reason: String,
     },
-    /// A map that belongs to the record.
+    /// A map of the calibration is invalid.
     #[error("{}: {source}; run `epirig calibrate --overwrite` again", path.display())]
     Map {
         /// The file.
@@ -195,7 +197,7 @@ pub enum CalibrateError {
         /// What is wrong.
         source: FormatError,
     },
-    /// The record is of other frames.
+    /// The record belongs to other frames.
     #[error("{} is stale: {what}; run `epirig calibrate --overwrite` again, or ignore it with `match --as-captured`", path.display())]
     Stale {
         /// The file.
@@ -203,8 +205,8 @@ pub enum CalibrateError {
         /// What has changed.
         what: String,
     },
-    /// There is a calibration already.
-    #[error("{} is there already; add --overwrite to replace it", path.display())]
+    /// A calibration exists already.
+    #[error("{} exists already; add --overwrite to replace it", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
@@ -212,17 +214,17 @@ pub enum CalibrateError {
     /// The operating system refused.
     #[error("cannot {action} {}: {source}; check the disk, and that you may write to the sequence's folder", path.display())]
     Io {
-        /// What was tried.
+        /// The operation.
         action: &'static str,
-        /// On what.
+        /// The path.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
 }
 
 impl CalibrateError {
-    /// Whether the calibration was rejected for what the frames show, rather than failed for another reason.
+    /// Whether the frames were rejected, in contrast to failures of files.
     pub fn is_rejection(&self) -> bool {
         !matches!(
             self,

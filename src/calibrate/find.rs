@@ -1,4 +1,4 @@
-//! The stations of a calibration, in their order.
+//! The steps of a calibration, in order.
 
 use super::frames::{load, read_all, set_gains};
 use super::lens::find_lens;
@@ -21,21 +21,22 @@ use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameKind, Sequence};
 use tracing::{info, info_span, warn};
 
-/// A calibration and what pictures of it are drawn from.
+/// A calibration, and the data for pictures of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibrated {
     /// The record.
     pub calibration: Calibration,
-    /// Maps that belong to it.
+    /// Its maps.
     pub maps: Maps,
-    /// The target's tracks, if there is a target.
+    /// The tracks of the target, if there is a target.
     pub stage_axis: Option<epirig_calibration::stage_axis::StageAxis>,
 }
 
-/// Calibrates a sequence: whatever it has frames for, or a description of.
+/// Calibrates a sequence with all frames and descriptions that exist.
 ///
 /// # Errors
-/// [`CalibrateError`]: what the frames show is rejected with the reason ([`CalibrateError::is_rejection`]), or files cannot be read.
+/// [`CalibrateError`]: the frames are rejected with a reason ([`CalibrateError::is_rejection`]), or files
+/// cannot be read.
 pub fn calibrate(
     sequence: &Sequence,
     plan: &CalibrationPlan,
@@ -80,8 +81,8 @@ pub fn calibrate(
         Some(target) => Some(find_axis(sequence, target, &lens.estimate, &mut remarks, progress)?),
         None => {
             remarks.needs.push(
-                "chess-boards above and below the object (`epirig target print`, [target] in the profile) would tell the stage axis and \
-                 the position of every frame; frames are taken as if they moved exactly along the rows"
+                "chess-boards above and below the object (`epirig target print`, [target] in the profile) would give the stage axis and \
+                 the position of every frame; now the motion is assumed to be exactly along the rows"
                     .to_owned(),
             );
             None
@@ -108,9 +109,9 @@ pub fn calibrate(
     let mut gains = match (plan.photometry.frame_gain, gains_are_wanted) {
         (false, _) => Outcome::SwitchedOff,
         (true, true) => Outcome::NotApplied(String::new()),
-        (true, false) => {
-            Outcome::NotApplied("brightness cannot be compared between places without flat frames".to_owned())
-        }
+        (true, false) => Outcome::NotApplied(
+            "without flat frames, brightness cannot be compared between places in the image".to_owned(),
+        ),
     };
     if gains_are_wanted || texture {
         let tau = Tau::from_positions(&positions.tau)?;
@@ -124,11 +125,11 @@ pub fn calibrate(
         }
     }
     if let Outcome::NotApplied(reason) = &gains {
-        remarks.notes.push(format!("the frames' brightness is left as it is: {reason}"));
+        remarks.notes.push(format!("the frames' brightness is not corrected: {reason}"));
     }
     if lens.source == LensSource::Unknown {
         remarks.needs.push(
-            "heights in mm need the focal length: take board frames ([plan] board, [board]), or write focal_length into [optics]".to_owned(),
+            "heights in mm need the focal length; take board frames ([plan] board, [board]), or write focal_length into [optics]".to_owned(),
         );
     }
     info!(source = ?positions.source, baseline_mm = positions.baseline_mm, "positions known");
@@ -155,20 +156,22 @@ pub fn calibrate(
     Ok(Calibrated { calibration, maps, stage_axis: found.map(|found| found.stage_axis) })
 }
 
-/// Refuses dark frames that are lighter than flat frames: what would be said of either by itself points elsewhere.
+/// Refuses dark frames that are brighter than flat frames. Tested first, because later messages would
+/// mislead.
 fn refuse_exchanged(dark: &[Frame], flat: &[Frame]) -> Result<(), CalibrateError> {
     let mean = |frames: &[Frame]| {
         frames.iter().map(|frame| frame.samples().mean()).sum::<f64>() / frames.len() as f64
     };
     let (dark_dn, flat_dn) = (mean(dark), mean(flat));
-    // NaN, of no frames, is not larger.
+    // NaN, for no frames, is not larger.
     match dark_dn > flat_dn {
         true => Err(CalibrateError::Exchanged { dark_dn, flat_dn }),
         false => Ok(()),
     }
 }
 
-/// How straight the sensor's response is, if frames at several exposures tell; that they do not is no reason to refuse the others.
+/// Linearity of the sensor's response, from frames at several exposures. A failure here is only noted, and
+/// does not reject the calibration.
 fn judge_linearity(plan: &CalibrationPlan, bit_depth: u8, remarks: &mut Remarks) -> Option<Linearity> {
     if plan.exposures.is_empty() {
         return None;
@@ -177,15 +180,15 @@ fn judge_linearity(plan: &CalibrationPlan, bit_depth: u8, remarks: &mut Remarks)
         Ok(found) => {
             if !found.is_linear() {
                 remarks.needs.push(format!(
-                    "the sensor's response is not a straight line: it departs by {:.2} % of full scale at {:.0} DN ({:.2} % are allowed); switch \
-                     the camera's gamma and contrast off, or stay below the level where it bends",
+                    "the sensor's response is not linear: it deviates by {:.2} % of full scale at {:.0} DN ({:.2} % are allowed); switch \
+                     the camera's gamma and contrast off, or stay below the level where it deviates",
                     found.largest_departure_percent, found.at_dn, found.limit_percent
                 ));
             }
             Some(found)
         }
         Err(error) => {
-            remarks.notes.push(format!("nothing can be said of the linearity: {error}"));
+            remarks.notes.push(format!("the linearity was not tested: {error}"));
             None
         }
     }
@@ -206,7 +209,7 @@ fn positions(
     }
 }
 
-/// Finds the brightness of every frame, and makes it even in the volume.
+/// Measures the brightness of every frame, and equalises it in the volume.
 fn find_gains(volume: &mut Volume, disparity_px: Option<f64>) -> Outcome<FrameGains> {
     let disparity_px = disparity_px.map_or_else(|| dominant_disparity(volume), Ok);
     match disparity_px.and_then(|disparity_px| frame_gains(volume, disparity_px)) {
@@ -215,7 +218,7 @@ fn find_gains(volume: &mut Volume, disparity_px: Option<f64>) -> Outcome<FrameGa
             Outcome::Applied(gains)
         }
         Ok(gains) => Outcome::NotApplied(format!(
-            "it varies by {:.3} %, no more than what can be told",
+            "it varies by {:.3} %, which is not significant",
             100.0 * gains.flicker
         )),
         Err(error) => Outcome::NotApplied(error.to_string()),

@@ -1,4 +1,4 @@
-//! `calibration.json` and its maps and pictures, in the folder of a sequence.
+//! `calibration.json` with its maps and pictures, in the folder of a sequence.
 
 use std::fs::{self, File};
 use std::io;
@@ -18,20 +18,20 @@ use epirig_data::storage::{
 pub const CALIBRATION: &str = "calibration.json";
 /// Folder of maps and pictures.
 const FOLDER: &str = "calibration";
-/// The maps.
+/// Names of the maps.
 const DARK_MAP: &str = "dark";
 const FLAT_MAP: &str = "flat-field";
-/// The largest map, not compressed, with room for tags.
+/// Size of the largest map without compression, with room for tags, in bytes.
 const LARGEST_MAP: u64 = 4 * MOST_PIXELS as u64 + (1 << 20);
 
-/// Where a calibration is written: all at its end, so that what fails before leaves the former one as it was.
+/// Writes a calibration, all at the end, so that a failure leaves the former one unchanged.
 ///
-/// The record holds the hashes of its maps. New maps come first, beside the former ones, under names that have their hashes; then the record
-/// takes the place of the former one, in one step; and then the new maps take their usual names. So at any moment there is a record with its
-/// own maps.
+/// The record holds the hashes of its maps. First, new maps are written beside the former ones, under names
+/// that contain their hashes. Then the new record replaces the former one in one step. Then the maps get
+/// their usual names. So at any moment the record has its own maps.
 pub struct CalibrationFolder {
     sequence: PathBuf,
-    /// Held as long as this lives: of two calibrations at once, one would remove the other's maps.
+    /// Held for the lifetime of this value: of two calibrations at once, one would remove the other's maps.
     _lock: Option<File>,
     scratch: Scratch,
     pictures: Vec<String>,
@@ -39,10 +39,11 @@ pub struct CalibrationFolder {
 }
 
 impl CalibrationFolder {
-    /// Of a sequence.
+    /// Opens the folder of a sequence.
     ///
     /// # Errors
-    /// [`CalibrateError::Exists`] if it has a calibration and `overwrite` is not set; that another program scans or calibrates there; [`CalibrateError::Io`] if nothing can be written there.
+    /// [`CalibrateError::Exists`] if there is a calibration and `overwrite` is not set; an error if another
+    /// program scans or calibrates there; [`CalibrateError::Io`] if nothing can be written there.
     pub fn of(sequence: &Path, overwrite: bool) -> Result<Self, CalibrateError> {
         Self::on(Box::new(RealDisk), sequence, overwrite)
     }
@@ -57,7 +58,7 @@ impl CalibrationFolder {
             return Err(CalibrateError::Exists { path });
         }
         let lock = lock(sequence)?;
-        // A folder that cannot be written is better known before the work than after it.
+        // A folder that cannot be written is reported before the work.
         let scratch =
             Scratch::beside(&path).map_err(|(path, source)| io("make a folder in", &path)(source))?;
         Ok(Self { sequence: sequence.to_owned(), _lock: lock, scratch, pictures: Vec::new(), disk })
@@ -68,7 +69,7 @@ impl CalibrationFolder {
         self.sequence.join(FOLDER)
     }
 
-    /// Takes a picture, or a table behind one, to be put in place with the record.
+    /// Adds a picture, or the table of a picture, that is put in place with the record.
     ///
     /// # Errors
     /// [`CalibrateError::Io`].
@@ -102,7 +103,7 @@ impl CalibrationFolder {
         record.push(b'\n');
 
         let disk = &mut *self.disk;
-        // An interruption comes before all of it or after.
+        // An interruption is handled before or after all of it.
         let _step = Step::begin();
         if !is_own_folder(&folder).map_err(io("write into", &folder))? {
             let made = disk.make_folder(&folder).and_then(|()| disk.sync(&self.sequence));
@@ -135,17 +136,18 @@ fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-/// Name of a map.
+/// Usual name of a map.
 fn usual(name: &str) -> String {
     format!("{name}.tiff")
 }
 
-/// Its name until the record that knows its hash is in place. Sixteen digits tell maps apart; the record has all of them.
+/// Name of a map until its record is in place. Sixteen digits distinguish maps; the record holds the whole
+/// hash.
 fn of_hash(name: &str, hash: &str) -> String {
     format!("{name}-{}.tiff", hash.get(..16).unwrap_or(hash))
 }
 
-/// Removes maps and parts of files of calibrations that were never finished.
+/// Removes maps and partial files of unfinished calibrations.
 fn tidy_up(disk: &mut dyn Disk, folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
@@ -172,10 +174,11 @@ fn remove(disk: &mut dyn Disk, path: &Path) -> io::Result<()> {
     }
 }
 
-/// The calibration of a sequence with its maps; `None` if it has none.
+/// The calibration of a sequence with its maps; `None` if there is none.
 ///
 /// # Errors
-/// [`CalibrateError`] if it cannot be read, or is [stale](CalibrateError::Stale): made of other frames than are there now.
+/// [`CalibrateError`] if it cannot be read, or is [stale](CalibrateError::Stale): the frames have changed
+/// since.
 pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps)>, CalibrateError> {
     let path = sequence.folder().join(CALIBRATION);
     if !is_there(&path).map_err(io("look at", &path))? {
@@ -200,7 +203,7 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
         (false, _) => Ok(None),
         (true, Some(hash)) => read_map(sequence.folder(), name, hash).map(Some),
         (true, None) => {
-            let reason = format!("it needs a map ({name}) and holds no hash of it");
+            let reason = format!("it needs the map {name} but holds no hash of it");
             Err(CalibrateError::BadRecord { path: path.clone(), reason })
         }
     };
@@ -211,7 +214,7 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
     Ok(Some((calibration, maps)))
 }
 
-/// The record at `path`, whatever sequence it belongs to.
+/// The record at `path`, for any sequence.
 ///
 /// # Errors
 /// [`CalibrateError::Read`] or [`CalibrateError::BadRecord`].
@@ -230,7 +233,7 @@ pub fn read_calibration_file(path: &Path) -> Result<Calibration, CalibrateError>
     }
 }
 
-/// The map with this hash: under its usual name, or under the one that it has until a calibration is finished.
+/// The map with this hash: under its usual name, or under its name while a calibration is unfinished.
 fn read_map(sequence: &Path, name: &str, wanted: &str) -> Result<Grid<f32>, CalibrateError> {
     let path = sequence.join(FOLDER).join(usual(name));
     let mut found = Err(CalibrateError::BadRecord { path: path.clone(), reason: "it is missing".to_owned() });
@@ -241,7 +244,7 @@ fn read_map(sequence: &Path, name: &str, wanted: &str) -> Result<Grid<f32>, Cali
                 return map.map_err(|source| CalibrateError::Map { path, source });
             }
             Ok(_) => {
-                let reason = format!("it is not the map that {CALIBRATION} was written with");
+                let reason = format!("it is not the map that belongs to {CALIBRATION}");
                 found = Err(CalibrateError::BadRecord { path: path.clone(), reason });
             }
             Err(error) if error.is_missing() => {}

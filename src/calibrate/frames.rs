@@ -1,4 +1,4 @@
-//! Frames of a sequence: as they are, and corrected and rectified as a volume.
+//! Frames of a sequence: raw, or corrected and rectified as a volume.
 
 use rayon::prelude::*;
 
@@ -11,10 +11,10 @@ use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_data::sequence::{FrameRecord, Sequence};
 
-/// Frames that are read and rectified together: the rectifier's eight lanes.
+/// Frames read and rectified together: the eight lanes of the rectifier.
 const TOGETHER: usize = 8;
 
-/// A few frames at a time, so that besides the volume only those are in memory.
+/// Loads a few frames at a time, so that only those are in memory besides the volume.
 pub(super) fn load(
     sequence: &Sequence,
     mapping: &Mapping,
@@ -34,7 +34,7 @@ pub(super) fn load(
     Ok(volume)
 }
 
-/// Reads frames, several at once.
+/// Reads frames in parallel.
 pub(super) fn read_all(
     sequence: &Sequence,
     records: &[FrameRecord],
@@ -57,7 +57,7 @@ pub(super) fn read_all(
     Ok(frames?)
 }
 
-/// Makes the brightness of all frames even.
+/// Equalises the brightness of all frames.
 pub(super) fn set_gains(volume: &mut Volume, gains: &FrameGains) {
     for (frame, gain) in gains.gain.iter().enumerate() {
         volume.set_frame_gain(frame, (1.0 / gain) as f32);

@@ -1,10 +1,10 @@
-//! What a calibration was made of, so that it is noticed when that changes.
+//! Inputs of a calibration, to notice when they change.
 
 use serde::{Deserialize, Serialize};
 
 use epirig_data::sequence::{FrameKind, FrameRecord, Sequence};
 
-/// Hashes of all frames that a calibration was made of.
+/// Hashes of all frames that a calibration used.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputHashes {
@@ -16,18 +16,18 @@ pub struct InputHashes {
     pub flat: String,
     /// The same for board frames.
     pub board: String,
-    /// Frames of the scan, dark, flat and board frames.
+    /// Numbers of frames: scan, dark, flat, board.
     pub counts: [usize; 4],
 }
 
-/// What has changed.
+/// A change of the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stale {
-    /// The frames that have.
+    /// The kind of the frames.
     pub kind: FrameKind,
-    /// How many there were.
+    /// Former number of frames.
     pub before: usize,
-    /// How many there are.
+    /// Present number of frames.
     pub now: usize,
 }
 
@@ -50,7 +50,7 @@ impl std::fmt::Display for Stale {
 const KINDS: [FrameKind; 3] = [FrameKind::Dark, FrameKind::Flat, FrameKind::Board];
 
 impl InputHashes {
-    /// Those of a sequence as its journal names them; the files are checked against it whenever they are read.
+    /// Hashes from the journal of a sequence. Files are checked against the journal whenever they are read.
     pub fn of(sequence: &Sequence) -> Self {
         let [dark, flat, board] = KINDS.map(|kind| sequence.calibration_frames(kind));
         Self {
@@ -62,7 +62,7 @@ impl InputHashes {
         }
     }
 
-    /// What is different in `now`; `None` if nothing is.
+    /// The first difference to `now`; `None` if there is none.
     pub fn difference(&self, now: &Self) -> Option<Stale> {
         let hashes =
             |inputs: &Self| [&inputs.frames, &inputs.dark, &inputs.flat, &inputs.board].map(String::clone);
@@ -75,7 +75,7 @@ impl InputHashes {
 fn hash(frames: &[FrameRecord]) -> String {
     let mut hasher = blake3::Hasher::new();
     for frame in frames {
-        // Positions count: tau is made of them.
+        // Positions are included, because tau depends on them.
         let position = frame.reported_mm.or(frame.commanded_mm).unwrap_or(f64::NAN);
         hasher.update(frame.blake3.as_bytes()).update(&position.to_le_bytes());
     }

@@ -1,4 +1,4 @@
-//! The lens: from board frames, a file, a data sheet, or nowhere.
+//! The lens: from board frames, a file, a data sheet, or unknown.
 
 use super::frames::read_all;
 use super::remarks::Remarks;
@@ -9,15 +9,17 @@ use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::{FrameKind, Sequence};
 
-/// Edges that are blurred over more, as a standard deviation: a corner's place then depends on how the blur is shaped, which differs over the field.
+/// Largest blur of edges, as a standard deviation in px. With more blur, the location of a corner depends on
+/// the shape of the blur, which varies over the field.
 pub(super) const MOST_BLUR_PX: f64 = 3.0;
-/// Root mean square of the residuals beyond which a lens describes nothing: ten times that of a board on paper by a cheap camera.
+/// Largest RMS residual of a valid lens, in px: ten times that of a paper board with a cheap camera.
 const MOST_RMS_PX: f64 = 1.0;
-/// Board frames without which no lens is searched.
+/// Fewest board frames for a lens.
 const LEAST_VIEWS: usize = 3;
-/// One view of so many may contradict the others; if more do, nobody knows which are right.
+/// One view of this many may contradict the others; with more contradictions it is unknown which views are
+/// right.
 const LEAST_AGREEING: usize = 4;
-/// Corners of a view without which it is left out: twice those of a homography.
+/// Fewest corners of a view: twice those of a homography.
 const LEAST_CORNERS: usize = 8;
 
 pub(super) fn find_lens(
@@ -50,7 +52,7 @@ pub(super) fn find_lens(
         }
         (Some(LensKnowledge::DataSheet { lens, focal_length_sigma }), 0) => {
             remarks.needs.push(
-                "the lens is as its data sheet says; board frames ([plan] board, [board]) would tell focal length and distortion".to_owned(),
+                "the lens is taken from its data sheet; board frames ([plan] board, [board]) would give focal length and distortion".to_owned(),
             );
             Ok(known(
                 LensSource::DataSheet,
@@ -88,7 +90,7 @@ fn from_boards(
     };
     progress.end();
     let mut views: Vec<View> = Vec::new();
-    // Where each view is from: messages of the lens count views, a person counts files.
+    // The file of each view: errors of the lens count views, but users know files.
     let mut files: Vec<&str> = Vec::new();
     let (mut empty, mut blurred): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
     for (record, found) in records.iter().zip(&found) {
@@ -103,7 +105,7 @@ fn from_boards(
     }
     let of = |files: &[&str]| format!("{} of {} board frames", files.len(), records.len());
     if !empty.is_empty() {
-        remarks.notes.push(format!("no board is found in {}: {}", of(&empty), empty.join(", ")));
+        remarks.notes.push(format!("no board was found in {}: {}", of(&empty), empty.join(", ")));
     }
     if !blurred.is_empty() {
         remarks.notes.push(format!(
@@ -135,8 +137,8 @@ fn from_boards(
     Ok((calibration, files.into_iter().map(str::to_owned).collect()))
 }
 
-/// The lens that most views agree on. A view that fits to none together with the others is left out and named: one frame that shows another
-/// board, or was labelled wrongly, is not to cost all the others.
+/// The lens on which most views agree. A view that fits no lens together with the others is dropped and
+/// named. So one frame of another board, or with wrong labels, does not spoil the others.
 fn without_wrong_views(
     views: &mut Vec<View>,
     files: &mut Vec<&str>,
@@ -153,7 +155,7 @@ fn without_wrong_views(
         match error {
             LensError::ViewWrong { view, rejected, points } if may_go > 0 && views.len() > LEAST_VIEWS => {
                 remarks.notes.push(format!(
-                    "{file} is left out: it fits to no lens together with the others ({rejected} of its {points} corners are off); look at it"
+                    "{file} is left out: it contradicts the other views ({rejected} of its {points} corners are outliers); look at it"
                 ));
                 views.remove(view);
                 files.remove(view);

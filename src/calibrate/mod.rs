@@ -1,9 +1,11 @@
-//! Calibration: what the rig is really like, from the frames of a sequence and its calibration frames.
+//! Calibration: measures the properties of a rig from the frames of a sequence and its calibration frames.
 //!
-//! Each station looks at what is there and says what it has found or what it lacks: [`photometry`](epirig_calibration::photometry) from dark and flat frames,
-//! [`lens`](epirig_calibration::lens) from board frames or from what is known of it, [`stage_axis`](epirig_calibration::stage_axis) and the position of every frame from the target on
-//! the object (or positions from its texture), and the [`Mapping`](epirig_calibration::rectification::Mapping) that makes rows of it all. [`Calibration`] is the record, and everything
-//! that is needed to apply it ([`load_calibrated`]).
+//! Each step uses the frames that exist, and reports its result or what it lacks:
+//! [`photometry`](epirig_calibration::photometry) from dark and flat frames,
+//! [`lens`](epirig_calibration::lens) from board frames or prior knowledge,
+//! [`stage_axis`](epirig_calibration::stage_axis) and the position of every frame from the target on the
+//! object (or positions from its texture). The [`Mapping`](epirig_calibration::rectification::Mapping)
+//! combines them for rectification. [`Calibration`] is the record; [`load_calibrated`] applies it.
 
 mod apply;
 mod contradiction;

@@ -1,4 +1,4 @@
-//! What a calibration is to be made of.
+//! The plan of a calibration.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,24 +6,24 @@ use epirig_calibration::lens::{Lens, LensEstimate};
 use epirig_calibration::photometry::{ExposureLevel, PhotometryOptions};
 use epirig_calibration::target::{ChessBoard, Target};
 
-/// What is known of a rig before its frames are looked at.
+/// Knowledge of a rig besides its frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationPlan {
     /// The chess-boards on the object, if there are any.
     pub target: Option<Target>,
     /// The chess-board of the board frames.
     pub board: Option<ChessBoard>,
-    /// What is known of the lens, if board frames do not tell.
+    /// Knowledge of the lens, used if there are no board frames.
     pub lens: Option<LensKnowledge>,
-    /// What of the frames' brightness is corrected.
+    /// Which brightness corrections are made.
     pub photometry: PhotometryOptions,
-    /// Where the position of every frame comes from.
+    /// Source of the position of every frame.
     pub positions: PositionSource,
-    /// Flat frames at several exposures, to judge the sensor's linearity by; may be empty.
+    /// Flat frames at several exposures, to test the sensor's linearity; may be empty.
     pub exposures: Vec<ExposureLevel>,
 }
 
-/// Where the position of every frame comes from.
+/// Source of the position of every frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PositionSource {
@@ -32,27 +32,27 @@ pub enum PositionSource {
     Automatic,
     /// From the target.
     Target,
-    /// From the object's texture, jointly with its disparity; scale and origin are the stage's.
+    /// From the object's texture, jointly with its disparity; scale and origin come from the stage.
     Texture,
-    /// As the stage reported.
+    /// As reported by the stage.
     Stage,
 }
 
-/// A lens that somebody has told us of.
+/// A lens that is known without board frames.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LensKnowledge {
-    /// From a file, by this name. It replaces what board frames would tell.
+    /// From a file. It replaces board frames.
     File {
         /// Name of the file.
         name: String,
         /// The lens with its covariance.
         estimate: Box<LensEstimate>,
     },
-    /// From a data sheet: board frames tell better.
+    /// From a data sheet. Board frames replace it.
     DataSheet {
-        /// The lens; distortion 0 for not known.
+        /// The lens; distortion 0 if unknown.
         lens: Lens,
-        /// Standard deviation of the focal length as a share of it.
+        /// Relative standard uncertainty of the focal length.
         focal_length_sigma: f64,
     },
 }

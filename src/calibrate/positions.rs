@@ -1,4 +1,4 @@
-//! Where every frame stands: by the target, or by the stage.
+//! Positions of all frames, from the target or from the stage.
 
 use super::remarks::Remarks;
 use super::stage_axis::FoundAxis;
@@ -7,11 +7,11 @@ use epirig_calibration::stage_axis::{TargetScale, positioning_error};
 use epirig_core::tau::Tau;
 use epirig_data::sequence::Sequence;
 
-/// The size of printed squares may differ so much from the stage's scale, in %: printers that scale "to fit" are off by 3 % and more, good ones by
-/// 0.2 %.
+/// Largest difference between the size of printed squares and the stage's scale, in %. Printers that scale
+/// "to fit" are off by 3 % and more, good ones by 0.2 %.
 const SCALE_LIMIT_PERCENT: f64 = 2.0;
 
-/// As the stage reported, or evenly spaced if nobody knows.
+/// As reported by the stage, or evenly spaced if there is no report.
 pub(super) fn from_stage(sequence: &Sequence) -> Result<PositionsRecord, CalibrateError> {
     let tau = sequence.tau()?;
     let baseline_mm =
@@ -27,7 +27,7 @@ pub(super) fn from_stage(sequence: &Sequence) -> Result<PositionsRecord, Calibra
     })
 }
 
-/// As the target shows, on the stage's scale; on that of the target's squares if the stage's is not known.
+/// As seen by the target, on the stage's scale; on the scale of the squares if the stage's is unknown.
 pub(super) fn from_target(
     sequence: &Sequence,
     found: &FoundAxis,
@@ -74,9 +74,7 @@ pub(super) fn from_target(
             .iter()
             .map(|&frame| format!("{frame} ({:+.1} um)", positioning.error_um(frame)))
             .collect();
-        remarks
-            .notes
-            .push(format!("the stage stood elsewhere than it reported in frames {}", names.join(", ")));
+        remarks.notes.push(format!("the stage reported wrong positions in frames {}", names.join(", ")));
     }
     record.baseline_mm = Some(span);
     record.baseline_sigma_mm = Some(positioning.baseline_sigma_mm);

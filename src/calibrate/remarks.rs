@@ -1,8 +1,8 @@
-//! What a calibration has to say to a person.
+//! Notes of a calibration for the user.
 
 use epirig_calibration::photometry::{Outcome, Photometry};
 
-/// What a person should know, and what would make it better.
+/// Notes, and what would improve the calibration.
 #[derive(Debug, Default)]
 pub(super) struct Remarks {
     pub(super) notes: Vec<String>,

@@ -1,4 +1,4 @@
-//! Direction of travel from the target on the object.
+//! The stage axis from the target on the object.
 
 use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
@@ -12,11 +12,11 @@ use epirig_calibration::target::{FoundBoard, Target, Tracks, find_boards, track}
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 
-/// The target's tracks and what they tell.
+/// The tracks of the target and their results.
 pub(super) struct FoundAxis {
     pub(super) stage_axis: StageAxis,
     tracks: Tracks,
-    /// Length of the baseline by the size of the squares, in mm.
+    /// Length of the baseline from the size of the squares, in mm.
     pub(super) baseline_by_target_mm: Option<f64>,
 }
 
@@ -48,13 +48,13 @@ pub(super) fn find_axis(
         return Err(CalibrateError::StandsStill { moved_px });
     }
     let positions = reported_mm.unwrap_or_else(|| (0..records.len()).map(|index| index as f64).collect());
-    // Frames that stand at one place, or two of them in the wrong order, make no baseline.
+    // Frames at one position, or two in the wrong order, give no baseline.
     epirig_core::tau::Tau::from_positions(&positions)?;
     let stage_axis = find(&tracks, &positions, lens)?;
     let unseen = stage_axis.tau.iter().filter(|tau| tau.is_none()).count();
     if unseen > 0 {
         remarks.notes.push(format!(
-            "{unseen} of {} frames show too little of the target; their positions are the stage's",
+            "{unseen} of {} frames show too little of the target; their positions are those that the stage reported",
             records.len()
         ));
     }
@@ -62,11 +62,11 @@ pub(super) fn find_axis(
     Ok(FoundAxis { stage_axis, tracks, baseline_by_target_mm })
 }
 
-/// A target that moves by less over the whole scan tells nothing: a corner's place, good to a hundredth of a pixel, would leave a percent of the
-/// motion open in every frame.
+/// Least motion of the target over the scan, in px. With a smaller motion, the error of a corner (a hundredth
+/// of a pixel) would be more than a percent of the motion.
 const LEAST_MOTION_PX: f64 = 1.0;
 
-/// Longest diagonal of the places at which a corner was seen, in px.
+/// Longest diagonal of the range of a corner, in px.
 fn longest_px(tracks: &Tracks) -> f64 {
     let mut reach =
         vec![[f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY]; tracks.corners.len()];
@@ -92,7 +92,7 @@ fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
 }
 
 impl FoundAxis {
-    /// What goes into the record, for a rectified camera of this focal length.
+    /// The record, for a rectified camera with this focal length.
     pub(super) fn record(&self, focal_length_px: f64) -> StageAxisRecord {
         let stage_axis = &self.stage_axis;
         let mut disparities: Vec<f64> =

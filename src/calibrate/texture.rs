@@ -7,14 +7,14 @@ use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
 use epirig_matcher::{DisparityRange, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
 
-/// Rows that follow each other, so that windows are whole.
+/// Rows per block; they are adjacent, so that windows are complete.
 const BLOCK_ROWS: usize = 8;
-/// Blocks over the height of the image: some hundred rows tell a position to a fraction of a um.
+/// Blocks over the height of the image: about a hundred rows determine a position to a fraction of a um.
 const BLOCKS: usize = 12;
-/// Rounds of matching and correcting; a stage that is off by less than a pixel takes two.
+/// Rounds of matching and correcting; for errors of the stage below one pixel two are enough.
 const ROUNDS: usize = 6;
 
-/// tau of every frame from the texture; scale and origin are those of the stage (or of the count of frames).
+/// tau of every frame from the texture; scale and origin come from the stage (or from the frame count).
 pub(super) fn from_texture(
     volume: &Volume,
     reported_mm: Option<&[f64]>,
@@ -30,7 +30,7 @@ pub(super) fn from_texture(
     for _ in 0..ROUNDS {
         let some = volume.selected(&rows, &frames, tau.clone());
         let maps = match_volume(&some, &options, &Silent).map_err(|error| texture(error.to_string()))?;
-        // Errors of tau move no disparity by a pixel.
+        // Errors of tau change no disparity by a pixel.
         options.range = Some(DisparityRange {
             minimum_px: maps.range.minimum_px - 1.0,
             maximum_px: maps.range.maximum_px + 1.0,
@@ -67,7 +67,7 @@ pub(super) fn from_texture(
     })
 }
 
-/// Blocks of rows, evenly over the image; all rows of a small one.
+/// Blocks of rows, evenly over the image; all rows of a small image.
 fn rows(height: usize) -> Vec<usize> {
     if height <= BLOCK_ROWS * BLOCKS {
         return (0..height).collect();

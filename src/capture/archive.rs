@@ -1,4 +1,4 @@
-//! Frames on their way to the disk, in a thread of their own, so that the stage moves while they are compressed and written.
+//! Writes frames in a thread of its own, so that the stage moves while frames are compressed and written.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -8,7 +8,8 @@ use epirig_data::sequence::{
     Event, ExitStatus, FrameFacts, FrameKind, SequenceError, SequenceWriter, StopFacts,
 };
 
-/// Frames that may wait: one is written while the next is taken. A slow disk then slows the scan, and fills no memory.
+/// Most frames that wait: one is written while the next is taken. A slow disk slows the scan but does not
+/// fill the memory.
 const WAITING: usize = 2;
 
 enum Job {
@@ -19,22 +20,22 @@ enum Job {
         facts: Box<FrameFacts>,
     },
     Note(Box<Event>),
-    /// Everything before is on disk.
+    /// Reply once all earlier frames are on disk.
     Flush(SyncSender<()>),
 }
 
-/// A writer in its thread. The first error ends it.
+/// A writer with its thread. The thread ends at the first error.
 pub(super) struct Archive {
     jobs: Option<SyncSender<Job>>,
     thread: Option<JoinHandle<(SequenceWriter, Result<(), SequenceError>)>>,
-    /// The writer, once its thread has ended.
+    /// The writer, returned by its thread at the end.
     writer: Option<SequenceWriter>,
 }
 
 impl Archive {
     pub(super) fn new(writer: SequenceWriter) -> Self {
         let (jobs, received) = sync_channel(WAITING);
-        // What it tells belongs to the scan that it writes.
+        // Log events of the thread belong to the span of the scan.
         let span = tracing::Span::current();
         let thread = std::thread::spawn(move || span.in_scope(|| work(writer, &received)));
         Self { jobs: Some(jobs), thread: Some(thread), writer: None }
@@ -54,11 +55,11 @@ impl Archive {
         self.send(Job::Note(Box::new(event)))
     }
 
-    /// Returns when everything is on disk.
+    /// Returns when all frames are on disk.
     pub(super) fn flush(&mut self) -> Result<(), SequenceError> {
         let (done, wait) = sync_channel(1);
         self.send(Job::Flush(done))?;
-        // A thread that ended instead has an error to tell.
+        // If the thread has ended, it holds an error.
         wait.recv().or_else(|_| self.end())
     }
 
@@ -66,12 +67,12 @@ impl Archive {
         match self.jobs.as_ref().map(|jobs| jobs.send(job)) {
             Some(Ok(())) => Ok(()),
             Some(Err(_)) => self.end(),
-            // Whoever goes on after an error must not believe that anything was written.
+            // After an error, the record of the end must not be written either.
             None => Err(SequenceError::Closed),
         }
     }
 
-    /// Waits for the thread, and returns its error if it has one.
+    /// Waits for the thread, and returns its error if there is one.
     fn end(&mut self) -> Result<(), SequenceError> {
         self.jobs = None;
         let Some(thread) = self.thread.take() else { return Ok(()) };
@@ -84,7 +85,7 @@ impl Archive {
         }
     }
 
-    /// Writes what waits, and then how it ended, if that is possible.
+    /// Writes the waiting frames, and then the record of the end if possible.
     pub(super) fn finish(mut self, status: ExitStatus, facts: StopFacts) -> Result<(), SequenceError> {
         let ended = self.end();
         let finished = self.writer.take().map_or(Ok(()), |writer| writer.finish(status, facts));
@@ -98,7 +99,7 @@ fn work(mut writer: SequenceWriter, jobs: &Receiver<Job>) -> (SequenceWriter, Re
             Job::Frame { kind, index, frame, facts } => writer.put(kind, index, &frame, *facts),
             Job::Note(event) => writer.note(&event),
             Job::Flush(done) => {
-                // Who no longer waits need not be told.
+                // The receiver may have given up waiting.
                 let _ = done.send(());
                 Ok(())
             }
@@ -123,7 +124,7 @@ mod tests {
     use epirig_data::sequence::{FORMAT_VERSION, Origin, SequenceRecord};
     use epirig_data::storage::{Disk, RealDisk};
 
-    /// A disk that writes no frame until it is told to.
+    /// A disk that writes no frame until it is released.
     struct Stuck(Arc<AtomicBool>);
 
     impl Stuck {
@@ -218,7 +219,7 @@ mod tests {
             archive.finish(ExitStatus::Complete, StopFacts::default()).unwrap();
         });
         std::thread::sleep(Duration::from_millis(200));
-        // One in the writer's hands, and those that may wait.
+        // One in the writer, and the waiting ones.
         assert!(sent.load(Ordering::SeqCst) <= WAITING + 1);
         open.store(true, Ordering::SeqCst);
         scan.join().unwrap();

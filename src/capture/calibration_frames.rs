@@ -1,4 +1,5 @@
-//! Dark frames, frames of a uniform target and frames of a chess-board in a hand, before the scan.
+//! Dark frames, flat frames of a uniform target, and frames of a hand-held chess-board, taken before the
+//! scan.
 
 use std::collections::BTreeSet;
 
@@ -12,23 +13,23 @@ use epirig_core::frame::Frame;
 use epirig_data::sequence::{FrameFacts, FrameKind};
 use epirig_devices::camera;
 
-/// Calibration frames that a sequence has: kind and index.
+/// Existing calibration frames of a sequence: kind and index.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Present(pub(super) BTreeSet<(FrameKind, usize)>);
 
 impl Present {
-    /// Whether these are all that a plan wants.
+    /// Whether all calibration frames of the plan exist.
     pub(super) fn is_all_of(&self, plan: &CapturePlan) -> bool {
         FrameKind::CALIBRATION.into_iter().all(|kind| self.lacking(plan, kind).is_empty())
     }
 
-    /// Those of a kind that a plan wants and that are not there.
+    /// The missing frames of a kind.
     fn lacking(&self, plan: &CapturePlan, kind: FrameKind) -> Vec<usize> {
         (0..plan.count(kind)).filter(|index| !self.0.contains(&(kind, *index))).collect()
     }
 }
 
-/// What has to be in front of the camera for a frame of the plan.
+/// The arrangement in front of the camera for a frame of the plan.
 fn arrangement(plan: &CapturePlan, kind: FrameKind, index: usize) -> Arrangement {
     match kind {
         FrameKind::Scan => Arrangement::Object,
@@ -38,14 +39,14 @@ fn arrangement(plan: &CapturePlan, kind: FrameKind, index: usize) -> Arrangement
     }
 }
 
-/// Refuses a plan that needs somebody, before anything moves.
+/// Refuses a plan that needs an operator if none is present, before anything moves.
 pub(super) fn refuse_unattended(plan: &CapturePlan) -> Result<(), CaptureError> {
     let first = FrameKind::CALIBRATION.into_iter().find(|kind| plan.count(*kind) > 0);
     first.map_or(Ok(()), |kind| Err(CaptureError::NotArranged { what: arrangement(plan, kind, 0).words() }))
 }
 
 impl Scan<'_, '_> {
-    /// Takes those that are planned and not yet there.
+    /// Takes the missing calibration frames of the plan.
     pub(super) fn calibration_frames(
         &mut self,
         archive: &mut Archive,
@@ -77,7 +78,7 @@ impl Scan<'_, '_> {
         if arranged == Arrangement::Object { Ok(()) } else { self.arrange(Arrangement::Object) }
     }
 
-    /// Has something put in front of the camera, and looks at it. A hand that does not hold the board still is asked again.
+    /// Asks for an arrangement, and takes a frame of it. A board that does not hold still is asked for again.
     fn look_at(&mut self, wanted: Arrangement) -> Result<(Frame, Vec<camera::FrameFacts>), CaptureError> {
         let mut attempt = 1;
         loop {
@@ -102,7 +103,7 @@ impl Scan<'_, '_> {
         self.look(now)
     }
 
-    /// Has something put in front of the camera, and waits until the picture is steady.
+    /// Asks for an arrangement, and waits until the picture is steady.
     fn arrange(&mut self, arrangement: Arrangement) -> Result<(), CaptureError> {
         if !self.rig.assistant.arrange(arrangement) {
             return Err(CaptureError::NotArranged { what: arrangement.words() });

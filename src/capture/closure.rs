@@ -1,4 +1,4 @@
-//! Comparing the rig with what it was: after homing, and at the end.
+//! Comparison of the rig with its former state: after homing, and at the end of the scan.
 
 use tracing::{info, info_span, warn};
 
@@ -9,7 +9,8 @@ use epirig_data::sequence::{ClosureRecord, ComparisonRecord};
 use epirig_devices::stage::Remedy;
 
 impl Scan<'_, '_> {
-    /// Takes a good frame again and compares it with what it was. `None` if it shows too little to tell.
+    /// Takes a good frame again and compares it with the former one. `None` if it has too little texture to
+    /// compare.
     pub(super) fn compare(&mut self, good: &GoodFrame) -> Result<Option<ComparisonRecord>, CaptureError> {
         let found = self.measure_shift(good)?;
         found.as_ref().map_or(Ok(()), |found| self.check_shift(found))?;
@@ -37,7 +38,7 @@ impl Scan<'_, '_> {
         let at_rest = self.camera().now().after(self.plan.settle);
         let (again, _) = self.look(at_rest)?;
         match shift_between(&good.frame, &again) {
-            // A shift that is known worse than the limit cannot be held to it.
+            // A shift whose sigma exceeds the limit cannot be tested against it.
             Ok(shift) if 3.0 * shift.sigma_px > self.plan.limits.shift_px => Ok(None),
             Ok(shift) => Ok(Some(ComparisonRecord {
                 frame: good.index,
@@ -51,11 +52,12 @@ impl Scan<'_, '_> {
         }
     }
 
-    /// Takes the first frame again, by the count of steps that the scan has kept, and homes the stage once more: whether the rig
-    /// stayed what it was. Some stages cannot tell where homing finds home, so the picture has to.
+    /// Takes the first frame again, by the step count of the scan, and homes the stage once more. This shows
+    /// whether the rig has changed. Some stages cannot measure where homing found home, so the picture is
+    /// compared.
     ///
-    /// All frames are there by then, so a camera that fails now, or a line, costs the closure only. A stage that does not come home is
-    /// another matter: perhaps it has not moved for long.
+    /// All frames exist by then, so a failure of the camera or the line loses only the closure. A stage that
+    /// does not home is an error: it may have stood still for long.
     pub(super) fn close(&mut self) -> Result<(), CaptureError> {
         let _span = info_span!("closure").entered();
         let progress = self.rig.progress;
@@ -66,13 +68,13 @@ impl Scan<'_, '_> {
                 Err(CaptureError::NotClosed { how })
             }
             Err(error) if error.is_wanted() => {
-                progress.note("note: stopped after the last frame; what re-homing would show is not known");
+                progress.note("note: stopped after the last frame; the result of homing again is unknown");
                 Ok(())
             }
             Err(error) if is_silence(&error) => {
-                warn!(reason = %error, "what re-homing would show is not known");
+                warn!(reason = %error, "the result of homing again is unknown");
                 progress.note(&format!(
-                    "note: all frames are there, but what re-homing would show is not known: {error}"
+                    "note: all frames exist, but the result of homing again is unknown: {error}"
                 ));
                 Ok(())
             }
@@ -80,7 +82,7 @@ impl Scan<'_, '_> {
         }
     }
 
-    /// Refuses steps that were lost or gained while nothing was wrong with the stage as far as it could tell.
+    /// Refuses a scan in which steps were lost or gained although the stage reported no fault.
     pub(super) fn check_home_shift(&self, home_shift_mm: Option<f64>) -> Result<(), CaptureError> {
         let limit_mm = self.plan.limits.position_mm;
         let Some(shift_mm) = home_shift_mm.filter(|shift_mm| shift_mm.abs() > limit_mm) else {
@@ -92,7 +94,7 @@ impl Scan<'_, '_> {
         Err(CaptureError::NotClosed { how })
     }
 
-    /// What was found is kept, also if it is more than is allowed.
+    /// The result is kept, even if it exceeds the limits.
     fn measure_closure(&mut self) -> Result<(), CaptureError> {
         if self.rig.pause.pressed() {
             return Err(CaptureError::Paused);
@@ -114,7 +116,8 @@ impl Scan<'_, '_> {
     }
 }
 
-/// Errors that tell nothing of where the carriage is: the camera's, and those of a stage that is not heard.
+/// Whether the error says nothing about the position of the carriage: camera errors, and a stage that does
+/// not answer.
 fn is_silence(error: &CaptureError) -> bool {
     match error {
         CaptureError::Camera(_) => true,

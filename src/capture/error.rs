@@ -1,4 +1,4 @@
-//! Why a scan stopped.
+//! Errors of a scan.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use epirig_devices::Blame;
 use epirig_devices::camera::CameraError;
 use epirig_devices::stage::StageError;
 
-/// Why a scan stopped, or did not begin.
+/// Error that stopped a scan or prevented it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CaptureError {
@@ -23,7 +23,7 @@ pub enum CaptureError {
     #[error(transparent)]
     Sequence(#[from] SequenceError),
     /// The plan has fewer than two positions.
-    #[error("a plan of {0} position(s) makes no sequence; give at least 2")]
+    #[error("a plan of {0} position(s) is too short; give at least 2")]
     EmptyPlan(usize),
     /// The plan goes where the stage cannot.
     #[error(
@@ -35,7 +35,7 @@ pub enum CaptureError {
         /// Length of the travel, in mm.
         travel_mm: f64,
     },
-    /// Too much of a frame is at full scale.
+    /// Too many samples of a frame are saturated.
     #[error(
         "frame {index}: {:.2} % of the samples are at full scale, {:.2} % are allowed (limits.saturated); dim the lamp, or \
          begin a new scan with a shorter exposure", 100.0 * share, 100.0 * limit
@@ -43,15 +43,15 @@ pub enum CaptureError {
     Saturated {
         /// Index of the frame.
         index: usize,
-        /// Share of the samples, 0 to 1.
+        /// Saturated share of the samples, 0 to 1.
         share: f64,
-        /// What is allowed.
+        /// The limit, 0 to 1.
         limit: f64,
     },
-    /// The picture stays the same although the stage says that it has moved.
+    /// The picture does not move although the stage reports a move.
     #[error(
-        "frame {index} shows what the frame before shows, although the stage says that it has moved by {step_mm} mm; does the \
-         motor stall, or slip on its shaft?"
+        "frame {index} shows what the frame before shows, although the stage reports a move of {step_mm} mm; check whether the \
+         motor stalls, or slips on its shaft"
     )]
     NoMotion {
         /// Index of the frame.
@@ -59,7 +59,7 @@ pub enum CaptureError {
         /// Distance from the frame before, in mm.
         step_mm: f64,
     },
-    /// After homing, the last good frame shows something else.
+    /// After homing, the last good frame does not match when taken again.
     #[error(
         "after homing, frame {frame} taken again differs from what it was: {how}; something has moved: put it back and resume, \
          or begin a new scan"
@@ -70,76 +70,76 @@ pub enum CaptureError {
         /// How it differs.
         how: String,
     },
-    /// A frame could not be had, however often it was tried.
-    #[error("frame {index} could not be had in {attempts} attempts; the last: {source}")]
+    /// A frame failed in all attempts.
+    #[error("frame {index} failed after {attempts} attempts; last error: {source}")]
     RetriesExhausted {
         /// Index of the frame.
         index: usize,
-        /// Times that it was tried.
+        /// Number of attempts.
         attempts: usize,
         /// Why the last attempt failed.
         source: Box<CaptureError>,
     },
-    /// The stage did not come back.
-    #[error("the stage did not come back within {wait_s:.0} s: {source}")]
+    /// The stage did not reconnect in time.
+    #[error("the stage did not reconnect within {wait_s:.0} s: {source}")]
     StageReconnectTimeout {
-        /// How long was waited.
+        /// The wait, in s.
         wait_s: f64,
         /// Why the last attempt failed.
         source: StageError,
     },
-    /// The stage answers, and does not find home.
-    #[error("the stage did not find home in {attempts} attempts; the last: {source}")]
+    /// The stage answers, but homing fails.
+    #[error("homing failed after {attempts} attempts; last error: {source}")]
     CannotHome {
-        /// Times that it was tried.
+        /// Number of attempts.
         attempts: usize,
         /// Why the last attempt failed.
         source: StageError,
     },
-    /// The light is not what it was.
+    /// The brightness has changed abruptly.
     #[error(
-        "frame {index} has a mean of {mean_dn:.1} DN, the frame before {before_dn:.1} DN: frames of neighbouring stops are alike; has \
-         a lamp gone out, or does something stand in the light?"
+        "frame {index} has a mean of {mean_dn:.1} DN, the frame before {before_dn:.1} DN: frames of neighbouring stops are similar; check whether \
+         a lamp is off, or something blocks the light"
     )]
     LightChanged {
         /// Index of the frame.
         index: usize,
-        /// Mean of its samples, in DN.
+        /// Mean of the frame, in DN.
         mean_dn: f64,
         /// Mean of the frame before, in DN.
         before_dn: f64,
     },
-    /// A person wants it to end.
+    /// The operator has paused the scan.
     #[error("paused")]
     Paused,
-    /// The sequence was not made by a scan, or not by one of this plan.
-    #[error("{} cannot be gone on with: {reason}", path.display())]
+    /// The sequence is not a scan, or not a scan with this plan.
+    #[error("{} cannot be resumed: {reason}", path.display())]
     NotThisScan {
         /// The folder.
         path: PathBuf,
         /// What does not fit.
         reason: String,
     },
-    /// The position was lost in the scan, and nobody noticed until the stage was homed again.
+    /// The position was lost during the scan, which was noticed only when the stage was homed again.
     #[error(
-        "the rig did not stay as it was in the scan: {how}; the frames do not show what their positions say: look for what moves \
+        "the rig changed during the scan: {how}; the positions of the frames are wrong: look for what slips \
          or blocks, and take the scan again"
     )]
     NotClosed {
         /// What differs from the beginning.
         how: String,
     },
-    /// A person did not arrange what was asked for.
+    /// The operator did not confirm an arrangement.
     #[error(
-        "nobody has put {what}; have somebody at the terminal, or go without: `--set plan.dark=0 --set plan.flat=0 --set plan.board=0`"
+        "not confirmed: {what}; run epirig in a terminal with an operator, or plan no such frames: `--set plan.dark=0 --set plan.flat=0 --set plan.board=0`"
     )]
     NotArranged {
-        /// What was to be in front of the camera.
+        /// The wanted arrangement in front of the camera.
         what: String,
     },
-    /// A scan with a replayed camera stopped, because of what it replays.
+    /// A scan with a replayed camera stopped because of the replayed sequence.
     #[error(
-        "{source}; {done} of {planned} frames are in {}, and there will be no more until what is replayed is mended", folder.display()
+        "{source}; {done} of {planned} frames are in {}, and it cannot continue until the replayed sequence is repaired", folder.display()
     )]
     ReplayEnded {
         /// The sequence.
@@ -151,20 +151,20 @@ pub enum CaptureError {
         /// Why.
         source: Box<CaptureError>,
     },
-    /// A sequence that is complete by its end, but not by `verify`.
-    #[error("{}: the scan has ended as complete, but {file}: {problem}{}", folder.display(), if *others > 0 { format!(" (and {others} more, which `epirig verify` lists)") } else { String::new() })]
+    /// The end record says complete, but `verify` finds faults.
+    #[error("{}: the scan is recorded as complete, but {file}: {problem}{}", folder.display(), if *others > 0 { format!(" (and {others} more, which `epirig verify` lists)") } else { String::new() })]
     NotAsRecorded {
         /// The sequence.
         folder: PathBuf,
-        /// The file or frame that it concerns.
+        /// The faulty file or frame.
         file: String,
         /// What is wrong and what to do.
         problem: String,
-        /// Further findings.
+        /// Number of further findings.
         others: usize,
     },
-    /// It stopped before the end, and can be resumed.
-    #[error("{source}; {done} of {planned} frames are in {}: `epirig resume {}` goes on", folder.display(), folder.display())]
+    /// The scan stopped early and can be resumed.
+    #[error("{source}; {done} of {planned} frames are in {}: `epirig resume {}` continues", folder.display(), folder.display())]
     Interrupted {
         /// The sequence.
         folder: PathBuf,
@@ -178,7 +178,8 @@ pub enum CaptureError {
 }
 
 impl CaptureError {
-    /// The reason behind [`Interrupted`](Self::Interrupted) or [`ReplayEnded`](Self::ReplayEnded), or itself.
+    /// The cause of [`Interrupted`](Self::Interrupted) or [`ReplayEnded`](Self::ReplayEnded); else the error
+    /// itself.
     pub fn cause(&self) -> &Self {
         match self {
             Self::Interrupted { source, .. } | Self::ReplayEnded { source, .. } => source.cause(),
@@ -186,7 +187,7 @@ impl CaptureError {
         }
     }
 
-    /// Whether a person wanted it.
+    /// Whether the operator asked for it.
     pub fn is_wanted(&self) -> bool {
         match self.cause() {
             Self::Paused | Self::Camera(CameraError::Interrupted { .. }) => true,

@@ -1,36 +1,36 @@
-//! How long a scan takes and how much it writes, before it is begun.
+//! Estimates of the duration and the size of a scan.
 
 use std::time::Duration;
 
 use super::CapturePlan;
 
-/// Frame times from a stop until a frame counts: the one that is being exposed when the stage comes to rest, a neighbour to be
-/// compared with, and then those that are averaged.
+/// Frame times from a stop to the first counted frame: the frame being exposed when the stage comes to rest,
+/// and a neighbour for comparison. The averaged frames follow.
 const BEFORE_THE_FIRST: f64 = 2.0;
 
-/// What a scan takes.
+/// Duration and size of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// The stage's motions, without the search for home; `None` if its velocity is not known.
+    /// Time of the stage's moves without homing; `None` if its velocity is unknown.
     pub moving: Option<Duration>,
-    /// Waiting for it to come to rest.
+    /// Time of mechanical settling.
     pub settling: Duration,
-    /// Waiting for frames; `None` if the camera's rate is not known.
+    /// Time of waiting for frames; `None` if the frame rate is unknown.
     pub exposing: Option<Duration>,
-    /// Bytes of all frames as they are; compressed they are fewer. `None` if their size is not known.
+    /// Bytes of all frames without compression; `None` if their size is unknown.
     pub bytes: Option<u64>,
 }
 
 impl Estimate {
-    /// All of it, if all is known.
+    /// The total time, if all parts are known.
     pub fn total(&self) -> Option<Duration> {
         Some(self.moving?.saturating_add(self.settling).saturating_add(self.exposing?))
     }
 }
 
 impl CapturePlan {
-    /// What this plan takes with frames of `frame_bytes` that come every `interval`, on a stage that takes `duration` for a
-    /// distance in mm.
+    /// The estimate for this plan: frames of `frame_bytes` every `interval`, on a stage whose moves take
+    /// `duration` of a distance in mm.
     pub fn estimate(
         &self,
         frame_bytes: Option<u64>,
@@ -42,7 +42,7 @@ impl CapturePlan {
             self.positions_mm.first().copied().unwrap_or(0.0),
             self.positions_mm.last().copied().unwrap_or(0.0),
         );
-        // From home and through all stops; at the end to the first stop, and home.
+        // From home through all stops; at the end to the first stop, and home.
         let ways = [first_mm, last_mm - first_mm, first_mm];
         let steps = self.positions_mm.windows(2).map(|pair| pair[1] - pair[0]);
         let all = ways.into_iter().chain(steps).map(|distance_mm| duration(distance_mm.abs()));

@@ -1,8 +1,9 @@
-//! A scan: move, settle, look, certify, write, next; and going on after whatever interrupted it.
+//! The scan: move, settle, take a frame, certify, write; and resuming after an interruption.
 //!
-//! One thread has stage and camera, another one compresses and writes. A frame counts with a certificate only; one that fails is
-//! taken again, and after a loss of the position (a restart, a pulled cable) the stage is homed, the last good frame taken again
-//! and compared. What the journal names stays; [`resume`] goes on from there after any interruption.
+//! One thread controls stage and camera, another compresses and writes. Only a frame with a certificate
+//! counts; a frame that fails is taken again. After a loss of the position (a restart, a disconnected cable)
+//! the stage is homed, and the last good frame is taken again and compared. Frames in the journal are kept:
+//! [`resume`] continues from them after any interruption.
 
 mod archive;
 mod calibration_frames;
@@ -38,19 +39,19 @@ use calibration_frames::Present;
 use records::camera_record;
 use scan::Scan;
 
-/// Sets the camera up, homes the stage, takes a frame at each position, homes again, and writes the sequence `out`.
-/// Returns what re-homing showed, if that is known.
+/// Sets up the camera, homes the stage, takes a frame at each position, homes again, and writes the sequence
+/// `out`. Returns the result of homing again, if it is known.
 ///
 /// # Errors
-/// [`CaptureError`]. If a sequence has been begun it is [`CaptureError::Interrupted`] and can be [resumed](resume), or
-/// [`CaptureError::NotClosed`] for a scan whose positions turned out to be wrong at its end.
+/// [`CaptureError`]. Once the sequence has been started the error is [`CaptureError::Interrupted`], and it
+/// can be [resumed](resume); or [`CaptureError::NotClosed`] if the positions turn out to be wrong at the end.
 pub fn capture(
     rig: &mut Rig<'_>,
     plan: &CapturePlan,
     out: &Path,
     disk: Box<dyn Disk>,
 ) -> Result<Option<ClosureRecord>, CaptureError> {
-    // Nothing moves for a folder that cannot be used.
+    // The folder is checked before anything moves.
     refuse_existing(out)?;
     if !rig.assistant.is_there() {
         calibration_frames::refuse_unattended(plan)?;
@@ -64,7 +65,7 @@ pub fn capture(
     finished.map_err(|error| interrupted(error, out, record.frames))
 }
 
-/// How far it came, for whoever resumes; or that a replay will not come further by resuming.
+/// Adds the number of frames to the error, and how to resume; or that a replay cannot be resumed.
 fn interrupted(error: CaptureError, folder: &Path, planned: usize) -> CaptureError {
     if matches!(error, CaptureError::NotClosed { .. }) {
         return error;

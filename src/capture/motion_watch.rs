@@ -1,24 +1,25 @@
-//! Whether the picture moves when the stage says that it does.
+//! Tests whether the picture moves when the stage reports a move.
 
 use epirig_calibration::registration::shift_between;
 use epirig_core::frame::{Frame, full_scale};
 use epirig_devices::camera::Difference;
 
-/// A picture has moved if it differs by so many times its noise: typical differences of two pairs of frames scatter by a few per
-/// cent only, being of thousands of samples.
+/// A picture has moved if it differs by more than this multiple of its noise. Typical differences of two
+/// pairs of frames scatter by a few per cent only, because they average thousands of samples.
 const STILL: f64 = 1.2;
 /// Differences below this are rounding, in DN of the camera.
 const ROUNDING_DN: f64 = 0.1;
-/// A picture that has moved by less than this between two stops stands still, in px: over a hundred stops it would move by two, and
-/// measure nothing.
+/// A picture that moves by less than this between two stops stands still, in px. Over a hundred stops it
+/// would move by only 2 px, too little to measure anything.
 const LEAST_STEP_PX: f64 = 0.02;
-/// A shift that is known worse than this tells nothing, in px.
+/// Shifts with a larger sigma than this are not used, in px.
 const WORST_SIGMA_PX: f64 = 0.05;
 
-/// Whether `frame` shows what `before` shows, a stop earlier, and has the texture by which a motion would be seen. An object without
-/// texture looks the same everywhere, and tells nothing.
+/// Whether `frame` shows the same as `before` of the previous stop, and has enough texture to show a motion.
+/// An object without texture looks the same everywhere, so it gives `false`.
 ///
-/// `noise_dn` is the typical difference of two single frames of one view, of a camera of `bit_depth`, of which `averaged` make a frame.
+/// `noise_dn` is the typical difference of two single frames of one view, for a camera of `bit_depth`; a
+/// frame is an average of `averaged`.
 pub(super) fn stands_still(
     before: &Frame,
     frame: &Frame,
@@ -30,7 +31,7 @@ pub(super) fn stands_still(
     // Averages are scaled to 16 bit, and have less noise.
     let scale = f64::from(full_scale(frame.bit_depth())) / f64::from(full_scale(bit_depth));
     let noise_dn = scale * noise_dn / (averaged.max(1) as f64).sqrt();
-    // The comparison by blocks is quick, and all that is needed where the picture moves.
+    // The block comparison is fast, and sufficient where the picture moves.
     if difference.typical_dn > STILL * noise_dn + scale * ROUNDING_DN {
         return false;
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Asks a scan to end after the frame in hand, so that it can be resumed. Clones act as one.
+/// Asks a scan to end after the current frame, so that it can be resumed. Clones share their state.
 ///
 /// ```
 /// let pause = epirig::capture::PauseSwitch::default();
@@ -14,12 +14,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct PauseSwitch(Arc<AtomicBool>);
 
 impl PauseSwitch {
-    /// Asks. It stays asked for.
+    /// Asks for the pause. It cannot be withdrawn.
     pub fn press(&self) {
         self.0.store(true, Ordering::SeqCst);
     }
 
-    /// Whether it has been asked for.
+    /// Whether a pause was asked for.
     pub fn pressed(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }

@@ -1,4 +1,4 @@
-//! What a scan is to do.
+//! The plan of a scan.
 
 use std::time::Duration;
 
@@ -6,18 +6,18 @@ use super::CaptureError;
 use epirig_data::sequence::{FrameKind, NominalLens};
 use epirig_devices::camera::{CameraSettings, Configuration};
 
-/// What a scan puts up with.
+/// Limits of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CaptureLimits {
-    /// Times that a frame is taken again.
+    /// Number of retakes of a frame.
     pub retakes: usize,
-    /// Share of a frame's samples that may be at full scale, 0 to 1.
+    /// Share of a frame's samples that may be saturated, 0 to 1.
     pub saturated: f64,
-    /// How far the reported position may be from the commanded one, in mm.
+    /// Largest distance of the reported from the commanded position, in mm.
     pub position_mm: f64,
-    /// How far the picture may have moved after homing, in px.
+    /// Largest shift of the picture after homing, in px.
     pub shift_px: f64,
-    /// How long to wait for a camera or a stage that has gone.
+    /// Longest wait for a disconnected camera or stage.
     pub wait: Duration,
 }
 
@@ -34,35 +34,35 @@ impl Default for CaptureLimits {
     }
 }
 
-/// What a scan is to do and what is known of the rig.
+/// What to capture, and what is known of the rig.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CapturePlan {
-    /// Where to take frames, in mm from home.
+    /// Positions of the frames, in mm from home.
     pub positions_mm: Vec<f64>,
-    /// How long the stage swings after a move: exposures begin after that.
+    /// Time for which the stage vibrates after a move; exposures begin later.
     pub settle: Duration,
-    /// What the camera is to be.
+    /// Settings of the camera.
     pub camera: CameraSettings,
-    /// Frames averaged to one of 16 bit at each position; 1 for single frames as they are.
+    /// Number of frames averaged at each position, into one of 16 bit; 1 keeps single frames unchanged.
     pub averaged: usize,
-    /// Dark frames to take before the scan.
+    /// Number of dark frames before the scan.
     pub dark: usize,
-    /// Frames of a uniform target to take before the scan.
+    /// Number of frames of a uniform target before the scan.
     pub flat: usize,
-    /// Frames of a chess-board in a hand to take before the scan, each in another pose.
+    /// Number of frames of the hand-held chess-board before the scan, each in a different pose.
     pub board: usize,
-    /// What it puts up with.
+    /// Limits of the scan.
     pub limits: CaptureLimits,
     /// The lens, if known.
     pub lens: Option<NominalLens>,
-    /// How to connect to the rig again, for whoever resumes.
+    /// The rig's profile as recorded, for resuming.
     pub rig: Option<serde_json::Value>,
-    /// How the simulated rig was made, if it is one.
+    /// The configuration of the simulated rig, if it is one.
     pub simulator: Option<serde_json::Value>,
 }
 
 impl CapturePlan {
-    /// A plan that takes a frame as it is at each position, with a camera set up for measuring.
+    /// A plan of single frames at these positions, with a camera set up for measuring.
     pub fn at(positions_mm: Vec<f64>) -> Self {
         Self {
             positions_mm,
@@ -89,7 +89,7 @@ impl CapturePlan {
         }
     }
 
-    /// Number of frames that are taken before the scan.
+    /// Number of calibration frames, all taken before the scan.
     pub fn calibration_frames(&self) -> usize {
         FrameKind::CALIBRATION.into_iter().map(|kind| self.count(kind)).sum()
     }
@@ -103,13 +103,13 @@ impl CapturePlan {
         first.copied().ok_or(CaptureError::EmptyPlan(self.positions_mm.len()))
     }
 
-    /// Bytes of a frame's samples, of a camera that is set like this.
+    /// Bytes of a frame's samples, for a camera with this configuration.
     pub fn frame_bytes(&self, configuration: &Configuration) -> u64 {
         let sample_bytes = if self.averaged > 1 || configuration.bit_depth > 8 { 2 } else { 1 };
         configuration.rows as u64 * configuration.columns as u64 * sample_bytes
     }
 
-    /// Refuses a plan that leaves the travel: a scan that cannot end need not begin.
+    /// Refuses positions outside the travel, before the scan begins.
     ///
     /// # Errors
     /// [`CaptureError::BeyondTravel`].

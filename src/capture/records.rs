@@ -1,9 +1,9 @@
-//! What a sequence records of a camera and its frames.
+//! Records of a camera and its frames in a sequence.
 
 use epirig_data::sequence::{CameraRecord, ExposureRecord};
 use epirig_devices::camera::{Configuration, FrameFacts, TimingRule};
 
-/// What a camera was set to.
+/// The settings of a camera.
 pub(super) fn camera_record(configuration: &Configuration, averaged: usize) -> CameraRecord {
     CameraRecord {
         format: configuration.format.four_cc.to_string(),
@@ -16,7 +16,8 @@ pub(super) fn camera_record(configuration: &Configuration, averaged: usize) -> C
     }
 }
 
-/// How a frame was taken: of several that were averaged, the times of the last and the counts of all. `None` of none.
+/// The exposure of a frame. For averages: times of the last frame and sums of the counts. `None` without
+/// exposures.
 pub(super) fn exposure_record(exposures: &[FrameFacts]) -> Option<ExposureRecord> {
     let last = exposures.last()?;
     let timing = match last.timing {

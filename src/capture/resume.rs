@@ -1,4 +1,4 @@
-//! Going on with a scan that was interrupted at any moment.
+//! Resuming a scan that was interrupted at any moment.
 
 use std::path::Path;
 
@@ -16,16 +16,18 @@ use epirig_data::sequence::{
 };
 use epirig_data::storage::Disk;
 
-/// Takes the frames that the sequence in `folder` lacks, as [`capture`](super::capture) would have done.
+/// Takes the missing frames of the sequence in `folder`, as [`capture`](super::capture) does.
 ///
-/// Frames that the journal names are checked first, and damaged ones are taken again; records that contradict each other, or a frame that is as it
-/// was written, are refused. The stage is homed, the last good
-/// frame before the first missing one is taken again and compared. A sequence that is complete is left as it is, and one that has lost
-/// its position unnoticed is refused: a rig that has been mended would find nothing wrong with it.
+/// First, the frames in the journal are checked. Damaged frames are taken again. Records that contradict each
+/// other, or contradict an undamaged frame, are refused.
+///
+/// The stage is homed, and the last good frame before the first missing one is taken again and compared. A
+/// complete sequence is not changed. A sequence that lost its position unnoticed is refused, because a
+/// repaired rig would show no difference.
 ///
 /// # Errors
-/// [`CaptureError`] as of [`capture`](super::capture); [`CaptureError::NotThisScan`] if the folder's scan has another plan or was taken with
-/// another camera setting, [`CaptureError::Moved`] if the picture is not what it was.
+/// [`CaptureError`] as for [`capture`](super::capture); [`CaptureError::NotThisScan`] if the folder's scan
+/// has another plan or other camera settings, [`CaptureError::Moved`] if the picture has changed.
 pub fn resume(
     rig: &mut Rig<'_>,
     plan: &CapturePlan,
@@ -37,16 +39,14 @@ pub fn resume(
     let unlike =
         |reason: &str| CaptureError::NotThisScan { path: folder.to_owned(), reason: reason.to_owned() };
     let Origin::Captured { stage, camera, configuration: Some(set), .. } = &record.origin else {
-        return Err(unlike("its frames were not taken by this program; there is nothing to go on with"));
+        return Err(unlike("its frames were not taken by this program"));
     };
     if record.positions_mm.as_ref() != Some(&plan.positions_mm) {
-        return Err(unlike("its positions are not those of the plan"));
+        return Err(unlike("its positions differ from the plan"));
     }
     let ended = sequence.stop().map(|stop| stop.exit_status);
     if ended == Some(ExitStatus::NotClosed) {
-        return Err(unlike(
-            "its frames do not show what their positions say (see stop.json); take the scan again",
-        ));
+        return Err(unlike("the positions of its frames are wrong (see stop.json); take the scan again"));
     }
     refuse_busy(folder)?;
     sequence.check_records()?;
@@ -60,22 +60,22 @@ pub fn resume(
     let missing: Vec<usize> = (0..record.frames).filter(|index| !found.contains(index)).collect();
     if missing.is_empty() && present.is_all_of(plan) && ended == Some(ExitStatus::Complete) {
         refuse_what_verify_refuses(&sequence, rig.progress)?;
-        rig.progress.note("the scan is complete already: nothing is to be done");
+        rig.progress.note("the scan is already complete");
         return Ok(sequence.stop().and_then(|stop| stop.closure.clone()));
     }
     info!(good = found.len(), missing = missing.len(), "frames checked");
     for &index in &missing {
         let file = FrameKind::Scan.file(index);
-        // A program that is killed between writing a frame and naming it leaves one such file.
+        // A program that is killed between writing a frame and its journal line leaves one such file.
         if folder.join(&file).symlink_metadata().is_ok()
             && !sequence.frames().iter().any(|frame| frame.index == index)
         {
-            rig.progress.note(&format!("note: no line of the journal names {file}; it is taken again"));
+            rig.progress.note(&format!("note: {file} is not in the journal and is taken again"));
         }
     }
     let goes_on = || -> Result<_, CaptureError> {
         let mut scan = Scan::begin(rig, plan, Some(set))?;
-        // What differs is for the person to judge, and for the picture.
+        // Another device is reported, not refused; the picture is compared later.
         let now = [scan.stage_now()?.identity().to_string(), scan.camera().identity().to_string()];
         for (was, is) in [stage, camera].into_iter().zip(now).filter(|(was, is)| *was != is) {
             warn!(was, now = is, "the scan was begun with another device");
@@ -83,7 +83,7 @@ pub fn resume(
         }
         if *set != camera_record(&scan.configuration, plan.averaged) {
             return Err(unlike(&format!(
-                "the camera is now set to {}, which is not what sequence.json says; set it as it was, or begin a new scan",
+                "the camera is now set to {}, which differs from sequence.json; restore the settings, or begin a new scan",
                 scan.configuration
             )));
         }
@@ -106,7 +106,7 @@ pub fn resume(
     })
 }
 
-/// What is called complete is so by `epirig verify`, too.
+/// Runs the checks of `epirig verify` on a sequence that is recorded as complete.
 fn refuse_what_verify_refuses(sequence: &Sequence, progress: &dyn Progress) -> Result<(), CaptureError> {
     let mut findings = verify(sequence, progress)?.findings;
     if findings.is_empty() {
@@ -121,7 +121,7 @@ fn indices(frames: &[FrameRecord]) -> Vec<usize> {
     frames.iter().map(|frame| frame.index).collect()
 }
 
-/// The frames that the journal names and that are on disk as they were written.
+/// The frames in the journal that are undamaged on disk.
 fn good_frames(
     sequence: &Sequence,
     kind: FrameKind,
@@ -141,7 +141,8 @@ fn good_frames(
                 warn!(file = frame.file, reason = %error, "the frame is taken again");
                 progress.note(&format!("{} is taken again: {error}", frame.file));
             }
-            // A file that cannot be read now may be as good as ever, and one that contradicts a record may be right.
+            // Only damaged files are taken again. An unreadable file may be readable later, and a frame that
+            // contradicts a record may be right.
             Err(error) => {
                 checked = Err(error);
                 break;

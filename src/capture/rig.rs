@@ -1,29 +1,29 @@
-//! What a scan works with.
+//! The parts of a rig that a scan uses.
 
 use super::PauseSwitch;
 use epirig_core::progress::Progress;
 use epirig_devices::camera::Camera;
 use epirig_devices::stage::StageSource;
 
-/// What is to be in front of the camera.
+/// The arrangement in front of the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arrangement {
-    /// The object that is measured.
+    /// The measured object.
     Object,
-    /// No light: a cap on the lens.
+    /// No light: the cap on the lens.
     Dark,
     /// A uniform target that fills the view.
     Flat,
-    /// A chess-board that is held before the camera.
+    /// A hand-held chess-board.
     Board {
-        /// Which of its poses, from 0.
+        /// Index of the pose, from 0.
         pose: usize,
-        /// How many there are.
+        /// Number of poses.
         poses: usize,
     },
 }
 
-/// Where in the picture the board is held: a lens is known only where it was seen through.
+/// Where the board is held in the picture: the lens is calibrated only where corners were seen.
 const PLACES: [&str; 9] = [
     "in the middle of the picture",
     "in its upper left corner",
@@ -35,18 +35,18 @@ const PLACES: [&str; 9] = [
     "at its left edge",
     "at its right edge",
 ];
-/// How it is tilted: boards that face the camera do not tell focal length from distance.
+/// How the board is tilted: boards that face the camera do not separate focal length from distance.
 const TILTS: [&str; 4] = ["left side", "upper side", "right side", "lower side"];
 
 impl Arrangement {
-    /// What a person has to do.
+    /// The arrangement as an instruction for the operator.
     pub fn words(self) -> String {
         match self {
             Self::Object => "the object in its place".to_owned(),
             Self::Dark => "the cap on the lens".to_owned(),
             Self::Flat => "a uniform white target in front of the camera".to_owned(),
             Self::Board { pose, poses } => format!(
-                "the chess-board before the camera and hold it still, pose {} of {poses}: all of its squares in view, {}, its {} tilted \
+                "the chess-board in front of the camera, held still, pose {} of {poses}: all of its squares in view, {}, its {} tilted \
                  towards the camera by some 30 degrees",
                 pose + 1,
                 PLACES[pose % PLACES.len()],
@@ -56,16 +56,16 @@ impl Arrangement {
     }
 }
 
-/// Whoever puts things in front of the camera.
+/// The operator, who changes what is in front of the camera.
 pub trait Assistant {
-    /// Whether anybody is there to be asked.
+    /// Whether an operator is present.
     fn is_there(&self) -> bool;
 
-    /// Puts it there, and tells whether it is there now.
+    /// Asks for an arrangement; returns whether it is confirmed.
     fn arrange(&mut self, arrangement: Arrangement) -> bool;
 }
 
-/// Nobody: only the object is there.
+/// No operator: only the object can be in front of the camera.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unattended;
 
@@ -79,17 +79,17 @@ impl Assistant for Unattended {
     }
 }
 
-/// A rig, and whoever watches it.
+/// A rig, its operator, and the listeners to its progress.
 pub struct Rig<'a> {
-    /// Where the stage comes from.
+    /// Source of connections to the stage.
     pub stages: &'a mut dyn StageSource,
     /// The camera.
     pub camera: &'a mut dyn Camera,
-    /// Who puts things in front of it.
+    /// The operator.
     pub assistant: &'a mut dyn Assistant,
-    /// Who may end the scan after a frame.
+    /// Asks the scan to end after a frame.
     pub pause: PauseSwitch,
-    /// Who is told how far it is.
+    /// Receives the progress.
     pub progress: &'a dyn Progress,
 }
 

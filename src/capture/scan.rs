@@ -1,4 +1,4 @@
-//! The course of a scan: frame by frame, and what to do when something fails.
+//! The course of a scan: frame by frame, with recovery from failures.
 
 use std::time::Duration;
 
@@ -22,47 +22,49 @@ pub(super) struct GoodFrame {
     pub(super) frame: Frame,
 }
 
-/// How far the rig can be relied on.
+/// How much of the rig's state is still valid, in falling order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Trust {
-    /// Everything is as the latest frame was taken.
+    /// Everything is as for the latest frame.
     Whole,
-    /// The camera has to be started.
+    /// The camera must be started again.
     CameraStopped,
     /// The position is lost.
     PositionLost,
-    /// The camera was lost, and the position with it: whoever pulled its cable may have pushed it.
+    /// The camera was disconnected. The position counts as lost too, because the cable may have moved the
+    /// carriage.
     CameraGone,
 }
 
 /// A scan in progress.
 pub(super) struct Scan<'a, 'r> {
     pub(super) rig: &'a mut Rig<'r>,
-    /// `None` only while it is connected anew.
+    /// `None` only while it is connected again.
     pub(super) stage: Option<Box<dyn Stage>>,
     pub(super) stop: StopSwitch,
     pub(super) plan: &'a CapturePlan,
     pub(super) configuration: Configuration,
     pub(super) trust: Trust,
-    /// What has happened to the trust, in words.
+    /// Why the state was lost, in words.
     pub(super) lost_by: String,
-    /// Where the stage was sent last, in mm from home.
+    /// The last commanded position, in mm from home.
     pub(super) at_mm: f64,
-    /// Whether that accounts for steps that homing finds lost.
+    /// Whether a known event explains lost steps found by homing.
     pub(super) steps_in_doubt: bool,
-    /// The frame before the one in hand.
+    /// The frame before the current one.
     pub(super) latest: Option<GoodFrame>,
     /// The first frame of the scan.
     pub(super) first: Option<Frame>,
-    /// What the end of the scan has shown, as far as it came.
+    /// Results at the end of the scan, as far as it came.
     pub(super) closure: Option<ClosureRecord>,
     pub(super) times: TimesRecord,
     pub(super) began: Moment,
 }
 
 impl<'a, 'r> Scan<'a, 'r> {
-    /// Connects to the rig, sets the camera up, homes the stage and goes to the first position: whatever is wrong with a
-    /// rig shows before anything is written. Of a scan that goes on, `before` is what the camera was set to.
+    /// Connects to the rig, sets up the camera, homes the stage and moves to the first position. So faults of
+    /// the rig show before anything is written. For a resumed scan, `before` holds the former camera
+    /// settings.
     pub(super) fn begin(
         rig: &'a mut Rig<'r>,
         plan: &'a CapturePlan,
@@ -80,7 +82,8 @@ impl<'a, 'r> Scan<'a, 'r> {
         configuration.notes.iter().for_each(|note| rig.progress.note(&format!("note: {note}")));
         let began = rig.camera.now();
         stage.home()?;
-        // The first move tells whether the positions can be approached at all; and the camera gets used to what it will see.
+        // The first move shows whether the positions can be approached at all, and lets the camera adapt to
+        // the scene.
         stage.move_to(first_mm)?;
         rig.camera.start()?;
         if rig.pause.pressed() {
@@ -114,7 +117,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         })
     }
 
-    /// Takes these frames, closes the scan and writes how it ended.
+    /// Takes these frames, closes the scan and writes the end record.
     pub(super) fn finish(
         mut self,
         writer: SequenceWriter,
@@ -130,7 +133,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         let total = self.rig.camera.now().since(self.began);
         self.times.total_s = total.as_secs_f64();
         let closed = taken.and_then(|()| self.close());
-        // A camera that no longer answers has nothing to be stopped.
+        // A disconnected camera needs no stop.
         let _ = self.rig.camera.stop();
         let status = match &closed {
             Ok(()) => ExitStatus::Complete,
@@ -160,7 +163,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         Ok(())
     }
 
-    /// Takes a frame, again if it is not good.
+    /// Takes a frame; repeats it if it is not good.
     fn frame(&mut self, index: usize, archive: &mut Archive) -> Result<(), CaptureError> {
         let mut attempt = 1;
         loop {
@@ -178,7 +181,7 @@ impl<'a, 'r> Scan<'a, 'r> {
                 Err(error) => error,
             };
             let Some(lost) = lost_trust(&error) else {
-                debug!(reason = %error, "another attempt would be of no use");
+                debug!(reason = %error, "another attempt would not help");
                 return Err(error);
             };
             warn!(reason = %error, ?lost, "the frame is taken again");
@@ -201,7 +204,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         }
     }
 
-    /// Makes the rig what it was, as far as that has been lost.
+    /// Restores the rig's state as far as it was lost.
     fn regain(&mut self, archive: &mut Archive) -> Result<(), CaptureError> {
         if self.trust != Trust::Whole {
             warn!(lost = ?self.trust, reason = self.lost_by, steps_in_doubt = self.steps_in_doubt, "recovering the rig");
@@ -221,11 +224,11 @@ impl<'a, 'r> Scan<'a, 'r> {
         }
         self.wait_for_stage()?;
         if !self.steps_in_doubt {
-            // Then they were lost before, and frames have been taken since.
+            // Steps were lost before, and frames have been taken since.
             let home_shift_mm = self.stage_now()?.home_shift_mm();
             self.check_home_shift(home_shift_mm)?;
         }
-        // An error of its own may have stopped it meanwhile.
+        // An error of the archive may have ended it meanwhile.
         self.rig.camera.start()?;
         let after = std::mem::take(&mut self.lost_by);
         let resumed = self.go_on(after)?;
@@ -233,7 +236,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         Ok(())
     }
 
-    /// Where the position is known again: compares the last good frame with what is seen there now.
+    /// With a known position: compares the last good frame with one taken there now.
     pub(super) fn go_on(&mut self, after: String) -> Result<ResumedRecord, CaptureError> {
         let home_shift_mm = self.stage_now()?.home_shift_mm();
         let latest = self.latest.take();
@@ -249,14 +252,14 @@ impl<'a, 'r> Scan<'a, 'r> {
             },
         );
         let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
-        info!(after, home_shift_mm, moved_px, "the scan goes on");
-        self.rig.progress.note(&format!("the scan goes on: the stage is homed; {words}"));
+        info!(after, home_shift_mm, moved_px, "the scan continues");
+        self.rig.progress.note(&format!("the scan continues: the stage is homed; {words}"));
         let position_tolerance_mm = Some(self.plan.limits.position_mm);
         Ok(ResumedRecord { after, home_shift_mm, comparison, position_tolerance_mm, at: now() })
     }
 
     fn wait_for_camera(&mut self) -> Result<(), CaptureError> {
-        /// How long a person who stops it waits, at most.
+        /// Longest delay until a pause is noticed.
         const SLICE: Duration = Duration::from_secs(1);
         let wait = self.plan.limits.wait;
         warn!(seconds = wait.as_secs_f64(), "waiting for the camera");
@@ -277,9 +280,9 @@ impl<'a, 'r> Scan<'a, 'r> {
         }
     }
 
-    /// Homes the stage; connects to it anew if that does not work.
+    /// Homes the stage; connects to it again if that fails.
     fn wait_for_stage(&mut self) -> Result<(), CaptureError> {
-        /// How long a stage is left alone between two attempts to reach it.
+        /// Pause between two attempts to connect to a stage.
         const PAUSE: Duration = Duration::from_millis(500);
         let wait = self.plan.limits.wait;
         let until = std::time::Instant::now() + wait;
@@ -300,9 +303,9 @@ impl<'a, 'r> Scan<'a, 'r> {
                 Err(error @ StageError::Stopped { .. }) => return Err(error.into()),
                 Err(error) => error,
             };
-            warn!(reason = %source, "the stage is not back");
+            warn!(reason = %source, "the stage has not reconnected");
             if source.consequence().remedy != Remedy::WaitThenHome {
-                // A motor that runs against its end again and again does not get better.
+                // A motor that runs against its end again and again will not recover.
                 in_vain += 1;
                 if in_vain > self.plan.limits.retakes {
                     return Err(CaptureError::CannotHome { attempts: in_vain, source });
@@ -318,7 +321,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             if std::time::Instant::now() >= until {
                 return Err(CaptureError::StageReconnectTimeout { wait_s: wait.as_secs_f64(), source });
             }
-            // Its port must be free before it can be opened again.
+            // The port must be closed before it can be opened again.
             self.stage = None;
             std::thread::sleep(PAUSE);
         }
@@ -331,9 +334,9 @@ impl<'a, 'r> Scan<'a, 'r> {
         self.rig.pause.pressed() || self.stop.pressed().is_some()
     }
 
-    /// Moves to a position, from below: whoever comes from above has the play of screw and nut on the other side.
+    /// Moves to a position from below; an approach from above would add the backlash.
     pub(super) fn go_to(&mut self, position_mm: f64) -> Result<(), CaptureError> {
-        /// More than any stage has of play that is worth a measurement.
+        /// More than the backlash of any usable stage.
         const CLEARANCE_MM: f64 = 1.0;
         let from_above = self.at_mm > position_mm;
         if from_above {
@@ -343,7 +346,7 @@ impl<'a, 'r> Scan<'a, 'r> {
         let stage = self.stage_now()?;
         if from_above {
             match stage.move_to((position_mm - CLEARANCE_MM).max(0.0)) {
-                // It comes to all positions from below by itself.
+                // This stage approaches all positions from below by itself.
                 Ok(()) | Err(StageError::NoApproach { .. }) => {}
                 Err(error) => return Err(error.into()),
             }
@@ -352,7 +355,7 @@ impl<'a, 'r> Scan<'a, 'r> {
     }
 
     pub(super) fn stage_now(&mut self) -> Result<&mut Box<dyn Stage>, CaptureError> {
-        // Without a stage the trust is gone, and everything begins with regaining it.
+        // Without a stage, recovery is the next step.
         self.stage.as_mut().ok_or(CaptureError::Stage(StageError::NotHomed))
     }
 
@@ -361,7 +364,7 @@ impl<'a, 'r> Scan<'a, 'r> {
     }
 }
 
-/// Sets what nobody asked for as it was, too: a camera that has been without power is as it was made.
+/// Restores all controls, also those not in the plan: a camera that was without power has its defaults.
 fn set_as_before(
     camera: &mut dyn Camera,
     mut configuration: Configuration,
@@ -378,14 +381,14 @@ fn set_as_before(
             );
             camera.set_control(&pinned.name, &wanted.to_string())?;
             pinned.value = *wanted;
-            // It follows from a control.
+            // A control that depends on another one cannot be set.
             configuration.exposure_us = before.exposure_us;
         }
     }
     Ok(configuration)
 }
 
-/// Whether a stage may have lost steps by what led to an error.
+/// Whether the event behind an error may have cost steps.
 fn may_lose_steps(error: &CaptureError) -> bool {
     match error {
         CaptureError::Stage(error) => error.consequence().position != PositionAfter::Unsure,
@@ -394,7 +397,7 @@ fn may_lose_steps(error: &CaptureError) -> bool {
     }
 }
 
-/// What an error leaves of the trust in the rig; `None` if trying again is of no use.
+/// What an error leaves of the rig's state; `None` if another attempt cannot help.
 pub(super) fn lost_trust(error: &CaptureError) -> Option<Trust> {
     match error {
         CaptureError::Stage(error) => match error.consequence().remedy {

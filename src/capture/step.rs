@@ -1,4 +1,4 @@
-//! One stop of the scan: move, settle, look, and certify.
+//! One stop of the scan: move, settle, take a frame, and certify it.
 
 use tracing::{debug, info};
 
@@ -10,12 +10,12 @@ use epirig_data::sequence::{CertificateRecord, FrameFacts};
 use epirig_devices::camera::{self, CameraError, TakenFrame, average};
 use epirig_devices::stage::StageError;
 
-/// Means of the frames of neighbouring stops differ by less than this factor: they show nearly the same part of the object, or there
-/// would be nothing to match.
+/// Means of frames of neighbouring stops differ by less than this factor, because they show nearly the same
+/// part of the object. Else there would be nothing to match.
 const LIGHT_RATIO: f64 = 2.0;
 
 impl Scan<'_, '_> {
-    /// Goes to the position `index`, takes a frame there, and makes sure that it is good.
+    /// Moves to position `index`, takes a frame there, and checks it.
     pub(super) fn step(&mut self, index: usize, attempt: usize) -> Result<(Frame, FrameFacts), CaptureError> {
         let commanded_mm = self.plan.positions_mm[index];
         let begun = self.camera().now();
@@ -32,7 +32,7 @@ impl Scan<'_, '_> {
         );
         self.camera().at_stop(index);
         let (frame, exposures) = self.look(at_rest)?;
-        // Read again after the exposure: a stage that has crept away or restarted meanwhile spoils the frame.
+        // Read again after the exposure: a stage that has drifted or restarted meanwhile spoils the frame.
         let after_mm = self.check_position(commanded_mm)?;
         self.times.settling_s += self.plan.settle.as_secs_f64();
         self.times.exposing_s += self.camera().now().since(at_rest).as_secs_f64();
@@ -83,7 +83,7 @@ impl Scan<'_, '_> {
         Ok((frame, facts))
     }
 
-    /// The reported position, if it is the commanded one.
+    /// The reported position; an error if it is not the commanded one.
     fn check_position(&mut self, commanded_mm: f64) -> Result<f64, CaptureError> {
         let tolerance_mm = self.plan.limits.position_mm;
         let reported_mm = self.stage_now()?.position_mm()?;
@@ -94,7 +94,7 @@ impl Scan<'_, '_> {
         Ok(reported_mm)
     }
 
-    /// A frame, or the mean of several, begun after `at_rest`.
+    /// A frame, or the average of several, exposed after `at_rest`.
     pub(super) fn look(
         &mut self,
         at_rest: camera::Moment,
@@ -111,7 +111,7 @@ impl Scan<'_, '_> {
         Ok((frame, vec![facts]))
     }
 
-    /// Whoever stops the stage in the middle of an average stops the scan.
+    /// Stopping the stage during an average also stops the scan.
     fn as_stop(&mut self, error: CameraError) -> CaptureError {
         match error {
             CameraError::Interrupted { .. } => {

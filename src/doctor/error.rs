@@ -1,4 +1,4 @@
-//! Why a rig could not be examined, or something could not be measured.
+//! Errors of the doctor and of single measurements.
 
 use thiserror::Error;
 
@@ -6,7 +6,7 @@ use epirig_calibration::registration::ShiftError;
 use epirig_devices::camera::CameraError;
 use epirig_devices::stage::StageError;
 
-/// Why nothing could be found out.
+/// Error that prevents the examination.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DoctorError {
@@ -17,11 +17,11 @@ pub enum DoctorError {
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The plan has fewer than two positions.
-    #[error("a plan of {0} position(s) makes no sequence; give at least 2")]
+    #[error("a plan of {0} position(s) is too short; give at least 2")]
     EmptyPlan(usize),
 }
 
-/// Why something could not be measured.
+/// Error of a single measurement.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MotionError {
@@ -31,15 +31,15 @@ pub enum MotionError {
     /// The camera failed.
     #[error(transparent)]
     Camera(#[from] CameraError),
-    /// Two pictures could not be compared.
+    /// Two frames cannot be compared.
     #[error(transparent)]
     Shift(#[from] ShiftError),
-    /// There is no way to go.
-    #[error("there is no way to go between {from_mm} mm and {last_mm} mm; choose positions that rise")]
+    /// The range is empty.
+    #[error("no room for a move between {from_mm} mm and {last_mm} mm; choose increasing positions")]
     NoRoom {
-        /// Where the stage is, in mm from home.
+        /// Start of the move, in mm from home.
         from_mm: f64,
-        /// Where it may go, in mm from home.
+        /// Limit of the move, in mm from home.
         last_mm: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! Everything that is to be found out, in its order.
+//! The examination: all checks in order.
 
 use tracing::{info, info_span, warn};
 
@@ -13,20 +13,21 @@ use epirig_devices::Blame;
 use epirig_devices::camera::{Assessment, Camera, CameraError, Configuration};
 use epirig_devices::stage::Stage;
 
-/// Frames of the first view: noise is known to 1 % from far fewer, bands of a lamp beat against the frames over some of them.
+/// Frames of the first view: far fewer give the noise to 1 %, but bands of a lamp beat against the frames
+/// over several of them.
 const FRAMES: usize = 16;
-/// Pixels that the matcher's smallest window fits together: 5 x 5.
+/// Pixels in the smallest window of the matcher: 5 x 5.
 const WINDOW_PX: f64 = 25.0;
-/// Parts that are told of: setting up, the picture, motion, settling, repeatability.
+/// Steps of the progress bar: setup, picture, motion, settling, repeatability.
 const PARTS: u64 = 5;
 
-/// Sets the camera up, homes the stage, goes to the plan's first position and looks at everything that decides on the scan. The camera
-/// is stopped in the end, and the stage stays where the last measurement left it.
+/// Sets up the camera, homes the stage, moves to the plan's first position and makes all checks. At the end
+/// the camera is stopped; the stage stays at the last position.
 ///
-/// What cannot be measured makes a check that says so, and the rest goes on.
+/// A failed measurement becomes a check of its own, and the examination continues.
 ///
 /// # Errors
-/// [`DoctorError`] if the plan is empty, or stage or camera cannot be used at all.
+/// [`DoctorError`] if the plan is empty, or stage or camera do not work at all.
 pub fn examine(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
@@ -86,7 +87,7 @@ fn examine_parts(
     Ok(report)
 }
 
-/// Homes the stage and goes to the first position; whether it could be approached.
+/// Homes the stage and moves to the first position. Returns whether that position can be approached.
 fn go_to_start(
     stage: &mut dyn Stage,
     plan: &DoctorPlan,
@@ -109,7 +110,7 @@ fn go_to_start(
                 NAME,
                 Verdict::Bad,
                 error.to_string(),
-                "choose another start; what needs moves has not been looked at",
+                "choose another start; checks that need moves were skipped",
             ));
             Ok(false)
         }
@@ -117,13 +118,13 @@ fn go_to_start(
     }
 }
 
-/// Whether the camera has started; that it sees no steady picture is a finding, and nothing more can be had then.
+/// Whether the camera has started. An unsteady picture is a finding that ends the checks of the picture.
 fn is_steady(started: Result<(), CameraError>, checks: &mut Vec<Check>) -> Result<bool, DoctorError> {
     match started {
         Ok(()) => Ok(true),
         Err(error @ CameraError::Unsteady { .. }) => {
             let finding = error.to_string();
-            let advice = "make the picture steady first; nothing else of it has been looked at";
+            let advice = "make the picture steady first; the other checks of the picture were skipped";
             checks.push(Check::with_advice("steadiness", Verdict::Bad, finding, advice));
             Ok(false)
         }
@@ -169,7 +170,7 @@ fn measure_moves(
     }
     progress.advance(1);
     let Some(motion) = report.motion.filter(|_| !plan.short) else { return Ok(()) };
-    // One step, as the scan will make.
+    // One step, as in the scan.
     stage.move_to(first_mm)?;
     let next_mm = (first_mm + step_mm).min(stage.travel_mm());
     let settled = measure_settling(stage, camera, next_mm);
@@ -192,7 +193,7 @@ fn measure_moves(
     Ok(())
 }
 
-/// What was measured; or a check that says why it could not be, and a camera that runs again.
+/// The measurement; or a check with the reason of its failure, with the camera running again.
 fn or_check<T>(
     name: &'static str,
     measured: Result<T, MotionError>,
@@ -208,11 +209,11 @@ fn or_check<T>(
         }
         Err(error) => (Verdict::Unknown, error.to_string()),
     };
-    checks.push(Check { name, verdict, finding: format!("it could not be measured: {why}"), advice: None });
+    checks.push(Check { name, verdict, finding: format!("the measurement failed: {why}"), advice: None });
     Ok(None)
 }
 
-/// Sampling, and how well heights will be known.
+/// Sampling, and the predicted uncertainty of heights.
 fn foresee(plan: &DoctorPlan, configuration: &Configuration, view: &View, report: &mut Report) {
     const NAME: &str = "height";
     let frames = plan.scan.positions_mm.len();
@@ -226,7 +227,7 @@ fn foresee(plan: &DoctorPlan, configuration: &Configuration, view: &View, report
         report.checks.push(Check::with_advice(
             NAME,
             Verdict::Unknown,
-            "how well heights will be known depends on lens and distance".to_owned(),
+            "the uncertainty of heights depends on lens and distance, which are unknown".to_owned(),
             "give the focal length, the distance of the object, or both",
         ));
         return;
@@ -246,22 +247,22 @@ fn foresee(plan: &DoctorPlan, configuration: &Configuration, view: &View, report
     report.predicted = Some(predicted);
 }
 
-/// From the first to the last position.
+/// Distance from the first to the last position, in mm.
 fn baseline_mm(plan: &DoctorPlan) -> f64 {
     (plan.scan.positions_mm[plan.scan.positions_mm.len() - 1] - plan.scan.positions_mm[0]).abs()
 }
 
-/// From frame to frame, on average.
+/// Mean distance between frames, in mm.
 fn step_mm(plan: &DoctorPlan) -> f64 {
     baseline_mm(plan) / (plan.scan.positions_mm.len() - 1) as f64
 }
 
-/// By lens and distance.
+/// Motion of the picture as expected from lens and distance, in px per mm.
 fn expected_px_per_mm(plan: &DoctorPlan, configuration: &Configuration) -> Option<f64> {
     Some(plan.scan.lens?.focal_length.px(configuration.columns) / plan.distance_mm?)
 }
 
-/// As given, or by lens and motion.
+/// Distance of the object as given, or from lens and measured motion, in mm.
 fn distance_mm(plan: &DoctorPlan, configuration: &Configuration, px_per_mm: f64) -> Option<f64> {
     let by_motion = || Some(plan.scan.lens?.focal_length.px(configuration.columns) / px_per_mm);
     plan.distance_mm.or_else(by_motion)

@@ -1,31 +1,32 @@
-//! Lamps that flicker: what frames of one view show, and which exposures do not mind.
+//! Flicker of lamps: its size in frames of one view, and exposures that avoid it.
 //!
-//! A lamp on mains brightens twice in a period. An exposure of a whole number of half periods takes the same light whenever it begins. With others the
-//! frames differ in brightness as a whole; and where a sensor exposes its rows one after the other (rolling shutter), rows do too: bands.
+//! A lamp on mains brightens twice per period. An exposure of a whole number of half periods collects the
+//! same light whenever it begins. Other exposures give frames of different brightness. If the sensor exposes
+//! its rows one after the other (rolling shutter), the rows differ too: bands.
 
 use serde::Serialize;
 
 use super::view::View;
 
-/// Exposures are a multiple of half a period if they agree to this share of it.
+/// Tolerance for exposures of whole half periods, relative to a half period.
 const TOLERANCE: f64 = 0.02;
 const US_PER_S: f64 = 1e6;
 
-/// How the light of frames of one view varies, as standard deviations.
+/// Variation of the light in frames of one view, as standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Flicker {
-    /// Of whole frames, as a share of the mean intensity, less what noise explains.
+    /// Of whole frames, relative to the mean intensity, with noise subtracted.
     pub common_share: f64,
-    /// Of rows against their frame, as a share of the mean intensity, less what noise explains.
+    /// Of rows within their frame, relative to the mean intensity, with noise subtracted.
     pub band_share: f64,
-    /// Of rows against their frame, as it would be by the noise of the pixels alone, as a share of the mean intensity.
+    /// Of rows within their frame as expected from pixel noise alone, relative to the mean intensity.
     pub noise_share: f64,
     /// Mean intensity, in DN.
     pub mean_dn: f64,
 }
 
 impl Flicker {
-    /// Of the frames of a view. All shares are 0 where there is no light, or a single frame.
+    /// Flicker in the frames of a view. All shares are 0 without light, or for a single frame.
     pub fn of(view: &View) -> Self {
         let rows = view.row_means_dn();
         let (frames, height) = (rows.len() as f64, rows.first().map_or(0, Vec::len) as f64);
@@ -44,7 +45,7 @@ impl Flicker {
                 row_means.iter().zip(&means).map(|(row_dn, mean_dn)| (row_dn - light * mean_dn).powi(2));
             bands += off.sum::<f64>();
         }
-        // The mean over the frames takes one of them away, the frame's own light one row.
+        // The mean over the frames takes one degree of freedom, the brightness of the frame one row.
         let common = common / (frames - 1.0);
         let bands = bands / ((frames - 1.0) * (height - 1.0).max(1.0) * mean_dn * mean_dn);
         let of_row = (view.noise_dn() / mean_dn).powi(2) / view.columns() as f64;

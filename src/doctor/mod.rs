@@ -1,8 +1,9 @@
-//! What is found out before a scan: whether rig and plan will give a measurement, and how good it will be.
+//! Checks before a scan: whether rig and plan give a measurement, and its predicted uncertainty.
 //!
-//! [`examine`] looks at everything and gives a [`Report`] of [`Check`]s, each with a finding in numbers and, if something is to be done,
-//! advice. The parts can be used alone: [`repeated_phases`] and [`Prediction`] from numbers, [`Flicker`] from frames, [`measure_motion`],
-//! [`measure_settling`] and [`measure_repeatability`] with a stage and a camera.
+//! [`examine`] makes all checks and gives a [`Report`] of [`Check`]s, each with a finding in numbers, and
+//! with advice if something must be done. The parts can be used alone: [`repeated_phases`] and [`Prediction`]
+//! from numbers, [`Flicker`] from frames, [`measure_motion`], [`measure_settling`] and
+//! [`measure_repeatability`] with a stage and a camera.
 
 mod error;
 mod examine;
@@ -31,47 +32,47 @@ pub use sampling::{RepeatedPhases, better_step_mm, repeated_phases};
 pub use settling::{Settling, measure_settling};
 pub use view::View;
 
-/// The scan that is planned, and what is known of the rig.
+/// The planned scan, and knowledge of the rig.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DoctorPlan {
-    /// The scan itself.
+    /// The scan.
     pub scan: CapturePlan,
     /// Distance of the object, in mm, if known.
     pub distance_mm: Option<f64>,
-    /// Height differences that are to be seen, in mm, if known.
+    /// Height difference that must be resolved, in mm, if known.
     pub relief_mm: Option<f64>,
-    /// Frequency of the mains that feed the lamps, in Hz, if known.
+    /// Mains frequency of the lamps, in Hz, if known.
     pub mains_hz: Option<f64>,
-    /// Room on the disk where the sequence will be, in bytes, if known.
+    /// Free space on the disk of the sequence, in bytes, if known.
     pub free_bytes: Option<u64>,
-    /// Leaves out what takes many moves: settling and repeatability.
+    /// Skips measurements that need many moves: settling and repeatability.
     pub short: bool,
 }
 
-/// What a check comes to.
+/// The verdict of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// As it should be.
+    /// Good.
     Good,
-    /// It could not be found out.
+    /// Unknown: the check was not possible.
     Unknown,
-    /// The measurement will be worse for it.
+    /// The measurement will be worse.
     Warning,
-    /// There will be no measurement.
+    /// A measurement is not possible.
     Bad,
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Check {
-    /// What was looked at, in a word or two.
+    /// What was checked, in a word or two.
     pub name: &'static str,
-    /// What it comes to.
+    /// The verdict.
     pub verdict: Verdict,
-    /// What was found, a sentence with numbers and units.
+    /// The finding, with numbers and units.
     pub finding: String,
-    /// What to do, if something is to be done.
+    /// What to do, if anything.
     pub advice: Option<String>,
 }
 
@@ -85,20 +86,20 @@ impl Check {
     }
 }
 
-/// All that was found out.
+/// The result of the examination.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// What the camera is set to, as it says.
+    /// The settings of the camera, as it reports them.
     pub configuration: String,
-    /// All checks, in the order in which they were made.
+    /// All checks, in their order.
     pub checks: Vec<Check>,
-    /// How the picture moves with the stage, if that could be measured.
+    /// Motion of the picture with the stage, if measured.
     pub motion: Option<ImageMotion>,
-    /// How the stage came to rest, if that was measured.
+    /// Mechanical settling, if measured.
     pub settling: Option<Settling>,
-    /// How well it comes back, if that was measured.
+    /// Repeatability, if measured.
     pub repeatability: Option<Repeatability>,
-    /// How well heights will be known, if enough is known for that.
+    /// Predicted uncertainty of heights, if enough is known.
     pub predicted: Option<Prediction>,
 }
 

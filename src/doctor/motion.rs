@@ -1,4 +1,4 @@
-//! How the picture moves with the stage.
+//! Motion of the picture with the stage.
 
 use std::time::Duration;
 
@@ -10,53 +10,56 @@ use epirig_core::frame::Frame;
 use epirig_devices::camera::{Camera, TakenFrame};
 use epirig_devices::stage::Stage;
 
-/// A movement of so many px tells its size to 1 % or better where there is texture at all, and stays within what can be found.
+/// A movement of this size, in px, is measured to 1 % or better if there is texture, and stays within the
+/// search range.
 const ENOUGH_PX: f64 = 4.0;
-/// From one attempt to the next the move grows or shrinks by this factor.
+/// Factor between the lengths of successive moves.
 const FACTOR: f64 = 4.0;
-/// Attempts to find a length of move that can be seen: lengths from 1/256 to 256 times the first.
+/// Most attempts to find a suitable length of the move: 1/256 to 256 times the first.
 const ATTEMPTS: usize = 5;
-/// A shift of less than so many sigma may be none ...
+/// A shift is significant above this multiple of sigma ...
 const SIGNIFICANT: f64 = 5.0;
-/// ... and one of less than this, in px, is none, however small sigma is: drift and vibration of a rig worth measuring with stay below 0.02 px
-/// from frame to frame, the error of interpolation below 0.005 px, and a scan that moves the picture by no more has nothing to measure.
+/// ... and above this size, in px. Drift and vibration of a usable rig stay below 0.02 px from frame to
+/// frame, and the error of interpolation below 0.005 px. A scan with less motion has nothing to measure.
 const LEAST_PX: f64 = 0.1;
 
-/// What a mm of the stage moves the picture by.
+/// Motion of the picture per mm of the stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ImageMotion {
-    /// Along x, in px per mm; negative if the contents move to lower columns as the position grows.
+    /// Along x, in px per mm; negative if the contents move to lower columns with increasing position.
     pub x_px_per_mm: f64,
     /// Along y, in px per mm.
     pub y_px_per_mm: f64,
-    /// Standard deviation of either, in px per mm.
+    /// Standard uncertainty of either, in px per mm.
     pub sigma_px_per_mm: f64,
-    /// Length of the move that it was measured by, in mm.
+    /// Length of the move of the measurement, in mm.
     pub move_mm: f64,
 }
 
 impl ImageMotion {
-    /// Along its own direction, in px per mm; positive.
+    /// Magnitude of the motion, in px per mm; positive.
     pub fn px_per_mm(&self) -> f64 {
         self.x_px_per_mm.hypot(self.y_px_per_mm)
     }
 
-    /// Angle between the motion and the rows, in rad, -pi/2 to pi/2; positive if the contents move down to the right.
+    /// Angle between the motion and the rows, in rad, -pi/2 to pi/2; positive if the contents move down to
+    /// the right.
     pub fn angle_rad(&self) -> f64 {
         (self.y_px_per_mm / self.x_px_per_mm).atan()
     }
 
-    /// Whether the picture moves at all: by more than noise, drift and vibration explain.
+    /// Whether the motion is significant: more than noise, drift and vibration explain.
     pub fn is_significant(&self) -> bool {
         self.px_per_mm() > SIGNIFICANT * self.sigma_px_per_mm && self.px_per_mm() * self.move_mm >= LEAST_PX
     }
 }
 
-/// Measures the motion of the picture by a move of about `move_mm` upwards from `from_mm`, where the stage is; shorter or longer, but ending
-/// at `last_mm` at most, if that shows too much or too little. The stage stays at the end of the last move.
+/// Measures the motion of the picture by a move of about `move_mm` upwards from `from_mm`, the present
+/// position. The move is lengthened or shortened if it shows too little or too much motion, but ends at
+/// `last_mm` at most. The stage stays at the end of the last move.
 ///
 /// # Errors
-/// [`MotionError`] if stage or camera fail, or no length of move gives two frames that can be compared.
+/// [`MotionError`] if stage or camera fail, or no length of the move gives two comparable frames.
 pub fn measure_motion(
     stage: &mut dyn Stage,
     camera: &mut dyn Camera,
@@ -72,7 +75,7 @@ pub fn measure_motion(
         if move_mm <= 0.0 || move_mm.is_nan() {
             break;
         }
-        // Each length is approached as the one before, upwards.
+        // All moves are upwards, with the same approach.
         stage.move_to(from_mm)?;
         stage.move_to(from_mm + move_mm)?;
         match shift_between(&first, &look(camera, settle)?) {
@@ -80,7 +83,7 @@ pub fn measure_motion(
                 found = Ok(ImageMotion {
                     x_px_per_mm: shift.x_px / move_mm,
                     y_px_per_mm: shift.y_px / move_mm,
-                    // The first frame's place and noise are in the shift as the second's.
+                    // The shift contains the error of both frames.
                     sigma_px_per_mm: shift.sigma_px / move_mm,
                     move_mm,
                 });
@@ -97,14 +100,14 @@ pub fn measure_motion(
                 move_mm /= FACTOR;
             }
             Err(error) if found.is_err() => return Err(error.into()),
-            // A longer move has left the picture behind; what the shorter one said holds.
+            // The longer move left the picture; the result of the shorter one is used.
             Err(_) => break,
         }
     }
     found
 }
 
-/// A frame of what is there once the stage has come to rest.
+/// A frame taken after the stage has come to rest.
 pub(super) fn look(camera: &mut dyn Camera, settle: Duration) -> Result<Frame, MotionError> {
     let at_rest = camera.now().after(settle);
     let TakenFrame { frame, .. } = camera.grab_after(at_rest)?;

@@ -12,7 +12,7 @@ const DIM: f64 = 0.25;
 const DARK: f64 = 0.05;
 const BRIGHTEST: f64 = 0.01;
 
-/// Whether too much is at full scale.
+/// Saturation.
 pub(super) fn saturation(frame: &Frame, seen: &Assessment, limit: f64) -> Check {
     const NAME: &str = "saturation";
     let share = seen.saturated as f64 / frame.samples().len().max(1) as f64;
@@ -33,7 +33,7 @@ pub(super) fn saturation(frame: &Frame, seen: &Assessment, limit: f64) -> Check 
     }
 }
 
-/// Whether there is light enough.
+/// Brightness.
 pub(super) fn brightness(frame: &Frame, seen: &Assessment) -> Check {
     const NAME: &str = "brightness";
     let mut left = (BRIGHTEST * frame.samples().len() as f64) as u64;
@@ -59,16 +59,17 @@ pub(super) fn brightness(frame: &Frame, seen: &Assessment) -> Check {
     }
 }
 
-/// Whether there is texture, in focus.
+/// Texture and focus.
 pub(super) fn texture(view: &View, seen: &Assessment) -> Check {
     const NAME: &str = "texture";
     let (gradient, noise) = (view.gradient_dn_per_px(), view.noise_dn());
     let finding = format!(
-        "gradients are {gradient:.2} DN/px, noise is {noise:.2} DN, and the focus figure is {:.5} (to compare with that of the same object in other \
+        "gradients are {gradient:.2} DN/px, noise is {noise:.2} DN, and the focus figure is {:.5} (compare it for one object with other \
          settings of the lens)",
         seen.focus
     );
-    // A central difference of noise alone has this. Many frames may make up for it: whether they do, the check of heights says.
+    // The central difference of pure noise has this value. Many frames may compensate for weak texture; the
+    // check of heights tests that.
     if gradient < noise / std::f64::consts::SQRT_2 {
         Check::with_advice(
             NAME,
@@ -81,7 +82,7 @@ pub(super) fn texture(view: &View, seen: &Assessment) -> Check {
     }
 }
 
-/// How much noise there is.
+/// Noise.
 pub(super) fn noise(view: &View, averaged: usize) -> Check {
     let noise_dn = view.noise_dn();
     let mut finding = format!("noise is {noise_dn:.2} DN in a frame");
@@ -91,7 +92,7 @@ pub(super) fn noise(view: &View, averaged: usize) -> Check {
     Check::good("noise", finding)
 }
 
-/// Whether the light is steady, by what it does.
+/// Flicker, as measured.
 pub(super) fn flicker(view: &View) -> Check {
     const NAME: &str = "flicker";
     let found = Flicker::of(view);
@@ -101,7 +102,7 @@ pub(super) fn flicker(view: &View) -> Check {
         100.0 * found.band_share,
         100.0 * found.noise_share
     );
-    // What changes along a line in an EPI is noise to the matcher, wherever it comes from.
+    // Any change along a line of an EPI acts as noise on the matcher.
     if found.intensity_dn() > view.noise_dn() {
         Check::with_advice(
             NAME,

@@ -1,32 +1,35 @@
-//! How well heights will be known, from what is known before the scan.
+//! Prediction of the uncertainty of heights before the scan.
 //!
-//! Over N frames spread evenly, the slope of a line in an EPI is a least-squares slope over tau = 0 .. 1, where
-//! sum (tau - mean)^2 = N (N + 1) / (12 (N - 1)). With noise s in each frame, x-gradients g and W pixels fitted together, the disparity d is known to
+//! Over N evenly spread frames, the slope of a line in an EPI is a least-squares slope over tau = 0 .. 1,
+//! with sum (tau - mean)^2 = N (N + 1) / (12 (N - 1)). With noise s per frame, gradients g along x and W
+//! pixels fitted together, the standard uncertainty of the disparity d is
 //!
 //! ```text
 //! sigma_d = s / (g sqrt W) * sqrt(12 (N - 1) / (N (N + 1)))
 //! ```
 //!
-//! which is the Cramer-Rao bound. Height is Z = f B / d, with D = f B / Z px of disparity over the baseline B: sigma_Z = Z / D * sigma_d.
+//! which is the Cramer-Rao bound. Height is Z = f B / d, with the disparity D = f B / Z px over the baseline
+//! B: sigma_Z = Z / D * sigma_d.
 //!
-//! A stage that stops e away from where it should shifts the whole picture, by f / Z e. That enters the slope in the same way, but is common to
-//! all pixels: it moves and tilts the surface as a whole, and changes a relief h by its share h / Z only.
+//! A position error e of the stage shifts the whole picture by f / Z e. It enters the slope in the same way,
+//! but is common to all pixels. It moves and tilts the surface as a whole, and changes a relief h only by its
+//! share h / Z.
 
 use serde::Serialize;
 
-/// Relief of so many sigma is resolved ...
+/// Relief of at least this many sigma is resolved ...
 const RESOLVED: f64 = 5.0;
-/// ... and of less than so many hidden.
-const HIDDEN: f64 = 2.0;
+/// ... and relief below this many sigma is lost in noise.
+const UNRESOLVED: f64 = 2.0;
 
-/// What a prediction is made from.
+/// Inputs of a prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Prospect {
-    /// How far a mm of the stage moves the picture, in px: f / Z.
+    /// Motion of the picture per mm of the stage, in px: f / Z.
     pub px_per_mm: f64,
     /// Distance of the object Z, in mm.
     pub distance_mm: f64,
-    /// From the first to the last position, in mm.
+    /// Distance from the first to the last position, in mm.
     pub baseline_mm: f64,
     /// Number of frames, at least 2.
     pub frames: usize,
@@ -34,15 +37,15 @@ pub struct Prospect {
     pub noise_dn: f64,
     /// Root mean square of the gradient along x, without noise, in DN per px.
     pub gradient_dn_per_px: f64,
-    /// Pixels that are fitted together.
+    /// Number of pixels fitted together.
     pub window_px: f64,
-    /// Standard deviation of a stop of the stage, in mm, if known.
+    /// Standard deviation of the stage's positions, in mm, if known.
     pub step_error_mm: Option<f64>,
-    /// Height differences that are to be seen, in mm, if known.
+    /// Height difference that must be resolved, in mm, if known.
     pub relief_mm: Option<f64>,
 }
 
-/// Whether relief will be seen.
+/// Whether the relief is resolved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resolution {
@@ -54,29 +57,29 @@ pub enum Resolution {
     Hidden,
 }
 
-/// What a scan can be expected to give.
+/// Predicted results of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Prediction {
-    /// Disparity over the whole baseline, in px, without its sign.
+    /// Absolute disparity over the whole baseline, in px.
     pub disparity_px: f64,
-    /// Standard deviation of a pixel's disparity by noise, in px.
+    /// Standard uncertainty of a pixel's disparity from noise, in px.
     pub sigma_disparity_px: f64,
-    /// The same of its height, in mm.
+    /// Standard uncertainty of a pixel's height from noise, in mm.
     pub sigma_height_mm: f64,
-    /// Standard deviation of what all disparities are off by together because of the stage, in px.
+    /// Standard uncertainty common to all disparities, from the stage, in px.
     pub common_disparity_px: Option<f64>,
-    /// The same in height, in mm.
+    /// The same for heights, in mm.
     pub common_height_mm: Option<f64>,
-    /// Disparity that the relief makes, in px.
+    /// Disparity of the relief, in px.
     pub relief_px: Option<f64>,
-    /// The relief in sigmas of a pixel's height, noise and the relief's share of the common error together.
+    /// The relief in sigmas of a pixel's height, from noise and the relief's share of the common error.
     pub relief_sigmas: Option<f64>,
-    /// Whether it will be seen.
+    /// Whether the relief is resolved.
     pub resolution: Option<Resolution>,
 }
 
 impl Prediction {
-    /// From `prospect`.
+    /// The prediction from `prospect`.
     ///
     /// ```
     /// use epirig::doctor::{Prediction, Prospect, Resolution};
@@ -128,7 +131,7 @@ impl Resolution {
     fn of(sigmas: f64) -> Self {
         if sigmas >= RESOLVED {
             Self::Resolved
-        } else if sigmas >= HIDDEN {
+        } else if sigmas >= UNRESOLVED {
             Self::Marginal
         } else {
             Self::Hidden

@@ -1,4 +1,4 @@
-//! How well the stage comes back to a place, as the picture shows.
+//! Repeatability of the stage, measured in the picture.
 
 use std::time::Duration;
 
@@ -11,28 +11,31 @@ use epirig_devices::camera::Camera;
 use epirig_devices::stage::Stage;
 
 const UM_PER_MM: f64 = 1000.0;
-/// Times that the stage comes back, unless more are wanted.
+/// Default number of returns.
 pub const RETURNS: usize = 5;
 
-/// How a stage came back to a place, from above and from below in turn.
+/// Repeatability of a position, approached from above and from below in turn.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Repeatability {
-    /// Where the picture was after each return, against the first arrival, along the direction of its motion, in px.
+    /// Position of the picture after each return relative to the first arrival, along the direction of its
+    /// motion, in px.
     pub returns_px: Vec<f64>,
-    /// Scatter (standard deviation) once drift and the side it came from are taken off, in px.
+    /// Standard deviation after removal of drift and reversal error, in px.
     pub sigma_px: f64,
     /// The same in um of the stage.
     pub sigma_um: f64,
-    /// How far the place has crept from the first arrival to the last, in um.
+    /// Drift from the first arrival to the last, in um.
     pub drift_um: f64,
-    /// By how much the place reached from above differs from that reached from below, in um: play that the approach does not take out.
+    /// Reversal error: position reached from above minus that reached from below, in um. Backlash that the
+    /// approach does not remove.
     pub reversal_um: f64,
-    /// What the scatter would be by the noise of the pictures alone, in px.
+    /// Standard deviation expected from picture noise alone, in px.
     pub noise_px: f64,
 }
 
-/// Leaves `position_mm` by `away_mm`, downwards and upwards in turn as far as there is room, and comes back, `returns` times (at least 4) after
-/// a first arrival. A mm of the stage moves the picture by `px_per_mm` along x and y.
+/// Moves away from `position_mm` by `away_mm`, downwards and upwards in turn as far as there is room, and
+/// returns. This is done `returns` times (at least 4) after a first arrival. A mm of the stage moves the
+/// picture by `px_per_mm` along x and y.
 ///
 /// # Errors
 /// [`MotionError`] if stage or camera fail, or a picture cannot be compared with the first.
@@ -45,7 +48,7 @@ pub fn measure_repeatability(
     returns: usize,
 ) -> Result<Repeatability, MotionError> {
     let above_mm = (position_mm + away_mm).min(stage.travel_mm());
-    // The first arrival comes from above, as every second one.
+    // The first arrival is from above, as every second return.
     let below_mm = if position_mm >= away_mm { position_mm - away_mm } else { above_mm };
     stage.move_to(above_mm)?;
     stage.move_to(position_mm)?;
@@ -64,7 +67,8 @@ pub fn measure_repeatability(
 }
 
 impl Repeatability {
-    /// From places after the first arrival, in px, of a picture that moves `px_per_mm`, known to `noise_px`.
+    /// The result from shifts relative to the first arrival, in px, of a picture that moves by `px_per_mm`,
+    /// with the uncertainty `noise_px`.
     fn of(returns_px: Vec<f64>, px_per_mm: f64, noise_px: f64) -> Self {
         let count = returns_px.len() + 1;
         let places: Vec<f64> = std::iter::once(0.0).chain(returns_px.iter().copied()).collect();
@@ -86,8 +90,9 @@ impl Repeatability {
     }
 }
 
-/// The last coefficient of the least-squares fit of `values` by `basis`, and the sum of squares that is left: each function is freed of those
-/// before it (Gram and Schmidt), so the last one's part is its own.
+/// The last coefficient of the least-squares fit of `values` by `basis`, and the residual sum of squares. The
+/// basis is made orthogonal (Gram-Schmidt), so that the coefficient of the last function is independent of
+/// the others.
 fn last_coefficient(values: &[f64], basis: &[&[f64]]) -> (f64, f64) {
     let product = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
     let mut left = values.to_vec();

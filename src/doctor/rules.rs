@@ -1,19 +1,19 @@
-//! Checks by rules: what plan, stage and settings say without a picture.
+//! Checks by rules, from plan, stage and settings without a picture.
 
 use super::flicker::{nearest_exposure_us, suits_mains};
 use super::{Check, DoctorPlan, Verdict};
 use epirig_devices::camera::Configuration;
 
-/// Mains there are, in Hz.
+/// Mains frequencies, in Hz.
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
-/// Room on the disk is short below so many times what the frames take at most.
+/// Free space below this multiple of the largest size of the frames is short.
 const SPARE: u64 = 2;
-/// Of a frame besides its samples, at most: its record in the journal and a block of the file system.
+/// Most bytes per frame besides its samples: its journal line and a block of the file system.
 const BESIDES_BYTES: u64 = 8192;
 const MB: f64 = 1e6;
 const US_PER_MS: f64 = 1e3;
 
-/// Whether all positions lie on the travel.
+/// Whether all positions are within the travel.
 pub(super) fn travel(positions_mm: &[f64], travel_mm: f64) -> Check {
     const NAME: &str = "travel";
     let least = positions_mm.iter().copied().fold(f64::INFINITY, f64::min);
@@ -28,7 +28,7 @@ pub(super) fn travel(positions_mm: &[f64], travel_mm: f64) -> Check {
     }
 }
 
-/// Whether the motor keeps the carriage in place at rest.
+/// Whether the motor holds the carriage at rest.
 pub(super) fn holding(holds: Option<bool>) -> Check {
     const NAME: &str = "holding";
     match holds {
@@ -42,54 +42,64 @@ pub(super) fn holding(holds: Option<bool>) -> Check {
         None => Check::with_advice(
             NAME,
             Verdict::Unknown,
-            "the stage cannot tell whether its motor is energised at rest".to_owned(),
+            "the stage does not report whether its motor is energised at rest".to_owned(),
             "try to turn the spindle by hand: it must resist",
         ),
     }
 }
 
-/// Whether the frames fit on the disk. Compressed they take less than their samples do, which are reckoned with.
+/// Whether the frames fit on the disk, calculated without compression.
 pub(super) fn disk(plan: &DoctorPlan, configuration: &Configuration) -> Check {
     const NAME: &str = "disk";
     let frames = plan.scan.positions_mm.len() + plan.scan.calibration_frames();
     let needed = (plan.scan.frame_bytes(configuration) + BESIDES_BYTES) * frames as u64;
     let needs = format!("the sequence takes {:.1} MB at most", needed as f64 / MB);
     let Some(free) = plan.free_bytes else {
-        return Check::with_advice(NAME, Verdict::Unknown, needs, "make sure that there is room for it");
+        return Check::with_advice(
+            NAME,
+            Verdict::Unknown,
+            needs,
+            "make sure that there is enough free space",
+        );
     };
     let finding = format!("{needs}, {:.1} MB are free", free as f64 / MB);
     if free < needed {
-        Check::with_advice(NAME, Verdict::Bad, finding, "free room, or write to another disk")
+        Check::with_advice(NAME, Verdict::Bad, finding, "free some space, or write to another disk")
     } else if free < SPARE * needed {
-        Check::with_advice(NAME, Verdict::Warning, finding, "other programs may take what is left: free room")
+        Check::with_advice(
+            NAME,
+            Verdict::Warning,
+            finding,
+            "other programs may fill the disk: free some space",
+        )
     } else {
         Check::good(NAME, finding)
     }
 }
 
-/// Whether anything changes by itself.
+/// Whether any control is automatic.
 pub(super) fn automatic_controls(configuration: &Configuration) -> Check {
     const NAME: &str = "settings";
     if configuration.notes.is_empty() {
         let watched = configuration.pinned.len();
-        return Check::good(NAME, format!("nothing is automatic; {watched} controls are watched"));
+        return Check::good(NAME, format!("no control is automatic; {watched} controls are watched"));
     }
     Check::with_advice(
         NAME,
         Verdict::Warning,
         configuration.notes.join("; "),
-        "take another format or set the controls by hand, if the camera lets you",
+        "use another format, or set the controls by hand if the camera allows it",
     )
 }
 
-/// Whether the exposure takes the same light from lamps on mains whenever it begins.
+/// Whether the exposure avoids flicker of lamps on mains.
 pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check {
     const NAME: &str = "exposure";
     let Some(exposure_us) = exposure_us else {
         return Check::with_advice(
             NAME,
             Verdict::Unknown,
-            "the camera does not tell its exposure time".to_owned(),
+            "the camera does not report its exposure time".to_owned(),
             "use a lamp that does not flicker",
         );
     };
@@ -109,23 +119,26 @@ pub(super) fn exposure(exposure_us: Option<f64>, mains_hz: Option<f64>) -> Check
     match (suiting.is_empty(), others.is_empty()) {
         (_, true) => Check::good(
             NAME,
-            format!("{exposure_ms:.2} ms are whole half periods of mains of {}", names(&suiting)),
+            format!("{exposure_ms:.2} ms is a whole number of half periods of mains of {}", names(&suiting)),
         ),
         (true, _) => Check::with_advice(
             NAME,
             Verdict::Warning,
-            format!("{exposure_ms:.2} ms are no whole half periods of mains of {}", names(&others)),
+            format!(
+                "{exposure_ms:.2} ms is not a whole number of half periods of mains of {}",
+                names(&others)
+            ),
             advice(),
         ),
         (false, false) => Check::with_advice(
             NAME,
             Verdict::Unknown,
             format!(
-                "{exposure_ms:.2} ms are whole half periods of mains of {}, not of {}",
+                "{exposure_ms:.2} ms is a whole number of half periods of mains of {}, not of {}",
                 names(&suiting),
                 names(&others)
             ),
-            format!("say which mains you have; else {}", advice()),
+            format!("set camera.mains; or {}", advice()),
         ),
     }
 }

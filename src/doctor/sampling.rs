@@ -1,42 +1,44 @@
-//! Whether the frames sample the pixel at many places or at few, again and again.
+//! Tests whether the frames sample a pixel at many sub-pixel positions, or repeat a few.
 //!
-//! Interpolation errs by an amount that depends on where between two pixels a sample lies, and is the same for the same place. From frame to
-//! frame a point moves by s px, so frame t samples it at the phase s t mod 1. If s = p / q exactly, only q phases occur, 1 / q apart, and the
-//! part of the error that repeats q times within a pixel is the same in all frames: it does not average out. If s differs from p / q
-//! by e, the phases drift by |e| (N - 1) over N frames; once that is 1 / q they have been everywhere. So s is near p / q if
+//! Interpolation has an error that depends only on the sub-pixel position (phase) of a sample. From frame to
+//! frame a point moves by s px, so frame t samples it at the phase s t mod 1. If s = p / q exactly, only q
+//! phases occur, 1 / q apart. The part of the error that repeats q times within a pixel is then the same in
+//! all frames and does not average out. If s differs from p / q by e, the phases drift by |e| (N - 1) over N
+//! frames; a drift of 1 / q covers all phases. So s is near p / q if
 //!
 //! ```text
 //! |s - p / q| (N - 1) < 1 / q
 //! ```
 //!
-//! If s is near no p / q with q up to Q, no two neighbouring phases are more than 1 / (Q + 1) px apart, but for one frame's drift:
-//! by Dirichlet's approximation theorem there is a q up to Q with |s - p / q| <= 1 / (q (Q + 1)), so that each q-th phase follows by no more.
-//! Q is 4 here: interpolation errors repeat once or twice within a pixel, hardly more often.
+//! If s is near no p / q with q up to Q, neighbouring phases are at most 1 / (Q + 1) px apart, plus the drift
+//! of one frame. By Dirichlet's approximation theorem there is a q up to Q with |s - p / q| <= 1 / (q (Q +
+//! 1)), so that each q-th phase follows by no more. Here Q is 4: interpolation errors repeat once or twice
+//! within a pixel, hardly more often.
 //!
-//! All points of an object of little relief move alike, so one s does for all.
+//! All points of an object with little relief move by the same s.
 
 use serde::Serialize;
 
-/// Phases that are fewer than this, or as many, are few.
+/// Largest number of phases that counts as few.
 const FEW: u32 = 4;
-/// Steps are suggested in whole um, in mm.
+/// Resolution of suggested steps, in mm.
 const UM: f64 = 1e-3;
-/// No step is suggested that differs by more than this share.
+/// Largest relative change of a suggested step.
 const FARTHEST: f64 = 0.25;
 
-/// A shift from frame to frame that is near a simple ratio.
+/// A shift per frame that is near a ratio of small integers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RepeatedPhases {
     /// p of p / q.
     pub numerator: u32,
-    /// q of p / q: so many phases recur.
+    /// q of p / q: the number of phases that recur.
     pub denominator: u32,
-    /// How far the phases drift over all frames, in px; 1 / q would do.
+    /// Drift of the phases over all frames, in px; 1 / q would be enough.
     pub drift_px: f64,
 }
 
-/// Which ratio of small numbers a shift of `shift_px` from frame to frame (either sign) is near to, over `frames` frames; that of the fewest
-/// phases, if there are several. `None` if it is near none.
+/// The ratio of small integers that `shift_px` per frame (either sign) is near to, over `frames` frames; the
+/// one with the fewest phases, if there are several. `None` if there is none.
 ///
 /// ```
 /// use epirig::doctor::repeated_phases;
@@ -59,13 +61,13 @@ pub fn repeated_phases(shift_px: f64, frames: usize) -> Option<RepeatedPhases> {
     })
 }
 
-/// The step in whole um nearest to `step_mm`, in mm, with which `frames` frames repeat no phases, if a mm moves the picture by `px_per_mm`; `None`
-/// if there is none within a quarter of the step.
+/// The step in whole um nearest to `step_mm`, in mm, with which `frames` frames repeat no phases, if a mm
+/// moves the picture by `px_per_mm`. `None` if there is none within a quarter of the step.
 pub fn better_step_mm(step_mm: f64, px_per_mm: f64, frames: usize) -> Option<f64> {
     let nearest = (step_mm / UM).round();
     let reach = (FARTHEST * nearest).floor().max(0.0) as u32;
     let fine = |step_um: f64| step_um > 0.0 && repeated_phases(step_um * UM * px_per_mm, frames).is_none();
-    // Of two that are as near the shorter one: the plan then stays within the travel.
+    // Of two equally near steps the shorter is used: the plan then stays within the travel.
     let found = (0..=reach)
         .flat_map(|off| [nearest - f64::from(off), nearest + f64::from(off)])
         .find(|um| fine(*um))?;
@@ -78,7 +80,7 @@ mod tests {
 
     use super::*;
 
-    /// The longest way between two neighbouring phases, around the pixel.
+    /// The longest distance between two neighbouring phases, around the pixel.
     fn largest_gap(shift_px: f64, frames: usize) -> f64 {
         let mut phases: Vec<f64> = (0..frames).map(|t| (shift_px * t as f64).rem_euclid(1.0)).collect();
         phases.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! How long the picture moves after the stage says that it is at rest.
+//! Mechanical settling: motion of the picture after the stage reports rest.
 
 use std::time::Duration;
 
@@ -11,42 +11,45 @@ use epirig_core::frame::Frame;
 use epirig_devices::camera::{Camera, Moment};
 use epirig_devices::stage::Stage;
 
-/// How long the stage is watched: stages that swing longer cannot be measured with.
+/// Time of observation. Stages that vibrate longer are not usable.
 const WATCHED: Duration = Duration::from_millis(1500);
-/// Frames that are kept, at most: those of 1.5 s at 60 Hz.
+/// Most frames kept: those of 1.5 s at 60 Hz.
 const MOST_FRAMES: usize = 90;
-/// The picture rests where it is as near to where it ends as this, in px: an end frame of N that is off by e changes the slope by
-/// 6 e / N, so that of 25 frames one that is off by so much costs 0.005 px of disparity ...
+/// The picture is at rest within this distance of its last place, in px. An end frame of N with an error e
+/// changes the slope by 6 e / N; with 25 frames this error costs 0.005 px of disparity ...
 const REST_PX: f64 = 0.02;
-/// ... or as near as so many sigma of the shift.
+/// ... or within this multiple of the sigma of the shift.
 const SIGMAS: f64 = 3.0;
-/// A picture that is off in the last part of the time watched, of this share, does not come to rest: it happened to be near its last place then,
-/// as a steady swing is in every period.
+/// Last share of the observation. A picture that is off in this part does not come to rest: a steady
+/// vibration passes its last place in every period.
 const LAST_PART: f64 = 0.25;
-/// Columns and rows that are kept of a frame, at most: 90 frames then take 47 MB, whatever the camera, and tell a shift to a few 0.001 px.
+/// Most columns and rows kept of a frame: 90 frames then take 47 MB for any camera, and give a shift to a few
+/// 0.001 px.
 const KEPT_PX: usize = 512;
 
-/// How a stage came to rest.
+/// Mechanical settling of the stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settling {
-    /// From the end of the move, as the stage says, to the start of the first exposure from which on the picture rests. Frames that change while
-    /// they are compared with their neighbour do not come at all, so it is never too short by more than a frame interval.
+    /// Time from the reported end of the move to the start of the first exposure from which on the picture is
+    /// at rest. Frames that change during the comparison with their neighbour are not delivered, so it is too
+    /// short by at most one frame interval.
     pub settle: Duration,
-    /// Time between frames: it is not known better than that.
+    /// Time between frames, which is the resolution of `settle`.
     pub resolution: Duration,
-    /// The picture rests within this, in px.
+    /// Tolerance of rest, in px.
     pub tolerance_px: f64,
-    /// The farthest that a frame was from the last one, in px, of those that could be compared with it.
+    /// Largest distance of a comparable frame from the last one, in px.
     pub farthest_px: f64,
-    /// Frames that were looked at.
+    /// Number of frames observed.
     pub frames: usize,
-    /// From the end of the move to the start of the last exposure.
+    /// Time from the end of the move to the start of the last exposure.
     pub watched: Duration,
-    /// Whether the picture came to rest: it did not if it was off in the last quarter of the time watched, and `settle` means nothing then.
+    /// Whether the picture came to rest. It did not if it was off in the last quarter of the observation;
+    /// `settle` has no meaning then.
     pub at_rest: bool,
 }
 
-/// Moves to `position_mm` and watches the middle of the picture (512 x 512 px at most) come to rest for 1.5 s.
+/// Moves to `position_mm`, and observes the middle of the picture (512 x 512 px at most) for 1.5 s.
 ///
 /// # Errors
 /// [`MotionError`] if stage or camera fail, or the last two frames cannot be compared.
@@ -58,14 +61,14 @@ pub fn measure_settling(
     stage.move_to(position_mm)?;
     let moved = camera.now();
     let mut seen: Vec<(Moment, Frame)> = Vec::new();
-    // Two at least, for a camera of long exposures.
+    // At least two, for a camera with long exposures.
     while seen.len() < 2 || (seen.len() < MOST_FRAMES && seen[seen.len() - 1].0.since(moved) < WATCHED) {
         let taken = camera.grab_after(moved)?;
         seen.push((taken.facts.exposure_start, middle(taken.frame, KEPT_PX)));
     }
     let (starts, frames): (Vec<Moment>, Vec<Frame>) = seen.into_iter().unzip();
     let last = frames.len() - 1;
-    // A frame that shows something else entirely was taken far from rest; but the last two must tell something.
+    // A frame that cannot be compared was taken far from rest; but the last two must be comparable.
     let mut shifts: Vec<Option<Shift>> =
         frames[..last - 1].iter().map(|frame| shift_between(&frames[last], frame).ok()).collect();
     shifts.push(Some(shift_between(&frames[last], &frames[last - 1])?));
@@ -73,7 +76,7 @@ pub fn measure_settling(
     Ok(judge(&shifts, &starts, moved, intervals.into_iter().min().unwrap_or_default()))
 }
 
-/// From when on the shifts stay small; `starts` has one more, that of the frame that they are against.
+/// The time from which on the shifts stay small. `starts` has one more entry, for the frame of reference.
 fn judge(shifts: &[Option<Shift>], starts: &[Moment], moved: Moment, resolution: Duration) -> Settling {
     let known = || shifts.iter().flatten();
     let sigma_px = known().map(|shift| shift.sigma_px).fold(0.0, f64::max);

@@ -1,4 +1,5 @@
-//! Checks of stops and moves: settling, repeatability, the way the picture moves, sampling, and what all of it will give.
+//! Checks of stops and moves: settling, repeatability, motion of the picture, sampling, and predicted
+//! heights.
 
 use std::time::Duration;
 
@@ -9,30 +10,31 @@ use super::sampling::{better_step_mm, repeated_phases};
 use super::settling::Settling;
 use super::{Check, Verdict};
 
-/// The picture moves as geometry says if it agrees to this share.
+/// Relative tolerance between measured and expected motion of the picture.
 const SAME_SCALE: f64 = 0.05;
-/// Below this share of what geometry says, the stage has stalled, something else moves it, or a length is wrong by a factor of two: no height
-/// would be right.
+/// Below this share of the expected motion, the stage has stalled, something else moves the picture, or a
+/// length is wrong by a factor of two. All heights would be wrong.
 const LEAST_SCALE: f64 = 0.5;
-/// Angle between motion and rows from which on epipolar lines are no rows, in deg: over 8 px of shift a point then leaves its row by 0.07 px.
+/// Angle between motion and rows from which on epipolar lines are not rows, in deg: over a shift of 8 px a
+/// point then leaves its row by 0.07 px.
 const TILT_DEG: f64 = 0.5;
-/// Of the relief's disparity, that scatter may be.
+/// Largest scatter, as a share of the relief's disparity.
 const SHARE_OF_RELIEF: f64 = 1.0 / 3.0;
-/// Scatter of so many times what noise makes is the stage's.
+/// Scatter above this multiple of the noise comes from the stage.
 const OVER_NOISE: f64 = 3.0;
 const UM_PER_MM: f64 = 1e3;
 
-/// Whether the stage is given time enough to come to rest.
+/// Whether the planned settling time is long enough.
 pub(super) fn settling(found: &Settling, given: Duration) -> Check {
     const NAME: &str = "settling";
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
     if !found.at_rest {
         let finding = format!(
-            "the picture does not come to rest within {:.3} px in the {:.0} ms after a move that it was watched for",
+            "the picture does not come to rest within {:.3} px in the {:.0} ms observed after a move",
             found.tolerance_px,
             ms(found.watched)
         );
-        let advice = "look for vibration, fans and loose mounts, and watch the picture for longer";
+        let advice = "look for vibration, fans and loose mounts, and observe the picture for longer";
         return Check::with_advice(NAME, Verdict::Warning, finding, advice);
     }
     let finding = format!(
@@ -42,7 +44,7 @@ pub(super) fn settling(found: &Settling, given: Duration) -> Check {
         ms(found.resolution),
         ms(given)
     );
-    // The first frame after the move is the earliest there is: it need not have waited.
+    // The first frame after the move is the earliest possible one.
     if found.settle > given + found.resolution {
         let wait = format!("plan {:.0} ms to settle", (ms(found.settle) / 10.0).ceil() * 10.0);
         Check::with_advice(NAME, Verdict::Warning, finding, wait)
@@ -51,12 +53,12 @@ pub(super) fn settling(found: &Settling, given: Duration) -> Check {
     }
 }
 
-/// Whether the stage comes back well enough for a relief of `relief_px` of disparity.
+/// Whether the repeatability is good enough for a relief of `relief_px` of disparity.
 pub(super) fn repeatability(found: &Repeatability, relief_px: Option<f64>) -> Check {
     const NAME: &str = "repeatability";
     let finding = format!(
-        "over {} returns the place scatters by {:.1} um ({:.4} px, of which pictures explain {:.4} px), creeps by {:.1} um, and is {:.1} um \
-         off from the other side",
+        "over {} returns the position scatters by {:.1} um ({:.4} px, of which picture noise explains {:.4} px) and drifts by {:.1} um; the reversal error is {:.1} um\
+         ",
         found.returns_px.len(),
         found.sigma_um,
         found.sigma_px,
@@ -70,19 +72,19 @@ pub(super) fn repeatability(found: &Repeatability, relief_px: Option<f64>) -> Ch
             NAME,
             Verdict::Warning,
             format!("{finding}; the relief makes {relief_px:.4} px"),
-            "look for play and loose screws, approach from one side, or take more frames",
+            "look for play and loose screws, set stage.approach, or take more frames",
         ),
         None if !is_noise => Check::with_advice(
             NAME,
             Verdict::Unknown,
             finding,
-            "give relief and distance to learn whether that is good enough",
+            "set target.relief and optics.distance to learn whether that is good enough",
         ),
         _ => Check::good(NAME, finding),
     }
 }
 
-/// Whether the picture moves along the rows as far as geometry says.
+/// Whether the picture moves along the rows, as far as expected.
 pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Check {
     const NAME: &str = "motion";
     if !found.is_significant() {
@@ -106,7 +108,7 @@ pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Ch
         advice.push("turn the camera about its optical axis until the motion is along the rows".to_owned());
     }
     if let Some(expected) = expected_px_per_mm {
-        finding += &format!("; lens and distance say {expected:.3} px/mm");
+        finding += &format!("; lens and distance give {expected:.3} px/mm");
         if found.px_per_mm() < LEAST_SCALE * expected {
             verdict = Verdict::Bad;
             advice.push(
@@ -124,18 +126,18 @@ pub(super) fn motion(found: &ImageMotion, expected_px_per_mm: Option<f64>) -> Ch
     }
 }
 
-/// Whether frames sample the pixel at many places.
+/// Whether frames sample the pixel at many phases.
 pub(super) fn sampling(step_mm: f64, px_per_mm: f64, frames: usize) -> Check {
     const NAME: &str = "sampling";
     let shift_px = step_mm * px_per_mm;
     let Some(near) = repeated_phases(shift_px, frames) else {
         return Check::good(
             NAME,
-            format!("{shift_px:.4} px from frame to frame repeat no sub-pixel positions"),
+            format!("{shift_px:.4} px from frame to frame repeats no sub-pixel positions"),
         );
     };
     let finding = format!(
-        "{shift_px:.4} px from frame to frame are near {}/{}: over {frames} frames the sub-pixel positions drift by {:.2} px, not by {:.2} px, so that \
+        "{shift_px:.4} px from frame to frame is near {}/{}: over {frames} frames the sub-pixel positions drift by {:.2} px instead of {:.2} px, so that \
          errors of interpolation do not average out",
         near.numerator,
         near.denominator,
@@ -149,17 +151,17 @@ pub(super) fn sampling(step_mm: f64, px_per_mm: f64, frames: usize) -> Check {
     Check::with_advice(NAME, Verdict::Warning, finding, advice)
 }
 
-/// Whether the relief will be seen.
+/// Whether the relief is resolved.
 pub(super) fn prospect(found: &Prediction, relief_mm: Option<f64>) -> Check {
     const NAME: &str = "height";
     let mut finding = format!(
-        "heights will be known to {:.1} um by noise (one sigma of a pixel; {:.4} px of {:.1} px of disparity)",
+        "the predicted uncertainty of heights is {:.1} um from noise (one sigma of a pixel; {:.4} px of {:.1} px of disparity)",
         found.sigma_height_mm * UM_PER_MM,
         found.sigma_disparity_px,
         found.disparity_px
     );
     if let Some(common_mm) = found.common_height_mm {
-        finding += &format!(", and all together to {:.1} um by the stage", common_mm * UM_PER_MM);
+        finding += &format!(", and {:.1} um common to all pixels from the stage", common_mm * UM_PER_MM);
     }
     let (Some(relief_mm), Some(sigmas), Some(resolution)) =
         (relief_mm, found.relief_sigmas, found.resolution)
@@ -167,14 +169,13 @@ pub(super) fn prospect(found: &Prediction, relief_mm: Option<f64>) -> Check {
         return Check::good(NAME, finding);
     };
     let finding = format!("{finding}; a relief of {:.0} um is {sigmas:.1} sigma", relief_mm * UM_PER_MM);
-    let advice =
-        "average more frames, take more of them, lengthen the baseline, come closer, or bring more light";
+    let advice = "average more frames, take more of them, lengthen the baseline, move closer, or add light";
     match resolution {
         Resolution::Resolved => Check::good(NAME, finding),
         Resolution::Marginal => Check::with_advice(
             NAME,
             Verdict::Warning,
-            format!("{finding}: it shows in means over neighbours only"),
+            format!("{finding}: it shows only in averages over neighbours"),
             advice,
         ),
         Resolution::Hidden => {

@@ -1,4 +1,4 @@
-//! The whole examination of simulated rigs whose truth is known.
+//! Examinations of simulated rigs whose true properties are known.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -152,7 +152,7 @@ fn too_much_light_too_little_and_none_are_told() {
     assert_eq!(check(&report, "exposure").verdict, Verdict::Warning, "{report:?}");
     let report = examined(&silent, ideal(), &dimmed(500.0));
     assert_eq!(check(&report, "brightness").verdict, Verdict::Bad, "{report:?}");
-    // Where noise is all there is, no two frames agree.
+    // With nothing but noise, no two frames agree.
     let report = examined(&simulator(|config| config.sensor.read_noise_dn = 5.0), ideal(), &dimmed(1000.0));
     assert_eq!(check(&report, "steadiness").verdict, Verdict::Bad, "{report:?}");
 }
@@ -169,7 +169,7 @@ fn a_picture_that_does_not_move_is_bad() {
     assert_eq!(report.verdict(), Verdict::Bad);
 }
 
-/// A stage that makes a part of each move only, and says otherwise.
+/// A stage that makes only a part of each move, but reports all of it.
 struct Slipping {
     inner: SimStage,
     share: f64,
@@ -208,7 +208,7 @@ impl Stage for Slipping {
 #[test]
 fn a_stage_that_drifts_or_stalls_is_bad_however_clearly_the_picture_shows_it() {
     // The longest move is 58.8 mm = 37.6 px: of it 0.03 px are drift, and 15 px are less than half.
-    for (share, words) in [(0.0008, "does not move"), (0.4, "lens and distance say 0.640 px/mm")] {
+    for (share, words) in [(0.0008, "does not move"), (0.4, "lens and distance give 0.640 px/mm")] {
         let mut stage = Slipping { inner: SimStage::new(SimStageConfig::ideal(200.0)), share };
         let mut camera = SimCamera::before_simulator(
             simulator(|config| config.sensor.read_noise_dn = 0.0),

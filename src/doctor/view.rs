@@ -1,33 +1,34 @@
-//! Several frames of one view: their mean, noise, texture and light.
+//! Several frames of one view: their mean, noise, texture and brightness.
 
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::Grid;
 use epirig_devices::camera::{Camera, CameraError};
 
-/// Variance by rounding to whole DN, in squared DN: no frame of whole numbers has less noise to reckon with.
+/// Variance of rounding to whole DN, in squared DN: the least noise of integer samples.
 const ROUNDING_DN2: f64 = 1.0 / 12.0;
 
-/// What frames of one view add up to.
+/// Sums over frames of one view.
 #[derive(Debug, Clone)]
 pub struct View {
     sum: Grid<f32>,
     latest: Grid<f32>,
     row_means_dn: Vec<Vec<f64>>,
-    /// Sum over pairs of neighbours of the mean squared difference, rows brought to one brightness.
+    /// Sum over pairs of neighbouring frames of the mean squared difference, with rows scaled to one
+    /// brightness.
     differences_dn2: f64,
 }
 
 impl View {
-    /// Of a first frame.
+    /// A view of one frame.
     pub fn new(frame: &Frame) -> Self {
         let latest = plane(frame);
         Self { sum: latest.clone(), row_means_dn: vec![row_means(&latest)], latest, differences_dn2: 0.0 }
     }
 
-    /// Takes `frames` frames (at least 1) of what is there now.
+    /// Takes `frames` frames (at least 1) of the present view.
     ///
     /// # Errors
-    /// [`CameraError`] if one of them could not be had.
+    /// [`CameraError`] if a frame cannot be taken.
     pub fn take(camera: &mut dyn Camera, frames: usize) -> Result<Self, CameraError> {
         let moment = camera.now();
         let mut view = Self::new(&camera.grab_after(moment)?.frame);
@@ -44,7 +45,7 @@ impl View {
         Ok(view)
     }
 
-    /// Adds a frame, if it is of the same size: whether it was.
+    /// Adds a frame. Returns `false` if its size differs.
     pub fn add(&mut self, frame: &Frame) -> bool {
         if (frame.rows(), frame.columns()) != (self.sum.rows(), self.sum.columns()) {
             return false;
@@ -79,14 +80,16 @@ impl View {
         &self.row_means_dn
     }
 
-    /// Standard deviation of a frame's samples, in DN, from the differences of neighbouring frames; what rows have in common is light, not
-    /// noise. At least that of rounding; nothing else is known of a single frame.
+    /// Standard deviation of a frame's samples, in DN, from differences of neighbouring frames; changes
+    /// common to a row are light, not noise. At least that of rounding, which is also the value for a single
+    /// frame.
     pub fn noise_dn(&self) -> f64 {
         let pairs = (self.row_means_dn.len() - 1).max(1) as f64;
         (self.differences_dn2 / (2.0 * pairs)).max(ROUNDING_DN2).sqrt()
     }
 
-    /// Root mean square of the gradient along x of what the frames show, in DN per px: by central differences, less what noise adds.
+    /// Root mean square of the gradient along x, in DN per px: from central differences, with the noise
+    /// subtracted.
     pub fn gradient_dn_per_px(&self) -> f64 {
         let frames = self.row_means_dn.len() as f64;
         let mut squares = 0.0;
@@ -102,7 +105,7 @@ impl View {
     }
 }
 
-/// The middle of a frame, of `most_px` columns and rows at most; a smaller frame as it is.
+/// The middle of a frame, of at most `most_px` columns and rows; a smaller frame is unchanged.
 pub(super) fn middle(frame: Frame, most_px: usize) -> Frame {
     let (rows, columns) = (frame.rows().min(most_px), frame.columns().min(most_px));
     if (rows, columns) == (frame.rows(), frame.columns()) {

@@ -1,4 +1,4 @@
-//! From a sequence to its calibration, with pictures.
+//! Calibrates a sequence, with pictures.
 
 use std::io::Cursor;
 
@@ -8,7 +8,7 @@ use crate::report::calibration_figures;
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 
-/// Calibrates `sequence` and writes `calibration.json`, with pictures and the numbers behind them in `calibration/`.
+/// Calibrates `sequence` and writes `calibration.json`, with pictures and their data in `calibration/`.
 ///
 /// # Errors
 /// [`PipelineError`]; nothing is written if the frames are rejected.

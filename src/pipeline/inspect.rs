@@ -1,4 +1,4 @@
-//! From disparity to what is asked of the surface, with its files and pictures.
+//! Analyses a surface, and writes files and pictures.
 
 use serde::Serialize;
 
@@ -15,20 +15,20 @@ use epirig_matcher::surface::{
 /// Version of `surface.json`.
 const FORMAT_VERSION: u32 = 3;
 
-/// What is asked of a surface.
+/// Questions about a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceQuestions {
-    /// Trend and what the search for two levels has to know.
+    /// Form, and options of the search for two levels.
     pub steps: StepsOptions,
-    /// Part of the picture that is asked about; `None` is all of it.
+    /// Region of the picture; `None` is all of it.
     pub region: Option<Rectangle>,
-    /// Line of the profile; `None` takes the middle row of the field that is used.
+    /// Line of the profile; `None` is the middle row of the region that is used.
     pub line: Option<((f64, f64), (f64, f64))>,
-    /// Over how many px across the line the profile is averaged.
+    /// Width over which the profile is averaged, across the line, in px.
     pub profile_width_px: usize,
 }
 
-/// `surface.json`: what the surface is like, in numbers.
+/// Contents of `surface.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SurfaceSummary {
     /// Version of the format.
@@ -39,66 +39,69 @@ pub struct SurfaceSummary {
     pub sequence_uid: String,
     /// How the scan had ended when it was matched, as in `match.json`.
     pub scan_ended: String,
-    /// Distance that heights are counted from, in mm.
+    /// Distance that is the zero of heights, in mm.
     pub distance_mm: f64,
-    /// Width of a pixel there, in mm.
+    /// Width of a pixel at that distance, in mm.
     pub pixel_mm: f64,
-    /// Which of the heights all of this is about.
+    /// The heights that were used.
     pub field: FieldSummary,
-    /// What was removed from the heights: the trend of the upper level if there are two, else of the whole field.
+    /// Form that was removed from the heights: that of the upper level if there are two, else of the whole
+    /// region.
     pub trend: Trend,
     /// Its tilt along x and y, in deg.
     pub tilt_deg: (f64, f64),
-    /// Its bow over the field, in mm.
+    /// Its bow over the region, in mm.
     pub bow_mm: f64,
     /// The two levels, if there are two.
     pub levels: Option<LevelsSummary>,
     /// Why there are no levels.
     pub no_levels: Option<String>,
-    /// Roughness of the field after the trend; hollows are part of it.
+    /// Roughness of the region after removal of the form; hollows are included.
     pub roughness: Roughness,
 }
 
-/// What was used of the heights; `used.png` shows it.
+/// Use of the heights, as in `used.png`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FieldSummary {
-    /// Part of the picture that was asked about, if not all of it.
+    /// Region of the picture, if one was given.
     pub region: Option<Rectangle>,
-    /// Pixels there that have a height.
+    /// Pixels of it that have a height.
     pub answered_px: usize,
-    /// Those of the largest field that hangs together, which all other numbers come from.
+    /// Pixels of the largest connected region; all other numbers refer to it.
     pub used_px: usize,
-    /// Left out, because their sigma is far above the usual.
+    /// Pixels left out because their sigma is much larger than usual.
     pub uncertain_px: usize,
-    /// Left out, because they do not hang together with the field.
+    /// Pixels left out because they are not connected to the region.
     pub apart_px: usize,
-    /// Left out at the rim of the field.
+    /// Pixels left out at the rim of the region.
     pub rim_px: usize,
 }
 
 /// The two levels of a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LevelsSummary {
-    /// How far the lower lies below the upper.
+    /// Depth of the lower level below the upper.
     pub depth: Depth,
-    /// Whether parts stand on the lower level.
+    /// Whether parts rise from the lower level.
     pub raised: bool,
     /// Distance from the walls that was left out, in px.
     pub margin_px: usize,
-    /// What other distances would have given: a depth that still grows says that windows reach over the walls.
+    /// Depth at other distances. If it still grows, windows reach across the walls.
     pub by_margin: Vec<DepthAtMargin>,
-    /// Pixels further apart than this err by themselves.
+    /// Errors of pixels further apart than this are independent, in px.
     pub correlation_reach_px: usize,
-    /// Roughness about the levels, of the pixels clear of the walls; with the noise that their sigmas state.
+    /// Roughness of the levels away from the walls, with the noise that sigma predicts.
     pub roughness: Option<Roughness>,
     /// Each part.
     pub parts: Vec<Part>,
 }
 
-/// Answers `questions` about the heights of what was `matched` and writes the answers into `folder`, which the caller commits.
+/// Answers `questions` about the heights of the results `matched`, and writes the answers into `folder`,
+/// which the caller commits.
 ///
 /// # Errors
-/// [`PipelineError::Surface`] if there is no trend or no profile; that there is one level only is an answer.
+/// [`PipelineError::Surface`] if form or profile cannot be computed. A surface with one level is not an
+/// error.
 pub fn inspect_surface(
     heights: &Heights,
     matched: &MatchSummary,
@@ -149,7 +152,7 @@ pub fn inspect_surface(
     Ok(summary)
 }
 
-/// The row that has as many used pixels above as below, from the first to the last column of the field.
+/// The row with as many used pixels above as below, from the first to the last column of the region.
 fn middle_row(used: &Grid<bool>) -> ((f64, f64), (f64, f64)) {
     let columns = used.columns();
     let places: Vec<usize> = (0..used.values().len()).filter(|&index| used.values()[index]).collect();
@@ -159,8 +162,8 @@ fn middle_row(used: &Grid<bool>) -> ((f64, f64), (f64, f64)) {
     ((left as f64, y), (right as f64, y))
 }
 
-/// Grey values of `used.png`: 0 no height, 80 a height that is not used, 160 used, but not for the levels (too near to a wall, or an outlier),
-/// 255 used.
+/// Grey values of `used.png`: 0 no height; 80 a height that is not used; 160 used, but not for the levels
+/// (too near to a wall, or an outlier); 255 used.
 fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Grid<u8> {
     let mut values = heights.height_mm.map(|height| if height.is_finite() { 80 } else { 0 });
     for (index, value) in values.values_mut().iter_mut().enumerate() {
@@ -210,7 +213,8 @@ fn write(
     Ok(())
 }
 
-/// Vertices with x to the right, y up and z towards the camera, and two triangles between any four neighbours that are known.
+/// Vertices with x to the right, y up and z towards the camera, and two triangles between any four neighbours
+/// that have heights.
 fn points(heights: &Heights, sequence_uid: &str) -> Vec<u8> {
     let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
     let mut numbers = Grid::filled(rows, columns, None);
@@ -291,7 +295,7 @@ fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
         title: format!("Height after the trend from ({from_x}, {from_y}) to ({to_x}, {to_y}) px"),
         x_label: "distance (mm)".to_owned(),
         y_label: "height (mm)".to_owned(),
-        // Noise alone should not look like relief.
+        // The range is wide enough that noise does not look like relief.
         least_y_span: 6.0 * summary.roughness.sq_noise_mm,
         series,
         ..Chart::default()

@@ -1,4 +1,4 @@
-//! From a sequence to its calibration, and to its folder of results: the stations in their order.
+//! From a sequence to its calibration and its results: the steps in order.
 
 mod calibration;
 
@@ -35,14 +35,14 @@ pub use need::{
 };
 pub use rectified::rectify_sequence;
 
-/// Why a sequence has no results.
+/// Errors of calibration, matching and results.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PipelineError {
     /// The sequence cannot be read.
     #[error(transparent)]
     Sequence(#[from] SequenceError),
-    /// It cannot be calibrated, or its calibration cannot be used.
+    /// The calibration fails, or does not match the sequence.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
     /// It cannot be matched.
@@ -54,12 +54,12 @@ pub enum PipelineError {
     /// A picture cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// What was asked of the surface has no answer.
+    /// The surface cannot be analysed.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
 }
 
-/// What a measurement found.
+/// Results of a measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measurement {
     /// The matcher's maps.
@@ -70,7 +70,8 @@ pub struct Measurement {
     pub summary: MatchSummary,
 }
 
-/// The volume of `sequence`: corrected, rectified and with measured positions if there is a calibration, else as it was captured.
+/// The volume of `sequence`: with a calibration corrected, rectified and with measured positions; else as
+/// captured.
 ///
 /// # Errors
 /// [`PipelineError`] naming the frame that cannot be used.
@@ -89,20 +90,22 @@ pub fn load(
     Ok(volume)
 }
 
-/// What pictures show.
+/// Options of the pictures.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct View<'a> {
-    /// Row of the paper's figures; the middle one if not given.
+    /// Row of the paper's figures; by default the middle one.
     pub figure_row: Option<usize>,
-    /// True disparity, drawn beside the measured one in the figures and used for nothing else; rows x columns of the matched frames, px.
+    /// True disparity, drawn beside the measured one in the figures and used for nothing else; rows x columns
+    /// of the matched frames, in px.
     pub truth: Option<&'a Grid<f32>>,
 }
 
-/// Matches `sequence` and writes everything that can be said of it into `folder`, which the caller commits. With a calibration the frames are
-/// corrected and rectified by it and have its measured positions; without one they are matched as they were captured.
+/// Matches `sequence` and writes all results into `folder`, which the caller commits. With a calibration the
+/// frames are corrected and rectified, and have its measured positions; without one they are matched as
+/// captured.
 ///
 /// # Errors
-/// [`PipelineError`] of the first station that fails.
+/// [`PipelineError`] of the first step that fails.
 pub fn measure(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,
@@ -148,7 +151,7 @@ pub fn measure(
     Ok(Measurement { maps, heights, summary })
 }
 
-/// Lens and baseline: those of the calibration, or as far as the sequence's records tell.
+/// Lens and baseline: from the calibration, or as far as the sequence's records hold them.
 pub fn geometry(sequence: &Sequence, calibration: Option<&Calibration>) -> Option<Geometry> {
     if let Some(calibration) = calibration {
         let camera = calibration.mapping.camera;
@@ -196,7 +199,7 @@ fn write_maps(
         "disparity-detail.png",
         &map_picture(&maps.disparity, "Disparity, most of it", "px", range)?,
     )?;
-    // Sigma at borders is many times that of the surface; the surface is what a person wants to see.
+    // Sigma at borders is many times that of the surface, so the range is that of the surface.
     let range = ValueRange { low: 0.0, high: 3.0 * median(&maps.sigma).unwrap_or(1.0) as f32 };
     folder.write_picture("sigma.png", &map_picture(&maps.sigma, "Sigma of the disparity", "px", range)?)?;
     if let Some(heights) = heights {

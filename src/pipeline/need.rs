@@ -1,36 +1,37 @@
-//! How much memory the stations take, before they begin.
+//! Memory that the steps need, before they begin.
 //!
-//! The numbers are peaks of the whole process as the kernel counts them, measured with 12 to 101 frames of 512 x 512 to 4096 x 3072 pixels of 8 and
-//! 16 bit in every way of matching, and rounded up by some 5 %: a need that is told is not exceeded.
+//! The numbers are peaks of the whole process as counted by the kernel. They were measured with 12 to 101
+//! frames of 512 x 512 to 4096 x 3072 pixels, with 8 and 16 bit, for every way of matching, and rounded up by
+//! about 5 %. So they are upper bounds.
 
 use epirig_matcher::{Effort, MatchOptions};
 
-/// What a process of this program takes before it holds any frame, in bytes, and what each of its threads takes.
+/// Memory of the program without frames, and of each of its threads, in bytes.
 const PROGRAM: u64 = 32 << 20;
 const THREAD: u64 = 16 << 20;
-/// Maps and planes of a match, in bytes for each pixel.
+/// Maps and images of a match, in bytes per pixel.
 const MATCH: u64 = 172;
 const FIRST_LOOK: u64 = 132;
-/// Those of a calibration, of a rectification, and of what is asked of a surface.
+/// The same of a calibration, of a rectification, and of a surface.
 const CALIBRATION: u64 = 50;
 const RECTIFICATION: u64 = 26;
 const SURFACE: u64 = 156;
-/// Frames of a scan on their way, what a simulated rig renders of them included; and with those of an average.
+/// Frames of a scan in memory, including those of a simulated rig; without and with averaging.
 const SCAN: u64 = 35;
 const AVERAGED_SCAN: u64 = 50;
-/// An image that is imported: of four channels of 16 bit, decoded, made grey, and encoded again.
+/// An imported image: four channels of 16 bit, decoded, converted to grey, and encoded again.
 const IMPORT: u64 = 24;
 
-/// Frames and what is held of them.
+/// Number and size of frames in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frames {
-    /// How many.
+    /// Number of frames.
     pub count: usize,
-    /// Rows of each.
+    /// Rows per frame.
     pub rows: usize,
-    /// Columns of each.
+    /// Columns per frame.
     pub columns: usize,
-    /// Bytes of a sample: 1 of up to 8 bit, 2 of more, and of all frames that are rectified.
+    /// Bytes per sample: 1 up to 8 bit, 2 for more, and for rectified frames.
     pub sample_bytes: usize,
 }
 
@@ -39,7 +40,7 @@ impl Frames {
         self.rows as u64 * self.columns as u64
     }
 
-    /// All samples, with those of a few rows of each frame as numbers of 32 bit.
+    /// Bytes of all samples, and of a few rows of each frame as 32 bit numbers.
     fn bytes(self) -> u64 {
         let rows_at_once = 16 * threads() * self.columns as u64 * self.count as u64;
         self.pixels() * self.count as u64 * self.sample_bytes as u64 + rows_at_once
@@ -50,48 +51,49 @@ impl Frames {
     }
 }
 
-/// As many as work together, without starting them: where memory is short, that could fail.
+/// Number of worker threads, without starting them: that might fail if memory is short.
 fn threads() -> u64 {
     std::thread::available_parallelism().map_or(1, |count| count.get() as u64)
 }
 
-/// Bytes that matching `frames` takes at most.
+/// Most bytes that matching `frames` takes.
 pub fn match_need(frames: Frames, options: &MatchOptions) -> u64 {
     let need = frames.with(if options.effort == Effort::Quick { FIRST_LOOK } else { MATCH });
-    // Bands of costs take up to half of what the frames take.
+    // Bands of costs take up to half of the size of the frames.
     let bands = if options.semi_global { (frames.bytes() / 2).max(32 << 20) } else { 0 };
     need + bands
 }
 
-/// Bytes that a calibration takes at most, of the `frames` of a scan and so many others, dark, flat and board frames, of the same size.
+/// Most bytes that a calibration takes, with the `frames` of a scan and `others`: the number of dark, flat
+/// and board frames of the same size.
 pub fn calibration_need(frames: Frames, others: usize) -> u64 {
-    // The scan's frames are held rectified, the others as they are.
+    // The scan's frames are held rectified, the others raw.
     let rectified = Frames { sample_bytes: 2, ..frames };
     rectified.with(CALIBRATION) + others as u64 * frames.pixels() * frames.sample_bytes as u64
 }
 
-/// Bytes that rectifying `frames` takes at most.
+/// Most bytes that rectifying `frames` takes.
 pub fn rectification_need(frames: Frames) -> u64 {
     Frames { sample_bytes: 2, ..frames }.with(RECTIFICATION)
 }
 
-/// Bytes that questions about a surface of `rows` x `columns` heights take at most.
+/// Most bytes that the analysis of a surface of `rows` x `columns` heights takes.
 pub fn surface_need(rows: usize, columns: usize) -> u64 {
     Frames { count: 0, rows, columns, sample_bytes: 1 }.with(SURFACE)
 }
 
-/// Bytes that taking frames of `rows` x `columns` takes at most; `deep`: of more than 8 bit, or averaged.
+/// Most bytes that taking frames of `rows` x `columns` takes; `deep`: more than 8 bit, or averaged.
 pub fn capture_need(rows: usize, columns: usize, deep: bool) -> u64 {
     let frames = Frames { count: 0, rows, columns, sample_bytes: 1 };
     frames.with(if deep { AVERAGED_SCAN } else { SCAN })
 }
 
-/// Bytes that importing images of `rows` x `columns` takes at most, whose files have up to `file_bytes`.
+/// Most bytes that importing images of `rows` x `columns` takes, with files of up to `file_bytes`.
 pub fn import_need(rows: usize, columns: usize, file_bytes: u64) -> u64 {
     Frames { count: 0, rows, columns, sample_bytes: 1 }.with(IMPORT) + file_bytes
 }
 
-/// The most of `frames` that matching takes no more than `bytes` for; `None` if not even two fit.
+/// The largest number of `frames` that can be matched in `bytes`; `None` if not even two fit.
 pub fn frames_that_fit(frames: Frames, options: &MatchOptions, bytes: u64) -> Option<usize> {
     let fits = |count: &usize| match_need(Frames { count: *count, ..frames }, options) <= bytes;
     (2..=frames.count).rev().find(fits)

@@ -1,4 +1,4 @@
-//! From a calibrated sequence to one of corrected and rectified frames.
+//! Writes a sequence of corrected and rectified frames.
 
 use std::path::Path;
 
@@ -11,15 +11,17 @@ use epirig_data::sequence::{
     Derived, ExitStatus, Intrinsics, Origin, Sequence, refuse_existing, write_derived,
 };
 
-/// Bits of the samples: what lies between the camera's levels is kept.
+/// Bit depth of the samples, which keeps values between the camera's levels.
 const BIT_DEPTH: u8 = 16;
 
-/// Makes the sequence `out` of the frames of `sequence`, corrected and rectified as its calibration says: 16 bit frames in which other software
-/// sees what `match` sees of the calibrated original. The measured positions are their positions, and the rectified camera is their lens, if one is
+/// Writes the sequence `out` from the frames of `sequence`, corrected and rectified by its calibration, in 16
+/// bit. Other software then sees the frames that `match` uses. The new sequence has the measured positions,
+/// and the rectified camera as its lens, if it is known.
 /// known.
 ///
 /// # Errors
-/// [`PipelineError`]; nothing is left then. [`CalibrateError::NoBaseline`] if positions were measured and nothing tells how many mm they are.
+/// [`PipelineError`]; nothing is left then. [`CalibrateError::NoBaseline`] if positions were measured but
+/// their scale in mm is unknown.
 pub fn rectify_sequence(
     sequence: &Sequence,
     (calibration, maps): &(Calibration, Maps),
@@ -49,7 +51,7 @@ pub fn rectify_sequence(
         }),
         positions_mm,
         sources: sequence.frames().iter().map(|record| record.file.clone()).collect(),
-        // What is wrong with how it ended is no less true of these frames.
+        // The end of the scan is the same for these frames.
         exit_status: sequence.stop().map_or(ExitStatus::Aborted, |stop| stop.exit_status),
         reason: sequence.end_in_words(),
     };
@@ -58,7 +60,7 @@ pub fn rectify_sequence(
         let mut samples = Vec::with_capacity(volume.rows() * volume.columns());
         for y in 0..volume.rows() {
             volume.copy_row(y, t, &mut row);
-            // What a gain lifts above 16 bit stays at their end.
+            // Values that a gain raises above 16 bit are clipped.
             samples.extend(row.iter().map(|dn| (dn / dn_per_sample).round() as u16));
         }
         Frame::new(volume.rows(), volume.columns(), BIT_DEPTH, Samples::U16(samples))
@@ -67,13 +69,13 @@ pub fn rectify_sequence(
     Ok(derived)
 }
 
-/// The measured positions, counted from where the stage said that the first frame is.
+/// The measured positions, with the first at its reported position.
 fn positions_mm(sequence: &Sequence, calibration: &Calibration) -> Result<Option<Vec<f64>>, CalibrateError> {
     let positions = &calibration.positions;
     let first_mm = sequence.positions_mm().and_then(|reported| reported.first().copied()).unwrap_or(0.0);
     match positions.baseline_mm {
         Some(baseline_mm) => Ok(Some(positions.tau.iter().map(|tau| first_mm + tau * baseline_mm).collect())),
-        // Then they are equidistant.
+        // Then the frames are evenly spaced.
         None if positions.source == PositionSource::Stage => Ok(None),
         None => Err(CalibrateError::NoBaseline),
     }

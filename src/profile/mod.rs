@@ -32,20 +32,20 @@ pub use whole::Profile;
 
 use settings::Settings;
 
-/// The profile of the simulated rig: the paper's, as [`Profile::read`] takes it.
+/// The profile of the simulated rig, that of the paper, as text for [`Profile::read`].
 pub const SIM: &str = include_str!("../../calib/sim.toml");
 
-/// The profile of the same rig, simulated as real ones are: with everything that calibration has to find.
+/// The profile of the same rig with all the imperfections that calibration has to find.
 pub const REAL: &str = include_str!("../../calib/real.toml");
 
 impl Profile {
-    /// From the text of a file; `source` is its name for messages. Of several overrides of a key the last counts.
+    /// Parses the text of a file; `source` is its name in messages. The last of several overrides of a key is used.
+    ///
     /// A key without effect for the stage's driver or the camera is refused. Exception: if an override
     /// selects another driver or camera, keys of lower rank for the replaced one are dropped.
-    /// chosen another driver or camera, what places that count less say of the one in the file is left out.
     ///
     /// # Errors
-    /// [`ProfileError`] with all that is wrong in file and overrides.
+    /// [`ProfileError`] with all mistakes in the file and the overrides.
     pub fn read(text: &str, source: &str, overrides: &[Override]) -> Result<Self, ProfileError> {
         let mut settings = Settings::of_file(text, source);
         overrides.iter().for_each(|value| settings.replace(value));
@@ -53,10 +53,10 @@ impl Profile {
         if mistakes.is_empty() { Ok(profile) } else { Err(ProfileError { mistakes }) }
     }
 
-    /// From overrides alone.
+    /// A profile from overrides alone.
     ///
     /// # Errors
-    /// [`ProfileError`] with all that is wrong.
+    /// [`ProfileError`] with all mistakes.
     pub fn of(overrides: &[Override]) -> Result<Self, ProfileError> {
         Self::read("", "", overrides)
     }

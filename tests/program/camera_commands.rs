@@ -151,7 +151,7 @@ fn a_scan_is_captured_verified_and_replayed() {
     }
     let more = ["capture", "--out", "more", "--step-mm", "0.5", "--frames", "7", "--driver", "sim"];
     let more = [&more[..], &["--camera", "replay:seq"]].concat();
-    fails(folder.path(), &more, 5, &["replay:seq", "all of its 6 frames", "no more until"]);
+    fails(folder.path(), &more, 5, &["replay:seq", "all of its 6 frames", "cannot continue until"]);
     // What was taken until then stays, and says how it ended.
     assert_eq!(Sequence::open(&folder.path().join("more")).unwrap().frames().len(), 6);
     fails(folder.path(), &["resume", "more"], 5, &["all of its 6 frames"]);

@@ -25,7 +25,7 @@ fn simulator() -> Simulator {
     Simulator::new(config).unwrap()
 }
 
-/// Begins the scan, or goes on with it.
+/// Begins the scan, or resumes it.
 fn spawn(folder: &Path, more: &[&str]) -> Child {
     let begun = folder.join("seq/sequence.json").exists();
     let new = [&["capture", "--out", "seq", "--rig", "sim"][..], &PLAN, more].concat();

@@ -188,7 +188,7 @@ fn a_scan_has_its_log_beside_its_journal_whatever_ends_it() {
     let verbs: Vec<&Value> =
         with(&after, "begun").into_iter().map(|line| &line["spans"][0]["verb"]).collect();
     assert_eq!(verbs, ["capture", "resume"]);
-    assert_eq!(with(&after, "the scan goes on").len(), 1);
+    assert_eq!(with(&after, "the scan continues").len(), 1);
     assert!(with(&after, "moved").iter().all(|line| line["level"] == "DEBUG"));
     assert!(!fs::read_to_string(&log).unwrap().contains("swordfish"));
     succeeds(folder.path(), &["verify", "seq"]);
@@ -209,7 +209,7 @@ fn a_log_that_cannot_be_written_stops_nothing_and_is_told_once() {
     let resumed = |what: &str| {
         let output = epirig(folder.path(), &["resume", "seq"]);
         assert!(output.status.success(), "{what}: {output:?}");
-        let notes = text(&output.stderr).matches("seq/log.jsonl: the scan goes on without a log").count();
+        let notes = text(&output.stderr).matches("seq/log.jsonl: the scan continues without a log").count();
         assert_eq!(notes, 1, "{what}: {output:?}");
         succeeds(folder.path(), &["verify", "seq"]);
     };

@@ -46,7 +46,7 @@ impl Assistant for Willing {
     }
 }
 
-/// A new scan, or one that goes on, with a rig that has just been switched on.
+/// A new scan, or a resumed one, with a rig that has just been switched on.
 pub fn scan(
     simulator: &Arc<Simulator>,
     plan: &CapturePlan,

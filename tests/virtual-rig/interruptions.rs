@@ -80,7 +80,7 @@ fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
     let (code, talk) = scanning.end();
     assert_eq!(code, 7, "{talk}");
     assert!(talk.contains("stopping after this frame"), "{talk}");
-    assert!(talk.contains(&format!("`epirig resume {sequence}` goes on")), "{talk}");
+    assert!(talk.contains(&format!("`epirig resume {sequence}` continues")), "{talk}");
     let stopped = Sequence::open(Path::new(&sequence)).unwrap();
     assert_eq!(stopped.stop().unwrap().exit_status, ExitStatus::Aborted);
     assert!(retakes(&stopped).is_empty());

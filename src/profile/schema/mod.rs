@@ -59,14 +59,14 @@ pub(super) fn find_section(name: &str) -> Result<&'static Section, Problem> {
     })
 }
 
-/// The key of a name in a section, and the unit in the name.
+/// The key at `path`, such as `plan.step`, without a unit; `None` if there is no such key.
 pub fn key_at(path: &str) -> Option<&'static Key> {
     let (section, name) = path.split_once('.')?;
     let section = SECTIONS.iter().find(|known| known.name == section)?;
     section.keys().into_iter().find(|key| key.name == name)
 }
 
-/// The key that `name` means in a section, and the unit that it names.
+/// The key of a name in a section, and the unit in the name.
 ///
 /// # Errors
 /// [`Problem::UnknownKey`], [`Problem::UnknownUnitInKey`].
@@ -82,7 +82,7 @@ pub(super) fn find_key(section: &Section, name: &str) -> Result<(&'static Key, O
             return Ok((key, unit));
         }
     }
-    // Of two keys one of which begins like the other, the longer is meant.
+    // If several keys match the beginning, the longest is used.
     let likely = keys.iter().filter(|key| suffix(key).is_some()).max_by_key(|key| key.name.len());
     if let Some(key) = likely
         && let (Kind::Measure { unit, .. }, Some(suffix)) = (key.kind, suffix(key))
@@ -94,7 +94,7 @@ pub(super) fn find_key(section: &Section, name: &str) -> Result<(&'static Key, O
             units: key.kind.units().map(|unit| unit.name).collect::<Vec<_>>().join(", "),
         });
     }
-    // A key that is right elsewhere is more likely meant than one that merely looks alike.
+    // A key of another section is suggested before a similar one of this section.
     let elsewhere =
         SECTIONS.iter().flat_map(Section::keys).find(|key| key.spellings().any(|spelling| spelling == name));
     let spellings = || keys.iter().flat_map(|key| key.spellings());

@@ -51,7 +51,7 @@ fn a_calibration_that_was_changed_is_not_used() {
         (
             "/positions/positioning_error/frames/3/reported_mm",
             4.6.into(),
-            "the stage reported frame 3 elsewhere",
+            "its reported position of frame 3 differs",
         ),
         ("/positions/baseline_mm", 13.0.into(), "baseline"),
         ("/mapping/lens/distortion/k1", (-1.0).into(), "another lens"),
