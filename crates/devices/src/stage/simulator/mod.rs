@@ -1,6 +1,6 @@
 //! Stages that exist in memory and speak their dialect byte by byte, with faults by script.
 //!
-//! They are [`SimulatedDevice`](crate::link::SimulatedDevice)s: a
+//! They are [`SimulatedDevice`]s: a
 //! [`SimulatedLink`](crate::link::SimulatedLink) connects a driver to one in simulated time, a pseudo-terminal
 //! (`link::PtyServer`) in real time. The [`Plant`] tells what the carriage truly did.
 //!
