@@ -237,3 +237,6 @@ impl<A: Axis> Stage for CheckedStage<A> {
         self.axis.notes()
     }
 }
+
+#[cfg(test)]
+mod tests;
