@@ -1,4 +1,4 @@
-//! The figures of a calibration that was made up, so that it is known what they have to show.
+//! The figures of a synthetic calibration with known content.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -76,7 +76,7 @@ fn lens(random: &mut ChaCha8Rng) -> LensCalibration {
     }
 }
 
-/// Rows that are bent by 0.01 px in the middle.
+/// Rows with a bow of 0.01 px in the middle.
 fn stage_axis(random: &mut ChaCha8Rng) -> StageAxis {
     let residuals = (0..FRAMES * 80).map(|index| {
         let column_px = random.random_range(-300.0..300.0);
@@ -97,7 +97,7 @@ fn stage_axis(random: &mut ChaCha8Rng) -> StageAxis {
     }
 }
 
-/// A stage that is off by a few um, by 40 um in frame 57, and that nobody saw in frame 20.
+/// A stage with errors of a few um, 40 um in frame 57, and no measurement in frame 20.
 fn positioning_error(random: &mut ChaCha8Rng) -> PositioningError {
     let frames = (0..FRAMES).map(|frame| {
         let reported_mm = 1.5 * frame as f64;
