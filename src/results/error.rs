@@ -123,7 +123,7 @@ fn advice(action: &str, error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match error.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            "free some space or choose another disk with --out; no partial output was left"
+            "make room or choose another disk with --out; no partial output was left"
         }
         ErrorKind::NotFound if action == "read" => "check the path; `epirig match` writes the results",
         _ if action == "read" => "check the path and its permissions",

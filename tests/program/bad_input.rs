@@ -249,7 +249,7 @@ fn a_full_disk() {
         };
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{arguments}: {stderr}");
-        assert!(stderr.contains("disk/") && stderr.contains("free some space"), "{stderr}");
+        assert!(stderr.contains("disk/") && stderr.contains("make room"), "{stderr}");
         assert_eq!(
             String::from_utf8_lossy(&output.stdout).trim(),
             "filler",

@@ -130,7 +130,7 @@ fn transcripts_are_written_once_and_decoded() {
         assert!(text.contains(word), "no {word} in {text}");
     }
     std::fs::write(stage.path().join("bytes"), b"ok\r\nALARM:9\r\n").unwrap();
-    fails(stage.path(), &["decode", "bytes"], 2, &["no transcript", "--dialect"]);
+    fails(stage.path(), &["decode", "bytes"], 2, &["not a transcript", "--dialect"]);
     let text = succeeds(stage.path(), &["decode", "bytes", "--dialect", "grbl"]);
     assert!(text.contains("ALARM:9: homing never found the limit switch"), "{text}");
     std::fs::write(stage.path().join("bad"), "# epirig transcript 1\nhello\n").unwrap();

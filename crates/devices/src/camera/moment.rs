@@ -1,4 +1,4 @@
-//! Time as a camera's driver counts it.
+//! Time on the clock of a camera's driver.
 
 use std::time::Duration;
 
