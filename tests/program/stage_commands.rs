@@ -202,7 +202,7 @@ fn faults_by_script_end_in_one_clear_line() {
         stage.path(),
         &["simulate", "grbl", "--port", "p", "--fault", "fire@1"],
         2,
-        &["\"fire@1\" is no fault"],
+        &["\"fire@1\" is not a complete fault"],
     );
     fails(stage.path(), &["simulate", "grbl", "--port", "p", "--noise", "2"], 2, &["0 to 1"]);
     // A simulator takes no link away from another one.

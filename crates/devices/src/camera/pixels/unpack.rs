@@ -1,4 +1,4 @@
-//! From the bytes of a row to its samples.
+//! Unpacks the bytes of a row to samples.
 //!
 //! Each function fills `samples` from the start of `row`, which holds at least the format's least stride.
 

@@ -57,7 +57,7 @@ impl Node {
         })
     }
 
-    /// Intervals of a discrete size, as fractions of a second; of a range of intervals the shortest and the longest.
+    /// Intervals of a discrete size, as fractions of a second; for a range, the shortest and the longest.
     pub(in crate::camera::v4l2) fn intervals(
         &self,
         four_cc: u32,
@@ -93,7 +93,7 @@ impl Node {
         Ok(pix_format(&format))
     }
 
-    /// Asks for a progressive format, and returns what the driver took.
+    /// Sets a progressive format, and returns the format that the driver chose.
     pub(in crate::camera::v4l2) fn set_format(
         &self,
         direction: Direction,
