@@ -1,8 +1,9 @@
 //! epirig computes height maps from the frames of a capture rig.
 //!
-//! A stage moves an object (or the camera) along a line; at each stop a camera takes a frame. Stacked over time the
-//! frames form a volume f(x, y, t); one row y through all frames is an *epipolar plane image* (EPI), in which every
-//! surface point draws a straight line. Its slope is the point's disparity, hence its distance.
+//! A stage moves an object (or the camera) along a line; at each stop a camera takes a frame. Stacked over
+//! time the frames form a volume f(x, y, t); one row y through all frames is an *epipolar plane image* (EPI),
+//! in which every surface point draws a straight line. Its slope is the point's disparity, hence its
+//! distance.
 //!
 //! Data flows one way:
 //!

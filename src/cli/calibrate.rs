@@ -100,7 +100,7 @@ impl CalibrateVerb {
         let folder = self.export_lens.as_deref().and_then(Path::parent);
         if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
             return Err(CliError::Usage(format!(
-                "{}: there is no such folder for --export-lens; make it first",
+                "{}: the folder for --export-lens does not exist; create it first",
                 folder.display()
             )));
         }

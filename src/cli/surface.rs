@@ -132,8 +132,8 @@ impl Surface {
             )));
         }
         let trend = self.trend;
-        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do so along the surface, but
-        // noise hides low walls from them.
+        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that
+        // grow do so along the surface, but noise hides low walls from them.
         let settings = &matched.settings;
         let window_px = settings.window_px.max(settings.fit_window_px);
         let steps = if settings.wanted_sigma_px.is_some() {

@@ -288,7 +288,8 @@ mod tests {
         let picture = bars.picture().unwrap();
         let column = |x: u32| (60..HEIGHT).filter(|&y| picture.get_pixel(x, y).0 == [0, 114, 178]).count();
         let tallest = (0..WIDTH).map(column).max().unwrap();
-        // The axis spans 11 by the bar of the second point, with 8 % of air, over about 380 rows: four units are 128 rows.
+        // The axis spans 11 by the bar of the second point, with 8 % of air, over about 380 rows: four units
+        // are 128 rows.
         assert!((120..=140).contains(&tallest), "{tallest}");
         let csv = "series,\"x (px)\",\"y (px)\",standard deviation\n\"a\",0,0,nan\n\"a\",1,10,1\n\"a\",2,5,2\n\"a\",3,nan,1\n";
         assert_eq!(bars.csv(), csv);

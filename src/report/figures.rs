@@ -41,9 +41,9 @@ pub struct FigureRow<'a> {
 /// Number of lines in the figure of aligned profiles.
 const ALIGNED_LINES: usize = 6;
 
-/// The paper's figures for one row: cost image with the mapping (3b), intensity profiles of a line and of its neighbours
-/// (5a), normalised profiles aligned by image position (5b) and disparity along the row (6). The profiles are missing if
-/// no pixel of the row has an answer.
+/// The paper's figures for one row: cost image with the mapping (3b), intensity profiles of a line and of its
+/// neighbours (5a), normalised profiles aligned by image position (5b) and disparity along the row (6). The
+/// profiles are missing if no pixel of the row has an answer.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.

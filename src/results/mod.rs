@@ -106,7 +106,8 @@ pub struct MatchSummary {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
-    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or `unfinished`.
+    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or
+    /// `unfinished`.
     pub scan_ended: String,
     /// Hash of the calibration that corrected and rectified the frames; `None` if they were matched as
     /// captured.

@@ -228,8 +228,8 @@ fn the_flat_field_is_told_in_percent_of_its_mean() {
     let field = figure(&figures, "flat-field");
     assert_eq!(field.csv.lines().count(), 101);
     assert_eq!(fields(field, 1)[..4], ["0", "63", "0", "47"]);
-    // 1.1 + 0.02 u - 0.15 u2 - 0.12 v2 has the mean 1.1 - 0.09 but for terms of 1 / size; over the first cell, u and v from -1 to -0.8, the means of
-    // u, u2 and v2 are -0.9, 0.8133 and 0.8133.
+    // 1.1 + 0.02 u - 0.15 u2 - 0.12 v2 has the mean 1.1 - 0.09 but for terms of 1 / size; over the first
+    // cell, u and v from -1 to -0.8, the means of u, u2 and v2 are -0.9, 0.8133 and 0.8133.
     let expected = 100.0 * (1.1 - 0.018 - 0.27 * 0.8133) / 1.01;
     let first: f64 = fields(field, 1)[4].parse().unwrap();
     assert!((first - expected).abs() < 0.3, "{first} {expected}");

@@ -23,9 +23,9 @@ pub struct Assessment {
     pub histogram: Vec<u64>,
     /// Number of levels per bin.
     pub bin_width_dn: u32,
-    /// Sharpness: mean squared gradient by Sobel's 3 x 3 operator over the squared mean (Tenengrad, normalised; Groen, Young
-    /// and Ligthart 1985). Comparable between frames of the same object only: it is largest where the object is in focus.
-    /// 0 for images without an inner pixel.
+    /// Sharpness: mean squared gradient by Sobel's 3 x 3 operator over the squared mean (Tenengrad,
+    /// normalised; Groen, Young and Ligthart 1985). Comparable between frames of the same object only: it is
+    /// largest where the object is in focus. 0 for images without an inner pixel.
     pub focus: f64,
 }
 

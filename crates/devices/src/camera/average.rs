@@ -12,8 +12,8 @@ pub struct AveragedFrame {
     /// The mean, scaled so that the camera's full scale becomes that of 16 bit: times 257 for 8 bit. Rounding
     /// costs at most half a DN of 16 bit.
     pub frame: Frame,
-    /// Variance of a single frame's samples about the mean (unbiased, divisor K - 1), rows x columns, in squared DN of the
-    /// camera; NaN for a single frame. The variance of the mean is 1 / K of it.
+    /// Variance of a single frame's samples about the mean (unbiased, divisor K - 1), rows x columns, in
+    /// squared DN of the camera; NaN for a single frame. The variance of the mean is 1 / K of it.
     pub variance_dn2: Grid<f32>,
     /// Number of pixels that were at full scale in any of the frames: their mean is too small.
     pub saturated: usize,

@@ -41,10 +41,11 @@ pub struct FilledBuffer {
     pub received: Moment,
 }
 
-/// A video device as its driver presents it: it substitutes, clamps, drops, damages and goes away without asking.
+/// A video device as its driver presents it: it substitutes, clamps, drops, damages and goes away without
+/// asking.
 ///
-/// [`CheckedCamera`](super::CheckedCamera) makes a camera of it that can be trusted. Implementations judge nothing, and return
-/// within the times that they are given.
+/// [`CheckedCamera`](super::CheckedCamera) makes a camera of it that can be trusted. Implementations judge
+/// nothing, and return within the times that they are given.
 pub trait VideoDevice: Send {
     /// What it is.
     fn identity(&self) -> CameraIdentity;

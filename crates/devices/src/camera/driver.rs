@@ -127,7 +127,8 @@ impl CameraDriver for V4l2 {
     }
 }
 
-/// The table of camera drivers. A driver of this crate adds one line, before the last, which claims all names.
+/// The table of camera drivers. A driver of this crate adds one line, before the last, which claims all
+/// names.
 static BUILT_IN: [&dyn CameraDriver; 3] = [&Simulated, &Replay, &V4l2];
 
 /// Drivers added by the program.

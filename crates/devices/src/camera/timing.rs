@@ -8,8 +8,7 @@
 //! | --- | --- |
 //! | start of exposure | stamp - T - E: `uvcvideo` stamps the first packet, which comes after the exposure, and calls it the start; cameras that compress or buffer send it up to T later |
 //! | end of frame | stamp - 2 T - E: the readout takes T at most, and a camera's own memory as much |
-//! | none, or an impossible stamp: zero, not increasing, later than T after its arrival, or long before the
-//! given moment although the frame count excludes that | counted |
+//! | none, or an impossible stamp: zero, not increasing, later than T after its arrival, or long before the given moment although the frame count excludes that | counted |
 //!
 //! Counted: of the frames that are taken from the queue after the given moment, those in all buffers, and
 //! [`IN_FLIGHT`] more, may have begun before it. The next one did not.

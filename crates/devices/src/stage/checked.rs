@@ -14,7 +14,7 @@ const HOME_WITHIN_MM: f64 = 0.1;
 /// A stage that verifies what its axis reports.
 ///
 /// - It moves only while the position is known: the device was homed, and no later fault has invalidated the
-/// position ([`StageError::consequence`]).
+///   position ([`StageError::consequence`]).
 /// - Before a move the axis must be where the last move ended; otherwise something else has moved it.
 /// - A move ends at the commanded position, within [`MotionLimits`], and not sooner than velocity and acceleration allow.
 /// - With unidirectional approach every position is reached from below, so that backlash has no effect.

@@ -416,7 +416,7 @@ impl<D: SimulatedDevice> SimulatedDevice for Tampered<D> {
     }
 }
 
-/// A controller beside which somebody presses a stop switch once the carriage is 20 mm out.
+/// A controller whose stop switch is pressed once the carriage is 20 mm out.
 struct Pressing {
     device: Arc<Mutex<GrblDevice>>,
     plant: Plant,

@@ -37,8 +37,8 @@ impl Mapping {
         // SAFETY: the members of the union are numbers and raw pointers; of mapped buffers it is the offset.
         let offset = unsafe { buffer.m.offset };
         let file = node.file()?.as_raw_fd();
-        // SAFETY: a new mapping at a place of the kernel's choice touches no memory of ours; what it returns is `length` bytes long
-        // until it is unmapped.
+        // SAFETY: a new mapping at a place of the kernel's choice touches no memory of ours; what it returns
+        // is `length` bytes long until it is unmapped.
         let start = unsafe {
             v4l2::mmap(std::ptr::null_mut(), length, mmap::READ_WRITE, mmap::SHARED, file, offset.into())?
         };
@@ -56,8 +56,8 @@ mod mmap {
 
 impl Drop for Mapping {
     fn drop(&mut self) {
-        // SAFETY: the mapping was made by `of`, has this start and length, and no slice of it outlives `self`. It fails for
-        // mappings that are none only.
+        // SAFETY: the mapping was made by `of`, has this start and length, and no slice of it outlives
+        // `self`. It fails for mappings that are none only.
         let _ = unsafe { v4l2::munmap(self.start.as_ptr().cast(), self.length) };
     }
 }
@@ -155,8 +155,9 @@ impl Buffers {
         let ours = self.mappings.get(index).filter(|_| !self.queued[index]);
         let Some(mapping) = ours.filter(|mapping| length <= mapping.length) else { return false };
         to.resize(length, 0);
-        // SAFETY: the mapping is at least `length` bytes long and lives as long as `self`, `to` was just made that long, and memory of
-        // a driver and of a vector do not overlap. If the driver writes meanwhile, bytes are old or new, any of them valid.
+        // SAFETY: the mapping is at least `length` bytes long and lives as long as `self`, `to` was just made
+        // that long, and memory of a driver and of a vector do not overlap. If the driver writes meanwhile,
+        // bytes are old or new, any of them valid.
         unsafe { std::ptr::copy_nonoverlapping(mapping.start.as_ptr(), to.as_mut_ptr(), length) };
         true
     }
@@ -164,8 +165,9 @@ impl Buffers {
     /// The bytes of an output buffer that the program owns, for writing.
     pub(in crate::camera::v4l2) fn bytes_mut(&mut self, index: usize) -> Option<&mut [u8]> {
         let mapping = self.mappings.get(index).filter(|_| !self.queued[index])?;
-        // SAFETY: the mapping is that long and lives as long as `self`; `&mut self` makes this the only slice of it. An output's driver
-        // writes to no buffer, and handing it over needs `&mut self`, so that this slice is gone by then.
+        // SAFETY: the mapping is that long and lives as long as `self`; `&mut self` makes this the only slice
+        // of it. An output's driver writes to no buffer, and handing it over needs `&mut self`, so that this
+        // slice is gone by then.
         Some(unsafe { std::slice::from_raw_parts_mut(mapping.start.as_ptr(), mapping.length) })
     }
 
@@ -190,8 +192,8 @@ fn exchange(node: &Node, request: Request, buffer: &mut sys::v4l2_buffer) -> io:
     if !takes_buffers || !in_one_plane || buffer.memory != MEMORY_MAPPED {
         return Err(io::Error::other("a call for other buffers than mapped ones in one plane"));
     }
-    // SAFETY: the number is one of three that take this structure. Its union is a pointer for buffers of the caller's own memory and for those
-    // of several planes only; this is neither, as just checked.
+    // SAFETY: the number is one of three that take this structure. Its union is a pointer for buffers of the
+    // caller's own memory and for those of several planes only; this is neither, as just checked.
     unsafe { node.call_with_pointers(request, buffer) }
 }
 

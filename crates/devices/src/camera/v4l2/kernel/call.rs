@@ -55,8 +55,8 @@ pub(in crate::camera::v4l2) struct Node(Option<File>);
 
 /// A structure of the kernel's with all bytes zero.
 pub(super) fn zeroed<T: KernelStruct>() -> T {
-    // SAFETY: `KernelStruct` is implemented for structures of integers, raw pointers and unions of these only; zero is a value of
-    // each of them.
+    // SAFETY: `KernelStruct` is implemented for structures of integers, raw pointers and unions of these
+    // only; zero is a value of each of them.
     unsafe { std::mem::zeroed() }
 }
 
@@ -68,7 +68,8 @@ pub(super) unsafe trait KernelStruct {}
 
 macro_rules! kernel_structs {
     ($($name:ident),*) => { $(
-        // SAFETY: a C structure of the kernel's header, in which there are only numbers, raw pointers and unions of them.
+        // SAFETY: a C structure of the kernel's header, in which there are only numbers, raw pointers and
+        // unions of them.
         unsafe impl KernelStruct for sys::$name {}
     )* };
 }
@@ -108,7 +109,8 @@ impl<T> Call<T> {
 
 macro_rules! calls {
     ($($name:ident($argument:ty) = $number:expr),* $(,)?) => { $(
-        // SAFETY: number and argument belong together in the kernel's header (videodev2.h), and the argument consists of numbers and text.
+        // SAFETY: number and argument belong together in the kernel's header (videodev2.h), and the argument
+        // consists of numbers and text.
         pub(super) const $name: Call<$argument> = unsafe { Call::new($number) };
     )* };
 }
@@ -161,8 +163,8 @@ impl Node {
     /// A call whose argument the kernel may find pointers in.
     ///
     /// # Safety
-    /// The number is that of a call that takes a `T`. Every pointer that the kernel follows for this call points to memory that is borrowed,
-    /// exclusively if it is written, for longer than the call.
+    /// The number is that of a call that takes a `T`. Every pointer that the kernel follows for this call
+    /// points to memory that is borrowed, exclusively if it is written, for longer than the call.
     pub(super) unsafe fn call_with_pointers<T: KernelStruct>(
         &self,
         request: Request,
@@ -173,8 +175,9 @@ impl Node {
         }
         let file = self.file()?.as_raw_fd();
         loop {
-            // SAFETY: the call number holds the size of the argument, which is that of `T` as just checked, so the kernel stays within
-            // `argument`, which is borrowed exclusively, and within what the caller vouches for.
+            // SAFETY: the call number holds the size of the argument, which is that of `T` as just checked,
+            // so the kernel stays within `argument`, which is borrowed exclusively, and within what the
+            // caller vouches for.
             let done = unsafe { v4l2::ioctl(file, request, std::ptr::from_mut(argument).cast()) };
             match done {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}

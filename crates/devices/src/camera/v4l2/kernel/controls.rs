@@ -56,7 +56,8 @@ impl Node {
     pub(in crate::camera::v4l2) fn menu_item(&self, id: u32, index: u32, of_numbers: bool) -> Option<String> {
         let mut found = sys::v4l2_querymenu { id, index, ..zeroed() };
         self.call(QUERYMENU, &mut found).ok()?;
-        // SAFETY: the members of the union are bytes and a number, valid whatever was written. It is packed: they are copied.
+        // SAFETY: the members of the union are bytes and a number, valid whatever was written. It is packed:
+        // they are copied.
         let (name, value) = unsafe { (found.__bindgen_anon_1.name, found.__bindgen_anon_1.value) };
         Some(if of_numbers { value.to_string() } else { text(&name) })
     }
@@ -97,14 +98,16 @@ impl Node {
         if !takes_controls || controls.iter().any(|control| { control.size } != 0) {
             return Err(io::Error::other("a call for other controls than numbers"));
         }
-        // SAFETY: the number is one of two that take this structure. Its one pointer is to `controls`, which is borrowed exclusively and holds
-        // `count` of them; these state no payload, as just checked, so the kernel follows no pointer in them.
+        // SAFETY: the number is one of two that take this structure. Its one pointer is to `controls`, which
+        // is borrowed exclusively and holds `count` of them; these state no payload, as just checked, so the
+        // kernel follows no pointer in them.
         unsafe { self.call_with_pointers(request, &mut all) }
     }
 }
 
 fn value_of(control: &sys::v4l2_ext_control, wide: bool) -> i64 {
     let value = control.__bindgen_anon_1;
-    // SAFETY: the union is of numbers and pointers; as a number it is valid whatever was written. It is packed: it is copied.
+    // SAFETY: the union is of numbers and pointers; as a number it is valid whatever was written. It is
+    // packed: it is copied.
     unsafe { if wide { value.value64 } else { i64::from(value.value) } }
 }

@@ -119,8 +119,8 @@ impl Node {
         if !takes_formats || ![Direction::Capture as u32, Direction::Output as u32].contains(&format.type_) {
             return Err(io::Error::other("a call for other formats than those of images"));
         }
-        // SAFETY: the number is one of two that take this structure. It holds pointers for overlays alone, and its type is that of capture or
-        // output, as just checked.
+        // SAFETY: the number is one of two that take this structure. It holds pointers for overlays alone,
+        // and its type is that of capture or output, as just checked.
         unsafe { self.call_with_pointers(request, format) }
     }
 
@@ -141,8 +141,8 @@ impl Node {
 }
 
 fn pixels_of(format: &sys::v4l2_format) -> sys::v4l2_pix_format {
-    // SAFETY: the members of the union are structures of numbers and bytes (and, of overlays, raw pointers), valid whatever was
-    // written; of capture and output devices it is this one.
+    // SAFETY: the members of the union are structures of numbers and bytes (and, of overlays, raw pointers),
+    // valid whatever was written; of capture and output devices it is this one.
     unsafe { format.fmt.pix }
 }
 

@@ -56,7 +56,8 @@ impl Node {
     fn timings(&self, call: Call<sys::v4l2_dv_timings>) -> io::Result<DvTimings> {
         let mut timings: sys::v4l2_dv_timings = zeroed();
         self.call(call, &mut timings)?;
-        // SAFETY: the members of the union are structures of numbers, valid whatever was written. They are packed: fields are copied.
+        // SAFETY: the members of the union are structures of numbers, valid whatever was written. They are
+        // packed: fields are copied.
         let bt = unsafe { timings.__bindgen_anon_1.bt };
         Ok(DvTimings {
             columns: bt.width,
