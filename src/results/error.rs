@@ -62,7 +62,7 @@ pub enum ResultsError {
         path: PathBuf,
     },
     /// A path without a name of its own.
-    #[error("{} cannot be replaced as a whole; give the name of the folder with --out", path.display())]
+    #[error("{} cannot be replaced as a whole; give the folder by its name, with --out", path.display())]
     NoName {
         /// The path as given.
         path: PathBuf,

@@ -113,7 +113,7 @@ fn what_will_not_do_is_refused_with_a_reason_and_nothing_is_written() {
         ),
         (photos, &["--flat", flat], &["--positions", "target"], 2, &["[target]"]),
         (photos, &["--rig", rig], &["--set", "target.square=15"], 2, &["unit", "15 mm"]),
-        (photos, &["--flat", flat], &["--export-lens", "nowhere/lens.yml"], 2, &["nowhere", "make it"]),
+        (photos, &["--flat", flat], &["--export-lens", "nowhere/lens.yml"], 2, &["nowhere", "create it"]),
     ];
     for (index, (photos, given, options, code, words)) in cases.into_iter().enumerate() {
         let name = format!("seq-{index}");
@@ -316,7 +316,7 @@ fn a_sensor_that_is_not_linear_is_noticed() {
     assert!(record(&path.join("seq"))["linearity"].is_null());
     fails(path, &calibrate("nowhere.csv"), 2, &["nowhere.csv"]);
     fails(path, &calibrate("missing.csv"), 5, &["missing.csv, line 5", "nowhere.png"]);
-    fails(path, &calibrate("columns.csv"), 5, &["columns.csv", "no column exposure"]);
+    fails(path, &calibrate("columns.csv"), 5, &["columns.csv", "the column exposure is missing"]);
     fails(path, &calibrate("number.csv"), 5, &["line 5", "\"three\""]);
 }
 
