@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use epirig_core::frame::{Frame, Samples};
 use epirig::profile::{Override, Profile};
+use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{
     ExitStatus, FORMAT_VERSION, FrameFacts, Origin, Sequence, SequenceRecord, SequenceWriter, StopFacts,

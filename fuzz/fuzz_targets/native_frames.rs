@@ -2,8 +2,8 @@
 #![no_main]
 
 use epirig_devices::link::Side;
-use epirig_devices::stage::Dialect;
-use epirig_devices::stage::decode::Decoder;
+use epirig_devices::stage::StageDriver as _;
+use epirig_devices::stage::native::Native;
 use firmware_protocol::axis::{Axis, Limits};
 use firmware_protocol::device::{Build, Device};
 use firmware_protocol::frame::{Direction, Event, Receiver, decode, encode};
@@ -31,8 +31,9 @@ fuzz_target!(|bytes: &[u8]| {
         }
         device.poll(&mut axis);
     }
+    let mut decoder = Native.decoder().expect("a stage with a line");
     for side in [Side::Host, Side::Device] {
-        let texts = Decoder::new(Dialect::Native).push(side, bytes);
+        let texts = decoder.push(side, bytes);
         assert!(texts.iter().all(|text| text.len() < 400));
     }
 });

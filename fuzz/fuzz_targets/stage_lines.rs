@@ -2,8 +2,7 @@
 #![no_main]
 
 use epirig_devices::link::{Side, SimulatedDevice, Transcript};
-use epirig_devices::stage::Dialect;
-use epirig_devices::stage::decode::Decoder;
+use epirig_devices::stage::drivers;
 use epirig_devices::stage::grbl::Response;
 use epirig_devices::stage::simulator::{GrblDevice, ZaberDevice};
 use epirig_devices::stage::zaber::ZaberReply;
@@ -13,9 +12,9 @@ use libfuzzer_sys::fuzz_target;
 const LONGEST_TEXT: usize = 4000;
 
 fuzz_target!(|bytes: &[u8]| {
-    for dialect in [Dialect::Grbl, Dialect::Zaber] {
+    for mut decoder in drivers().into_iter().filter_map(|driver| driver.decoder()) {
         for side in [Side::Host, Side::Device] {
-            let texts = Decoder::new(dialect).push(side, bytes);
+            let texts = decoder.push(side, bytes);
             assert!(texts.iter().all(|text| text.len() < LONGEST_TEXT));
         }
     }

@@ -97,7 +97,7 @@ impl Print {
         let sheet = Sheet::new(&target, page)?;
         write_new(&self.out, &format(&sheet))?;
         let (width_mm, height_mm) = sheet.size_mm();
-        let printed = Printed { file: self.out.display().to_string(), page: page, width_mm, height_mm };
+        let printed = Printed { file: self.out.display().to_string(), page, width_mm, height_mm };
         talk.result(&printed, || {
             format!("{}: {width_mm:.1} mm x {height_mm:.1} mm; print it at 100 %\n", printed.file)
         })

@@ -106,7 +106,7 @@ impl Board {
     }
 
     fn connect(&self, settings: Settings) -> NativeStage {
-        let options = NativeOptions { settings: Some(settings), ..NativeOptions::default() };
+        let options = NativeOptions { settings: Some(settings) };
         NativeStage::connect(Box::new(self.link()), options).unwrap()
     }
 

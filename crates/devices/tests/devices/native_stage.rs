@@ -21,7 +21,7 @@ fn fast() -> NativeOptions {
         touch_velocity_nm_s: 2_000_000,
         ..Settings::default()
     };
-    NativeOptions { settings: Some(settings), ..NativeOptions::default() }
+    NativeOptions { settings: Some(settings) }
 }
 
 fn connect(script: &str) -> (NativeStage, Plant) {
@@ -194,7 +194,7 @@ fn a_move_that_has_lost_its_host_is_ended_by_the_next_one() {
         // The cable is back before the watchdog has noticed: as if a program had been killed and another one started.
         let device = Arc::new(Mutex::new(NativeDevice::new("hang-up@1+0.5s/0.1s".parse().unwrap())));
         let plant = device.lock().unwrap().plant();
-        let options = NativeOptions { settings, ..NativeOptions::default() };
+        let options = NativeOptions { settings };
         let connect = || NativeStage::connect(Box::new(SimulatedLink::new(Arc::clone(&device))), options);
         let mut stage = connect().unwrap();
         stage.home().unwrap();

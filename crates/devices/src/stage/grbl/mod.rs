@@ -223,11 +223,11 @@ impl GrblAxis {
     }
 
     fn position_of(&self, status: &Status) -> Option<f64> {
-        self.from_home_mm(self.machine_mm(status)?)
+        self.place_mm(self.machine_mm(status)?)
     }
 
     /// A machine coordinate in mm from home; `None` if it is not homed.
-    fn from_home_mm(&self, machine_mm: f64) -> Option<f64> {
+    fn place_mm(&self, machine_mm: f64) -> Option<f64> {
         // Avoids minus zero.
         Some((machine_mm - self.home_mm?) * self.axis.outwards + 0.0)
     }
@@ -306,7 +306,7 @@ impl Axis for GrblAxis {
 
     fn position_at_rest_mm(&mut self, during: &str) -> Result<Option<f64>, StageError> {
         let machine_mm = self.machine_mm_at_rest(during, BOOT_PATIENCE)?;
-        Ok(self.from_home_mm(machine_mm))
+        Ok(self.place_mm(machine_mm))
     }
 
     fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {

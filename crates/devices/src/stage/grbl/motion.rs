@@ -133,6 +133,6 @@ impl GrblAxis {
         self.begin_move(machine_mm, *from_mm, during)?;
         self.barrier("G4 P0", during, *patience, Some(machine_mm))?;
         let machine_mm = self.machine_mm_at_rest(during, *patience)?;
-        Ok(self.from_home_mm(machine_mm))
+        Ok(self.place_mm(machine_mm))
     }
 }

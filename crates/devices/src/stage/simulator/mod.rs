@@ -1,8 +1,8 @@
 //! Simulated stages that speak their dialect byte by byte, with scripted faults.
 //!
-//! They are [`SimulatedDevice`](crate::link::SimulatedDevice)s: a
-//! [`SimulatedLink`](crate::link::SimulatedLink) connects a driver to one in simulated time, a
-//! pseudo-terminal (`link::PtyServer`) in real time. The [`Plant`] gives the true motion of the carriage.
+//! They are [`SimulatedDevice`]s: a [`SimulatedLink`](crate::link::SimulatedLink) connects a driver to one in
+//! simulated time, a pseudo-terminal (`link::PtyServer`) in real time. The [`Plant`] gives the true motion of the
+//! carriage.
 //!
 //! ```
 //! use epirig_devices::link::SimulatedLink;
