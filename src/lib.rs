@@ -1,8 +1,9 @@
-//! epirig turns the frames of a capture rig into a measurement.
+//! epirig computes height maps from the frames of a capture rig.
 //!
-//! A stage moves an object (or the camera) along a line; at each stop a camera takes a frame. Stacked over time the
-//! frames form a volume f(x, y, t); one row y through all frames is an *epipolar plane image* (EPI), in which every
-//! surface point draws a straight line. Its slope is the point's disparity, hence its distance.
+//! A stage moves an object (or the camera) along a line; at each stop a camera takes a frame. Stacked over
+//! time the frames form a volume f(x, y, t); one row y through all frames is an *epipolar plane image* (EPI),
+//! in which every surface point draws a straight line. Its slope is the point's disparity, hence its
+//! distance.
 //!
 //! Data flows one way:
 //!
@@ -11,14 +12,15 @@
 //!    (or simulator)                (on disk)
 //! ```
 //!
-//! The stations are crates of their own: `epirig-core` (frames, grids, the volume), `epirig-simulator` (the simulated rig, which
-//! knows the truth), `epirig-devices` (stages and cameras), `epirig-data` (frames and maps on disk), `epirig-calibration` (what a
-//! rig is really like) and `epirig-matcher` (disparity, surface, evaluation). This crate puts them together:
+//! The parts are separate crates: `epirig-core` (frames, grids, the volume), `epirig-simulator` (the
+//! simulated rig, with known truth), `epirig-devices` (stages and cameras), `epirig-data` (frames and maps on
+//! disk), `epirig-calibration` (the properties of a real rig) and `epirig-matcher` (disparity, surface,
+//! evaluation). This crate combines them:
 //!
-//! - [`profile`]: a rig and a scan, described by a person; [`rig`]: opens what a profile describes.
-//! - [`doctor`]: what is found out before a scan; [`capture`]: the scan.
-//! - [`calibrate`] and [`pipeline`]: the stations in their order; [`results`] and [`report`]: files and pictures of them.
-//! - [`memory`]: how much memory there is; [`cli`]: the command line, on top.
+//! - [`profile`]: the description of a rig and a scan; [`rig`]: opens the devices of a profile.
+//! - [`doctor`]: checks before a scan; [`capture`]: the scan.
+//! - [`calibrate`] and [`pipeline`]: the steps in order; [`results`] and [`report`]: files and pictures.
+//! - [`memory`]: the available memory; [`cli`]: the command line, on top.
 //!
 //! ```
 //! use epirig_matcher::{MatchOptions, match_volume};

@@ -1,16 +1,16 @@
-//! How much memory there is, before work begins that needs much of it.
+//! Available memory, checked before work that needs much of it.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// What bounds the memory of this program.
+/// What limits the memory of this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
-    /// What the machine has free, swap included.
+    /// The free memory of the machine, including swap.
     Machine,
-    /// A limit of the control group that it runs in: of a container, a batch system or a service.
+    /// A limit of its control group: of a container, a batch system or a service.
     ControlGroup,
-    /// A limit of the process, as `ulimit -v` sets it.
+    /// A limit of the process, set by `ulimit -v`.
     Process,
 }
 
@@ -24,22 +24,22 @@ impl fmt::Display for Bound {
     }
 }
 
-/// Memory that this program can still take.
+/// Memory that this program can still allocate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Available {
     /// Bytes.
     pub bytes: u64,
-    /// What leaves no more.
+    /// What limits it.
     pub bound: Bound,
 }
 
-/// What this program can still take; `None` where the system does not tell.
+/// Memory that this program can still allocate; `None` if the system does not report it.
 pub fn available() -> Option<Available> {
     let found = available_in(Path::new("/"));
     found.into_iter().chain(limit_of_process()).min_by_key(|available| available.bytes)
 }
 
-/// The same by the files below `root` alone, laid out as those of Linux.
+/// The same from the files below `root`, laid out as on Linux.
 fn available_in(root: &Path) -> Option<Available> {
     let machine = free_on_machine(root).map(|bytes| Available { bytes, bound: Bound::Machine });
     let group = left_by_groups(root).map(|bytes| Available { bytes, bound: Bound::ControlGroup });
@@ -50,7 +50,7 @@ fn read(path: &Path) -> Option<String> {
     std::fs::read_to_string(path).ok()
 }
 
-/// The number behind a word at the beginning of a line.
+/// The number after a word at the beginning of a line.
 fn entry(text: &str, word: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(word))?;
     line.trim_start_matches(':').split_whitespace().next()?.parse().ok()
@@ -62,7 +62,8 @@ fn free_on_machine(root: &Path) -> Option<u64> {
     kib.checked_mul(1024)
 }
 
-/// What the control group of this process and those above it leave: the least of all. What the kernel keeps of files, it gives back.
+/// Memory left by the control group of this process and its parents: the least of all. The kernel's file
+/// cache counts as free.
 fn left_by_groups(root: &Path) -> Option<u64> {
     let groups = read(&root.join("proc/self/cgroup"))?;
     let mounted = root.join("sys/fs/cgroup");
@@ -88,7 +89,7 @@ fn left_by_groups(root: &Path) -> Option<u64> {
 
 fn left_by(mounted: &Path, path: &str, [limit, used, kept, kept_too]: [&str; 4]) -> Option<u64> {
     let number = |group: &Path, name: &str| read(&group.join(name))?.trim().parse::<u64>().ok();
-    // In a name space of its own, a group seen from outside lies above the root.
+    // Inside a name space, a group seen from outside is above the root.
     let mut group: PathBuf = mounted.join(path.trim_start_matches('/').trim_start_matches("../"));
     let mut least = None;
     loop {
@@ -104,7 +105,7 @@ fn left_by(mounted: &Path, path: &str, [limit, used, kept, kept_too]: [&str; 4])
     }
 }
 
-/// What `ulimit -v` and `-d` leave.
+/// Memory left by `ulimit -v` and `-d`.
 #[cfg(target_os = "linux")]
 fn limit_of_process() -> Option<Available> {
     use rustix::process::{Resource, getrlimit};

@@ -31,7 +31,8 @@ pub struct Calibration {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
-    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or `unfinished`.
+    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or
+    /// `unfinished`.
     pub scan_ended: String,
     /// Hashes of the inputs.
     pub inputs: InputHashes,

@@ -36,8 +36,9 @@ use epirig_data::storage::read_text;
   epirig calibrate seq --export-lens camera.yml          for OpenCV (.yml); .yaml is for ROS
   epirig calibrate seq --linearity exposures.csv         test of the sensor response
 
-To get the frames: `epirig target print` makes the target. With dark, flat and board in [plan] of the
-profile, `epirig capture` takes them. `epirig import --dark DIR --flat DIR --board DIR` imports them.")]
+To get the frames: `epirig target print` makes the target. With dark, flat and board in [plan] of
+the profile, `epirig capture` takes them. `epirig import --dark DIR --flat DIR --board DIR` imports
+them.")]
 pub(super) struct CalibrateVerb {
     /// Folder of the sequence
     seq: PathBuf,
@@ -100,7 +101,7 @@ impl CalibrateVerb {
         let folder = self.export_lens.as_deref().and_then(Path::parent);
         if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
             return Err(CliError::Usage(format!(
-                "{}: there is no such folder for --export-lens; make it first",
+                "{}: the folder for --export-lens does not exist; create it first",
                 folder.display()
             )));
         }

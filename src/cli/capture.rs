@@ -18,14 +18,14 @@ use epirig_devices::stage::StageSource;
 #[command(after_help = "Examples:
   epirig capture --out seq                                     as rig.toml says
   epirig capture --out seq --rig sim --set plan.frames=21      no hardware needed
-  epirig capture --out seq --rig real                          as real rigs are, with calibration frames
+  epirig capture --out seq --rig real                          with calibration frames
   epirig capture --out seq --step-mm 1.5 --frames 101          without a profile
   epirig capture --out seq --dry-run                           connects, moves nothing
 
 The stage is homed first and at the end. A frame counts only with its certificate (journal.jsonl);
 others are taken again. The first Ctrl-C ends the scan after the current frame, the second stops the
-stage. `epirig resume SEQ` continues the scan, also after a power cut. Calibration frames come first,
-if the plan has any: dark frames (plan.dark), frames of a uniform target (plan.flat), frames of the
+stage. `epirig resume SEQ` continues the scan, also after a power cut. Calibration frames come
+first, if the plan has any: dark frames (plan.dark), frames of a uniform target (plan.flat), frames of the
 hand-held chess-board of [board] (plan.board). Height in mm needs the focal length.")]
 pub(super) struct Capture {
     /// Folder of the new sequence

@@ -31,8 +31,8 @@ enum SceneName {
 
 /// Measure a simulated object from end to end, no hardware needed
 ///
-/// The simulated rig moves the object past a camera; the frames are captured, written, matched and compared with the
-/// truth, which only the simulation knows.
+/// The simulated rig moves the object past a camera; the frames are captured, written, matched and compared
+/// with the truth, which only the simulation knows.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,

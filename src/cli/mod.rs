@@ -71,7 +71,8 @@ Examples:
 struct Cli {
     #[command(subcommand)]
     verb: Verb,
-    /// Print the result as JSON on stdout; a failure as {"error": {"message": ..., "kind": ..., "exit_code": N}}
+    /// Print the result as JSON on stdout; a failure as {"error": {"message": ..., "kind": ..., "exit_code":
+    /// N}}
     #[arg(long, global = true)]
     json: bool,
     /// Print only errors and the result

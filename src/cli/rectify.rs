@@ -20,7 +20,7 @@ use epirig_data::sequence::Sequence;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig rectify tile --out tile-rectified
-  epirig match tile-rectified --reference middle         finds what `epirig match tile --reference middle` finds")]
+  epirig match tile-rectified --reference middle    same result as without it")]
 pub(super) struct Rectify {
     /// Folder of the sequence, calibrated by `epirig calibrate`
     seq: PathBuf,

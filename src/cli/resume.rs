@@ -16,8 +16,8 @@ use epirig_data::sequence::{Origin, Sequence};
   epirig resume seq
   epirig resume seq --port /dev/ttyUSB1        the stage has another port now
 
-The rig is that of the scan (sequence.json). Existing frames are checked, the stage is homed, and the
-last good frame is taken again and compared. If the picture has moved, the scan does not continue.
+The rig is that of the scan (sequence.json). Existing frames are checked, the stage is homed, and
+the last good frame is taken again and compared. If the picture has moved, the scan does not continue.
 Else the missing frames are taken.")]
 pub(super) struct Resume {
     /// Folder of the sequence

@@ -28,7 +28,8 @@ use epirig_simulator::{Simulator, SimulatorConfig};
 
 Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
   switch-never-closes      homing finds no switch
-  no-motion@MOVE           the carriage stands still from this move on; a native stage notices it only when homed
+  no-motion@MOVE           the carriage stands still from this move on; a native stage
+                           notices it only when homed
   mute@MOVE/TIMEs          answers after this move are lost for a time
   reset@MOVE+TIMEs         it restarts in this move, at this time after its start
   hang-up@MOVE+TIMEs/TIMEs the cable is unplugged in this move, and plugged in after the second time

@@ -64,7 +64,8 @@ struct Home {
   epirig stage move 12.5 --approach-mm 0.5              ends upwards, against backlash
   epirig stage move 12.5 --home --driver sim            no hardware needed
 
-The stage must be homed. The move is done when the stage reports the position. Ctrl-C stops the stage.")]
+The stage must be homed. The move is done when the stage reports the position.
+Ctrl-C stops the stage.")]
 struct Move {
     /// Target position, in mm from home
     #[arg(value_name = "MM", allow_negative_numbers = true, required_unless_present = "by")]

@@ -33,9 +33,9 @@ const GROWN_ACROSS_WALLS_PX: usize = 7;
   epirig surface seq --region 240,330,715,665
   epirig surface seq --trend plane --overwrite
 
-All values belong to one region: the largest connected region, without outliers, very uncertain
-heights and its rim. The folder results/surface holds height_mm.tiff and height.gsf (the region after
-removal of the form), surface.ply (all points as measured), hollows.csv, profile.csv, surface.json, and
+All values belong to the largest connected region, without outliers, very uncertain heights and
+its rim. The folder results/surface holds height_mm.tiff and height.gsf (the region after removal of
+the form), surface.ply (all points as measured), hollows.csv, profile.csv, surface.json, and
 pictures. In used.png, white pixels were used, light grey ones are walls and outliers, and dark grey
 ones were left out."
 )]
@@ -132,8 +132,8 @@ impl Surface {
             )));
         }
         let trend = self.trend;
-        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do so along the surface, but
-        // noise hides low walls from them.
+        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that
+        // grow do so along the surface, but noise hides low walls from them.
         let settings = &matched.settings;
         let window_px = settings.window_px.max(settings.fit_window_px);
         let steps = if settings.wanted_sigma_px.is_some() {

@@ -63,7 +63,8 @@ impl Flicker {
     }
 }
 
-/// Whether an exposure of `exposure_us` is a multiple of half a period of mains of `mains_hz`, to 2 % of that.
+/// Whether an exposure of `exposure_us` is a multiple of half a period of mains of `mains_hz`, to 2 % of
+/// that.
 pub fn suits_mains(exposure_us: f64, mains_hz: f64) -> bool {
     let half_periods = exposure_us * 2.0 * mains_hz / US_PER_S;
     half_periods.round() >= 1.0 && (half_periods - half_periods.round()).abs() <= TOLERANCE
@@ -103,7 +104,8 @@ mod tests {
     #[test]
     fn steady_light_does_not_flicker() {
         let found = Flicker::of(&view(10.0, |_, _| 0.0));
-        // Rows of 80 pixels: 1 % / sqrt 80. 24 x 60 of them tell variances to 3.7 %, so their excess to 0.19 of the deviation.
+        // Rows of 80 pixels: 1 % / sqrt 80. 24 x 60 of them tell variances to 3.7 %, so their excess to 0.19
+        // of the deviation.
         assert!((found.noise_share - 0.01 / 80_f64.sqrt()).abs() < 0.03 * found.noise_share, "{found:?}");
         assert!(found.band_share < 2.0 * 0.19 * found.noise_share, "{found:?}");
         // One frame's mean is known to 1 % / sqrt 4800.

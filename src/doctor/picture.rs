@@ -6,7 +6,8 @@ use super::{Check, Verdict};
 use epirig_core::frame::Frame;
 use epirig_devices::camera::Assessment;
 
-/// A frame is dim if its brightest hundredth stays below this share of full scale: two bits of eight are unused ...
+/// A frame is dim if its brightest hundredth stays below this share of full scale: two bits of eight are
+/// unused ...
 const DIM: f64 = 0.25;
 /// ... and dark below this: 12 levels of 8 bit are left.
 const DARK: f64 = 0.05;

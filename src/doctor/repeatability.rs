@@ -117,7 +117,8 @@ mod tests {
 
     #[test]
     fn drift_and_reversal_are_no_scatter() {
-        // 2 px per mm; drift of 5 um a time, 30 um more from above, nothing else. The first arrival is from above.
+        // 2 px per mm; drift of 5 um a time, 30 um more from above, nothing else. The first arrival is from
+        // above.
         let place =
             |index: u32| 2e-3 * (5.0 * f64::from(index) + if index.is_multiple_of(2) { 30.0 } else { 0.0 });
         let returns = (1..=5).map(|index| place(index) - place(0)).collect();
@@ -128,8 +129,8 @@ mod tests {
 
     #[test]
     fn the_rest_is_scatter() {
-        // 0, 1, -1, -1, 1, 0 about nothing: orthogonal to constant and line; with the side (0.5, -0.5, ...) it has
-        // 0.5 * (0 - 1 - 1 + 1 + 1 - 0) = 0 in common. So 4 squares over 6 - 3.
+        // 0, 1, -1, -1, 1, 0 about nothing: orthogonal to constant and line; with the side (0.5, -0.5, ...)
+        // it has 0.5 * (0 - 1 - 1 + 1 + 1 - 0) = 0 in common. So 4 squares over 6 - 3.
         let found = Repeatability::of(vec![1.0, -1.0, -1.0, 1.0, 0.0], 1000.0, 0.0);
         assert!((found.sigma_px - (4.0 / 3.0_f64).sqrt()).abs() < 1e-12, "{found:?}");
         assert!((found.sigma_um - found.sigma_px).abs() < 1e-12 && found.reversal_um.abs() < 1e-12);

@@ -106,7 +106,8 @@ mod tests {
         // 2 px per mm: 0.5 mm are 1 px. With 101 frames a drift of 1 px needs 1 % more or less.
         assert_eq!(better_step_mm(0.5, 2.0, 101), Some(0.495));
         assert_eq!(better_step_mm(0.62, 2.0, 101), Some(0.62));
-        // Of five frames any shift is near a ratio: half-widths 1/4, 1/8, 1/12, 1/16 about p / q leave nothing.
+        // Of five frames any shift is near a ratio: half-widths 1/4, 1/8, 1/12, 1/16 about p / q leave
+        // nothing.
         assert_eq!(better_step_mm(0.5, 2.0, 5), None);
     }
 

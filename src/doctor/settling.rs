@@ -103,13 +103,15 @@ mod tests {
 
     #[test]
     fn a_swing_that_dies_out_settles_when_it_stays_small() {
-        // 25 Hz; a swing of 1 px and 5 Hz that decays with 200 ms is below 0.02 px for good after 200 ms * ln 50 = 782 ms at most.
+        // 25 Hz; a swing of 1 px and 5 Hz that decays with 200 ms is below 0.02 px for good after 200 ms * ln
+        // 50 = 782 ms at most.
         let starts: Vec<Moment> = (0..38).map(|index| Moment::from_ns(40_000_000 * index)).collect();
         let swing = |t: f64| (-t / 0.2).exp() * (std::f64::consts::TAU * 5.0 * t).cos();
         let shift = |x_px: f64| Shift { x_px, y_px: 0.0, sigma_px: 0.001, light: 1.0, residual_dn: 0.3 };
         let mut shifts: Vec<Option<Shift>> =
             (0..37).map(|index| Some(shift(swing(0.04 * f64::from(index))))).collect();
-        // The latest frame that is off by more than that, found by hand: 720 ms (cos 0.8 of a turn ... e^-3.6 = 0.027, cos = -0.81: 0.022).
+        // The latest frame that is off by more than that, found by hand: 720 ms (cos 0.8 of a turn ... e^-3.6
+        // = 0.027, cos = -0.81: 0.022).
         let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));
         assert_eq!(found.settle, Duration::from_millis(760));
         assert_eq!((found.farthest_px, found.tolerance_px), (1.0, 0.02));
@@ -121,7 +123,8 @@ mod tests {
 
     #[test]
     fn a_steady_swing_does_not_come_to_rest() {
-        // 25 Hz; 0.2 px and 3 Hz, which is 0.12 of a turn from frame to frame: it is within 0.02 px of its last place for two frames at most.
+        // 25 Hz; 0.2 px and 3 Hz, which is 0.12 of a turn from frame to frame: it is within 0.02 px of its
+        // last place for two frames at most.
         let starts: Vec<Moment> = (0..38).map(|index| Moment::from_ns(40_000_000 * index)).collect();
         let place = |index: u32| 0.2 * (std::f64::consts::TAU * 3.0 * 0.04 * f64::from(index)).sin();
         let shift =
@@ -129,7 +132,8 @@ mod tests {
         let shifts: Vec<Option<Shift>> = (0..37).map(|index| shift(place(index) - place(37))).collect();
         let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));
         assert!(!found.at_rest, "{found:?}");
-        // Off until 1080 ms of 1480 ms, which is before the last quarter (1110 ms); then off once more within it.
+        // Off until 1080 ms of 1480 ms, which is before the last quarter (1110 ms); then off once more within
+        // it.
         let mut shifts: Vec<Option<Shift>> =
             (0..37).map(|index| shift(if index <= 27 { 0.1 } else { 0.0 })).collect();
         let found = judge(&shifts, &starts, Moment::default(), Duration::from_millis(40));

@@ -57,8 +57,7 @@ pub(super) fn settling(found: &Settling, given: Duration) -> Check {
 pub(super) fn repeatability(found: &Repeatability, relief_px: Option<f64>) -> Check {
     const NAME: &str = "repeatability";
     let finding = format!(
-        "over {} returns the position scatters by {:.1} um ({:.4} px, of which picture noise explains {:.4} px) and drifts by {:.1} um; the reversal error is {:.1} um\
-         ",
+        "over {} returns the position scatters by {:.1} um ({:.4} px, of which picture noise explains {:.4} px) and drifts by {:.1} um; the reversal error is {:.1} um",
         found.returns_px.len(),
         found.sigma_um,
         found.sigma_px,

@@ -39,7 +39,8 @@ pub const SIM: &str = include_str!("../../calib/sim.toml");
 pub const REAL: &str = include_str!("../../calib/real.toml");
 
 impl Profile {
-    /// Parses the text of a file; `source` is its name in messages. The last of several overrides of a key is used.
+    /// Parses the text of a file; `source` is its name in messages. The last of several overrides of a key is
+    /// used.
     ///
     /// A key without effect for the stage's driver or the camera is refused. Exception: if an override
     /// selects another driver or camera, keys of lower rank for the replaced one are dropped.

@@ -1,4 +1,4 @@
-//! Charts of lines and dots, with the same numbers as a table.
+//! Charts of lines and dots, and their numbers as a table.
 
 use image::RgbImage;
 use plotters::coord::types::RangedCoordf64;
@@ -10,12 +10,12 @@ use super::{FONT, ReportError, register_font};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 480;
-/// Columns left of the axis, in px.
+/// Margins around the axes, in px.
 const LEFT: i32 = 84;
-/// Series with more points than this have small dots, so that they do not merge.
+/// Series with more points than this have small dots, which do not merge.
 const MANY: usize = 1000;
 
-/// Of the line along zero: darker than the grid, which may lie beneath it.
+/// Colour of the line along zero: darker than the grid below it.
 const ZERO: RGBColor = RGBColor(90, 90, 90);
 
 type Axes<'a, 'b> = ChartContext<'a, BitMapBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -28,20 +28,21 @@ pub enum Marks {
     Line,
     /// A dot for each point.
     Dots,
-    /// A dot for each point with a bar of one standard deviation to both sides: in the unit of y, one for each point; NaN for no bar.
+    /// A dot for each point with an error bar of one standard uncertainty to both sides: in the unit of y,
+    /// one for each point; NaN for no bar.
     DotsWithBars(Vec<f64>),
 }
 
-/// One line of a chart, or one kind of dots.
+/// A line or a kind of dots in a chart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
-    /// Its name, with the unit where it differs from the axis.
+    /// Name, with the unit where it differs from the axis.
     pub name: String,
-    /// Points (x, y); y is NaN where nothing is known.
+    /// Points (x, y); y is NaN where it is unknown.
     pub points: Vec<(f64, f64)>,
-    /// How they are drawn.
+    /// How the points are drawn.
     pub marks: Marks,
-    /// What is written beside each point; empty for nothing.
+    /// Text beside each point; empty for none.
     pub labels: Vec<String>,
 }
 
@@ -56,7 +57,7 @@ impl Series {
         Self { marks: Marks::Dots, ..Self::line(name, points) }
     }
 
-    /// The standard deviation of a point; NaN where there is none.
+    /// Standard uncertainty of a point; NaN if there is none.
     fn sigma(&self, index: usize) -> f64 {
         match &self.marks {
             Marks::DotsWithBars(sigmas) => sigmas.get(index).copied().unwrap_or(f64::NAN),
@@ -83,17 +84,17 @@ impl Series {
 /// Series over a common axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Chart {
-    /// What it shows.
+    /// Title.
     pub title: String,
     /// Name and unit of the horizontal axis.
     pub x_label: String,
     /// Name and unit of the vertical axis.
     pub y_label: String,
-    /// The vertical axis spans at least this much, so that noise does not look like signal; 0 for no limit.
+    /// Least span of the vertical axis, so that noise does not look like signal; 0 for no limit.
     pub least_y_span: f64,
-    /// Whether the vertical axis shows 0, with a line along it.
+    /// Whether the vertical axis includes 0, with a line along it.
     pub zero_line: bool,
-    /// What is shown; later ones lie over earlier ones.
+    /// The series; later ones are drawn over earlier ones.
     pub series: Vec<Series>,
 }
 
@@ -101,16 +102,17 @@ impl Chart {
     /// The chart as a picture.
     ///
     /// # Errors
-    /// [`ReportError`] if it cannot be drawn, as when no point is known.
+    /// [`ReportError`] if it cannot be drawn, for example without any known point.
     pub fn picture(&self) -> Result<RgbImage, ReportError> {
         register_font();
         let mut raw = vec![255; (WIDTH * HEIGHT * 3) as usize];
         self.draw(&mut raw).map_err(|reason| ReportError::new(&self.title, reason))?;
         RgbImage::from_raw(WIDTH, HEIGHT, raw)
-            .ok_or_else(|| ReportError::new(&self.title, "its size does not fit"))
+            .ok_or_else(|| ReportError::new(&self.title, "its size is wrong"))
     }
 
-    /// The chart's numbers: one line a point with series, x, y, and the standard deviation if any is shown; `nan` where unknown.
+    /// The numbers of the chart: one line per point with series, x, y, and the standard uncertainty if any is
+    /// shown; `nan` where unknown.
     pub fn csv(&self) -> String {
         let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
         let bars = self.series.iter().any(|series| matches!(series.marks, Marks::DotsWithBars(_)));
@@ -191,7 +193,7 @@ impl Series {
         Ok(())
     }
 
-    /// Labels stand to the right of their points, beyond `turn` to the left.
+    /// Labels are right of their points; left of them beyond `turn`.
     fn draw_labels(&self, axes: &mut Axes<'_, '_>, colour: RGBColor, turn: f64) -> Result<(), String> {
         let labels = self.known().filter_map(|(index, point, _)| {
             let (side, aside) = if point.0 > turn { (HPos::Right, -7) } else { (HPos::Left, 7) };
@@ -213,23 +215,24 @@ pub(super) fn number(value: f64) -> String {
     if value.is_nan() { "nan".to_owned() } else { value.to_string() }
 }
 
-/// From the least to the greatest value with some air, at least `least` wide; an error if there is none.
+/// The range from the least to the greatest value with a margin, at least `least` wide; an error if there is
+/// no value.
 fn span(values: impl Iterator<Item = f64>, least: f64) -> Result<std::ops::Range<f64>, String> {
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     if low > high {
-        return Err("there is no value to show".to_owned());
+        return Err("no value to show".to_owned());
     }
     let air = if high > low { 0.04 * (high - low) } else { 0.5 };
     let missing = 0.5 * (least - (high - low) - 2.0 * air).max(0.0);
     Ok(low - air - missing..high + air + missing)
 }
 
-/// Writes a tick with as many decimals as tell it from the next.
+/// Formats a tick with enough decimals to distinguish it from the next.
 pub(super) fn tick_format(range: &std::ops::Range<f64>) -> impl Fn(&f64) -> String + use<> {
     let decimals = (1.0 - (range.end - range.start).log10()).ceil().clamp(0.0, 6.0) as usize;
     move |tick| {
-        // A tick that is zero but for rounding shows no sign.
+        // A tick that is zero except for rounding has no sign.
         let text = format!("{tick:.decimals$}");
         if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
             text.trim_start_matches('-').to_owned()
@@ -285,7 +288,8 @@ mod tests {
         let picture = bars.picture().unwrap();
         let column = |x: u32| (60..HEIGHT).filter(|&y| picture.get_pixel(x, y).0 == [0, 114, 178]).count();
         let tallest = (0..WIDTH).map(column).max().unwrap();
-        // The axis spans 11 by the bar of the second point, with 8 % of air, over about 380 rows: four units are 128 rows.
+        // The axis spans 11 by the bar of the second point, with 8 % of air, over about 380 rows: four units
+        // are 128 rows.
         assert!((120..=140).contains(&tallest), "{tallest}");
         let csv = "series,\"x (px)\",\"y (px)\",standard deviation\n\"a\",0,0,nan\n\"a\",1,10,1\n\"a\",2,5,2\n\"a\",3,nan,1\n";
         assert_eq!(bars.csv(), csv);

@@ -11,7 +11,7 @@ use epirig_core::grid::Grid;
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 620;
 
-/// Brightness over columns and disparities, with a mapping drawn into it.
+/// Brightness over columns and disparities, with a mapping drawn over it.
 pub(super) struct CostImage<'a> {
     pub(super) title: String,
     /// Candidates x columns, the smallest disparity first; NaN where there is no cost.
@@ -30,7 +30,7 @@ impl CostImage<'_> {
         let mut raw = vec![255; (WIDTH * HEIGHT * 3) as usize];
         self.draw(&mut raw).map_err(|reason| ReportError::new(&self.title, reason))?;
         RgbImage::from_raw(WIDTH, HEIGHT, raw)
-            .ok_or_else(|| ReportError::new(&self.title, "its size does not fit"))
+            .ok_or_else(|| ReportError::new(&self.title, "its size is wrong"))
     }
 
     fn draw(&self, raw: &mut [u8]) -> Result<(), String> {
@@ -74,7 +74,7 @@ impl CostImage<'_> {
         }
         let points: Vec<(f64, f64)> =
             self.mapping.iter().enumerate().map(|(x, &disparity)| (x as f64, f64::from(disparity))).collect();
-        // A jump between surfaces is no line.
+        // A jump between surfaces is not drawn as a line.
         let jump = 0.1 * (self.highest_px - self.lowest_px);
         let connected = |a: &(f64, f64), b: &(f64, f64)| (a.1 - b.1).abs() < jump;
         for piece in points.chunk_by(connected).filter(|piece| !piece[0].1.is_nan()) {

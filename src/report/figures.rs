@@ -1,4 +1,4 @@
-//! The figures of the paper, drawn from our own volume and maps.
+//! The figures of the paper, drawn from a volume and its maps.
 
 use image::RgbImage;
 
@@ -12,10 +12,10 @@ use epirig_matcher::cost::CostTable;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::{Answer, DisparityMaps, line_profile};
 
-/// A figure as a picture and as the numbers behind it.
+/// A figure as a picture, with its numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Name for files, without ending.
+    /// Name for files, without extension.
     pub name: &'static str,
     /// The picture.
     pub picture: RgbImage,
@@ -23,7 +23,7 @@ pub struct Figure {
     pub csv: String,
 }
 
-/// What the figures show: one row of the reference frame, with the costs of its candidates.
+/// Data of the figures: one row of the reference frame, with the costs of its candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct FigureRow<'a> {
     /// The row.
@@ -34,16 +34,16 @@ pub struct FigureRow<'a> {
     pub candidates: Candidates,
     /// Their costs.
     pub costs: &'a CostTable,
-    /// The truth for the reference frame, if it is known; rows x columns, px.
+    /// True disparity in the reference frame, if known; rows x columns, in px.
     pub truth: Option<&'a Grid<f32>>,
 }
 
 /// Number of lines in the figure of aligned profiles.
 const ALIGNED_LINES: usize = 6;
 
-/// The paper's figures for one row: cost image with the mapping (3b), intensity profiles of a line and of its neighbours
-/// (5a), normalised profiles aligned by image position (5b) and disparity along the row (6). The profiles are missing if
-/// no pixel of the row has an answer.
+/// The paper's figures for one row: cost image with the mapping (3b), intensity profiles of a line and of its
+/// neighbours (5a), normalised profiles aligned by image position (5b) and disparity along the row (6). The
+/// profiles are missing if no pixel of the row has an answer.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.
@@ -102,7 +102,7 @@ fn neighbour_profiles(
     lines: &Lines,
     answered: &[usize],
 ) -> Result<Figure, ReportError> {
-    // The pixel that is known best, away from the border so that its neighbours are seen too.
+    // The pixel with the smallest sigma, away from the border so that its neighbours are visible too.
     let x = answered
         .iter()
         .copied()
@@ -110,7 +110,7 @@ fn neighbour_profiles(
         .unwrap_or(answered[0]);
     let disparity = f64::from(maps.disparity.at(x, y));
     let series = [(0.0, "(i, j)"), (1.0, "(i, j + 1)"), (-1.0, "(i, j - 1)")].map(|(shift, name)| {
-        // j moves while i stays: in the reference frame the line then moves by its share.
+        // j changes while i is fixed: in the reference frame the line then moves by its share.
         let column = x as f64 + shift * lines.tau_before();
         let profile = line_profile(epi, lines, column, 0, disparity + shift);
         let points = profile.iter().enumerate().map(|(t, &value)| (t as f64, f64::from(value))).collect();

@@ -1,4 +1,4 @@
-//! What lies where in a frame: coloured cells with numbers, dots and strokes, over axes in pixels of the frame.
+//! Drawings over a frame: coloured cells with numbers, dots and strokes, with axes in pixels of the frame.
 
 use std::ops::Range;
 
@@ -9,16 +9,16 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::heading::{Entry, draw_heading, heading_height};
 use super::{FONT, ReportError, register_font};
 
-/// The frame is drawn as large as fits into this, in px.
+/// Largest size of the drawn frame, in px.
 const MOST_WIDTH: f64 = 800.0;
 const MOST_HEIGHT: f64 = 640.0;
-/// Space beside the frame, in px: for axes, and so that titles fit over narrow frames.
+/// Margins of the frame, in px: for axes, and for titles over narrow frames.
 const LEFT: u32 = 76;
 const RIGHT: u32 = 24;
 const BELOW: u32 = 56;
 const LEAST_WIDTH: u32 = 760;
 
-/// A part of the frame in one colour, with a few letters in its middle.
+/// A part of the frame in one colour, with a short text in its middle.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ColouredCell {
     /// Columns from edge to edge, in px.
@@ -34,14 +34,15 @@ pub(super) struct ColouredCell {
 pub(super) struct Stroke {
     /// Place of the dot in the frame, in px.
     pub(super) from_px: (f64, f64),
-    /// Columns and rows to the end of the stroke, in px of the frame. What reaches beyond the frame is cut there.
+    /// Columns and rows to the end of the stroke, in px of the frame. The stroke is cut at the border of the
+    /// frame.
     pub(super) by_px: (f64, f64),
     pub(super) colour: RGBColor,
-    /// Whether the dot is a circle that is seen from afar.
+    /// Whether the dot is a large circle.
     pub(super) ring: bool,
 }
 
-/// A frame with what is drawn over it.
+/// A frame with the drawings over it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FramePicture {
     pub(super) title: String,
@@ -54,7 +55,7 @@ pub(super) struct FramePicture {
     pub(super) legend: Vec<Entry>,
 }
 
-/// Pixels of the picture for each pixel of a frame.
+/// Pixels of the picture per pixel of the frame.
 pub(super) fn frame_scale(rows: usize, columns: usize) -> f64 {
     (MOST_WIDTH / columns.max(1) as f64).min(MOST_HEIGHT / rows.max(1) as f64)
 }
@@ -69,7 +70,7 @@ impl FramePicture {
         let mut raw = vec![255; (full.0 * full.1 * 3) as usize];
         self.draw(&mut raw, full, width).map_err(|reason| ReportError::new(&self.title, reason))?;
         RgbImage::from_raw(full.0, full.1, raw)
-            .ok_or_else(|| ReportError::new(&self.title, "its size does not fit"))
+            .ok_or_else(|| ReportError::new(&self.title, "its size is wrong"))
     }
 
     fn draw(&self, raw: &mut [u8], full: (u32, u32), width: u32) -> Result<(), String> {
@@ -108,7 +109,7 @@ impl FramePicture {
             Circle::new(stroke.from_px, size, style)
         });
         axes.draw_series(dots).map_err(say)?;
-        // Last, so that the frame's border lies over cells at the edge.
+        // Last, so that the frame's border covers cells at the edge.
         axes.configure_mesh()
             .disable_mesh()
             .x_desc("column (px)")
@@ -126,7 +127,7 @@ impl FramePicture {
 }
 
 impl ColouredCell {
-    /// The text, in black or white, as is readable, in letters of which six fit into the cell.
+    /// The text in black or white, whichever is readable; six letters fit into the cell.
     fn label(&self, width: u32, columns: f64) -> Text<'static, (f64, f64), String> {
         let RGBColor(red, green, blue) = self.colour;
         // Luma of Rec. 601.
@@ -142,7 +143,7 @@ impl ColouredCell {
 }
 
 impl Stroke {
-    /// How much of the stroke lies inside the frame, whose edges are at -0.5 and at `right` and `bottom`.
+    /// Share of the stroke inside the frame, whose edges are at -0.5 and at `right` and `bottom`.
     fn share_inside(&self, right: f64, bottom: f64) -> f64 {
         let along = |from: f64, by: f64, end: f64| {
             let room = if by > 0.0 { end - from } else { from + 0.5 };

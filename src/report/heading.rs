@@ -1,11 +1,11 @@
-//! Title and legend above a picture, where they hide nothing.
+//! Title and legend above a picture, where they cover nothing.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::FONT;
 
-/// Colours that people with any colour vision tell apart (Wong 2011).
+/// Colours that are distinct for people with any colour vision (Wong 2011).
 pub(super) const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -18,11 +18,11 @@ pub(super) const COLOURS: [RGBColor; 7] = [
 
 const TITLE_HEIGHT: u32 = 36;
 const LEGEND_HEIGHT: u32 = 24;
-/// Columns from an entry's mark to its name, and from a name to the next entry, in px.
+/// Distance from an entry's mark to its name, and from a name to the next entry, in px.
 const BEFORE_NAME: i32 = 8;
 const AFTER_NAME: i32 = 26;
 
-/// What a legend shows before a name.
+/// The mark before a name in the legend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sample {
     /// A line of this length, in px.
@@ -31,11 +31,11 @@ pub(super) enum Sample {
     Dot,
     /// A circle.
     Ring,
-    /// A dot with a bar to both sides.
+    /// A dot with an error bar.
     DotWithBar,
 }
 
-/// A line of the legend.
+/// An entry of the legend.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Entry {
     pub(super) name: String,
@@ -43,12 +43,12 @@ pub(super) struct Entry {
     pub(super) colour: RGBColor,
 }
 
-/// Rows that title and legend take, in px.
+/// Height of title and legend, in px.
 pub(super) fn heading_height(legend: &[Entry]) -> u32 {
     TITLE_HEIGHT + if legend.is_empty() { 0 } else { LEGEND_HEIGHT }
 }
 
-/// Draws title and legend from the top of `area`; names begin at column `left`.
+/// Draws title and legend at the top of `area`; names begin at column `left`.
 pub(super) fn draw_heading(
     area: &DrawingArea<BitMapBackend<'_>, Shift>,
     title: &str,

@@ -1,4 +1,4 @@
-//! A map in perceptual colours with a scale bar.
+//! A map in perceptually uniform colours with a scale bar.
 
 use image::{Rgb, RgbImage};
 use plotters::prelude::*;
@@ -11,10 +11,10 @@ const UNKNOWN: Rgb<u8> = Rgb([70, 70, 70]);
 const TITLE_HEIGHT: u32 = 34;
 const BAR_WIDTH: u32 = 20;
 const BAR_SPACE: u32 = 150;
-/// Maps narrower than this are enlarged by a whole factor.
+/// Narrower maps are enlarged by an integer factor.
 const COMFORTABLE_WIDTH: usize = 400;
 
-/// The values at the two ends of the colours.
+/// The values of the first and the last colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValueRange {
     /// Value of the darkest colour.
@@ -24,7 +24,8 @@ pub struct ValueRange {
 }
 
 impl ValueRange {
-    /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if none is known.
+    /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if no
+    /// value is known.
     pub fn of(map: &Grid<f32>, least_span: f32) -> Self {
         let known = sorted_known(map);
         if known.is_empty() {
@@ -36,8 +37,8 @@ impl ValueRange {
         Self { low: low - 0.5 * missing, high: high + 0.5 * missing }
     }
 
-    /// Around the middle half of the known values, three times as wide, at least `least_span`: one near object then does not
-    /// take all colours. 0 to 1 if none is known.
+    /// Three times the interquartile range of the known values around it, at least `least_span` wide, so that
+    /// one near object does not take all colours. 0 to 1 if no value is known.
     pub fn of_most(map: &Grid<f32>, least_span: f32) -> Self {
         let known = sorted_known(map);
         if known.is_empty() {
@@ -58,7 +59,8 @@ fn sorted_known(map: &Grid<f32>) -> Vec<f32> {
     known
 }
 
-/// `map` in the colours of viridis over `range`, grey where unknown, under a title with the unit and beside a scale bar.
+/// `map` in the colours of viridis over `range`, grey where unknown, with a title that has the unit, and a
+/// scale bar.
 ///
 /// # Errors
 /// [`ReportError`] if the text cannot be drawn.
@@ -96,10 +98,10 @@ pub fn map_picture(
         (width, bar_top, bar_height),
     );
     drawn.map_err(|reason| ReportError::new(title, reason))?;
-    RgbImage::from_raw(full.0, full.1, raw).ok_or_else(|| ReportError::new(title, "its size does not fit"))
+    RgbImage::from_raw(full.0, full.1, raw).ok_or_else(|| ReportError::new(title, "its size is wrong"))
 }
 
-/// Pictures beside each other, aligned at the top.
+/// Pictures side by side, aligned at the top.
 pub fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
     let width = pictures.iter().map(RgbImage::width).sum();
     let height = pictures.iter().map(RgbImage::height).max().unwrap_or(0);
@@ -141,7 +143,7 @@ fn draw_text(
         let x = (width + 14 + BAR_WIDTH) as i32;
         let line = PathElement::new(vec![(x, y as i32), (x + 5, y as i32)], BLACK);
         area.draw(&line).map_err(say)?;
-        // A tick that is zero but for rounding shows no sign.
+        // A tick that is zero except for rounding has no sign.
         let value = if tick.abs() < 1e-6 * step { 0.0 } else { tick };
         area.draw_text(&format!("{value:.decimals$}"), &style, (x + 9, y as i32 - 8)).map_err(say)?;
         tick += step;
@@ -155,7 +157,7 @@ fn draw_text(
     area.present().map_err(say)
 }
 
-/// A round distance between ticks, about six of them, and the decimals that show it.
+/// A round distance between ticks, for about six ticks, and its number of decimals.
 fn tick_step(span: f64) -> (f64, usize) {
     let raw = (span / 6.0).max(f64::MIN_POSITIVE);
     let decade = 10.0_f64.powf(raw.log10().floor());

@@ -1,4 +1,4 @@
-//! Pictures for people: maps with a scale bar, charts, the figures of the paper, and what a calibration has found.
+//! Pictures: maps with a scale bar, charts, the figures of the paper, and figures of a calibration.
 
 mod calibration;
 mod chart;
@@ -15,7 +15,7 @@ pub use chart::{Chart, Marks, Series};
 pub use figures::{Figure, FigureRow, paper_figures};
 pub use map_picture::{ValueRange, map_picture, side_by_side};
 
-/// A picture could not be drawn.
+/// A picture cannot be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("the picture \"{title}\" cannot be drawn: {reason}")]
 pub struct ReportError {
@@ -31,13 +31,13 @@ impl ReportError {
     }
 }
 
-/// The name under which charts ask for the font.
+/// The name of the font in charts.
 const FONT: &str = "sans-serif";
 
-/// Makes the embedded font known; pictures then need none installed.
+/// Registers the embedded font, so that no installed font is needed.
 fn register_font() {
     static ONCE: std::sync::Once = std::sync::Once::new();
-    // An unusable font shows in the first text that is drawn, as an error of that picture.
+    // A broken font is reported by the first picture that draws text.
     ONCE.call_once(|| {
         let _ =
             plotters::style::register_font(FONT, plotters::style::FontStyle::Normal, dejavu::sans::regular());

@@ -1,4 +1,4 @@
-//! Why results cannot be written or read.
+//! Errors of results.
 
 use std::path::PathBuf;
 
@@ -7,22 +7,22 @@ use thiserror::Error;
 use super::kind::ResultsKind;
 use epirig_data::storage::ReadError;
 
-/// Why results cannot be written or read.
+/// Error when results are written or read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ResultsError {
-    /// The folder holds something already.
+    /// The folder holds results already.
     #[error("{} holds results already; add --overwrite to replace them, or choose another folder with --out", path.display())]
     Exists {
         /// The folder.
         path: PathBuf,
     },
-    /// The folder holds something that is no result.
-    #[error("{} holds {name}, which is no result of this program, so it is not replaced; choose another folder with --out", path.display())]
+    /// The folder holds something that is not a result.
+    #[error("{} holds {name}, which is not a result of this program, so it is not replaced; choose another folder with --out", path.display())]
     Foreign {
         /// The folder.
         path: PathBuf,
-        /// Name of what it holds.
+        /// Name of the foreign file or folder.
         name: String,
     },
     /// The folder holds results of another verb.
@@ -33,57 +33,57 @@ pub enum ResultsError {
     OtherResults {
         /// The folder.
         path: PathBuf,
-        /// What is there.
+        /// The kind that is there.
         found: ResultsKind,
-        /// What was to be put there.
+        /// The kind that was to be written.
         wanted: ResultsKind,
     },
-    /// The folder has files of such names, but not the one that tells whose they are.
+    /// The folder has files with names of results, but not the summary that identifies them.
     #[error(
-        "{} has no {}, so nobody knows whether `epirig {}` has written it, and it is not replaced; choose another folder with --out", path.display(),
+        "{} has no {}, which would show that `epirig {}` wrote it, so it is not replaced; choose another folder with --out", path.display(),
         kind.summary(), kind.verb()
     )]
     NoSummary {
         /// The folder.
         path: PathBuf,
-        /// What was to be put there.
+        /// The kind that was to be written.
         kind: ResultsKind,
     },
     /// There is a link where a folder should be.
-    #[error("{} is a link, and results take the place of a folder; give the folder that it leads to, with --out", path.display())]
+    #[error("{} is a link; give the folder that it points to, with --out", path.display())]
     Link {
-        /// What is there.
+        /// The link.
         path: PathBuf,
     },
     /// There is a file where a folder should be.
     #[error("{} is not a folder; choose another folder with --out", path.display())]
     NotAFolder {
-        /// What is there.
+        /// The file.
         path: PathBuf,
     },
-    /// A place without a name of its own.
-    #[error("{} cannot be made anew as a whole; give the folder by its name, with --out", path.display())]
+    /// A path without a name of its own.
+    #[error("{} cannot be replaced as a whole; give the folder by its name, with --out", path.display())]
     NoName {
-        /// As it was given.
+        /// The path as given.
         path: PathBuf,
     },
     /// Another program writes there.
     #[error("{} is being written by another epirig; wait until it has ended", path.display())]
     Busy {
-        /// The folder in the making.
+        /// The temporary folder.
         path: PathBuf,
     },
-    /// A file that cannot be read, or is none.
+    /// A file cannot be read, or is not of the right kind.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// The operating system refused.
     #[error("cannot {action} {}: {source}; {}", path.display(), advice(action, source))]
     Io {
-        /// What was tried.
+        /// The operation.
         action: &'static str,
-        /// On which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What the operating system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A map that cannot be read or written.
@@ -94,13 +94,13 @@ pub enum ResultsError {
         /// What is wrong.
         source: epirig_data::formats::FormatError,
     },
-    /// A file whose name tells no format.
-    #[error("{} has no known ending; maps end in .pfm, .tiff or .npy", path.display())]
+    /// A file whose extension is unknown.
+    #[error("{} has an unknown extension; maps have .pfm, .tiff or .npy", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
-    /// A summary that cannot be understood.
+    /// A summary that is invalid.
     #[error("{}: {reason}; match the sequence again", path.display())]
     BadSummary {
         /// The file.
@@ -118,15 +118,15 @@ pub enum ResultsError {
     },
 }
 
-/// What a person can do about an error of the operating system.
+/// Advice for an error of the operating system.
 fn advice(action: &str, error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match error.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            "make room or choose another disk with --out; nothing was left half-written"
+            "make room or choose another disk with --out; no partial output was left"
         }
-        ErrorKind::NotFound if action == "read" => "check the path; `epirig match` makes the results",
-        _ if action == "read" => "check the path and the access to it",
+        ErrorKind::NotFound if action == "read" => "check the path; `epirig match` writes the results",
+        _ if action == "read" => "check the path and its permissions",
         _ => "choose a folder that you may write to with --out, or check the path",
     }
 }

@@ -1,11 +1,11 @@
-//! What belongs to which results.
+//! The files of each kind of results.
 
-/// A kind of results: who writes them, and of what they consist.
+/// A kind of results: its verb and its files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResultsKind {
-    /// Of `epirig match`.
+    /// Results of `epirig match`.
     Match,
-    /// Of `epirig surface`.
+    /// Results of `epirig surface`.
     Surface,
 }
 
@@ -61,7 +61,7 @@ impl ResultsKind {
         }
     }
 
-    /// The file by which they are known.
+    /// The file that identifies them.
     pub const fn summary(self) -> &'static str {
         match self {
             Self::Match => "match.json",
@@ -76,7 +76,7 @@ impl ResultsKind {
         }
     }
 
-    /// Folders in them, with the files that these consist of.
+    /// Subfolders, with their files.
     pub(super) const fn folders(self) -> &'static [(&'static str, &'static [&'static str])] {
         match self {
             Self::Match => &[("figures", FIGURES), ("surface", SURFACE)],

@@ -1,4 +1,4 @@
-//! The folder of results: written whole or not at all.
+//! The folder of results, written as a whole or not at all.
 
 mod error;
 mod kind;
@@ -21,10 +21,10 @@ use epirig_matcher::{
 /// Version of `match.json`.
 pub const FORMAT_VERSION: u32 = 3;
 
-/// How the matcher was told to work, so that a run can be repeated.
+/// Settings of the matcher, so that a run can be repeated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatchSettings {
-    /// The cost of a candidate.
+    /// Cost function.
     pub method: Method,
     /// Side of the cost's window, in px.
     pub window_px: usize,
@@ -34,7 +34,7 @@ pub struct MatchSettings {
     pub quick: bool,
     /// Whether costs were aggregated across rows (semi-global matching).
     pub semi_global: bool,
-    /// How the exhaustive search samples frames between pixels.
+    /// Interpolation of frames between pixels in the exhaustive search.
     pub interpolation: Interpolation,
     /// Step between disparity candidates, in px.
     pub disparity_step_px: f64,
@@ -42,7 +42,7 @@ pub struct MatchSettings {
     pub minimum_visible: f64,
     /// Whether points may be occluded in part of the sequence.
     pub occlusion: Occlusion,
-    /// Whether the fit over all frames was done.
+    /// Whether the fit over all frames was made.
     pub fit: bool,
     /// Side of the smallest window of the fit, in px.
     pub fit_window_px: usize,
@@ -55,24 +55,25 @@ pub struct MatchSettings {
     pub minimum_confidence: f64,
 }
 
-/// Pixel locking over many frames, as [`epirig_matcher::PixelLocking`] has it.
+/// Pixel locking over many frames, as in [`epirig_matcher::PixelLocking`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LockingSummary {
-    /// Amplitudes of the first and the second harmonic by interpolation, in px.
+    /// Amplitudes of the first and the second harmonic from interpolation, in px.
     pub interpolation_px: Vec<f64>,
-    /// Their standard deviations.
+    /// Their standard uncertainties.
     pub interpolation_sigma_px: Vec<f64>,
-    /// The same by aliasing, in px.
+    /// The same from aliasing, in px.
     pub aliasing_px: Vec<f64>,
-    /// Their standard deviations.
+    /// Their standard uncertainties.
     pub aliasing_sigma_px: Vec<f64>,
-    /// Whether lines told the amplitudes; else the texture did, and biases are rough.
+    /// Whether the amplitudes come from lines; else they come from the texture, and biases are rough.
     pub from_lines: bool,
     /// The largest predicted bias of an answered pixel, in px.
     pub worst_bias_px: f64,
-    /// The disparity that has it, in px; `None` without a bias.
+    /// The disparity with that bias, in px; `None` without a bias.
     pub worst_disparity_px: Option<f64>,
-    /// Share of the answered pixels whose bias exceeds a tenth of the wanted sigma, or of their own where none is given.
+    /// Share of the answered pixels whose bias exceeds a tenth of the wanted sigma, or of their own sigma if
+    /// none is wanted.
     pub share_locked: f64,
     /// Smallest and largest disparity of those pixels, in px.
     pub locked_px: Option<(f64, f64)>,
@@ -96,7 +97,7 @@ impl From<PixelLocking> for LockingSummary {
     }
 }
 
-/// `match.json`: what was done and what came out, in numbers.
+/// Contents of `match.json`: settings and results in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MatchSummary {
     /// [`FORMAT_VERSION`].
@@ -105,15 +106,17 @@ pub struct MatchSummary {
     pub program: String,
     /// Uid of the sequence.
     pub sequence_uid: String,
-    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or `unfinished`.
+    /// How the scan ended: `complete`, `aborted`, `failed`, `not-closed` (its positions are wrong), or
+    /// `unfinished`.
     pub scan_ended: String,
-    /// Hash of the calibration by which the frames were corrected and rectified; `None`: they were matched as captured.
+    /// Hash of the calibration that corrected and rectified the frames; `None` if they were matched as
+    /// captured.
     #[serde(default)]
     pub calibration: Option<String>,
-    /// Where tau is from: `stage`, `target` or `texture`.
+    /// Source of tau: `stage`, `target` or `texture`.
     #[serde(default)]
     pub positions: String,
-    /// How the matcher was told to work.
+    /// Settings of the matcher.
     pub settings: MatchSettings,
     /// Index of the reference frame.
     pub reference: usize,
@@ -129,9 +132,9 @@ pub struct MatchSummary {
     pub range_found: bool,
     /// Whether the ordering constraint was applied.
     pub ordering_constraint: OrderingUsed,
-    /// Neighbouring pixels of the final map that change places between the first and the last frame. Without the
-    /// ordering constraint that is what depth edges do; with it the mapping of candidates has none, and those here
-    /// come from the fit.
+    /// Neighbouring pixels of the final map that change their order between the first and the last frame.
+    /// Without the ordering constraint depth edges do that. With it the mapping of candidates has no
+    /// violations, so they come from the fit.
     pub order_violations: usize,
     /// Share of the pixels with an answer.
     pub answered: f64,
@@ -149,11 +152,11 @@ pub struct MatchSummary {
     pub median_disparity_px: Option<f64>,
     /// Median sigma of the answered pixels, in px.
     pub median_sigma_px: Option<f64>,
-    /// What pixel locking does; absent if it could not be measured.
+    /// Pixel locking; absent if it could not be measured.
     #[serde(default)]
     pub pixel_locking: Option<LockingSummary>,
-    /// Distance that heights are counted from, in mm, if the geometry is known.
+    /// Distance that is the zero of heights, in mm, if the geometry is known.
     pub distance_mm: Option<f64>,
-    /// Seconds of the matching itself.
+    /// Duration of the matching, in s.
     pub seconds: f64,
 }

@@ -1,4 +1,4 @@
-//! Where results may be put: a verb replaces nothing but its own.
+//! Places for results: a verb replaces only its own results.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -8,13 +8,13 @@ use super::error::ResultsError;
 use super::kind::ResultsKind;
 use epirig_data::storage::{is_in_the_making, is_of_the_system, is_scratch, is_writing};
 
-/// Refuses to put results at `target` unless nothing is there, or an empty folder, or results of the same kind that may be replaced. What killed
-/// programs and systems have left there counts as ours.
+/// Refuses `target`, unless it does not exist, is an empty folder, or holds results of the same kind that may
+/// be replaced. Leftovers of killed programs and files of the system are ignored.
 pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) -> Result<(), ResultsError> {
     let io = |source| ResultsError::Io { action: "look into", path: target.to_owned(), source };
     match fs::symlink_metadata(target) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        // Below a file there is no folder: making it will say so, with the path of that file.
+        // A path below a file fails when the folder is created, with an error that names the file.
         Err(error) if error.kind() == ErrorKind::NotADirectory => return Ok(()),
         Err(error) => return Err(io(error)),
         Ok(metadata) if metadata.is_symlink() => {
@@ -52,7 +52,7 @@ pub(super) fn check_target(target: &Path, kind: ResultsKind, overwrite: bool) ->
     }
 }
 
-/// Names in a folder, in their order, and whether each is a folder; without those that are nobody's.
+/// Sorted names in a folder, each with whether it is a folder; without leftovers and files of the system.
 fn entries(folder: &Path) -> Result<Vec<(String, bool)>, ResultsError> {
     let io = |source| ResultsError::Io { action: "look into", path: folder.to_owned(), source };
     let mut found = Vec::new();
@@ -66,7 +66,7 @@ fn entries(folder: &Path) -> Result<Vec<(String, bool)>, ResultsError> {
             continue;
         }
         let kind = entry.file_type().map_err(io)?;
-        // Whatever it is, a note of a system is no work of a person.
+        // Files that systems create are ignored.
         if is_of_the_system(&name) || (is_in_the_making(&name) && kind.is_file()) {
             continue;
         }

@@ -1,4 +1,4 @@
-//! Reading results back.
+//! Reads results.
 
 use std::path::Path;
 
@@ -8,18 +8,18 @@ use epirig_data::formats::MapFormat;
 use epirig_data::storage::{ReadError, RealDisk, RecordError, read_file, read_named, read_record, recover};
 use epirig_matcher::LARGEST_WINDOW_PX;
 
-/// The largest map, as numbers of 64 bit that are not compressed.
+/// Size of the largest map as uncompressed 64 bit numbers, in bytes.
 const LARGEST_MAP: u64 = 8 * MOST_PIXELS as u64 + (1 << 16);
 
-/// Reads a map, whose format the file's ending tells.
+/// Reads a map; the extension of the file gives its format.
 ///
 /// # Errors
-/// [`ResultsError`] if the file cannot be read, or is no map.
+/// [`ResultsError`] if the file cannot be read, or is not a map.
 pub fn read_map(path: &Path) -> Result<Grid<f32>, ResultsError> {
     decoded(path, read_file)
 }
 
-/// The same of a map that a person names, which may also come through a pipe.
+/// Reads a map that an option names, which may also be a pipe.
 ///
 /// # Errors
 /// As [`read_map`].
@@ -41,9 +41,9 @@ fn decoded(
 /// Reads `match.json` of a folder of results.
 ///
 /// # Errors
-/// [`ResultsError`] if it is missing, of another version or not to be understood.
+/// [`ResultsError`] if it is missing, has another version or is invalid.
 pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
-    // A killed program may have set them aside.
+    // A killed program may have left the results set aside.
     recover(&mut RealDisk, folder).map_err(|source| ResultsError::Io {
         action: "bring back",
         path: folder.to_owned(),
@@ -62,7 +62,7 @@ pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
     })?;
     let MatchSettings { window_px, fit_window_px, .. } = summary.settings;
     if window_px.max(fit_window_px) > LARGEST_WINDOW_PX {
-        let reason = format!("windows of {window_px} and {fit_window_px} px cannot be");
+        let reason = format!("windows of {window_px} and {fit_window_px} px are impossible");
         return Err(ResultsError::BadSummary { path, reason });
     }
     let shares =
@@ -70,7 +70,7 @@ pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
     let in_unit = |value: &f64| (0.0..=1.0).contains(value);
     let taus = [summary.tau_before, summary.tau_after];
     if !shares.iter().chain(&taus).all(in_unit) || summary.maximum_px < summary.minimum_px {
-        let reason = "its shares, tau or range cannot be".to_owned();
+        let reason = "its shares, tau or range are impossible".to_owned();
         return Err(ResultsError::BadSummary { path, reason });
     }
     Ok(summary)

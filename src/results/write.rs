@@ -13,8 +13,8 @@ use epirig_data::formats::MapFormat;
 use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
 use epirig_matcher::Answer;
 
-/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture, 120 hidden,
-/// 160 ambiguous.
+/// Grey value of `mask.png` for an answer: 255 found, 0 leaves the image, 40 beyond the range, 80 no texture,
+/// 120 occluded, 160 ambiguous.
 pub fn mask_value(answer: Answer) -> u8 {
     match answer {
         Answer::Found => 255,
@@ -26,8 +26,8 @@ pub fn mask_value(answer: Answer) -> u8 {
     }
 }
 
-/// A folder of results in the making, beside its final place; [`ResultsFolder::commit`] puts it there whole. Dropped
-/// without that, it leaves nothing.
+/// A folder of results while it is written, beside its final place. [`ResultsFolder::commit`] moves it there
+/// as a whole. If it is dropped before, nothing is left.
 pub struct ResultsFolder {
     target: PathBuf,
     kind: ResultsKind,
@@ -37,11 +37,11 @@ pub struct ResultsFolder {
 }
 
 impl ResultsFolder {
-    /// Prepares to write `target`. Whether it may be written is found out here, before any work is done.
+    /// Prepares to write `target`. Fails before any work if `target` may not be written.
     ///
     /// # Errors
-    /// [`ResultsError`] if `target` holds something and `overwrite` is not set (or it holds anything but results of this kind), or its
-    /// parent cannot be written.
+    /// [`ResultsError`] if `target` is not empty and `overwrite` is not set, if it holds anything but results
+    /// of this kind, or if its parent cannot be written.
     pub fn create(target: &Path, kind: ResultsKind, overwrite: bool) -> Result<Self, ResultsError> {
         Self::create_on(Box::new(RealDisk), target, kind, overwrite)
     }
@@ -79,7 +79,7 @@ impl ResultsFolder {
         self.disk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes `bytes` as file `name`, which may lie in a folder of its own.
+    /// Writes `bytes` as file `name`, which may be in a subfolder.
     ///
     /// # Errors
     /// [`ResultsError::Io`].
@@ -93,14 +93,14 @@ impl ResultsFolder {
             disk.write(&path, bytes)?;
             disk.sync(&path)
         };
-        // The person knows the final place, not the one beside it.
+        // Errors name the final place, not the temporary one.
         write().map_err(io("write", &self.target.join(name)))
     }
 
-    /// Writes a map in the format that its name tells.
+    /// Writes a map; the extension of its name gives the format.
     ///
     /// # Errors
-    /// [`ResultsError`] if the name tells none or the file cannot be written.
+    /// [`ResultsError`] if the extension is unknown or the file cannot be written.
     pub fn write_map(&self, name: &str, map: &Grid<f32>) -> Result<(), ResultsError> {
         let path = self.target.join(name);
         let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
@@ -166,12 +166,12 @@ impl ResultsFolder {
         self.write(name, (text + "\n").as_bytes())
     }
 
-    /// Puts the folder in its final place, instead of what was there.
+    /// Moves the folder to its final place, and replaces what was there.
     ///
     /// # Errors
-    /// [`ResultsError`]; what was there before stays if the new folder cannot take its place.
+    /// [`ResultsError`]; the former folder stays if the new one cannot replace it.
     pub fn commit(self) -> Result<(), ResultsError> {
-        // Something may have come there since the work began.
+        // The place may have been filled since the work began.
         check_target(&self.target, self.kind, self.overwrite)?;
         let building = self.building();
         let placed = put_in_place(&mut **self.disk(), &building, &self.target);

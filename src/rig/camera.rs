@@ -6,10 +6,10 @@ use epirig_devices::camera::pixels::FourCc;
 use epirig_devices::camera::{CameraSettings, OpenCamera, Surroundings, camera_driver};
 use epirig_devices::stage::StagePosition;
 
-/// Opens the camera of a profile; a simulated one sees the stage where `stage` says that it is.
+/// Opens the camera of a profile; a simulated one sees the stage at the position of `stage`.
 ///
 /// # Errors
-/// [`RigError`] if there is no such camera, it cannot be opened, or what it is to look at cannot be simulated.
+/// [`RigError`] if there is no such camera, it cannot be opened, or its scene cannot be simulated.
 pub fn open_camera(profile: &Profile, stage: &StagePosition) -> Result<OpenCamera, RigError> {
     let device = profile.camera.device.as_deref();
     let driver = camera_driver(device);
@@ -18,10 +18,10 @@ pub fn open_camera(profile: &Profile, stage: &StagePosition) -> Result<OpenCamer
     Ok(driver.open(device, &around)?)
 }
 
-/// What the camera of a profile is to be.
+/// The settings of the camera in a profile.
 ///
 /// # Errors
-/// [`RigError::Value`] for a format that is no code.
+/// [`RigError::Value`] for an invalid format code.
 pub fn camera_settings(profile: &Profile) -> Result<CameraSettings, RigError> {
     let camera = &profile.camera;
     let four_cc = camera.format.as_deref().map(str::parse::<FourCc>).transpose();

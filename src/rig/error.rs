@@ -1,4 +1,4 @@
-//! Why a profile describes no rig that can be opened.
+//! Errors of a rig described by a profile.
 
 use thiserror::Error;
 
@@ -6,11 +6,11 @@ use epirig_devices::camera::CameraError;
 use epirig_devices::stage::StageError;
 use epirig_simulator::SimulatorError;
 
-/// Why the rig of a profile cannot be opened, or what it plans cannot be done.
+/// Error when the rig of a profile is opened, or its plan is read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RigError {
-    /// A key says something that its device does not understand.
+    /// A value that the device does not accept.
     #[error("{key}: {reason}")]
     Value {
         /// The key.
@@ -18,31 +18,31 @@ pub enum RigError {
         /// What is wrong.
         reason: String,
     },
-    /// The plan does not say how far the stage is to go, or how often.
+    /// The plan lacks the step or the number of frames.
     #[error(
-        "{lacks} not known: set them in [plan] of the rig profile (take the # away), or give --step-mm and --frames. No profile yet? \
-         `epirig init` writes one; `--rig sim` needs none, and no hardware"
+        "{lacks} not known: set them in [plan] of the rig profile (remove the #), or give --step-mm and --frames. Without a profile: \
+         `epirig init` writes one, and `--rig sim` simulates a rig"
     )]
     NoPlan {
-        /// Which keys, with their verb.
+        /// The missing keys, with their verb.
         lacks: &'static str,
     },
-    /// Frames of a board are planned, and no board is described.
+    /// Board frames are planned, but the board is not described.
     #[error(
         "plan.board asks for frames of a chess-board that is not described: set square, columns and rows in [board] of the rig \
          profile, or plan.board = 0"
     )]
     NoBoard,
-    /// The simulated tile has other chess-boards than the profile describes.
+    /// The simulated tile has other chess-boards than the profile.
     #[error(
-        "the simulated tile has its chess-boards along its upper and its lower edge: set target.bands = 2 and target.band_distance = \
-         \"{band_distance_mm} mm\", or leave target.square, columns and rows out"
+        "the simulated tile has chess-boards along its upper and its lower edge: set target.bands = 2 and target.band_distance = \
+         \"{band_distance_mm} mm\", or remove target.square, columns and rows"
     )]
     OtherBands {
-        /// From the first row of the upper to the first row of the lower, in mm.
+        /// Distance from the first row of the upper board to that of the lower, in mm.
         band_distance_mm: f64,
     },
-    /// A simulated camera beyond all sensors.
+    /// A simulated camera that is too large.
     #[error("a simulated camera of {columns}x{rows} is too large; take 10000x10000 or less")]
     TooLarge {
         /// Columns of a frame.
@@ -50,7 +50,7 @@ pub enum RigError {
         /// Rows of a frame.
         rows: usize,
     },
-    /// What is simulated cannot be.
+    /// An impossible simulation.
     #[error(transparent)]
     Simulator(#[from] SimulatorError),
     /// The stage.

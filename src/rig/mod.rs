@@ -1,4 +1,4 @@
-//! The rig of a profile: opens the devices that it describes, and says what is planned with them.
+//! The rig of a profile: opens its devices, and gives its plan.
 //!
 //! ```
 //! use epirig::profile::{Profile, SIM};

@@ -1,4 +1,4 @@
-//! What a profile plans.
+//! The plan of a profile.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -8,10 +8,10 @@ use crate::capture::{CaptureLimits, CapturePlan};
 use crate::profile::{self, Profile};
 use epirig_data::sequence::{FocalLength, NominalLens};
 
-/// What a profile plans.
+/// The plan of a profile.
 ///
 /// # Errors
-/// [`RigError`] if the plan is not complete.
+/// [`RigError`] if the plan is incomplete.
 pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
     let positions_mm = profile.plan.positions_mm().ok_or_else(|| rig_missing(&profile.plan))?;
     let limits = &profile.limits;
@@ -30,7 +30,7 @@ pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
         limits: CaptureLimits {
             retakes: limits.retakes,
             saturated: limits.saturated,
-            // What the driver is told to put up with, a scan does, too.
+            // The scan accepts the tolerance that the driver accepts.
             position_mm: limits.position_mm.max(profile.stage.tolerance_mm),
             shift_px: limits.shift_px,
             wait: limits.wait,
@@ -42,7 +42,7 @@ pub fn capture_plan(profile: &Profile) -> Result<CapturePlan, RigError> {
     })
 }
 
-/// Of a plan that does not say how far the stage is to go, and how often.
+/// The error for a plan without step or number of frames.
 fn rig_missing(plan: &profile::PlanProfile) -> RigError {
     let lacks = match (plan.step_mm, plan.frames) {
         (None, None) => "plan.step and plan.frames are",
@@ -52,7 +52,7 @@ fn rig_missing(plan: &profile::PlanProfile) -> RigError {
     RigError::NoPlan { lacks }
 }
 
-/// The lens as the profile states it; `None` if it does not state the focal length.
+/// The lens as described in the profile; `None` without a focal length.
 pub fn nominal_lens(optics: &profile::OpticsProfile) -> Option<NominalLens> {
     let focal_length = match optics.focal_length? {
         profile::FocalLength::Px(px) => FocalLength::Px(px),

@@ -1,11 +1,11 @@
-//! A stage over a line before a simulated camera: the camera looks at where the stage says that it is.
+//! A real stage with a simulated camera, which sees the position that the stage reports.
 
 use std::time::{Duration, Instant};
 
 use epirig_devices::stage::{Stage, StageError, StageIdentity, StagePosition, StageState, StopSwitch};
 
-/// A stage whose reported position a simulated camera watches. So a rig without its camera can be rehearsed; what the frames
-/// show is no evidence of where the carriage truly was.
+/// A stage whose reported position a simulated camera shows. So a rig can be rehearsed without its camera;
+/// the frames do not show the true position of the carriage.
 pub(super) struct Shown<S> {
     stage: S,
     watch: StagePosition,
@@ -14,13 +14,13 @@ pub(super) struct Shown<S> {
 }
 
 impl<S: Stage> Shown<S> {
-    /// The time of `watch` goes on.
+    /// Connects the stage to `watch`, whose time continues.
     pub(super) fn new(stage: S, watch: StagePosition) -> Self {
         let before = watch.elapsed();
         Self { stage, watch, began: Instant::now(), before }
     }
 
-    /// Shows where the stage is, if it knows.
+    /// Shows the position of the stage, if it is known.
     fn show<T>(&mut self, done: Result<T, StageError>) -> Result<T, StageError> {
         let done = done?;
         if let Some(position_mm) = self.stage.state()?.position_mm {

@@ -1,4 +1,4 @@
-//! The simulator that a simulated rig has before its camera.
+//! The simulator behind a simulated camera.
 
 use std::sync::Arc;
 
@@ -7,12 +7,13 @@ use crate::profile::{BoardProfile, PrintProfile, Profile, SceneName, SimFaults};
 use epirig_devices::camera::Size;
 use epirig_simulator::{Bands, HandBoard, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError};
 
-/// Size of the simulated camera's frames, unless another is asked for.
+/// Default size of the simulated camera's frames.
 const SIZE: Size = Size { columns: 640, rows: 480 };
-/// More than any sensor has, and less than would not fit into memory.
+/// Most pixels of a frame: more than any sensor has, but small enough for memory.
 const MOST_PIXELS: usize = 100_000_000;
 
-/// What the simulated camera of a profile looks at. Lens, distance and chess-boards are those that the profile states, if it does.
+/// The simulation for the camera of a profile. Lens, distance and chess-boards are those of the profile, if
+/// it describes them.
 ///
 /// # Errors
 /// [`RigError::OtherBands`] for chess-boards that the simulated tile cannot have.
@@ -75,9 +76,9 @@ fn add_faults(config: &mut SimulatorConfig, faults: &SimFaults, seed: u64) {
     config.flicker = faults.flicker;
 }
 
-/// The chess-boards of a simulated tile: along its upper and its lower edge.
+/// The chess-boards of a simulated tile, along its upper and its lower edge.
 fn tile_bands(print: &PrintProfile, side_mm: f64) -> Result<Bands, RigError> {
-    /// Far below what a ruler tells.
+    /// Far below the resolution of a ruler.
     const SAME_MM: f64 = 1e-6;
     let BoardProfile { square_mm, columns, rows } = print.board;
     let distance_mm = side_mm - (rows + 1) as f64 * square_mm;
@@ -87,10 +88,10 @@ fn tile_bands(print: &PrintProfile, side_mm: f64) -> Result<Bands, RigError> {
     Ok(Bands { square_mm, columns: columns + 1, rows: rows + 1 })
 }
 
-/// A simulator of this make.
+/// A simulator with this configuration.
 ///
 /// # Errors
-/// [`RigError`] if it is too large, or cannot be.
+/// [`RigError`] if it is too large, or impossible.
 pub fn simulator(config: SimulatorConfig) -> Result<Arc<Simulator>, RigError> {
     let (columns, rows) = (config.optics.columns, config.optics.rows);
     if columns.saturating_mul(rows) > MOST_PIXELS {
@@ -132,7 +133,7 @@ mod tests {
         let right = [&plain[..], &["target.bands=2", "target.band_distance=127.5 mm"]].concat();
         let Scene::Tile { bands, .. } = simulator_of(SIM, &right).unwrap().scene else { panic!() };
         assert_eq!(bands, Some(Bands { square_mm: 7.5, columns: 19, rows: 3 }));
-        // What no tile shows is not the tile's.
+        // Chess-boards that no tile shows are not checked.
         let plane = [&plain[..], &["sim.scene=plane"]].concat();
         assert!(matches!(simulator_of(SIM, &plane).unwrap().scene, Scene::Plane { .. }));
     }

@@ -8,10 +8,10 @@ use epirig_devices::stage::{
     CheckedStage, Connection, MotionLimits, Stage, StageError, StagePosition, StageSource,
 };
 
-/// What is put between a line and its driver, such as a [`Recorder`](epirig_devices::link::Recorder).
+/// Inserted between a line and its driver, such as a [`Recorder`](epirig_devices::link::Recorder).
 pub type Tap<'a> = Box<dyn FnMut(Box<dyn Link>) -> Result<Box<dyn Link>, LinkError> + 'a>;
 
-/// The stage of a profile, connected as often as it takes, and [checked](CheckedStage).
+/// The stage of a profile, connected as often as needed, and [checked](CheckedStage).
 pub struct RigStage<'a> {
     profile: &'a Profile,
     port: PortChoice,
@@ -20,23 +20,23 @@ pub struct RigStage<'a> {
 }
 
 impl<'a> RigStage<'a> {
-    /// Connects to nothing yet.
+    /// The stage of a profile; connects later.
     ///
     /// # Errors
-    /// [`RigError::Value`] if the port is none.
+    /// [`RigError::Value`] if the port is invalid.
     pub fn of(profile: &'a Profile) -> Result<Self, RigError> {
         let port = profile.stage.port.as_deref().map_or(Ok(PortChoice::Any), str::parse);
         let port = port.map_err(|reason| RigError::Value { key: "stage.port", reason })?;
         Ok(Self { profile, port, tap: None, watch: StagePosition::default() })
     }
 
-    /// The same with something between line and driver.
+    /// The same, with `tap` between line and driver.
     pub fn tapped(self, tap: Tap<'a>) -> Self {
         Self { tap: Some(tap), ..self }
     }
 
-    /// Where a simulated camera sees the carriage, whichever connection moves it: where a stage in memory truly is, or where a stage
-    /// over a line says that it is.
+    /// The carriage position for a simulated camera, independent of the connection: the true position of a
+    /// stage in memory, or the reported position of a stage over a line.
     pub fn watch(&self) -> StagePosition {
         self.watch.clone()
     }
@@ -44,7 +44,7 @@ impl<'a> RigStage<'a> {
     /// The path of the port.
     ///
     /// # Errors
-    /// [`LinkError`] if no port, or more than one, is what the profile asks for.
+    /// [`LinkError`] if no port, or more than one, matches the profile.
     pub fn port(&self) -> Result<String, LinkError> {
         port(&self.port)
     }
@@ -71,7 +71,7 @@ impl StageSource for RigStage<'_> {
         let axis = stage.driver.connect(&mut connection, &stage.settings)?;
         let limits = MotionLimits { tolerance_mm: stage.tolerance_mm };
         let checked = CheckedStage::over(axis).with_limits(limits).approaching_by(stage.approach_mm);
-        // A stage in memory shows where it truly is.
+        // A stage in memory shows its true position.
         if profile.camera.is_simulated() && !stage.is_simulated() {
             return Ok(Box::new(Shown::new(checked, watch.clone())));
         }

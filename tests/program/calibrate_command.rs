@@ -17,7 +17,7 @@ fn images_of_other_software_are_calibrated_as_the_rig_is() {
     let folder = tempfile::tempdir().unwrap();
     import_all(folder.path(), "seq");
     let stderr = said(folder.path(), &["calibrate", "seq"]);
-    // Nothing is missing, and nothing is said of views that nobody has numbered.
+    // Nothing is missing, and no message uses view numbers, which users do not know.
     assert!(!stderr.contains("needs:") && !stderr.contains("view"), "{stderr}");
     let found = record(&folder.path().join("seq"));
     // As real.toml makes the rig, within four standard deviations of what is stated.
@@ -113,7 +113,7 @@ fn what_will_not_do_is_refused_with_a_reason_and_nothing_is_written() {
         ),
         (photos, &["--flat", flat], &["--positions", "target"], 2, &["[target]"]),
         (photos, &["--rig", rig], &["--set", "target.square=15"], 2, &["unit", "15 mm"]),
-        (photos, &["--flat", flat], &["--export-lens", "nowhere/lens.yml"], 2, &["nowhere", "make it"]),
+        (photos, &["--flat", flat], &["--export-lens", "nowhere/lens.yml"], 2, &["nowhere", "create it"]),
     ];
     for (index, (photos, given, options, code, words)) in cases.into_iter().enumerate() {
         let name = format!("seq-{index}");
@@ -201,7 +201,7 @@ fn a_calibration_that_does_not_fit_the_frames_is_not_used() {
     let good = fs::read_to_string(&file).unwrap();
     let mut value: serde_json::Value = serde_json::from_str(&good).unwrap();
     value["positions"]["tau"].as_array_mut().unwrap().pop();
-    // Whoever changes it makes its hash right, too.
+    // The change comes with a corrected hash.
     let signed = |value: &serde_json::Value| {
         let mut record: epirig::calibrate::Calibration = serde_json::from_value(value.clone()).unwrap();
         record.blake3 = record.hash();
@@ -285,7 +285,7 @@ fn a_sensor_that_is_not_linear_is_noticed() {
     let mut table = "# seconds\nexposure, file\n".to_owned();
     for exposure in 1..=5 {
         let light = f64::from(exposure) / 5.5;
-        // The paper's darkening; and a response bent like a television's.
+        // The paper's vignetting; and a response with the gamma of a television.
         let dark = |x: usize, y: usize| {
             let (x, y) = (x as f64 / 127.5 - 1.0, y as f64 / 127.5 - 1.0);
             1.0 - 0.09 * (x * x + y * y)
@@ -311,12 +311,12 @@ fn a_sensor_that_is_not_linear_is_noticed() {
     let output = epirig(path, &calibrate("bent.csv"));
     assert!(String::from_utf8_lossy(&output.stdout).contains("NOT LINEAR"), "{output:?}");
     assert!(String::from_utf8_lossy(&output.stderr).contains("is not linear"), "{output:?}");
-    // Too little to judge by is no reason to refuse the rest.
+    // Too few exposures do not reject the rest of the calibration.
     assert!(said(path, &calibrate("two.csv")).contains("note: the linearity was not tested"));
     assert!(record(&path.join("seq"))["linearity"].is_null());
     fails(path, &calibrate("nowhere.csv"), 2, &["nowhere.csv"]);
     fails(path, &calibrate("missing.csv"), 5, &["missing.csv, line 5", "nowhere.png"]);
-    fails(path, &calibrate("columns.csv"), 5, &["columns.csv", "no column exposure"]);
+    fails(path, &calibrate("columns.csv"), 5, &["columns.csv", "the column exposure is missing"]);
     fails(path, &calibrate("number.csv"), 5, &["line 5", "\"three\""]);
 }
 

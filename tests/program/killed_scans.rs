@@ -90,7 +90,7 @@ fn three_hundred_kills_lose_nothing() {
     );
 }
 
-/// Waits until the journal has so many frames.
+/// Waits until the journal has this number of frames.
 fn wait_for_frames(folder: &Path, frames: usize) {
     let until = Instant::now() + Duration::from_secs(60);
     while Sequence::open(&folder.join("seq")).map_or(0, |sequence| sequence.frames().len()) < frames {

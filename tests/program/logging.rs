@@ -57,7 +57,7 @@ fn without_a_wish_nothing_is_logged_and_with_one_the_result_is_the_same() {
     assert_eq!(text(&quiet.stdout), text(&plain.stdout).replace("seq", "quiet"));
     let loud = capture(folder.path(), "loud", &["-vvv"]);
     assert_eq!(text(&loud.stdout), text(&plain.stdout).replace("seq", "loud"));
-    // Whoever wants quiet on the terminal may want a log in a file.
+    // `--quiet` on the terminal does not affect a log file.
     let filed = capture(folder.path(), "filed", &["-q", "-vv", "--log-file", "log"]);
     assert_eq!(text(&filed.stderr), "");
     assert!(folder.path().join("log").exists());
@@ -171,7 +171,7 @@ fn a_scan_has_its_log_beside_its_journal_whatever_ends_it() {
         assert!(child.try_wait().unwrap().is_none(), "it has ended too soon");
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
-    // Into a scan that runs nobody else writes, not even that he may not.
+    // No other program writes into a running scan, not even a refusal.
     let refused = epirig(folder.path(), &["resume", "seq"]);
     assert_eq!(refused.status.code(), Some(1));
     child.kill().unwrap();
@@ -192,7 +192,7 @@ fn a_scan_has_its_log_beside_its_journal_whatever_ends_it() {
     assert!(with(&after, "moved").iter().all(|line| line["level"] == "DEBUG"));
     assert!(!fs::read_to_string(&log).unwrap().contains("swordfish"));
     succeeds(folder.path(), &["verify", "seq"]);
-    // Whoever refuses a folder leaves its log alone.
+    // A run that refuses a folder does not change its log.
     let kept = fs::read(&log).unwrap();
     assert_eq!(capture(folder.path(), "seq", &[]).status.code(), Some(2));
     assert!(!seq.join("results").exists());

@@ -63,7 +63,7 @@ fn the_command_line_counts_before_the_environment_and_that_before_the_file() {
     fs::create_dir(folder.path().join("epirig")).unwrap();
     fs::rename(folder.path().join("rig.toml"), folder.path().join("epirig/rig.toml")).unwrap();
     assert_eq!(planned(&epirig_with(folder.path(), &[], &plan)), (5, 2.0));
-    // Whoever names the simulated rig does not mean the port of the real one.
+    // A named simulated rig does not use the port of the real one.
     let port = [("EPIRIG_PORT", "/dev/no-such-port"), ("EPIRIG_CAMERA", "/dev/no-such-camera")];
     assert_eq!(planned(&epirig_with(folder.path(), &port, &["plan", "--json", "--rig", "sim"])).0, 101);
 }

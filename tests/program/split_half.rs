@@ -36,7 +36,7 @@ const TEXTURED_OF_ALL: Promise = Promise::missed(Bounds::at_least(0.05), Bounds:
 const DIFFERENCE_PX: Promise = Promise::missed(Bounds::at_most(0.02), Bounds::at_most(0.027));
 /// 0.0150 is reached by all photographs.
 const DIFFERENCE_OF_ALL_PX: Promise = Promise::as_asked(Bounds::at_most(0.02));
-/// Thirteen thousand pixels, 4 % of all, are known to less than this in both halves, in px per 40 frames. A median of so many is a steadier measure.
+/// Thirteen thousand pixels, 4 % of all, are known to less than this in both halves, in px per 40 frames. A median of this many is more stable.
 const WELL_KNOWN_PX: f32 = 0.1;
 /// 0.043 are; a tenth of margin.
 const LEAST_WELL_KNOWN: f64 = 0.038;

@@ -130,7 +130,7 @@ fn transcripts_are_written_once_and_decoded() {
         assert!(text.contains(word), "no {word} in {text}");
     }
     std::fs::write(stage.path().join("bytes"), b"ok\r\nALARM:9\r\n").unwrap();
-    fails(stage.path(), &["decode", "bytes"], 2, &["no transcript", "--dialect"]);
+    fails(stage.path(), &["decode", "bytes"], 2, &["not a transcript", "--dialect"]);
     let text = succeeds(stage.path(), &["decode", "bytes", "--dialect", "grbl"]);
     assert!(text.contains("ALARM:9: homing never found the limit switch"), "{text}");
     std::fs::write(stage.path().join("bad"), "# epirig transcript 1\nhello\n").unwrap();
@@ -202,7 +202,7 @@ fn faults_by_script_end_in_one_clear_line() {
         stage.path(),
         &["simulate", "grbl", "--port", "p", "--fault", "fire@1"],
         2,
-        &["\"fire@1\" is no fault"],
+        &["\"fire@1\" is not a complete fault"],
     );
     fails(stage.path(), &["simulate", "grbl", "--port", "p", "--noise", "2"], 2, &["0 to 1"]);
     // A simulator takes no link away from another one.

@@ -190,7 +190,7 @@ impl Camera for Tampered {
     }
 }
 
-/// Does something once so many frames have been taken.
+/// Calls a function once this number of frames has been taken.
 pub struct Once<F: Fn() + Sync> {
     after: usize,
     action: F,

@@ -35,7 +35,7 @@ pub enum AtFrame {
     CameraGoesToo,
 }
 
-/// Long enough for whatever comes back, which takes no real time ...
+/// Long enough for all devices that reconnect; it takes no real time ...
 pub const PATIENT_S: f64 = 60.0;
 /// ... and short for what does not.
 const IMPATIENT_S: f64 = 0.1;

@@ -24,7 +24,7 @@ pub enum Noticed {
 ///
 /// # Panics
 /// If a scan passes for complete and is not whole and right, at once or once it is resumed; if the journal names a wrong frame, but for
-/// faults of which nobody can know at once; if a scan that has stopped cannot be resumed, but for those, too.
+/// faults that cannot be known at once; if a scan that has stopped cannot be resumed, but for those, too.
 pub fn outcome(
     fault: &str,
     noticed: Noticed,

@@ -257,7 +257,7 @@ fn judge(case: &Case, folder: &Path, before: &BTreeMap<PathBuf, Vec<u8>>, output
         assert!(!case.replaces, "the former result is gone: {context}");
         assert!(!output.status.success(), "{context}");
     }
-    // Whatever else was there is as it was.
+    // All other files are unchanged.
     let spared = |path: &&PathBuf| !path.starts_with(&target) && !path.ends_with("calibration.json");
     for (path, bytes) in before.iter().filter(|(path, _)| spared(path)) {
         assert_eq!(fs::read(path).ok().as_ref(), Some(bytes), "{}: {context}", path.display());
@@ -267,7 +267,7 @@ fn judge(case: &Case, folder: &Path, before: &BTreeMap<PathBuf, Vec<u8>>, output
     }
 }
 
-/// After whatever happened, the verb does its work, and leaves nothing of the disturbed one.
+/// After any interruption the verb works, and leaves nothing of the interrupted run.
 fn goes_on(case: &Case, folder: &Path) {
     let target = folder.join(case.target);
     if !case.replaces && target.exists() {
@@ -331,7 +331,7 @@ fn three_hundred_signals_to_each_verb_lose_nothing() {
                 Some(_) => panic!("{:?}: {}", case.arguments, String::from_utf8_lossy(&output.stderr)),
             }
             judge(&case, folder.path(), &before, &output, Disturbance::Signal);
-            // Where there is nothing more to do, it begins anew.
+            // If nothing is left to do, it starts again.
             if !case.exchanges && folder.path().join(case.target).exists() {
                 folder = copied(prepared.path());
             }

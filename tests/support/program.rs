@@ -13,7 +13,7 @@ use epirig_simulator::{Simulator, SimulatorConfig};
 /// Runs the program and waits for it.
 pub fn epirig(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("epirig");
-    // Profile and wishes of whoever runs the tests are not to be met.
+    // Profile and environment of the user who runs the tests must not matter.
     command.current_dir(folder).env("XDG_CONFIG_HOME", folder).env_remove("EPIRIG_LOG");
     command.args(arguments).output().unwrap()
 }

@@ -27,7 +27,7 @@ pub fn plan(simulator: &Simulator) -> CapturePlan {
     CapturePlan { dark: 1, flat: 1, board: 2, ..CapturePlan::at(simulator.config().scan.positions_mm()) }
 }
 
-/// Puts in front of the simulated camera whatever is asked for.
+/// Arranges what is asked for in front of the simulated camera.
 struct Willing(ViewSwitch);
 
 impl Assistant for Willing {

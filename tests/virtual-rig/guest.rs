@@ -41,7 +41,7 @@ focal_length = "640 px"
 distance = "500 mm"
 "#;
 
-/// Of whatever the program does here, however slow the machine is: only what hangs takes longer.
+/// Time-out for all operations here: even on a slow machine only a hang takes longer.
 const LIMIT: Duration = Duration::from_secs(240);
 
 /// Whether this is the guest; says so if not.
@@ -123,7 +123,7 @@ impl Scanning {
         std::fs::read_to_string(&self.talk).unwrap()
     }
 
-    /// Returns when the journal names so many frames, or more.
+    /// Returns when the journal has this number of frames or more.
     pub fn until(&mut self, frames: usize) {
         let began = Instant::now();
         let journal = self.sequence.join("journal.jsonl");

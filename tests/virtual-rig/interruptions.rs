@@ -1,4 +1,4 @@
-//! Scans that are interrupted in their middle: whatever happens, they end with the frames of an undisturbed one.
+//! Interrupted scans: they always end with the frames of an undisturbed scan.
 
 use std::path::Path;
 use std::time::Duration;
@@ -131,7 +131,7 @@ fn a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself() {
     let mut scanning = workplace.capture(&sequence);
     scanning.until(BEFORE);
     plug_serial_port(false);
-    // Nobody is quicker.
+    // No person is faster.
     std::thread::sleep(Duration::from_secs(2));
     plug_serial_port(true);
     let (code, talk) = scanning.end();

@@ -75,7 +75,7 @@ fn two_hundred_moves_under_load_give_no_stale_frame() {
     }
     drop(load);
     println!(
-        "200 moves in {:.0} s; {stale} stale frames passed over, {missed} lost by the driver meanwhile",
+        "200 moves in {:.0} s; {stale} stale frames skipped, {missed} lost by the driver meanwhile",
         began.elapsed().as_secs_f64()
     );
     assert!(stale > 200);
@@ -128,7 +128,7 @@ fn a_serial_port_pulled_out_in_mid_scan_is_an_error_and_the_scan_goes_on_after_i
     plug.join().unwrap();
     let error = bench.stage().move_to(10.0).unwrap_err();
     assert_eq!(error, StageError::NotHomed);
-    // Nobody is quicker; and the stage's watchdog stops it after half a second.
+    // No person is faster; and the stage's watchdog stops it after half a second.
     std::thread::sleep(Duration::from_secs(2));
     vivid_bench::plug_serial_port(true);
     bench.reconnect_stage();

@@ -112,7 +112,7 @@ fn a_scan_of_twenty_positions_is_the_simulators_to_the_byte() {
         assert!(exposure.exposure_start_ns >= exposure.requested_ns, "frame {index}");
         stale += exposure.stale;
     }
-    println!("{stale} stale frames were passed over");
+    println!("{stale} stale frames were skipped");
     assert!(stale >= 20, "the queue of a real driver holds stale frames after each move");
     passed(NAME);
 }

@@ -221,7 +221,7 @@ impl Bench for VividBench {
 
     fn bring_back(&mut self, fault: Fault) {
         if fault == Fault::UnbindAndBind {
-            // Bound again the device is as it was made: what loops its output must be set again, as by whoever bound it.
+            // After binding, the device has its defaults, so its loop-back must be set again.
             self.driver("bind");
             wait_for("/dev/video0", || Path::new("/dev/video0").exists());
             wait_for("/dev/video1", || Path::new("/dev/video1").exists());

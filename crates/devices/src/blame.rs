@@ -1,18 +1,18 @@
-//! Whose trouble a fault is.
+//! Who must act on a fault.
 
-/// Whose trouble a fault is. The program's exit code follows from it.
+/// Who must act on a fault. The exit code follows from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blame {
-    /// What was asked for cannot be: another order is needed.
+    /// The request is impossible; it must be changed.
     Request,
     /// The operating system: files, disk, memory.
     System,
-    /// There is no such device, or it cannot be opened.
+    /// The device does not exist, or cannot be opened.
     NoDevice,
     /// The device, its cable or its power.
     Device,
     /// Recorded data that cannot be used.
     Data,
-    /// A person stopped it.
+    /// The operator stopped it.
     Interruption,
 }

@@ -58,7 +58,8 @@ fn the_real_rig_is_the_simulated_one_with_targets_and_faults() {
     let square_mm = 7.5;
     let print = PrintProfile {
         board: BoardProfile { square_mm, columns: 18, rows: 2 },
-        // The tile's 150 mm less the squares above the upper first row and the two rows and a square below the lower one.
+        // The tile's 150 mm less the squares above the upper first row and the two rows and a square below
+        // the lower one.
         band_distance_mm: Some(150.0 - square_mm - 2.0 * square_mm),
     };
     assert_eq!(profile.target.print, Some(print));

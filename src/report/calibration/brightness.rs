@@ -1,4 +1,4 @@
-//! The flat field and the brightness of the frames.
+//! Figures of the flat field and the brightness of the frames.
 
 use super::cells::{Cells, rgb};
 use crate::report::chart::{Chart, Marks, Series};
@@ -6,9 +6,9 @@ use crate::report::{Figure, ReportError, ValueRange, map_picture};
 use epirig_calibration::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
 use epirig_core::grid::Grid;
 
-/// Colours of the gain span at least this, in %, so that an even field looks even.
+/// Least span of the gain's colours, in %, so that an even field looks even.
 const LEAST_GAIN_SPAN: f32 = 1.0;
-/// Residuals of this many % have the full colour, unless there are larger ones: it is a tenth of a DN at 100 DN.
+/// Residual with full colour, in %, unless there are larger ones: a tenth of a DN at 100 DN.
 const FULL_COLOUR_PERCENT: f64 = 0.1;
 
 /// The gain over the frame; `None` if its map was not kept.
@@ -22,7 +22,7 @@ pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure
         }
         (FlatModel::PerPixel, Some(map)) => {
             let percent = percent(map);
-            // A few bad pixels are not to take all colours.
+            // A few defective pixels must not take all colours.
             let range = ValueRange::of(&percent, LEAST_GAIN_SPAN);
             (percent, range)
         }
@@ -38,7 +38,7 @@ pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure
     Ok(Some(Figure { name: "flat-field", picture, csv }))
 }
 
-/// From the least to the greatest value of a smooth map, so that its darkest corner is told apart, too.
+/// The full range of a smooth map, which shows its darkest corner too.
 fn whole_range(map: &Grid<f32>) -> ValueRange {
     let ends = (f32::INFINITY, f32::NEG_INFINITY);
     let (low, high) =
@@ -47,7 +47,7 @@ fn whole_range(map: &Grid<f32>) -> ValueRange {
     ValueRange { low: low - 0.5 * missing, high: high + 0.5 * missing }
 }
 
-/// What the model leaves of the cells.
+/// Residuals of the flat-field model in the cells.
 pub(super) fn flat_field_residuals(
     field: &FlatField,
     (rows, columns): (usize, usize),
@@ -57,18 +57,18 @@ pub(super) fn flat_field_residuals(
         return Ok(None);
     }
     let rms = field.residual_rms_percent;
-    let title = format!("Flat field: flat frames less model in each cell (%), rms {rms:.3} %");
+    let title = format!("Flat field: flat frames minus model in each cell (%), rms {rms:.3} %");
     let cells = Cells { title, rows, columns, values };
     let csv = cells.csv("residual_percent");
     let largest =
         values.iter().flatten().fold(FULL_COLOUR_PERCENT, |largest, value| largest.max(value.abs()));
-    // Too bright is red.
+    // Red is too bright.
     let colour = |value: f64| rgb(colorous::RED_BLUE.eval_continuous(0.5 - 0.5 * value / largest));
     let picture = cells.picture(colour, |value| signed(value, 2))?;
     Ok(Some(Figure { name: "flat-field-residuals", picture, csv }))
 }
 
-/// With its sign; what rounds to 0 has none.
+/// A number with its sign, or without if it rounds to 0.
 fn signed(value: f64, decimals: usize) -> String {
     let text = format!("{value:+.decimals$}");
     if text[1..].chars().all(|c| c == '0' || c == '.') { text[1..].to_owned() } else { text }
@@ -87,7 +87,7 @@ pub(super) fn frame_gains(gains: &FrameGains) -> Result<Option<Figure>, ReportEr
     }
     let chart = Chart {
         title: format!(
-            "Brightness of every frame, which is divided out; rms {:.3} %; bars: one standard deviation",
+            "Brightness of every frame, corrected by division; rms {:.3} %; bars: one standard uncertainty",
             100.0 * gains.flicker
         ),
         x_label: "frame".to_owned(),

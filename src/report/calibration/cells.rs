@@ -1,4 +1,4 @@
-//! A frame in cells, one number each.
+//! A frame divided into cells with one number each.
 
 use image::RgbImage;
 use plotters::style::RGBColor;
@@ -13,12 +13,12 @@ pub(super) struct Cells<'a> {
     pub(super) rows: usize,
     /// Columns of the frame.
     pub(super) columns: usize,
-    /// A list for each row of cells; they are as large as each other.
+    /// A list for each row of cells; all lists have the same length.
     pub(super) values: &'a [Vec<f64>],
 }
 
 impl Cells<'_> {
-    /// Each cell in the colour of its value and with the value as text.
+    /// Each cell in the colour of its value, with the value as text.
     pub(super) fn picture(
         self,
         colour: impl Fn(f64) -> RGBColor,
@@ -42,7 +42,7 @@ impl Cells<'_> {
             .picture()
     }
 
-    /// One line a cell: its place, counted in cells from 0, and its value under the name `what`.
+    /// One line per cell: its column and row of cells from 0, and its value, named `what`.
     pub(super) fn csv(&self, what: &str) -> String {
         let mut csv = format!("cell_column,cell_row,{what}\n");
         for (y, row) in self.values.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! How well the views of the board fit the lens, and how much of the frame they reached.
+//! Figures of the residuals of the lens model, and of the part of the frame that the board views cover.
 
 use plotters::style::RGBColor;
 
@@ -10,12 +10,12 @@ use epirig_calibration::lens::views::{LensCalibration, PointResidual};
 
 /// Cells across and down, as [`Coverage`](epirig_calibration::lens::views::Coverage) counts them.
 const CELLS: usize = 10;
-/// Greatest length of the stroke of a residual as large as the root mean square, in px of the picture; rounding the magnification leaves
-/// two fifths of it or more. Of a few hundred such strokes each is seen, and few cross.
+/// Longest stroke of a residual of RMS size, in px of the picture; after rounding of the magnification, two
+/// fifths of it remain at least. A few hundred such strokes are visible and seldom cross.
 const TYPICAL_STROKE: f64 = 24.0;
-/// No stroke of a rejected point is longer, in px of the picture: gross errors would cross it all.
+/// Longest stroke of a rejected point, in px of the picture: gross errors would cross the whole picture.
 const LONGEST_REJECTED_STROKE: f64 = 60.0;
-/// More is not believed: a residual of less than a thousandth of a pixel is rounding.
+/// Largest magnification: residuals below a thousandth of a pixel are rounding.
 const MOST_MAGNIFICATION: f64 = 20_000.0;
 const NOTHING: RGBColor = RGBColor(205, 205, 205);
 
@@ -43,7 +43,7 @@ pub(super) fn residuals(lens: &LensCalibration) -> Result<Option<Figure>, Report
             colour: COLOURS[1],
         });
     }
-    // Rejected ones come last, so that they lie on top.
+    // Rejected points are drawn last, on top.
     let mut shown: Vec<&PointResidual> = points().collect();
     shown.sort_by_key(|point| point.rejected);
     let stroke = |point: &&PointResidual| {
@@ -58,7 +58,7 @@ pub(super) fn residuals(lens: &LensCalibration) -> Result<Option<Figure>, Report
     };
     let picture = FramePicture {
         title: format!(
-            "Lens: corners seen less predicted, magnified {magnification} times; rms {:.3} px",
+            "Lens: observed minus predicted corners, magnified {magnification} times; rms {:.3} px",
             lens.rms_px
         ),
         rows,
@@ -77,12 +77,12 @@ pub(super) fn residuals(lens: &LensCalibration) -> Result<Option<Figure>, Report
     Ok(Some(Figure { name: "lens-residuals", picture: picture.picture()?, csv }))
 }
 
-/// Points in each cell, without the rejected; `None` if there are none.
+/// Number of points in each cell, without rejected ones; `None` if there are none.
 pub(super) fn coverage(lens: &LensCalibration) -> Result<Option<Figure>, ReportError> {
     let (rows, columns) = (lens.estimate.rows, lens.estimate.columns);
     let mut values = vec![vec![0.0; CELLS]; CELLS];
     for point in lens.residuals.iter().flatten().filter(|point| !point.rejected) {
-        // Pixels reach half a pixel to each side of their centres.
+        // Pixels extend half a pixel to each side of their centres.
         let cell = |place: f64, size: usize| {
             ((place + 0.5) / size as f64 * CELLS as f64).clamp(0.0, CELLS as f64 - 1.0) as usize
         };
@@ -93,7 +93,7 @@ pub(super) fn coverage(lens: &LensCalibration) -> Result<Option<Figure>, ReportE
         return Ok(None);
     }
     let title = format!(
-        "Lens: corners in each cell; {:.0} % of the cells have some, and {:.0} % of the radius is reached",
+        "Lens: corners in each cell; {:.0} % of the cells have corners, which reach {:.0} % of the radius",
         100.0 * lens.coverage.cells,
         100.0 * lens.coverage.radius
     );
@@ -110,11 +110,11 @@ pub(super) fn coverage(lens: &LensCalibration) -> Result<Option<Figure>, ReportE
     }))
 }
 
-/// The largest of 1, 2 and 5 times a power of ten that is not above `value`, which is positive.
+/// The largest of 1, 2 and 5 times a power of ten up to `value`, which is positive.
 fn round_below(value: f64) -> f64 {
     let decade = 10.0_f64.powf(value.log10().floor());
     let factor = [5.0, 2.0].into_iter().find(|factor| factor * decade <= value * (1.0 + 1e-9)).unwrap_or(1.0);
-    // Negative powers of ten are not exact: 5 times 10^-3 is to be 0.005.
+    // Negative powers of ten are not exact: 5 times 10^-3 must give 0.005.
     if decade < 1.0 { factor / (1.0 / decade).round() } else { factor * decade }
 }
 

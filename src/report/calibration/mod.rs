@@ -1,4 +1,4 @@
-//! Pictures of a calibration, for a person who wants to see before believing.
+//! Pictures of a calibration, to check it by eye.
 
 mod brightness;
 mod cells;
@@ -10,15 +10,15 @@ mod tests;
 use super::{Figure, ReportError};
 use crate::calibrate::Calibrated;
 
-/// The figures of a calibration; those of parts that were not found are left out.
+/// The figures of a calibration, for all parts that were calibrated.
 ///
 /// - `flat-field`: relative gain over the frame, in %.
-/// - `flat-field-residuals`: what its model leaves of the cells, in %.
-/// - `frame-gains`: brightness of every frame, in %, with standard deviation.
-/// - `lens-residuals`: corners of the board where they were seen less where they are predicted, magnified.
-/// - `lens-coverage`: how many corners lie in each of 10 x 10 cells.
+/// - `flat-field-residuals`: residuals of its model in the cells, in %.
+/// - `frame-gains`: brightness of every frame, in %, with standard uncertainty.
+/// - `lens-residuals`: observed minus predicted corners of the board, magnified.
+/// - `lens-coverage`: number of corners in each of 10 x 10 cells.
 /// - `rows`: distance of every corner of the target from its row after rectification, in px.
-/// - `positioning-error`: measured less reported position of every frame, in um.
+/// - `positioning-error`: measured minus reported position of every frame, in um.
 ///
 /// # Errors
 /// [`ReportError`] if a picture cannot be drawn.

@@ -1,19 +1,19 @@
-//! How straight the rows are, and how well the stage kept its positions.
+//! Figures of the straightness of rows, and of the positioning error of the stage.
 
 use crate::calibrate::Calibration;
 use crate::report::chart::{Chart, Marks, Series, number};
 use crate::report::{Figure, ReportError};
 use epirig_calibration::stage_axis::{PositioningError, StageAxis, TrackResidual};
 
-/// Parts of the columns over which residuals are averaged, and residuals that a part must have: the mean of 25 has a fifth of the noise of
-/// one.
+/// Number of parts of the columns over which residuals are averaged, and least number of residuals in a part:
+/// the mean of 25 has a fifth of the noise of one.
 const PARTS: usize = 24;
 const LEAST_IN_PART: usize = 25;
 
-/// Distance of every corner from its row, over the column; `None` if there are no residuals.
+/// Distance of every corner from its row, over the column; `None` without residuals.
 pub(super) fn rows(stage_axis: &StageAxis, calibration: &Calibration) -> Result<Option<Figure>, ReportError> {
     let (lens, camera) = (&calibration.mapping.lens, &calibration.mapping.camera);
-    // Tracks count in focal lengths of the lens along x.
+    // Tracks are in units of the focal length along x.
     let scale = camera.focal_length_px / lens.focal_length_x_px;
     let column = |residual: &TrackResidual| scale * residual.column_px + camera.principal_point_x_px;
     let points: Vec<(f64, f64)> =
@@ -26,7 +26,7 @@ pub(super) fn rows(stage_axis: &StageAxis, calibration: &Calibration) -> Result<
         let (column_px, along_px, across_px) = (column(residual), residual.along_px, residual.across_px);
         csv.push_str(&format!("{},{},{column_px},{along_px},{across_px}\n", residual.frame, residual.corner));
     }
-    let mut series = vec![Series::dots("a corner in a frame", points.clone())];
+    let mut series = vec![Series::dots("one corner in one frame", points.clone())];
     let means = means(&points);
     if means.iter().any(|mean| !mean.1.is_nan()) {
         series.push(Series::line(format!("mean of each {PARTS}th of the columns"), means));
@@ -45,7 +45,7 @@ pub(super) fn rows(stage_axis: &StageAxis, calibration: &Calibration) -> Result<
     Ok(Some(Figure { name: "rows", picture: chart.picture()?, csv }))
 }
 
-/// Mean of x and y in parts of equal width; NaN where there are too few.
+/// Means of x and y in parts of equal width; NaN in parts with too few points.
 fn means(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let ends = points
         .iter()
@@ -53,7 +53,7 @@ fn means(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let width = (ends.1 - ends.0) / PARTS as f64;
     let mut sums = [(0_usize, 0.0, 0.0); PARTS];
     for (x, y) in points {
-        // All in one column: then there is but one part.
+        // If all points have one column there is only one part.
         let part = if width > 0.0 { (((x - ends.0) / width) as usize).min(PARTS - 1) } else { 0 };
         let (count, sum_x, sum_y) = sums[part];
         sums[part] = (count + 1, sum_x + x, sum_y + y);
@@ -65,13 +65,13 @@ fn means(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     sums.into_iter().enumerate().map(mean).collect()
 }
 
-/// Measured less reported position of every frame; `None` if no frame shows the target.
+/// Measured minus reported position of every frame; `None` if no frame shows the target.
 pub(super) fn positioning_error(positioning: &PositioningError) -> Result<Option<Figure>, ReportError> {
     if positioning.frames.iter().all(|frame| frame.sigma_mm.is_none()) {
         return Ok(None);
     }
     let mut csv = "frame,reported_mm,measured_mm,measured_less_reported_um,sigma_um,outlier\n".to_owned();
-    let stands_out = |frame: usize| positioning.outliers.contains(&frame);
+    let is_outlier = |frame: usize| positioning.outliers.contains(&frame);
     let (mut errors, mut sigmas) = (Vec::new(), Vec::new());
     for (index, frame) in positioning.frames.iter().enumerate() {
         let sigma_um = frame.sigma_mm.map_or(f64::NAN, |sigma_mm| 1000.0 * sigma_mm);
@@ -80,12 +80,12 @@ pub(super) fn positioning_error(positioning: &PositioningError) -> Result<Option
             None => (f64::NAN, f64::NAN),
         };
         let numbers = [frame.reported_mm, measured_mm, error_um, sigma_um].map(number).join(",");
-        csv.push_str(&format!("{index},{numbers},{}\n", stands_out(index)));
+        csv.push_str(&format!("{index},{numbers},{}\n", is_outlier(index)));
         errors.push((index, error_um));
         sigmas.push(sigma_um);
     }
     let part = |name: &str, outliers: bool| {
-        let chosen = || errors.iter().filter(|(frame, _)| stands_out(*frame) == outliers);
+        let chosen = || errors.iter().filter(|(frame, _)| is_outlier(*frame) == outliers);
         Series {
             marks: Marks::DotsWithBars(chosen().map(|(frame, _)| sigmas[*frame]).collect()),
             labels: if outliers {
@@ -96,17 +96,17 @@ pub(super) fn positioning_error(positioning: &PositioningError) -> Result<Option
             ..Series::line(name, chosen().map(|&(frame, error_um)| (frame as f64, error_um)).collect())
         }
     };
-    let mut series = vec![part("a frame, with one standard deviation of the measurement", false)];
+    let mut series = vec![part("a frame, with one standard uncertainty of the measurement", false)];
     if !positioning.outliers.is_empty() {
-        series.push(part("stands out, with the number of the frame", true));
+        series.push(part("outlier, with the number of the frame", true));
     }
     let chart = Chart {
         title: format!(
-            "Stage: measured less reported position; rms {:.2} um, largest {:.1} um",
+            "Stage: measured minus reported position; rms {:.2} um, largest {:.1} um",
             positioning.rms_um, positioning.largest_um
         ),
         x_label: "frame".to_owned(),
-        y_label: "measured less reported (um)".to_owned(),
+        y_label: "measured minus reported (um)".to_owned(),
         least_y_span: 2.0,
         zero_line: true,
         series,

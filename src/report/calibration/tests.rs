@@ -1,4 +1,4 @@
-//! The figures of a calibration that was made up, so that it is known what they have to show.
+//! The figures of a synthetic calibration with known content.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -76,7 +76,7 @@ fn lens(random: &mut ChaCha8Rng) -> LensCalibration {
     }
 }
 
-/// Rows that are bent by 0.01 px in the middle.
+/// Rows with a bow of 0.01 px in the middle.
 fn stage_axis(random: &mut ChaCha8Rng) -> StageAxis {
     let residuals = (0..FRAMES * 80).map(|index| {
         let column_px = random.random_range(-300.0..300.0);
@@ -97,7 +97,7 @@ fn stage_axis(random: &mut ChaCha8Rng) -> StageAxis {
     }
 }
 
-/// A stage that is off by a few um, by 40 um in frame 57, and that nobody saw in frame 20.
+/// A stage with errors of a few um, 40 um in frame 57, and no measurement in frame 20.
 fn positioning_error(random: &mut ChaCha8Rng) -> PositioningError {
     let frames = (0..FRAMES).map(|frame| {
         let reported_mm = 1.5 * frame as f64;
@@ -228,8 +228,8 @@ fn the_flat_field_is_told_in_percent_of_its_mean() {
     let field = figure(&figures, "flat-field");
     assert_eq!(field.csv.lines().count(), 101);
     assert_eq!(fields(field, 1)[..4], ["0", "63", "0", "47"]);
-    // 1.1 + 0.02 u - 0.15 u2 - 0.12 v2 has the mean 1.1 - 0.09 but for terms of 1 / size; over the first cell, u and v from -1 to -0.8, the means of
-    // u, u2 and v2 are -0.9, 0.8133 and 0.8133.
+    // 1.1 + 0.02 u - 0.15 u2 - 0.12 v2 has the mean 1.1 - 0.09 but for terms of 1 / size; over the first
+    // cell, u and v from -1 to -0.8, the means of u, u2 and v2 are -0.9, 0.8133 and 0.8133.
     let expected = 100.0 * (1.1 - 0.018 - 0.27 * 0.8133) / 1.01;
     let first: f64 = fields(field, 1)[4].parse().unwrap();
     assert!((first - expected).abs() < 0.3, "{first} {expected}");

@@ -69,7 +69,7 @@ fn a_calibration_that_was_changed_is_not_used() {
             5,
             &["changed after it was made"],
         );
-        // Whoever makes the hash right, too, has still told something twice.
+        // With a corrected hash, redundant values still contradict each other.
         let mut record: epirig::calibrate::Calibration = serde_json::from_value(changed).unwrap();
         record.blake3 = record.hash();
         fs::write(&path, serde_json::to_vec(&record).unwrap()).unwrap();

@@ -26,7 +26,7 @@ fn a_verb_replaces_its_own_results_only() {
     let over = ["match", "seq", "--out", "seq/results/surface", "--overwrite"];
     fails(path, &over, 2, &["seq/results/surface", "epirig surface", "surface.json"]);
     assert_eq!((before("match.json"), before("surface/surface.json")), (matched, surface));
-    // Files of such names that nobody vouches for are a person's.
+    // Files with such names but without a summary are not ours.
     fs::create_dir(path.join("mine")).unwrap();
     fs::write(path.join("mine/height.png"), "a picture").unwrap();
     for verb in ["match", "surface"] {

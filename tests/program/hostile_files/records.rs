@@ -14,7 +14,7 @@ fn positions_that_contradict_each_other_are_refused() {
     let reported = line(folder.path(), 3)["reported_mm"].as_f64().unwrap();
     change_lines(folder.path(), |lines| lines[3]["reported_mm"] = (reported + 0.9).into());
     is_refused(folder.path(), &["frame 3", "after the exposure", "are allowed"]);
-    // Also if whoever changed it changed the reading with it.
+    // Also if the reading was changed with it.
     change_lines(folder.path(), |lines| lines[3]["certificate"]["readings_mm"][1] = (reported + 0.9).into());
     is_refused(folder.path(), &["frame 3", "are allowed"]);
     // Or said where it was sent.
@@ -273,7 +273,7 @@ fn what_verify_refuses_resume_does_not_call_complete() {
     succeeds(folder.path(), &["resume", "seq"]);
     change_lines(folder.path(), |lines| lines[2]["mean_dn"] = 12.5.into());
     fails(folder.path(), &["resume", "seq"], 5, &["0002.png", "12.5"]);
-    // Neither where the simulated rig is not that of the profile, nor is that gone on with.
+    // A simulated rig that differs from the profile is refused, and the scan is not resumed.
     for ended in [true, false] {
         let folder = super::folder();
         captured(folder.path());
@@ -317,7 +317,7 @@ fn a_scan_that_was_not_closed_is_measured_on_request_only_and_the_results_say_so
     assert!(output.status.success() && said.contains("not closed"), "{said}");
     assert!(fs::read_to_string(images.join("seq/results/match.json")).unwrap().contains("\"not-closed\""));
     fails(images, &["surface", "seq"], 5, &words);
-    // What is made of it is no better.
+    // Results from it are refused too.
     fails(images, &["rectify", "seq", "--out", "straight"], 5, &words);
     succeeds(images, &["rectify", "seq", "--out", "straight", "--anyway"]);
     fails(images, &["match", "straight"], 5, &words);

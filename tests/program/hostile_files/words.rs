@@ -1,4 +1,4 @@
-//! What a person is told, and what nobody wants to hear.
+//! Messages for the user.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -61,7 +61,7 @@ fn errors_say_what_is_wrong_and_where() {
         "{error}"
     );
     fs::write(&path, &record).unwrap();
-    // A replay of a damaged sequence cannot be gone on with.
+    // A replay of a damaged sequence cannot be resumed.
     fs::write(folder.path().join("seq/frames/0004.png"), "damaged").unwrap();
     let replay = ["--driver", "sim", "--camera", "replay:seq", "--step-mm", "1.5", "--frames", "9"];
     let (code, error) = said(&[&["capture", "--out", "again"][..], &replay].concat());

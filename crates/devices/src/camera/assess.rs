@@ -1,11 +1,11 @@
-//! What a frame says of light and focus.
+//! Brightness and sharpness of a frame.
 
 use epirig_core::frame::{Frame, Samples};
 
-/// Bins of a histogram, whatever the bit depth.
+/// Bins of a histogram, for any bit depth.
 const BINS: usize = 256;
 
-/// Light and focus of a frame.
+/// Brightness and sharpness of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assessment {
     /// Mean, in DN.
@@ -18,19 +18,19 @@ pub struct Assessment {
     pub saturated: usize,
     /// Samples at zero.
     pub black: usize,
-    /// How many samples lie in each of 256 equal parts of full scale (fewer for less than 8 bit); bins of
+    /// Number of samples in each of 256 equal parts of full scale (fewer parts below 8 bit); bins of
     /// [`bin_width_dn`](Self::bin_width_dn) from 0 up.
     pub histogram: Vec<u64>,
-    /// Levels that fall into a bin.
+    /// Number of levels per bin.
     pub bin_width_dn: u32,
-    /// Sharpness: mean squared gradient by Sobel's 3 x 3 operator over the squared mean (Tenengrad, normalised; Groen, Young
-    /// and Ligthart 1985). Comparable between frames of the same object only: it is largest where the object is in focus.
-    /// 0 for images without an inner pixel.
+    /// Sharpness: mean squared gradient by Sobel's 3 x 3 operator over the squared mean (Tenengrad,
+    /// normalised; Groen, Young and Ligthart 1985). Comparable between frames of the same object only: it is
+    /// largest where the object is in focus. 0 for images without an inner pixel.
     pub focus: f64,
 }
 
 impl Assessment {
-    /// Of a frame.
+    /// The values of a frame.
     pub fn of(frame: &Frame) -> Self {
         let bins = BINS.min(usize::from(frame.full_scale()) + 1);
         let bin_width_dn = (u32::from(frame.full_scale()) + 1) / bins as u32;

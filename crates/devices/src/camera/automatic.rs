@@ -1,4 +1,4 @@
-//! What a camera does by itself, and must not while it measures.
+//! Automatic controls of a camera, which must be off during a measurement.
 
 use super::control::{Control, ControlKind};
 
@@ -13,7 +13,8 @@ pub(super) const PIXEL_RATE: u32 = 0x009f_0902;
 
 /// Automatic controls and their values for "off", the best first, as in the kernel's `v4l2-controls.h`.
 const AUTOMATIC: &[(u32, &[i64])] = &[
-    // EXPOSURE_AUTO: 1 is manual, 2 is shutter priority, which leaves the iris alone that few cameras have.
+    // EXPOSURE_AUTO: 1 is manual. 2 is shutter priority, which controls only the iris, which few cameras
+    // have.
     (0x009a_0901, &[1, 2]),
     // EXPOSURE_AUTO_PRIORITY: lets the frame rate follow the exposure.
     (0x009a_0903, &[0]),
@@ -43,7 +44,8 @@ const AUTOMATIC: &[(u32, &[i64])] = &[
     (0x0098_091c, &[0, 1]),
 ];
 
-/// What must stay as it is besides: exposure times, gain, white balance, focus, ISO sensitivity, iris, and more.
+/// Other controls that must not change: exposure time, gain, white balance, focus, ISO sensitivity, iris, and
+/// more.
 const STEADY: &[u32] = &[
     EXPOSURE_ABSOLUTE,
     EXPOSURE,
@@ -59,14 +61,14 @@ const STEADY: &[u32] = &[
     0x009a_090a,
     0x009a_0917,
     0x009a_0911,
-    // BRIGHTNESS, CONTRAST, SATURATION, HUE, GAMMA, SHARPNESS: what a person sets by hand in another program.
+    // BRIGHTNESS, CONTRAST, SATURATION, HUE, GAMMA, SHARPNESS: often set by hand in other programs.
     0x0098_0900,
     0x0098_0901,
     0x0098_0902,
     0x0098_0903,
     0x0098_0910,
     0x0098_091b,
-    // HFLIP, VFLIP, ROTATE, PAN_ABSOLUTE, TILT_ABSOLUTE, ZOOM_ABSOLUTE: where things are in the image.
+    // HFLIP, VFLIP, ROTATE, PAN_ABSOLUTE, TILT_ABSOLUTE, ZOOM_ABSOLUTE: they move the image.
     0x0098_0914,
     0x0098_0915,
     0x0098_0922,
@@ -79,7 +81,7 @@ const STEADY: &[u32] = &[
     0x009f_0903,
 ];
 
-/// All controls that matter here, rising.
+/// All controls listed here, by rising id.
 #[cfg(feature = "v4l2")]
 pub(super) fn known() -> Vec<u32> {
     let mut ids: Vec<u32> = AUTOMATIC.iter().map(|(id, _)| *id).chain(STEADY.iter().copied()).collect();
@@ -88,21 +90,21 @@ pub(super) fn known() -> Vec<u32> {
     ids
 }
 
-/// What to write so that nothing is automatic: control and value, in the order in which they are to be written.
+/// The writes that switch off all automatic controls: control and value, in their order.
 pub(super) fn switches(controls: &[Control]) -> Vec<(&Control, i64)> {
     let off = |(id, values): &(u32, &[i64])| {
         let control = controls.iter().find(|control| control.id == *id)?;
         let now = control.value?;
-        // One that lacks all of them is told so when it is asked for the first.
+        // A control that lacks all of them gets the first, and the driver's refusal is reported.
         let offered = values.iter().find(|value| control.check("", **value).is_ok());
         let best = *offered.or(values.first())?;
-        // What has no effect at present needs no switching, and drivers refuse it.
+        // A control that is inactive needs no switching, and drivers refuse it.
         (!control.inactive && now != best).then_some((control, best))
     };
     AUTOMATIC.iter().filter_map(off).collect()
 }
 
-/// Whether a control is to be watched: it is automatic, or changes the picture, and can be read.
+/// Whether a control is watched: it is automatic or changes the picture, and it can be read.
 pub(super) fn is_watched(control: &Control) -> bool {
     let known = AUTOMATIC.iter().any(|(id, _)| *id == control.id) || STEADY.contains(&control.id);
     known
@@ -111,13 +113,13 @@ pub(super) fn is_watched(control: &Control) -> bool {
         && !matches!(control.kind, ControlKind::Button | ControlKind::Other)
 }
 
-/// Which control sets the exposure time, and how long its unit is, in us. `columns` is the width of the image.
+/// The control of the exposure time, and its unit in us. `columns` is the width of the image.
 pub(super) fn exposure_unit(controls: &[Control], columns: usize) -> Option<(&Control, f64)> {
     let find = |id: u32| controls.iter().find(|control| control.id == id);
     if let Some(control) = find(EXPOSURE_ABSOLUTE) {
         return Some((control, 100.0));
     }
-    // Bare sensors count lines; a line takes its pixels and its blanking.
+    // Bare sensors count lines; a line is its pixels and its blanking.
     let blanking = find(HORIZONTAL_BLANKING)?.value?;
     let rate = find(PIXEL_RATE)?.value.filter(|rate| *rate > 0)?;
     Some((find(EXPOSURE)?, (columns as f64 + blanking as f64) / rate as f64 * 1e6))

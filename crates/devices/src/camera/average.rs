@@ -1,4 +1,4 @@
-//! Several frames of one view as one of 16 bits.
+//! Averages several frames of one view into one of 16 bit.
 
 use super::{Camera, CameraError, FrameFacts, Moment};
 use epirig_core::frame::{Frame, Samples, full_scale};
@@ -9,23 +9,23 @@ const BITS: u8 = 16;
 /// The mean of several frames.
 #[derive(Debug, Clone)]
 pub struct AveragedFrame {
-    /// The mean, scaled so that full scale of the camera is full scale of 16 bits: times 257 for 8 bit. Rounding costs at
-    /// most half a DN of 16 bits.
+    /// The mean, scaled so that the camera's full scale becomes that of 16 bit: times 257 for 8 bit. Rounding
+    /// costs at most half a DN of 16 bit.
     pub frame: Frame,
-    /// Variance of a single frame's samples about the mean (unbiased, divisor K - 1), rows x columns, in squared DN of the
-    /// camera; NaN for a single frame. The variance of the mean is 1 / K of it.
+    /// Variance of a single frame's samples about the mean (unbiased, divisor K - 1), rows x columns, in
+    /// squared DN of the camera; NaN for a single frame. The variance of the mean is 1 / K of it.
     pub variance_dn2: Grid<f32>,
-    /// Pixels that were at full scale in any of the frames: their mean is too small.
+    /// Number of pixels that were at full scale in any of the frames: their mean is too small.
     pub saturated: usize,
     /// How each frame was taken.
     pub facts: Vec<FrameFacts>,
 }
 
-/// Takes `count` frames (at least 1) that were begun after `moment`, and averages them. `go_on` is asked before
+/// Takes `count` frames (at least 1) that began after `moment`, and averages them. `go_on` is asked before
 /// each further frame.
 ///
 /// # Errors
-/// [`CameraError`] if one of them could not be had, [`CameraError::Interrupted`] if `go_on` said no.
+/// [`CameraError`] if a frame fails, [`CameraError::Interrupted`] if `go_on` returns `false`.
 pub fn average(
     camera: &mut dyn Camera,
     moment: Moment,
@@ -53,13 +53,13 @@ pub fn average(
     sums.finish(facts)
 }
 
-/// Sums of samples and of their squares, and whether one was at full scale, of each pixel.
+/// For each pixel: sum of samples, sum of their squares, and whether a sample was at full scale.
 struct Sums {
     rows: usize,
     columns: usize,
     bit_depth: u8,
     frames: u64,
-    /// 2^48 frames of 16 bits fit, and 2^32 of their squares.
+    /// 2^48 frames of 16 bit fit, and 2^32 of their squares.
     sum: Vec<u64>,
     squares: Vec<u64>,
     saturated: Vec<bool>,
@@ -81,7 +81,7 @@ impl Sums {
         sums
     }
 
-    /// Whether the frame was of the right shape and has been added.
+    /// Adds a frame. Returns `false` if its size differs.
     fn add(&mut self, frame: &Frame) -> bool {
         if (frame.rows(), frame.columns(), frame.bit_depth()) != (self.rows, self.columns, self.bit_depth) {
             return false;

@@ -1,4 +1,4 @@
-//! From what a person wants of a camera to what its driver has truly set.
+//! Configures a camera, and reads back what its driver has set.
 
 use super::CameraError;
 use super::automatic::{exposure_unit, is_watched, switches};
@@ -8,15 +8,16 @@ use super::format::{ActiveFormat, Interval, OfferedFormat, Size, Sizes};
 use super::pixels::{BayerUse, FourCc, Layout, PixelFormat};
 use super::settings::{CameraSettings, Configuration, Pinned};
 
-/// Rates are as asked for if they agree to this share: drivers round intervals to 100 ns or to fractions of a clock.
+/// Relative tolerance of rates: drivers round intervals to 100 ns or to fractions of a clock.
 const SAME_RATE: f64 = 0.005;
-/// Writing an automatic control may change what others are; no camera has more layers of them.
+/// Writing an automatic control may change the range of others; no camera has more such layers.
 const ROUNDS: usize = 3;
 
-/// Sets a device up, reads everything back, and says what it now is.
+/// Configures a device, reads everything back, and returns the configuration.
 ///
 /// # Errors
-/// [`CameraError`] if the device does not offer what is wanted, takes something else, or keeps doing things by itself.
+/// [`CameraError`] if the device does not offer what is wanted, sets something else, or keeps changing by
+/// itself.
 pub(super) fn configure(
     device: &mut dyn VideoDevice,
     settings: &CameraSettings,
@@ -26,7 +27,7 @@ pub(super) fn configure(
     let (format, pixels) = set_format(device, settings, &camera)?;
     if pixels.is_lossy() {
         notes.push(format!(
-            "the images of {camera} come compressed ({}), which limits accuracy: take an uncompressed format if it has one",
+            "the images of {camera} are compressed ({}), which limits accuracy: use an uncompressed format if it has one",
             format.four_cc
         ));
     }
@@ -46,7 +47,7 @@ pub(super) fn configure(
                 camera,
                 name: control.name.clone(),
                 value: value.to_string(),
-                reason: "it is to be set twice".to_owned(),
+                reason: "it is given twice".to_owned(),
             });
         }
         write_and_compare(device, &camera, control, value)?;
@@ -55,7 +56,7 @@ pub(super) fn configure(
     let controls = device.controls()?;
     let automatic = switches(&controls).into_iter().filter(|(control, _)| written.contains(&control.id));
     notes.extend(automatic.map(|(control, _)| {
-        format!("{} is left as you set it: what it rules may change from frame to frame", control.name)
+        format!("{} is kept as you set it: what it controls may change from frame to frame", control.name)
     }));
     let exposure_us = exposure_unit(&controls, format.size.columns)
         .and_then(|(control, unit_us)| Some(control.value? as f64 * unit_us));
@@ -70,7 +71,7 @@ pub(super) fn configure(
     Ok(Configuration { format, rows, columns, bit_depth, interval, exposure_us, pinned, notes })
 }
 
-/// How the buffers of a configured device are laid out.
+/// Layout of the buffers of a configured device.
 pub(super) fn layout(format: &ActiveFormat, pixels: PixelFormat, settings: &CameraSettings) -> Layout {
     Layout {
         format: pixels,
@@ -101,8 +102,9 @@ fn set_format(
     if got.interlaced {
         return Err(CameraError::NotACamera {
             camera: camera.to_owned(),
-            reason: "its frames are interlaced: their rows are of two moments; set it to a progressive mode"
-                .to_owned(),
+            reason:
+                "its frames are interlaced: their rows were taken at two times; set it to a progressive mode"
+                    .to_owned(),
         });
     }
     Ok((got, pixels))
@@ -118,19 +120,19 @@ fn choose_format<'a>(
     let known: Vec<(&OfferedFormat, PixelFormat)> = known.collect();
     let names = || {
         let names: Vec<String> = known.iter().map(|(format, _)| format.four_cc.to_string()).collect();
-        if names.is_empty() { "no format that is understood".to_owned() } else { names.join(", ") }
+        if names.is_empty() { "no format that epirig can decode".to_owned() } else { names.join(", ") }
     };
     let not_offered =
         |wanted: String| CameraError::NotOffered { camera: camera.to_owned(), wanted, offered: names() };
     let fits_size = |format: &OfferedFormat| settings.size.is_none_or(|size| format.sizes.holds(size));
     let chosen = match settings.four_cc {
-        // Some codes differ in case only, so that the exact one goes first.
+        // Some codes differ in case only, so exact matches come first.
         Some(four_cc) => known.iter().find(|(format, _)| format.four_cc == four_cc).or_else(|| {
             let same = |code: FourCc| code.0.eq_ignore_ascii_case(&four_cc.0);
             known.iter().find(|(format, _)| same(format.four_cc))
         }),
         None => {
-            // Who says what to make of a mosaic wants one.
+            // The option for mosaics selects a mosaic.
             let wanted = |pixels: &PixelFormat| settings.bayer.is_none() || pixels.is_bayer();
             let fitting = known.iter().filter(|(format, pixels)| fits_size(format) && wanted(pixels));
             fitting.min_by_key(|(_, pixels)| pixels.preference())
@@ -141,7 +143,7 @@ fn choose_format<'a>(
             (Some(four_cc), _) => format!("format {four_cc}"),
             (None, _) if settings.bayer.is_some() => "colour mosaic".to_owned(),
             (None, Some(size)) => format!("size of {size}"),
-            (None, None) => "format that can be measured with".to_owned(),
+            (None, None) => "format suitable for measurement".to_owned(),
         }));
     };
     if settings.bayer.is_some() && !pixels.is_bayer() {
@@ -152,7 +154,7 @@ fn choose_format<'a>(
             camera: camera.to_owned(),
             wanted: "grey format".to_owned(),
             offered: format!(
-                "{}; say what to make of its colour mosaic: --bayer green (the green pixels) or --bayer binned (all four)",
+                "{}; choose the use of its colour mosaic: --bayer green (the green pixels) or --bayer binned (all four)",
                 names()
             ),
         });
@@ -171,7 +173,7 @@ fn choose_size(
             let largest = sizes.iter().map(|(size, _)| *size).max_by_key(|size| size.columns * size.rows);
             largest.unwrap_or(active)
         }
-        // What is set is the sensor's or the signal's own size; another would be scaled.
+        // The driver reports the size of the sensor or the signal; another size would be scaled.
         Sizes::Range { .. } if format.sizes.holds(active) => active,
         Sizes::Range { greatest, .. } => *greatest,
     });
@@ -207,14 +209,14 @@ fn set_rate(
             return Err(CameraError::Substituted {
                 camera: camera.to_owned(),
                 asked: format!("{rate_hz} Hz"),
-                got: got.map_or("a rate that it does not tell".to_owned(), |got| got.to_string()),
+                got: got.map_or("an unknown rate".to_owned(), |got| got.to_string()),
             });
         }
     }
     device.interval()
 }
 
-/// Refuses a rate that is not in the driver's list, if it has one for this size.
+/// Refuses a rate that is not in the driver's list for this size, if there is a list.
 fn refuse_unlisted_rate(
     offered: &[OfferedFormat],
     format: &ActiveFormat,
@@ -242,7 +244,7 @@ fn refuse_unlisted_rate(
     })
 }
 
-/// The controls that a person sets by name.
+/// The controls that are set by name.
 fn asked_for(
     device: &mut dyn VideoDevice,
     settings: &CameraSettings,
@@ -253,7 +255,7 @@ fn asked_for(
     ids.collect()
 }
 
-/// Switches off what is automatic, but for controls that a person sets.
+/// Switches off automatic controls, except those that are set by name.
 fn switch_automatics_off(
     device: &mut dyn VideoDevice,
     asked_for: &[u32],
@@ -268,7 +270,7 @@ fn switch_automatics_off(
             let fixed = to_write.iter().filter(|(control, _)| control.read_only);
             notes.extend(fixed.map(|(control, _)| {
                 format!(
-                    "{camera} does not let {} be switched off: frames may differ in brightness",
+                    "{} of {camera} cannot be switched off: frames may differ in brightness",
                     control.name
                 )
             }));
@@ -294,7 +296,7 @@ fn switch_automatics_off(
     }
 }
 
-/// Sets the exposure time and returns the control that holds it.
+/// Sets the exposure time, and returns its control.
 fn set_exposure(
     device: &mut dyn VideoDevice,
     exposure_us: f64,
@@ -309,7 +311,7 @@ fn set_exposure(
             offered: "other controls; see `epirig camera get`".to_owned(),
         });
     };
-    /// An exposure may be so far from the one asked for, as a share of it, because of the camera's unit.
+    /// Largest relative difference to the wanted exposure, because of the camera's unit.
     const NEAR: f64 = 0.05;
     let value = (exposure_us / unit_us).round();
     let in_us = |value: i64| value as f64 * unit_us;
@@ -329,17 +331,17 @@ fn set_exposure(
             camera: camera.to_owned(),
             name: control.name.clone(),
             value: format!("{exposure_us} us"),
-            reason: format!("it goes from {} us to {} us", in_us(control.minimum), in_us(control.maximum)),
+            reason: format!("its range is {} us to {} us", in_us(control.minimum), in_us(control.maximum)),
         });
     }
     write_and_compare(device, camera, control, value as i64)?;
     Ok(control.id)
 }
 
-/// Writes a control and reads it back: drivers clamp silently.
+/// Writes a control and reads it back, because drivers clamp silently.
 ///
 /// # Errors
-/// [`CameraError`] if the control does not take the value, or reads something else.
+/// [`CameraError`] if the control refuses the value, or reads back another one.
 pub(super) fn write_and_compare(
     device: &mut dyn VideoDevice,
     camera: &str,
@@ -353,7 +355,7 @@ pub(super) fn write_and_compare(
             name: control.name.clone(),
             value: value.to_string(),
             reason: format!(
-                "its driver says: {detail}; --control {}={} leaves it as it is",
+                "its driver reports: {detail}; --control {}={} keeps its value",
                 control.name,
                 control.value.unwrap_or(value)
             ),
@@ -364,7 +366,7 @@ pub(super) fn write_and_compare(
         return Ok(());
     }
     let found = device.read_control(control.id)?;
-    // A mask may come back with its sign extended.
+    // A mask may be read back with its sign extended.
     let same = found == value || control.kind == ControlKind::Bitmask && (found ^ value) & 0xffff_ffff == 0;
     if same {
         return Ok(());
@@ -411,7 +413,7 @@ mod tests {
         assert!(chosen(&["YUYV", "RGGB"], &format("YUYV")).unwrap_err().contains("for --bayer"));
         let grey = CameraSettings { four_cc: Some("grey".parse().unwrap()), ..CameraSettings::default() };
         assert_eq!(chosen(&["YUYV", "GREY"], &grey).unwrap(), "GREY");
-        assert!(chosen(&["H264"], &any).unwrap_err().contains("no format that is understood"));
+        assert!(chosen(&["H264"], &any).unwrap_err().contains("no format that epirig can decode"));
     }
 
     #[test]

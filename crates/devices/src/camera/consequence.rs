@@ -1,21 +1,22 @@
-//! What each fault of a camera means: one table for all drivers and for all who handle faults.
+//! Consequences of the faults of a camera: one table for all drivers.
 
 use super::CameraError;
 use crate::blame::Blame;
 
-/// What helps after a fault of a camera.
+/// The remedy for a fault of a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraRemedy {
-    /// Another order: the same one fails again, or a person wanted the stop.
+    /// Another command: the same one would fail again, or the stop was wanted.
     AnotherOrder,
-    /// Starting the stream anew, and the same order again.
+    /// Starting the stream again, then the same command.
     StartAnew,
-    /// Waiting until the camera is there again. What its cable has pushed is not where it was: the stage is homed, too.
+    /// Waiting until the camera is connected again. The stage is homed too, because the cable may have moved
+    /// something.
     Reconnect,
 }
 
 impl CameraError {
-    /// What helps.
+    /// The remedy.
     pub fn remedy(&self) -> CameraRemedy {
         match self {
             Self::Gone { .. } | Self::NoSignal { .. } => CameraRemedy::Reconnect,
@@ -46,7 +47,7 @@ impl CameraError {
         }
     }
 
-    /// Whose trouble it is.
+    /// Who must act.
     pub fn blame(&self) -> Blame {
         match self {
             Self::NoSuchCamera { .. }

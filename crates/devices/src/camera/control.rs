@@ -1,13 +1,13 @@
-//! A camera's controls: exposure, gain and whatever else its driver offers.
+//! Controls of a camera: exposure, gain and all others of its driver.
 
 use std::fmt;
 
 use super::CameraError;
 
-/// What values a control takes.
+/// The type of a control's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ControlKind {
-    /// Whole numbers from minimum to maximum.
+    /// Integers from minimum to maximum.
     Integer,
     /// 0 or 1.
     Boolean,
@@ -15,14 +15,14 @@ pub enum ControlKind {
     Menu,
     /// A set of bits.
     Bitmask,
-    /// Nothing: writing it does something.
+    /// No value: writing it triggers an action.
     Button,
-    /// Text, arrays and what else there is; neither read nor written here.
+    /// Text, arrays and others, which are neither read nor written here.
     Other,
 }
 
 impl ControlKind {
-    /// Its name in listings.
+    /// Name for listings.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Integer => "integer",
@@ -38,11 +38,12 @@ impl ControlKind {
 /// A control as its driver describes it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Control {
-    /// The driver's number for it.
+    /// The driver's id of the control.
     pub id: u32,
-    /// Its name in commands: the driver's, in lower case, with `_` for everything that is no letter or digit.
+    /// Name in commands: the driver's name in lower case, with `_` for all other characters than letters and
+    /// digits.
     pub name: String,
-    /// What values it takes.
+    /// Type of the values.
     pub kind: ControlKind,
     /// The smallest value.
     pub minimum: i64,
@@ -50,29 +51,29 @@ pub struct Control {
     pub maximum: i64,
     /// Distance between values.
     pub step: u64,
-    /// What it is after power-up.
+    /// Value after power-up.
     pub default: i64,
-    /// What it is; `None` where it cannot be read.
+    /// Present value; `None` if it cannot be read.
     pub value: Option<i64>,
-    /// Whether it can be read only.
+    /// Whether it is read-only.
     pub read_only: bool,
-    /// Whether it has no effect at present, because another control rules.
+    /// Whether it has no effect at present, because another control overrides it.
     pub inactive: bool,
-    /// Values of a menu: index and name.
+    /// Items of a menu: index and name.
     pub items: Vec<(i64, String)>,
 }
 
 impl Control {
-    /// The name in commands of a control that its driver calls `title`, as `v4l2-ctl` has it.
+    /// The name in commands of a control with the driver's name `title`, as in `v4l2-ctl`.
     pub fn command_name(title: &str) -> String {
         let words = title.split(|character: char| !character.is_ascii_alphanumeric());
         words.filter(|word| !word.is_empty()).map(str::to_ascii_lowercase).collect::<Vec<_>>().join("_")
     }
 
-    /// The value that `text` means: a number, a menu's item by name, or `on` and `off`.
+    /// Parses a value: a number, the name of a menu item, or `on` and `off`.
     ///
     /// # Errors
-    /// [`CameraError::ControlRefused`] if it means none that the control takes.
+    /// [`CameraError::ControlRefused`] if the control does not accept the value.
     pub fn parse(&self, camera: &str, text: &str) -> Result<i64, CameraError> {
         let named = self.items.iter().find(|(_, name)| name.eq_ignore_ascii_case(text));
         let value = match (named, text.to_ascii_lowercase().as_str()) {
@@ -94,20 +95,20 @@ impl Control {
         Ok(value)
     }
 
-    /// Whether the control takes `value`.
+    /// Checks a value.
     ///
     /// # Errors
-    /// [`CameraError::ControlRefused`] with the values that it takes.
+    /// [`CameraError::ControlRefused`] with the allowed values.
     pub fn check(&self, camera: &str, value: i64) -> Result<(), CameraError> {
         let reason = match self.kind {
-            _ if self.read_only => Some("it can be read only".to_owned()),
+            _ if self.read_only => Some("it is read-only".to_owned()),
             _ if self.inactive => Some(
-                "it has no effect at present: another control, an automatic one perhaps, rules".to_owned(),
+                "it has no effect at present, because another control (perhaps an automatic one) overrides it".to_owned(),
             ),
             ControlKind::Other => Some("controls of its kind are not supported".to_owned()),
             ControlKind::Menu if !self.items.iter().any(|(index, _)| *index == value) => Some(self.values()),
             ControlKind::Integer | ControlKind::Boolean if !self.on_grid(value) => Some(self.values()),
-            // A mask of 32 bits comes signed or not.
+            // A mask of 32 bits may be signed or unsigned.
             ControlKind::Bitmask if value & !(self.maximum | 0xffff_ffff) != 0 => Some(self.values()),
             _ => None,
         };
@@ -126,7 +127,7 @@ impl Control {
         value <= self.maximum && above >= 0 && above % i128::from(self.step.max(1)) == 0
     }
 
-    /// The values that it takes, for a person.
+    /// The allowed values, as text.
     pub fn values(&self) -> String {
         match self.kind {
             ControlKind::Menu => {
@@ -153,7 +154,7 @@ impl fmt::Display for Control {
         let named = item.map_or_else(String::new, |(_, name)| format!(" ({name})"));
         write!(to, "{:<32} {value}{named}; {}, default {}", self.name, self.values(), self.default)?;
         if self.read_only {
-            write!(to, ", read only")?;
+            write!(to, ", read-only")?;
         }
         if self.inactive {
             write!(to, ", without effect at present")?;
@@ -162,10 +163,10 @@ impl fmt::Display for Control {
     }
 }
 
-/// The control called `name`, in any case and with any of blank, `-` and `_` between words.
+/// The control named `name`, in any case and with blanks, `-` or `_` between words.
 ///
 /// # Errors
-/// [`CameraError::NoSuchControl`] with the name most like it.
+/// [`CameraError::NoSuchControl`] with the most similar name.
 pub fn find_control<'a>(
     camera: &str,
     controls: &'a [Control],
@@ -180,7 +181,7 @@ pub fn find_control<'a>(
 }
 
 fn nearest(wanted: &str, controls: &[Control]) -> Option<String> {
-    /// Below this, names have nothing in common.
+    /// Names below this similarity are not suggested.
     const ALIKE: f64 = 0.7;
     let likeness = |control: &Control| strsim::jaro_winkler(wanted, &control.name);
     let best = controls.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
@@ -228,7 +229,7 @@ mod tests {
         assert_eq!(menu.parse("cam", "manual mode").unwrap(), 1);
         assert!(menu.parse("cam", "2").is_err());
         menu.read_only = true;
-        assert!(menu.parse("cam", "1").unwrap_err().to_string().contains("read only"));
+        assert!(menu.parse("cam", "1").unwrap_err().to_string().contains("read-only"));
     }
 
     #[test]

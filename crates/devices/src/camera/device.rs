@@ -1,4 +1,4 @@
-//! What a driver gives: buffers as they come, whatever is wrong with them.
+//! The interface of a bare camera driver: buffers as received, with all their faults.
 
 use std::time::Duration;
 
@@ -9,29 +9,29 @@ use super::identity::CameraIdentity;
 use super::moment::Moment;
 use super::pixels::FourCc;
 
-/// What a driver says that its time stamps mean.
+/// The driver's statement about its time stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StampSource {
-    /// The clock is the monotonic one, the event the start of the exposure.
+    /// Monotonic clock; time of the start of the exposure.
     StartOfExposure,
-    /// The clock is the monotonic one, the event the arrival of the last pixel.
+    /// Monotonic clock; time of the arrival of the last pixel.
     EndOfFrame,
     /// Anything.
     Unknown,
 }
 
-/// A buffer that a driver has filled.
+/// A filled buffer of a driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FilledBuffer {
     /// Number of the buffer.
     pub index: usize,
-    /// Bytes of it that count.
+    /// Number of valid bytes.
     pub bytes_used: usize,
     /// The driver's time stamp.
     pub stamp: Moment,
-    /// What the stamp is said to mean.
+    /// Meaning of the stamp, according to the driver.
     pub stamp_source: StampSource,
-    /// The driver's count of frames, wrapping.
+    /// The driver's frame count, which wraps.
     pub sequence: u32,
     /// The driver's flags, as they are.
     pub flags: u32,
@@ -41,10 +41,11 @@ pub struct FilledBuffer {
     pub received: Moment,
 }
 
-/// A video device as its driver presents it: it substitutes, clamps, drops, damages and goes away without asking.
+/// A video device as its driver presents it: it substitutes, clamps, drops, damages and goes away without
+/// asking.
 ///
-/// [`CheckedCamera`](super::CheckedCamera) makes a camera of it that can be trusted. Implementations judge nothing, and return
-/// within the times that they are given.
+/// [`CheckedCamera`](super::CheckedCamera) makes a camera of it that can be trusted. Implementations judge
+/// nothing, and return within the times that they are given.
 pub trait VideoDevice: Send {
     /// What it is.
     fn identity(&self) -> CameraIdentity;

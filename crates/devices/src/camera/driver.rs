@@ -1,4 +1,4 @@
-//! Drivers of cameras as plug-ins: what the program knows of a kind of camera.
+//! Camera drivers as plug-ins.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,50 +10,50 @@ use super::{
 use crate::stage::StagePosition;
 use epirig_simulator::Simulator;
 
-/// A kind of camera: which names are its own, and how it is opened.
+/// A kind of camera: the names it claims, and how it is opened.
 ///
-/// A driver is added by a file of its own and a line in the table of [`camera_drivers`]. A program that brings a driver of its
-/// own adds it at its start with [`add_camera_drivers`].
+/// A driver is added by a file of its own and a line in the table of [`camera_drivers`]. A program with its
+/// own driver adds it at its start with [`add_camera_drivers`].
 pub trait CameraDriver: Sync {
-    /// Its name, in messages and the guide.
+    /// Its name, for messages and the guide.
     fn name(&self) -> &'static str;
 
-    /// Whether `device`, as a profile or the command line names a camera, is one of its cameras. The first driver of the table
-    /// that says so opens it.
+    /// Whether `device`, as named in a profile or on the command line, is one of its cameras. The first
+    /// driver in the table that claims the name opens it.
     fn claims(&self, device: &str) -> bool;
 
-    /// Whether it looks at a simulated object.
+    /// Whether the camera shows a simulated object.
     fn is_simulated(&self) -> bool {
         false
     }
 
-    /// Opens the camera; `None` is the only one there is.
+    /// Opens the camera; `None` means the only camera.
     ///
     /// # Errors
     /// [`CameraError`] if there is no such camera, or it cannot be opened.
     fn open(&self, device: Option<&str>, around: &Surroundings) -> Result<OpenCamera, CameraError>;
 }
 
-/// What a simulated camera looks at.
+/// The scene of a simulated camera.
 #[derive(Debug, Clone, Default)]
 pub struct Surroundings {
-    /// The simulated object; `None` before real cameras.
+    /// The simulated object; `None` for real cameras.
     pub simulator: Option<Arc<Simulator>>,
-    /// Where the stage has carried it.
+    /// Position of the stage.
     pub stage: StagePosition,
-    /// Whether frames take the time that real ones take.
+    /// Whether frames take real time.
     pub in_real_time: bool,
 }
 
-/// A camera that is open.
+/// An open camera.
 pub struct OpenCamera {
     /// The camera.
     pub camera: Box<dyn Camera>,
-    /// What puts something else before a simulated camera.
+    /// Changes what a simulated camera sees.
     pub view: Option<ViewSwitch>,
 }
 
-/// `sim`: a camera before a simulated object.
+/// `sim`: a camera that sees a simulated object.
 struct Simulated;
 
 impl CameraDriver for Simulated {
@@ -72,7 +72,7 @@ impl CameraDriver for Simulated {
     fn open(&self, _device: Option<&str>, around: &Surroundings) -> Result<OpenCamera, CameraError> {
         let simulator = around.simulator.clone().ok_or_else(|| CameraError::NotACamera {
             camera: self.name().to_owned(),
-            reason: "there is no simulated object before it".to_owned(),
+            reason: "there is no simulated object".to_owned(),
         })?;
         let mut camera = SimCamera::before_simulator(simulator, around.stage.clone());
         if around.in_real_time {
@@ -101,7 +101,7 @@ impl CameraDriver for Replay {
     }
 }
 
-/// All other names: cameras of Linux.
+/// All other names: V4L2 cameras.
 struct V4l2;
 
 impl CameraDriver for V4l2 {
@@ -127,19 +127,20 @@ impl CameraDriver for V4l2 {
     }
 }
 
-/// The table of camera drivers. A driver of this crate adds one line, before the last, which claims all names.
+/// The table of camera drivers. A driver of this crate adds one line, before the last, which claims all
+/// names.
 static BUILT_IN: [&dyn CameraDriver; 3] = [&Simulated, &Replay, &V4l2];
 
-/// Those that a program has added.
+/// Drivers added by the program.
 static ADDED: Mutex<Vec<&dyn CameraDriver>> = Mutex::new(Vec::new());
 
-/// All drivers of cameras: those that the program has added, then those of this crate.
+/// All camera drivers: the added ones, then those of this crate.
 pub fn camera_drivers() -> Vec<&'static dyn CameraDriver> {
     let added = ADDED.lock().unwrap_or_else(PoisonError::into_inner);
     added.iter().copied().chain(BUILT_IN).collect()
 }
 
-/// Adds drivers, for as long as the program runs. A driver whose name is known already is passed over.
+/// Adds drivers for the rest of the program. A driver with a known name is ignored.
 pub fn add_camera_drivers(more: &[&'static dyn CameraDriver]) {
     for driver in more {
         if camera_drivers().iter().all(|known| known.name() != driver.name()) {
@@ -148,7 +149,7 @@ pub fn add_camera_drivers(more: &[&'static dyn CameraDriver]) {
     }
 }
 
-/// The driver of the camera that is named; `None` is the only one there is.
+/// The driver of a named camera; `None` means the only camera.
 pub fn camera_driver(device: Option<&str>) -> &'static dyn CameraDriver {
     let claims = |driver: &&dyn CameraDriver| device.is_some_and(|device| driver.claims(device));
     camera_drivers().into_iter().find(claims).unwrap_or(&V4l2)

@@ -1,4 +1,4 @@
-//! What can be wrong with a camera.
+//! Errors of a camera.
 
 use std::time::Duration;
 
@@ -7,47 +7,47 @@ use thiserror::Error;
 use epirig_core::frame::FrameError;
 use epirig_data::sequence::SequenceError;
 
-/// Why a camera cannot be used, or gave no frame that can be trusted.
+/// Error of a camera: it cannot be used, or gave no good frame.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CameraError {
     /// There is no such device.
     #[error("there is no camera {camera}; check cable and power, and see `epirig devices`")]
     NoSuchCamera {
-        /// As it was asked for.
+        /// The name as given.
         camera: String,
     },
-    /// No camera is what was asked for.
+    /// No camera matches.
     #[error(
-        "{wanted} is not connected (there is: {connected}); check cable and power, or name the camera with --camera"
+        "{wanted} is not connected (connected: {connected}); check cable and power, or name the camera with --camera"
     )]
     NoMatch {
-        /// As it was asked for.
+        /// The name as given.
         wanted: String,
-        /// The cameras there are.
+        /// The connected cameras.
         connected: String,
     },
-    /// More than one camera is what was asked for.
+    /// Several cameras match.
     #[error("{wanted} could be any of {candidates}; choose one with --camera")]
     Ambiguous {
-        /// As it was asked for.
+        /// The name as given.
         wanted: String,
-        /// The cameras that would do.
+        /// The matching cameras.
         candidates: String,
     },
-    /// What returned is another camera.
+    /// Another camera was connected in its place.
     #[error(
         "{path} is now {found}, but was {expected}; connect the same camera to the same socket, or start again"
     )]
     AnotherCamera {
         /// Path of the device.
         path: String,
-        /// What it was.
+        /// The former camera.
         expected: String,
-        /// What it is.
+        /// The present camera.
         found: String,
     },
-    /// The device gives no images in a way that is understood.
+    /// The device gives no images that can be decoded.
     #[error("{camera} cannot be used as a camera: {reason}")]
     NotACamera {
         /// The device.
@@ -64,13 +64,15 @@ pub enum CameraError {
         camera: String,
     },
     /// Another program uses the camera.
-    #[error("{camera} is in use by another program; end that first")]
+    #[error("{camera} is in use by another program; end that program first")]
     Busy {
         /// The device.
         camera: String,
     },
-    /// The camera has gone.
-    #[error("{camera} has gone: cable pulled, power lost or driver unloaded; connect it and go on")]
+    /// The camera is disconnected.
+    #[error(
+        "{camera} has gone: cable or power is off, or the driver is unloaded; connect it again, then continue"
+    )]
     Gone {
         /// The camera.
         camera: String,
@@ -80,27 +82,27 @@ pub enum CameraError {
         "{camera} cannot be opened: this epirig was built without cameras; build it with `--features v4l2` (needs libclang)"
     )]
     NotBuilt {
-        /// As it was asked for.
+        /// The name as given.
         camera: String,
     },
-    /// The camera does not offer what was asked for.
+    /// The camera does not offer what is wanted.
     #[error("{camera} has no {wanted}; it offers {offered}")]
     NotOffered {
         /// The camera.
         camera: String,
-        /// What was asked for.
+        /// What is wanted.
         wanted: String,
-        /// What there is.
+        /// What is offered.
         offered: String,
     },
-    /// The driver took something else than it was asked for.
-    #[error("{camera} was asked for {asked} and silently took {got}; ask for something else")]
+    /// The driver has set something else.
+    #[error("{camera} was asked for {asked} and silently took {got}; choose another setting")]
     Substituted {
         /// The camera.
         camera: String,
-        /// What was asked for.
+        /// The wanted setting.
         asked: String,
-        /// What the driver has set.
+        /// The setting of the driver.
         got: String,
     },
     /// There is no such control.
@@ -108,35 +110,35 @@ pub enum CameraError {
     NoSuchControl {
         /// The camera.
         camera: String,
-        /// As it was asked for.
+        /// The name as given.
         name: String,
-        /// The name most like it.
+        /// The most similar name.
         nearest: Option<String>,
     },
-    /// A control does not take a value.
+    /// A control refuses a value.
     #[error("{camera}: {name} cannot be {value}: {reason}")]
     ControlRefused {
         /// The camera.
         camera: String,
         /// The control.
         name: String,
-        /// What it was to be.
+        /// The wanted value.
         value: String,
-        /// Why it cannot be.
+        /// The reason.
         reason: String,
     },
-    /// A control is not what it was set to.
+    /// A control has changed.
     #[error(
-        "{camera}: {name} was set to {set} and reads {found}; does another program change it, or an automatism still run?"
+        "{camera}: {name} was set to {set} and reads {found}; check for another program that changes it, and for automatic controls"
     )]
     ControlChanged {
         /// The camera.
         camera: String,
         /// The control.
         name: String,
-        /// What it was set to.
+        /// The value that was set.
         set: i64,
-        /// What it reads.
+        /// The value that was read.
         found: i64,
     },
     /// The input has no usable signal.
@@ -147,30 +149,30 @@ pub enum CameraError {
         /// What is wrong with the signal.
         what: String,
     },
-    /// A frame was asked of a camera that has not been started.
+    /// The camera has not been started.
     #[error("{camera} has not been started")]
     NotStarted {
         /// The camera.
         camera: String,
     },
-    /// No frame came that could be accepted.
+    /// No good frame was received.
     #[error("{camera} gave no good frame within {:.2} s: {why}", patience.as_secs_f64())]
     Timeout {
         /// The camera.
         camera: String,
-        /// How long was waited.
+        /// The time-out.
         patience: Duration,
-        /// What came instead.
+        /// What was received instead.
         why: String,
     },
-    /// The camera did not come back.
-    #[error("{camera} did not come back within {:.0} s: {why}", patience.as_secs_f64())]
+    /// The camera did not return.
+    #[error("{camera} did not reconnect within {:.0} s: {why}", patience.as_secs_f64())]
     ReconnectTimeout {
         /// The camera.
         camera: String,
-        /// How long was waited.
+        /// The time-out.
         patience: Duration,
-        /// The latest reason.
+        /// The last error.
         why: String,
     },
     /// Frames of one view differ from each other.
@@ -184,27 +186,27 @@ pub enum CameraError {
         /// How the frames differ.
         why: String,
     },
-    /// The stream of frames has broken down.
+    /// The stream has failed.
     #[error("{camera}: cannot {action}: {detail}")]
     Stream {
         /// The camera.
         camera: String,
-        /// What was being done.
+        /// The operation.
         action: &'static str,
-        /// What the system said.
+        /// The message of the system.
         detail: String,
     },
-    /// The system refused something else.
+    /// Another error of the operating system.
     #[error("{camera}: cannot {action}: {detail}")]
     System {
         /// The camera.
         camera: String,
-        /// What was being done.
+        /// The operation.
         action: &'static str,
-        /// What the system said.
+        /// The message of the system.
         detail: String,
     },
-    /// Averaged samples make no frame.
+    /// Averaged samples do not form a frame.
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// A replayed sequence cannot be read.
@@ -215,21 +217,21 @@ pub enum CameraError {
     Exhausted {
         /// The sequence.
         camera: String,
-        /// How many frames it had.
+        /// Its number of frames.
         frames: usize,
     },
-    /// Somebody said that enough is enough.
+    /// Stopped by the caller.
     #[error("{camera}: stopped")]
     Interrupted {
         /// The camera.
         camera: String,
     },
-    /// The kind of camera cannot do that.
+    /// This kind of camera does not support the operation.
     #[error("{camera} cannot {what}")]
     Unsupported {
         /// The camera.
         camera: String,
-        /// What was asked of it.
+        /// The operation.
         what: &'static str,
     },
 }
@@ -242,7 +244,7 @@ fn suggestion(nearest: &Option<String>) -> String {
 }
 
 impl CameraError {
-    /// Whether setting the camera up anew may mend it.
+    /// Whether a restart of the camera may help.
     pub(super) fn is_mended_by_restart(&self) -> bool {
         matches!(self, Self::Stream { .. } | Self::ControlChanged { .. })
     }

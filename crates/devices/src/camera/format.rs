@@ -1,4 +1,4 @@
-//! What a camera offers, and what it is set to.
+//! Formats that a camera offers, and the active one.
 
 use std::fmt;
 use std::time::Duration;
@@ -9,19 +9,19 @@ use epirig_core::grid::area;
 /// Time from frame to frame, in s, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interval {
-    /// Seconds times the denominator.
+    /// Seconds, multiplied by the denominator.
     pub numerator: u32,
-    /// Positive.
+    /// The denominator, positive.
     pub denominator: u32,
 }
 
 impl Interval {
-    /// Frames per second; NaN if the fraction makes no sense.
+    /// Frames per second; NaN for an invalid fraction.
     pub fn rate_hz(self) -> f64 {
         f64::from(self.denominator) / f64::from(self.numerator)
     }
 
-    /// As a duration; `None` if the fraction makes no sense, as drivers that know nothing of rates say 0/0.
+    /// As a duration; `None` for an invalid fraction, such as 0/0 of drivers without rates.
     pub fn duration(self) -> Option<Duration> {
         (self.numerator > 0 && self.denominator > 0)
             .then(|| Duration::from_secs_f64(f64::from(self.numerator) / f64::from(self.denominator)))
@@ -62,16 +62,16 @@ impl std::str::FromStr for Size {
     }
 }
 
-/// Sizes that a format comes in.
+/// The sizes of a format.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Sizes {
-    /// These only, each with its intervals (none if the driver does not list them).
+    /// A list of sizes, each with its intervals (none if the driver does not list them).
     Discrete(Vec<(Size, Vec<Interval>)>),
-    /// Everything between two sizes, in steps.
+    /// All sizes between two, in steps.
     Range {
         /// The smallest.
         least: Size,
-        /// The largest; the driver may scale to reach it.
+        /// The largest; the driver may reach it by scaling.
         greatest: Size,
         /// The step.
         step: Size,
@@ -83,14 +83,14 @@ pub enum Sizes {
 pub struct OfferedFormat {
     /// Its code.
     pub four_cc: FourCc,
-    /// What the driver calls it.
+    /// The driver's description.
     pub description: String,
     /// Its sizes.
     pub sizes: Sizes,
 }
 
 impl Sizes {
-    /// Whether this size is among them.
+    /// Whether it includes this size.
     pub fn holds(&self, size: Size) -> bool {
         match self {
             Self::Discrete(sizes) => sizes.iter().any(|(offered, _)| *offered == size),
@@ -105,7 +105,7 @@ impl Sizes {
     }
 }
 
-/// What a camera is set to.
+/// The active format of a camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ActiveFormat {
     /// Code of the pixel format.
@@ -114,7 +114,7 @@ pub struct ActiveFormat {
     pub size: Size,
     /// Bytes from row to row.
     pub stride: usize,
-    /// Bytes that the driver gives a buffer, at most.
+    /// Largest number of bytes in a buffer.
     pub image_bytes: usize,
     /// Whether the two fields of a frame are taken one after the other.
     pub interlaced: bool,

@@ -1,27 +1,26 @@
-//! Which camera: what it says of itself, and what a person calls it.
+//! Identity and selection of a camera.
 
 use std::fmt;
 use std::str::FromStr;
 
 use super::CameraError;
 
-/// What a camera says of itself.
+/// Identity of a camera, as reported.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CameraIdentity {
-    /// Its driver.
+    /// Name of its driver.
     pub driver: String,
-    /// Its name.
+    /// Model name.
     pub model: String,
-    /// Where it is plugged in, as the driver says.
+    /// Its socket, as named by the driver.
     pub bus: String,
-    /// Its device file, or the folder of a replayed sequence.
+    /// Path of the device file, or of the folder of a replayed sequence.
     pub path: Option<String>,
-    /// Which of the nodes of its device it is: USB interface and index, where there are such.
+    /// The node within its device: USB interface and index, if there are such.
     pub part: String,
     /// Serial number of the USB device, if it has one.
     pub serial_number: Option<String>,
-    /// Names of links to its device file that stay the same: those in `/dev/v4l/by-id`, then those in
-    /// `/dev/v4l/by-path`.
+    /// Stable names of links to its device file: those in `/dev/v4l/by-id`, then those in `/dev/v4l/by-path`.
     pub links: Vec<String>,
 }
 
@@ -31,8 +30,8 @@ impl CameraIdentity {
         self.path.clone().unwrap_or_else(|| self.model.clone())
     }
 
-    /// Whether `other` is the same camera, possibly under another path: the same device in the same socket. Serial numbers alone
-    /// do not tell: cheap cameras share theirs.
+    /// Whether `other` is the same camera, possibly under another path: the same device in the same socket.
+    /// Serial numbers alone are not enough, because cheap cameras share theirs.
     pub fn is_same_as(&self, other: &Self) -> bool {
         let traits = |camera: &Self| {
             let Self { driver, model, bus, part, serial_number, .. } = camera.clone();
@@ -58,7 +57,7 @@ impl fmt::Display for CameraIdentity {
     }
 }
 
-/// Which camera a person wants.
+/// The selection of a camera.
 ///
 /// ```
 /// use epirig_devices::camera::CameraChoice;
@@ -72,7 +71,7 @@ impl fmt::Display for CameraIdentity {
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CameraChoice {
-    /// The only camera there is.
+    /// The only camera.
     Any,
     /// By path, which may be a symbolic link.
     Path(String),
@@ -82,7 +81,7 @@ pub enum CameraChoice {
     UsbSerial(String),
     /// `replay:FOLDER`: the frames of a sequence.
     Replay(String),
-    /// `sim`: a simulated camera before a simulated object.
+    /// `sim`: a simulated camera that sees a simulated object.
     Simulated,
 }
 
@@ -128,10 +127,11 @@ impl CameraChoice {
     }
 }
 
-/// The path of the one camera among `cameras` that fits. A path is taken as it is: links that no listing knows are as good.
+/// The path of the only camera among `cameras` that matches. A path is returned unchanged, because unlisted
+/// links are valid too.
 ///
 /// # Errors
-/// [`CameraError::NoMatch`] if none fits, [`CameraError::Ambiguous`] if more than one does.
+/// [`CameraError::NoMatch`] if none matches, [`CameraError::Ambiguous`] if several do.
 pub fn choose(choice: &CameraChoice, cameras: &[CameraIdentity]) -> Result<String, CameraError> {
     if let CameraChoice::Path(path) = choice {
         return Ok(path.clone());

@@ -1,8 +1,9 @@
 //! The camera.
 //!
-//! [`Camera`] is what the rest of the program knows: it gives frames that were begun after a given moment, each with the facts
-//! that make it trustworthy. [`CheckedCamera`] makes one of any [`VideoDevice`], which is a driver as it is: [`V4l2Device`] of a
-//! real one, [`SimDevice`] of one that looks at the simulator, with faults by script. [`ReplayCamera`] gives the frames of a sequence.
+//! [`Camera`] is the interface for the rest of the program. It gives frames that began after a given moment,
+//! each with the facts that certify it. [`CheckedCamera`] makes a camera of any [`VideoDevice`], which is a
+//! bare driver: [`V4l2Device`] for real cameras, [`SimDevice`] for a simulated one, with scripted faults.
+//! [`ReplayCamera`] gives the frames of a sequence.
 
 mod assess;
 mod automatic;
@@ -53,43 +54,44 @@ pub use v4l2::{V4l2Device, VideoOutput, cameras};
 
 use epirig_core::frame::Frame;
 
-/// A real camera whose frames can be trusted.
+/// A real camera with checked frames.
 pub type V4l2Camera = CheckedCamera<V4l2Device>;
 
-/// What is known of how a frame was taken.
+/// How a frame was taken.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameFacts {
-    /// The moment after which it was to begin.
+    /// The moment after which the exposure had to begin.
     pub requested: Moment,
-    /// When its exposure began, at the earliest.
+    /// Earliest possible start of the exposure.
     pub exposure_start: Moment,
-    /// How that is known.
+    /// How that was determined.
     pub timing: TimingRule,
     /// The driver's own time stamp.
     pub stamp: Moment,
     /// When it was taken from the driver's queue.
     pub received: Moment,
-    /// The driver's count of frames, wrapping.
+    /// The driver's frame count, which wraps.
     pub sequence: u32,
     /// The driver's flags.
     pub flags: u32,
-    /// Frames that were passed over because they were begun too early.
+    /// Frames skipped because they began too early.
     pub stale: usize,
-    /// Frames that were passed over because they were damaged.
+    /// Frames skipped because they were damaged.
     pub damaged: usize,
-    /// Frames that the driver lost meanwhile, by its count.
+    /// Frames lost by the driver meanwhile, from its count.
     pub missed: u32,
-    /// Frames that were passed over because they did not show what the one before showed.
+    /// Frames skipped because they differed from the frame before.
     pub unsteady: usize,
-    /// How often the stream had to be set up anew.
+    /// Number of restarts of the stream.
     pub restarts: usize,
-    /// Typical difference from the frame before, in DN: the noise of a difference. `None` if there is no such frame.
+    /// Typical difference from the frame before, in DN, which is the noise of a difference. `None` without
+    /// such a frame.
     pub difference_dn: Option<f64>,
     /// The watched controls and their values, read back after the frame was taken.
     pub controls: Vec<(String, i64)>,
 }
 
-/// A frame with what is known of how it was taken.
+/// A frame, and how it was taken.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TakenFrame {
     /// The image.
@@ -98,15 +100,16 @@ pub struct TakenFrame {
     pub facts: FrameFacts,
 }
 
-/// A camera whose frames can be trusted.
+/// A camera with checked frames.
 ///
-/// [`configure`](Self::configure) and [`start`](Self::start) come first; after an error of [`grab_after`](Self::grab_after) it must be
-/// started again, after [`CameraError::Gone`] [reconnected](Self::reconnect).
+/// Call [`configure`](Self::configure) and [`start`](Self::start) first. After an error of
+/// [`grab_after`](Self::grab_after) it must be started again; after [`CameraError::Gone`] it must be
+/// [reconnected](Self::reconnect).
 pub trait Camera: Send {
-    /// What it is, for records and messages.
+    /// Identity, for records and messages.
     fn identity(&self) -> CameraIdentity;
 
-    /// The present, on the camera's clock.
+    /// The present time on the camera's clock.
     fn now(&mut self) -> Moment;
 
     /// The formats that it offers.
@@ -121,34 +124,34 @@ pub trait Camera: Send {
     /// [`CameraError`] if it does not answer.
     fn controls(&mut self) -> Result<Vec<Control>, CameraError>;
 
-    /// Sets a control, by its name and a value in words or digits, and returns it as it then is.
+    /// Sets a control by its name, to a name or a number, and returns its new state.
     ///
     /// # Errors
-    /// [`CameraError`] if there is no such control, or it does not take the value.
+    /// [`CameraError`] if there is no such control, or it refuses the value.
     fn set_control(&mut self, name: &str, value: &str) -> Result<Control, CameraError>;
 
-    /// Sets everything up, switches off what is automatic, and tells what has been read back.
+    /// Configures the camera, switches off automatic controls, and returns the values that were read back.
     ///
     /// # Errors
-    /// [`CameraError`] if something is not offered, or the driver takes something else.
+    /// [`CameraError`] if something is not offered, or the driver sets something else.
     fn configure(&mut self, settings: &CameraSettings) -> Result<Configuration, CameraError>;
 
-    /// Starts taking frames, and returns when the settings have taken effect and the picture is steady.
+    /// Starts the stream, and returns when the settings have taken effect and the picture is steady.
     ///
     /// # Errors
-    /// [`CameraError`] if it is not configured, does not start or does not become steady within its patience.
+    /// [`CameraError`] if it is not configured, does not start, or is not steady before the time-out.
     fn start(&mut self) -> Result<(), CameraError>;
 
     /// A frame whose exposure began at or after `moment`. Every call gives another frame.
     ///
     /// # Errors
-    /// [`CameraError`] if there was none within the patience of the settings; the camera is stopped then.
+    /// [`CameraError`] if there was none before the time-out of the settings; the camera is stopped then.
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError>;
 
-    /// Says which stop of the scan the next frame is for, counted from 0. A camera that shows what is there now need not know.
+    /// Announces the stop of the scan for the next frame, counted from 0. Only a replay needs it.
     fn at_stop(&mut self, _index: usize) {}
 
-    /// Whether it shows what is there now, as often as it is asked; `false` for one that gives frames taken long ago.
+    /// Whether it shows the present view; `false` for a replay.
     fn is_live(&self) -> bool {
         true
     }
@@ -159,10 +162,11 @@ pub trait Camera: Send {
     /// [`CameraError`] if the driver refuses.
     fn stop(&mut self) -> Result<(), CameraError>;
 
-    /// Waits for a camera that has gone, sets it up as before and starts it.
+    /// Waits for a disconnected camera, configures it as before and starts it.
     ///
     /// # Errors
-    /// [`CameraError::ReconnectTimeout`] if it is not back in time, [`CameraError::AnotherCamera`] if something else is in its place.
+    /// [`CameraError::ReconnectTimeout`] if it does not return in time, [`CameraError::AnotherCamera`] if
+    /// another camera is in its place.
     fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError>;
 }
 

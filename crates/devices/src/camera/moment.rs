@@ -1,11 +1,11 @@
-//! Time as a camera's driver counts it.
+//! Time on the clock of a camera's driver.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// A point in time on a camera's clock, in ns: `CLOCK_MONOTONIC` of this machine for real cameras, a simulated clock for
-/// simulated ones.
+/// A point in time on a camera's clock, in ns: `CLOCK_MONOTONIC` of this machine for real cameras, a
+/// simulated clock for simulated ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Moment(u64);
 

@@ -1,4 +1,4 @@
-//! What a build without real cameras has in their place: an error that says how to build one.
+//! Replacement in builds without real cameras: an error that says how to build with them.
 
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ pub fn cameras() -> Result<Vec<CameraIdentity>, CameraError> {
     not_built("a camera")
 }
 
-/// A video device of this machine in other builds.
+/// In other builds, a video device of this machine.
 #[derive(Debug)]
 pub enum V4l2Device {}
 
@@ -113,7 +113,7 @@ impl VideoDevice for V4l2Device {
     }
 }
 
-/// A video output of this machine in other builds.
+/// In other builds, a video output of this machine.
 #[derive(Debug)]
 pub enum VideoOutput {}
 
@@ -126,7 +126,7 @@ impl VideoOutput {
         not_built(path)
     }
 
-    /// Whether the output is still there.
+    /// Whether the output still exists.
     ///
     /// # Errors
     /// None: there is no output.

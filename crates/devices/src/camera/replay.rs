@@ -1,4 +1,4 @@
-//! The frames of a sequence as if a camera took them.
+//! A camera that replays a sequence.
 
 use std::path::Path;
 use std::time::Duration;
@@ -13,20 +13,20 @@ use epirig_data::sequence::Sequence;
 /// Simulated time between two frames.
 const FRAME_TIME: Duration = Duration::from_millis(40);
 
-/// A camera that gives the frames of a sequence, one for each stop of a scan in their order, checked against their hashes. Its clock is simulated:
-/// a frame begins when it is asked for.
+/// A camera that gives the frames of a sequence, one for each stop of a scan in their order, checked against
+/// their hashes. Its clock is simulated: a frame begins when it is requested.
 #[derive(Debug)]
 pub struct ReplayCamera {
     sequence: Sequence,
     next: usize,
     started: bool,
     now: Moment,
-    /// The moment that the latest frame was asked for.
+    /// The moment of the latest request.
     asked: Option<Moment>,
 }
 
 impl ReplayCamera {
-    /// A camera over the sequence in `folder`.
+    /// A camera for the sequence in `folder`.
     ///
     /// # Errors
     /// [`CameraError::Sequence`] if it cannot be opened.
@@ -103,7 +103,7 @@ impl Camera for ReplayCamera {
         if unlike || asks_for_more {
             return Err(CameraError::NotOffered {
                 camera: self.name(),
-                wanted: "setting but its own".to_owned(),
+                wanted: "other settings than its own".to_owned(),
                 offered: format.to_string(),
             });
         }
@@ -130,7 +130,7 @@ impl Camera for ReplayCamera {
         if !self.started {
             return Err(CameraError::NotStarted { camera });
         }
-        // Frames of a sequence are of one place each: they are not to be averaged.
+        // Each frame of a sequence belongs to one position, so frames cannot be averaged.
         if self.asked.replace(moment) == Some(moment) {
             return Err(CameraError::Unsupported { camera, what: "give several frames of one moment" });
         }

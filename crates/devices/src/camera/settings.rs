@@ -1,4 +1,4 @@
-//! What a camera is asked to be, and what it then is.
+//! Wanted settings of a camera, and its configuration.
 
 use std::fmt;
 use std::time::Duration;
@@ -6,8 +6,8 @@ use std::time::Duration;
 use super::format::{ActiveFormat, Interval, Size};
 use super::pixels::{BayerUse, FourCc};
 
-/// What a camera is asked to be. What is left open is chosen for measuring: the deepest uncompressed grey that the camera
-/// has, in its largest size, with everything automatic switched off and the rest as it is.
+/// Wanted settings of a camera. Open settings are chosen for measuring: the deepest uncompressed grey format
+/// in its largest size, automatic controls off, and all others unchanged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraSettings {
     /// Pixel format.
@@ -18,11 +18,11 @@ pub struct CameraSettings {
     pub rate_hz: Option<f64>,
     /// Exposure time, in us.
     pub exposure_us: Option<f64>,
-    /// Further controls: name in commands, and value in words or digits.
+    /// Further controls: name as in commands, value as a name or as digits.
     pub controls: Vec<(String, String)>,
-    /// What to make of a colour filter mosaic; without it, none is chosen and a Bayer format is refused.
+    /// Use of a colour filter mosaic. `None` refuses Bayer formats.
     pub bayer: Option<BayerUse>,
-    /// How long a grab may take, and how long the camera may take until its picture is steady.
+    /// Time-out of a grab, and of the wait for a steady picture.
     pub patience: Duration,
 }
 
@@ -40,10 +40,10 @@ impl Default for CameraSettings {
     }
 }
 
-/// A control and its value, as it is to stay.
+/// A control with its value, which must not change.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pinned {
-    /// The driver's number for the control.
+    /// The driver's id of the control.
     pub id: u32,
     /// Its name in commands.
     pub name: String,
@@ -51,7 +51,7 @@ pub struct Pinned {
     pub value: i64,
 }
 
-/// What a camera is, all of it read back from the driver.
+/// The configuration of a camera, read back from its driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configuration {
     /// Format of the buffers.
@@ -62,13 +62,13 @@ pub struct Configuration {
     pub columns: usize,
     /// Bits of a frame's samples.
     pub bit_depth: u8,
-    /// Time from frame to frame, if the driver knows it.
+    /// Time from frame to frame, if the driver reports it.
     pub interval: Option<Interval>,
-    /// Exposure time, in us, if the camera says it in a known unit.
+    /// Exposure time, in us, if the camera reports it in a known unit.
     pub exposure_us: Option<f64>,
-    /// Controls that are watched: those that were set, the automatic ones, and what these would change.
+    /// Watched controls: those that were set, the automatic ones, and those that they would change.
     pub pinned: Vec<Pinned>,
-    /// What a person should know of it, one sentence each.
+    /// Notes for the user, a sentence each.
     pub notes: Vec<String>,
 }
 

@@ -1,58 +1,60 @@
-//! Whether two frames show the same: nothing moved between them, neither is torn, the lamp and the settings are steady.
+//! Compares two frames of one view: nothing has moved, neither is torn, lamp and settings are steady.
 //!
-//! Frames of one view differ by noise, which is alike all over the image, or grows with the light. So the differences are looked at
-//! block by block: nine blocks in ten tell the noise, and no block may differ by much more than that. (Nine, not five: of a small bright
-//! object before a black ground most blocks have no noise at all.)
+//! Frames of one view differ by noise, which is uniform over the image or grows with the light. So the
+//! differences are compared block by block: nine blocks in ten define the noise, and no block may differ by
+//! much more. (Nine, not five: with a small bright object before a black background, most blocks have no
+//! noise at all.)
 
 use epirig_core::frame::{Frame, Samples, full_scale};
 
-/// Rows of a block: few, because a torn frame may differ in few rows.
+/// Rows of a block: few, because a torn frame may differ in a few rows only.
 const BLOCK_ROWS: usize = 4;
 /// Columns of a block.
 const BLOCK_COLUMNS: usize = 16;
-/// Of each row one sample in so many is looked at: whatever is wrong with a frame is so along rows, and a camera of 60 frames per
-/// second leaves little time.
+/// Every n-th sample of a row is compared. Faults affect whole rows, and a camera with 60 frames per second
+/// leaves little time.
 const EVERY: usize = 2;
 
-/// No camera that can be used has noise of this share of the brightest sample; a picture that changes all over has.
+/// Largest noise as a share of the brightest sample. No usable camera has more; a picture that changes
+/// everywhere does.
 const MOST_NOISE: f64 = 0.1;
-/// Without light, which a cap on the lens takes away, the noise of the electronics is left: two frames of the worst differ by this share of full scale
-/// (37 dB; cameras for machines have 45 dB and better).
+/// Largest noise without light, as a share of full scale: that of the electronics. This is the worst camera
+/// (37 dB; industrial cameras have 45 dB and better).
 const MOST_DARK_NOISE: f64 = 0.02;
-/// Any block may differ by so many times what nine in ten do: shot noise grows with the root of the intensity, so between blocks
-/// of 1/9 of the brightest's light and it by 3, and a block's own value scatters by 13 % (32 samples).
+/// Largest ratio of any block to nine in ten. Shot noise grows with the root of the intensity: by 3 between
+/// blocks of 1/9 of the brightest light and the brightest. A block's own value scatters by 13 % (32 samples).
 const BLOCK_OVER_TYPICAL: f64 = 4.0;
-/// And by this share of the brightest sample, for flicker of a lamp, ...
+/// Additional allowance as a share of the brightest sample, for flicker of a lamp, ...
 const FLICKER: f64 = 0.01;
-/// ... at least this, in DN, for the steps of quantisation.
+/// ... at least this, in DN, for quantisation.
 const LEVEL_DN: f64 = 1.0;
-/// What nine blocks in ten differ by may be so many times what it was while the picture was known to be steady: noise doubles where
-/// the light grows fourfold, because another part of the object is in view ...
+/// Largest ratio of the typical difference to that of a steady picture. Noise doubles where the light grows
+/// fourfold, because another part of the object is in view ...
 const OVER_STEADY: f64 = 2.0;
-/// ... and by half a level more.
+/// ... with an allowance of half a level.
 const HALF_LEVEL_DN: f64 = 0.5;
 
-/// How two frames differ, in DN.
+/// Difference of two frames, in DN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
-    /// Root mean square within a block: nine blocks in ten have less.
+    /// Root mean square within a block, which nine blocks in ten do not exceed.
     pub typical_dn: f64,
-    /// Root mean square over the block that differs most.
+    /// Root mean square of the block that differs most.
     pub largest_dn: f64,
     /// First row of that block.
     pub row: usize,
     /// First column of that block.
     pub column: usize,
-    /// The brightest sample of the second frame, as far as one row in four tells.
+    /// The brightest sample of the second frame, from one row in four.
     pub brightest_dn: u16,
-    /// The brightest that a sample can be.
+    /// The largest possible sample.
     pub full_scale_dn: u16,
-    /// By what share the second frame is lighter than the first, as far as one row in four tells.
+    /// Relative increase of brightness from the first frame to the second, from one row in four.
     pub lighter: f64,
 }
 
 impl Difference {
-    /// Between two frames; `None` if they are not of one shape.
+    /// The difference between two frames; `None` if their sizes differ.
     ///
     /// ```
     /// use epirig_devices::camera::Difference;
@@ -94,8 +96,8 @@ impl Difference {
         })
     }
 
-    /// Why the frames do not show the same, if they do not; `steady_dn` is the typical difference of frames that do, if it is
-    /// known.
+    /// Why the frames do not show the same, if they do not. `steady_dn` is the typical difference of frames
+    /// of a steady picture, if known.
     pub fn objection(&self, steady_dn: Option<f64>) -> Option<String> {
         let brightest = f64::from(self.brightest_dn);
         let dark_limit = (MOST_DARK_NOISE * f64::from(self.full_scale_dn)).max(LEVEL_DN);
@@ -104,7 +106,7 @@ impl Difference {
             + self.lighter.abs().min(FLICKER) * brightest;
         if self.typical_dn > typical_limit {
             return Some(format!(
-                "two frames in a row differ by {:.1} DN all over the image, {typical_limit:.1} DN are allowed",
+                "two frames in a row differ by {:.1} DN over the whole image; {typical_limit:.1} DN are allowed",
                 self.typical_dn
             ));
         }
@@ -118,7 +120,7 @@ impl Difference {
     }
 }
 
-/// A lamp that flickers makes all of a frame lighter; what moves makes parts of it lighter and others darker.
+/// A flickering lamp brightens the whole frame; motion brightens some parts and darkens others.
 fn lighter<T: Copy + Into<u16>>(one: &[T], other: &[T], columns: usize) -> f64 {
     let light = |samples: &[T]| -> u64 {
         let rows = samples.chunks(columns).step_by(BLOCK_ROWS);
@@ -142,7 +144,7 @@ fn block_squares<T: Copy + Into<i32>>(one: &[T], other: &[T], columns: usize) ->
         for (one, other) in one.chunks_exact(columns).zip(other.chunks_exact(columns)) {
             let blocks = one.chunks(BLOCK_COLUMNS).zip(other.chunks(BLOCK_COLUMNS));
             for (sum, (one, other)) in squares[first..].iter_mut().zip(blocks) {
-                // 16 squares of 16-bit differences fit 64 bits by far.
+                // 16 squares of 16-bit differences fit into 64 bits.
                 let block: i64 = one
                     .iter()
                     .step_by(EVERY)

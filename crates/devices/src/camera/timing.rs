@@ -1,16 +1,17 @@
-//! When the exposure of a frame began, at the earliest.
+//! Earliest possible start of a frame's exposure.
 //!
-//! A frame counts only if it was exposed wholly after a given moment, and drivers mean different things by their time stamps. The
-//! rule, for a frame interval T and an exposure time E (T, where the camera does not tell it):
+//! A frame counts only if its whole exposure is after a given moment, but drivers differ in the meaning of
+//! their time stamps. The rule, for a frame interval T and an exposure time E (T if the camera does not
+//! report it):
 //!
-//! | the driver says | the earliest start of the exposure |
+//! | stamp of the driver | earliest start of the exposure |
 //! | --- | --- |
 //! | start of exposure | stamp - T - E: `uvcvideo` stamps the first packet, which comes after the exposure, and calls it the start; cameras that compress or buffer send it up to T later |
 //! | end of frame | stamp - 2 T - E: the readout takes T at most, and a camera's own memory as much |
-//! | nothing, or a stamp that cannot be: zero, not increasing, later than T after its arrival, or long before the given moment though the frame must have begun after it by counting | counted |
+//! | none, or an impossible stamp: zero, not increasing, later than T after its arrival, or long before the given moment although the frame count excludes that | counted |
 //!
-//! Counted: of the frames that are taken from the queue after the given moment, as many may have begun before it as there are
-//! buffers, and [`IN_FLIGHT`] more; the next did not.
+//! Counted: of the frames that are taken from the queue after the given moment, those in all buffers, and
+//! [`IN_FLIGHT`] more, may have begun before it. The next one did not.
 
 use std::time::Duration;
 
@@ -19,11 +20,11 @@ use serde::{Deserialize, Serialize};
 use super::device::{FilledBuffer, StampSource};
 use super::moment::Moment;
 
-/// Frames that may be begun and not yet in the queue: one being exposed, one being read out, one in the camera's own memory
-/// or on the cable.
+/// Frames that may have begun but are not yet in the queue: one being exposed, one being read out, one in the
+/// camera's own memory or on the cable.
 pub const IN_FLIGHT: usize = 3;
 
-/// How the start of an exposure is known.
+/// How the start of an exposure is determined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimingRule {
@@ -31,17 +32,17 @@ pub enum TimingRule {
     StartOfExposure,
     /// From stamps of the end of the frame.
     EndOfFrame,
-    /// By counting frames, because the stamps are of no use.
+    /// By counting frames, because the stamps are unusable.
     Counted,
 }
 
-/// What is known of the time of a buffer's exposure.
+/// Timing of a buffer's exposure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Timed {
     pub(super) rule: TimingRule,
-    /// When the exposure began, at the earliest; the moment asked for, if that is all that counting can tell.
+    /// Earliest start of the exposure; the requested moment if only counting is possible.
     pub(super) exposure_start: Moment,
-    /// Whether it began at or after the moment asked for.
+    /// Whether the exposure began at or after the requested moment.
     pub(super) fresh: bool,
 }
 
@@ -50,18 +51,18 @@ pub(super) struct Timed {
 pub(super) struct Timing {
     interval: Duration,
     exposure: Duration,
-    /// Frames that may have begun before a moment and be taken from the queue after it.
+    /// Frames that may have begun before a moment and are taken from the queue after it.
     stale_at_most: usize,
     previous: Option<Moment>,
-    /// Once a stamp of a stream is wrong, none of it is trusted.
+    /// Once a stamp of a stream is wrong, all its stamps are ignored.
     distrusted: bool,
     asked: Moment,
-    /// Frames received since the moment asked for.
+    /// Frames received since the request.
     received: usize,
 }
 
 impl Timing {
-    /// For a stream with this frame interval and exposure time; the latter is the former where it is not known.
+    /// For a stream with this frame interval and exposure time, which defaults to the interval.
     pub(super) fn new(interval: Duration, exposure: Option<Duration>, buffers: usize) -> Self {
         Self {
             interval,
@@ -74,7 +75,7 @@ impl Timing {
         }
     }
 
-    /// From now on frames are wanted whose exposure began at `moment` or after it.
+    /// Requests frames whose exposure began at `moment` or later.
     pub(super) fn ask(&mut self, moment: Moment) {
         if moment != self.asked {
             self.asked = moment;
@@ -82,15 +83,15 @@ impl Timing {
         }
     }
 
-    /// Judges the next buffer of the stream.
+    /// Determines the timing of the next buffer of the stream.
     pub(super) fn judge(&mut self, buffer: &FilledBuffer) -> Timed {
         self.distrusted |= !self.plausible(buffer);
         self.previous = Some(buffer.stamp);
         self.received += usize::from(buffer.received >= self.asked);
         let counted = self.received > self.stale_at_most;
         let timed = self.by_stamp(buffer);
-        // Four intervals are more than the rules subtract of any but long exposures, which counting covers, too: stamps that are
-        // older must come from another clock.
+        // The rules subtract at most four intervals, except for long exposures, which counting covers too.
+        // Older stamps must come from another clock.
         self.distrusted |= !timed.fresh && self.received > self.stale_at_most + 4;
         if self.distrusted || timed.rule == TimingRule::Counted {
             let exposure_start = if counted { self.asked } else { Moment::default() };
@@ -100,7 +101,7 @@ impl Timing {
     }
 
     fn by_stamp(&self, buffer: &FilledBuffer) -> Timed {
-        // Whatever the stamp says, the frame was there when it was received.
+        // In any case, the frame existed when it was received.
         let stamp = buffer.stamp.min(buffer.received);
         let (rule, exposure_start) = match buffer.stamp_source {
             StampSource::StartOfExposure => {

@@ -1,31 +1,31 @@
-//! Which port: by path, by USB serial number, or by USB vendor and product.
+//! Selection of a port: by path, by USB serial number, or by USB vendor and product.
 
 use std::fmt;
 use std::str::FromStr;
 
 use super::LinkError;
 
-/// What is known of a serial port.
+/// A serial port of the system.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortFacts {
     /// Path of the device.
     pub path: String,
-    /// Of the USB device behind it, if there is one.
+    /// The USB device behind it, if there is one.
     pub usb: Option<UsbFacts>,
 }
 
-/// What a USB device says of itself.
+/// What a USB device reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbFacts {
-    /// Vendor.
+    /// Vendor id.
     pub vendor: u16,
-    /// Product.
+    /// Product id.
     pub product: u16,
-    /// Serial number; cheap adapters have none, or all the same.
+    /// Serial number; cheap adapters have none, or all the same one.
     pub serial_number: Option<String>,
-    /// Manufacturer's name.
+    /// Name of the manufacturer.
     pub manufacturer: Option<String>,
-    /// Product's name.
+    /// Name of the product.
     pub name: Option<String>,
 }
 
@@ -46,7 +46,7 @@ impl fmt::Display for PortFacts {
     }
 }
 
-/// Which port a person wants.
+/// The selection of a port.
 ///
 /// ```
 /// use epirig_devices::link::PortChoice;
@@ -57,7 +57,7 @@ impl fmt::Display for PortFacts {
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PortChoice {
-    /// The only USB serial port there is.
+    /// The only USB serial port.
     Any,
     /// By path, which may be a symbolic link.
     Path(String),
@@ -119,11 +119,11 @@ impl PortChoice {
     }
 }
 
-/// The path of the one port among `ports` that fits. A path is taken as it is: links and ports that no listing knows are
-/// as good.
+/// The path of the only port among `ports` that matches. A path is returned unchanged, because links and
+/// unlisted ports are valid too.
 ///
 /// # Errors
-/// [`LinkError::NoMatch`] if none fits, [`LinkError::Ambiguous`] if more than one does.
+/// [`LinkError::NoMatch`] if none matches, [`LinkError::Ambiguous`] if several do.
 pub fn choose(choice: &PortChoice, ports: &[PortFacts]) -> Result<String, LinkError> {
     if let PortChoice::Path(path) = choice {
         return Ok(path.clone());
@@ -177,7 +177,7 @@ mod tests {
         );
         let error = pick("usb:B2").unwrap_err().to_string();
         let there = "/dev/ttyS0, /dev/ttyACM0 (usb:2341:0043, usb:A1, Uno)";
-        assert!(error.starts_with(&format!("usb:B2 is not connected (there is: {there}")), "{error}");
+        assert!(error.starts_with(&format!("usb:B2 is not connected (connected: {there}")), "{error}");
         assert!(matches!(choose(&PortChoice::Any, &bench()), Err(LinkError::Ambiguous { .. })));
         assert_eq!(choose(&PortChoice::Any, &bench()[..2]).unwrap(), "/dev/ttyACM0");
         assert!(matches!(choose(&PortChoice::Any, &[]), Err(LinkError::NoMatch { .. })));

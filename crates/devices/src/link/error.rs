@@ -1,41 +1,41 @@
-//! Why there is no line to a device.
+//! Errors of a line to a device.
 
 use thiserror::Error;
 
-/// Why a line could not be had, or is no more.
+/// Error of a line: it cannot be opened, or has failed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum LinkError {
     /// There is no such port.
     #[error("there is no port {port}; check cable and power, and see `epirig devices`")]
     NoSuchPort {
-        /// As it was asked for.
+        /// The name as given.
         port: String,
     },
-    /// No port is what was asked for.
+    /// No port matches.
     #[error(
-        "{wanted} is not connected (there is: {connected}); check cable and power, or name the port with --port"
+        "{wanted} is not connected (connected: {connected}); check cable and power, or name the port with --port"
     )]
     NoMatch {
-        /// As it was asked for.
+        /// The name as given.
         wanted: String,
-        /// The ports there are.
+        /// The connected ports.
         connected: String,
     },
-    /// More than one port is what was asked for.
+    /// Several ports match.
     #[error("{wanted} could be any of {candidates}; choose one with --port")]
     Ambiguous {
-        /// As it was asked for.
+        /// The name as given.
         wanted: String,
-        /// The ports that would do.
+        /// The matching ports.
         candidates: String,
     },
     /// Another process uses the port.
-    #[error("{port} is in use by {holder}; end that first")]
+    #[error("{port} is in use by {holder}; end that program first")]
     Busy {
         /// The port.
         port: String,
-        /// Who has it, as far as is known.
+        /// The process that uses it, as far as known.
         holder: String,
     },
     /// The user may not open the port.
@@ -47,22 +47,22 @@ pub enum LinkError {
         /// The port.
         port: String,
     },
-    /// The port has hung up.
+    /// The port is disconnected.
     #[error(
-        "{port} has gone: cable pulled or power lost; connect it again and home the stage, its position is no longer sure"
+        "{port} has gone: cable or power is off; connect it again and home the stage, because its position is uncertain"
     )]
     Lost {
         /// The port.
         port: String,
     },
-    /// The system refused something else.
+    /// Another error of the operating system.
     #[error("{port}: cannot {action}: {detail}")]
     Io {
         /// The port or file.
         port: String,
-        /// What was being done.
+        /// The operation.
         action: &'static str,
-        /// What the system said.
+        /// The message of the system.
         detail: String,
     },
     /// The program was built without serial ports.
@@ -73,14 +73,14 @@ pub enum LinkError {
         /// The port.
         port: String,
     },
-    /// A recording was asked for something that it does not hold.
-    #[error("{port}: the recording goes on differently at {at_s:.3} s: {detail}")]
+    /// The bytes sent differ from the recording.
+    #[error("{port}: the bytes sent differ from the recording at {at_s:.3} s: {detail}")]
     Diverged {
         /// The recording.
         port: String,
         /// Time of the recording, in s.
         at_s: String,
-        /// What was sent, and what was recorded.
+        /// The bytes sent, and the bytes recorded.
         detail: String,
     },
 }

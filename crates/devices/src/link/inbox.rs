@@ -5,17 +5,18 @@ use std::time::Duration;
 
 use super::{Link, LinkError};
 
-/// Bytes that came together and have not been looked at yet.
+/// Received bytes that are not yet read.
 #[derive(Debug, Clone, Default)]
 pub struct Inbox {
     bytes: VecDeque<u8>,
 }
 
 impl Inbox {
-    /// The next byte, if there is one before `until` by the link's clock. A device that never stops talking gets no more time.
+    /// The next byte, if one comes before `until` by the link's clock. A device that sends without pause does
+    /// not extend the time.
     ///
     /// # Errors
-    /// [`LinkError`] if the line has gone.
+    /// [`LinkError`] if the line is disconnected.
     pub fn next(&mut self, link: &mut dyn Link, until: Duration) -> Result<Option<u8>, LinkError> {
         loop {
             let patience = until.saturating_sub(link.now());

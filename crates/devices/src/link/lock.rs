@@ -1,4 +1,4 @@
-//! One process a port.
+//! Port locks: one process per port.
 
 use std::fs::{File, OpenOptions, Permissions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use super::LinkError;
 
-/// Keeps other processes off a port for as long as it lives.
+/// Locks a port against other processes for its lifetime.
 ///
-/// The file is that of the old convention (`LCK..ttyUSB0` with the process's number), which terminal programs mind, and whose
-/// locks are minded here; the lock itself is the kernel's, so a program that was killed leaves none behind. The exclusive mode of
-/// the port alone would not do: it does not hold for root.
+/// The file follows the old convention (`LCK..ttyUSB0` with the process id), which terminal programs respect;
+/// their locks are respected here. The lock itself is the kernel's, so a killed program leaves none. The
+/// exclusive mode of the port alone is not enough: root can open the port anyway.
 #[derive(Debug)]
 pub struct PortLock {
     path: PathBuf,
@@ -19,12 +19,12 @@ pub struct PortLock {
     _file: File,
 }
 
-/// Where lock files are kept: the first in which one can be made.
+/// Folders for lock files; the first writable one is used.
 fn folders() -> [PathBuf; 3] {
     ["/run/lock".into(), "/var/lock".into(), std::env::temp_dir()]
 }
 
-/// How often a file that vanishes between opening and locking is opened again.
+/// Attempts if the file vanishes between opening and locking.
 const TRIES: u32 = 10;
 
 fn lock_name(port: &str) -> String {
@@ -33,7 +33,7 @@ fn lock_name(port: &str) -> String {
     format!("LCK..{}", device.trim_start_matches('/').replace('/', "_"))
 }
 
-/// The number in a lock file, if it is that of a living process.
+/// The process id in a lock file, if that process is alive.
 fn living_holder(path: &Path) -> Option<i32> {
     let mut text = String::new();
     File::open(path).ok()?.take(32).read_to_string(&mut text).ok()?;
@@ -41,17 +41,17 @@ fn living_holder(path: &Path) -> Option<i32> {
     Path::new("/proc").join(pid.to_string()).exists().then_some(pid)
 }
 
-/// The process that has `port`, if its lock file says so.
+/// The process that uses `port`, according to its lock file.
 pub fn holder(port: &str) -> Option<i32> {
     let name = lock_name(port);
     folders().iter().find_map(|folder| living_holder(&folder.join(&name)))
 }
 
-/// Opens the lock file, which any user must be able to do: whoever was first may have been root.
+/// Opens the lock file, which all users must be able to do: root may have created it.
 fn open(path: &Path) -> std::io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true);
-    // The kernel refuses to open another user's file in a shared folder with the right to create it.
+    // The kernel refuses to open another user's file in a shared folder with the flag that creates it.
     match options.open(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         opened => return opened,
@@ -61,7 +61,7 @@ fn open(path: &Path) -> std::io::Result<File> {
             file.set_permissions(Permissions::from_mode(0o666))?;
             Ok(file)
         }
-        // Another process was quicker.
+        // Another process has created it meanwhile.
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
             OpenOptions::new().read(true).write(true).open(path)
         }
@@ -70,10 +70,10 @@ fn open(path: &Path) -> std::io::Result<File> {
 }
 
 impl PortLock {
-    /// Takes the port.
+    /// Locks the port.
     ///
     /// # Errors
-    /// [`LinkError::Busy`] if another process has it, [`LinkError::Io`] if there is no place for the lock file.
+    /// [`LinkError::Busy`] if another process uses it, [`LinkError::Io`] if no lock file can be created.
     pub fn take(port: &str) -> Result<Self, LinkError> {
         let name = lock_name(port);
         let mut refused = None;
@@ -86,7 +86,7 @@ impl PortLock {
             }
         }
         let (path, detail) = refused.map_or_else(
-            || (PathBuf::from(&name), "there is no folder for lock files".to_owned()),
+            || (PathBuf::from(&name), "no folder for lock files is writable".to_owned()),
             |(path, error)| (path, format!("{error}; delete the file if no program uses the port")),
         );
         Err(LinkError::Io { port: path.display().to_string(), action: "lock the port", detail })
@@ -104,12 +104,12 @@ impl PortLock {
                 Err(TryLockError::WouldBlock) => return Err(busy(living_holder(&path))),
                 Err(TryLockError::Error(error)) => return Err(error.into()),
             }
-            // Its last holder may have removed it before we had it.
+            // Its last holder may have removed it before it was locked here.
             let same = |there: std::fs::Metadata| file.metadata().is_ok_and(|here| here.ino() == there.ino());
             if !std::fs::metadata(&path).is_ok_and(same) {
                 continue;
             }
-            // A program that knows the old convention only.
+            // A program that knows only the old convention.
             if let Some(pid) = living_holder(&path) {
                 return Err(busy(Some(pid)));
             }
@@ -135,8 +135,8 @@ impl From<std::io::Error> for TakeError {
 
 impl Drop for PortLock {
     fn drop(&mut self) {
-        // Still locked: whoever has opened it meanwhile finds that it is no longer the one at its path. A file that stays is
-        // one of a process that no longer lives.
+        // Removed while locked: a process that has just opened the file notices that it is no longer at its
+        // path. A remaining file belongs to a dead process.
         let _ = std::fs::remove_file(&self.path);
     }
 }
@@ -155,7 +155,8 @@ mod tests {
         assert_eq!(holder(&port), Some(pid as i32));
         drop(lock);
         assert_eq!(holder(&port), None);
-        // A file that a killed program left is no lock; one of a living program is, though the kernel knows nothing of it.
+        // A file of a dead process is no lock; that of a living process is, even without a lock of the
+        // kernel.
         let path = folders().into_iter().find(|folder| folder.is_dir()).unwrap().join(lock_name(&port));
         std::fs::write(&path, "2147483646\n").unwrap();
         drop(PortLock::take(&port).unwrap());

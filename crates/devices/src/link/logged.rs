@@ -1,4 +1,4 @@
-//! A link whose bytes are told of as events.
+//! A link that logs its bytes.
 
 use std::time::Duration;
 
@@ -6,13 +6,13 @@ use tracing::{debug, trace};
 
 use super::{Link, LinkError};
 
-/// Any link, with events of `tracing` for all that goes over it.
+/// Any link, with `tracing` events for all bytes.
 pub struct LoggedLink<L> {
     link: L,
 }
 
 impl<L: Link> LoggedLink<L> {
-    /// A link that has just been opened.
+    /// Wraps a link that has just been opened.
     pub fn new(link: L) -> Self {
         debug!(port = link.name(), "line opened");
         Self { link }

@@ -1,7 +1,7 @@
 //! Bytes to and from a device: serial ports, their simulated counterparts, recordings.
 //!
-//! A [`Link`] carries bytes and has a clock, and knows nothing of what the bytes mean. Drivers wait by its clock, so that
-//! with a simulated link an hour of waiting takes a moment.
+//! A [`Link`] carries bytes and has a clock; it does not interpret the bytes. Drivers wait by its clock, so
+//! that with a simulated link an hour of waiting takes no time.
 
 mod choice;
 mod error;
@@ -33,22 +33,22 @@ pub use transcript::{Entry, Heading, Recorder, Side, Transcript, TranscriptError
 
 /// A line to a device.
 pub trait Link: Send {
-    /// What a person calls it: the path of a port.
+    /// Its name in messages: the path of a port.
     fn name(&self) -> &str;
 
     /// Sends all bytes.
     ///
     /// # Errors
-    /// [`LinkError`] if the line has gone or does not take them.
+    /// [`LinkError`] if the line is disconnected or does not accept them.
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError>;
 
-    /// Waits for bytes, at most `patience`, and returns how many came: 0 if none did.
+    /// Waits for bytes, for at most `patience`, and returns their number; 0 after a time-out.
     ///
     /// # Errors
-    /// [`LinkError`] if the line has gone.
+    /// [`LinkError`] if the line is disconnected.
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> Result<usize, LinkError>;
 
-    /// Time since the link was made. Simulated links have a time of their own.
+    /// Time since the link was opened. Simulated links have simulated time.
     fn now(&self) -> Duration;
 }
 

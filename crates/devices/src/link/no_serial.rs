@@ -1,4 +1,4 @@
-//! What a build without serial ports has in their place: an error that says how to build one.
+//! Replacement in builds without serial ports: an error that says how to build with them.
 
 use std::path::Path;
 
@@ -24,17 +24,17 @@ pub fn ports() -> Result<Vec<PortFacts>, LinkError> {
     not_built("a serial port")
 }
 
-/// Asks the process that has a port to stop its stage; there can be none that this build knows of.
+/// Asks the process that uses a port to stop its stage; this build knows of none.
 pub fn ask_holder_to_stop(_port: &str) -> Option<i32> {
     None
 }
 
-/// Runs simulated devices behind pseudo-terminals in other builds.
+/// In other builds, runs simulated devices behind pseudo-terminals.
 #[derive(Debug)]
 pub enum PtyServer {}
 
 impl PtyServer {
-    /// Whether the device is still being run.
+    /// Whether the device is running.
     pub fn alive(&self) -> bool {
         match *self {}
     }

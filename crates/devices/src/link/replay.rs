@@ -1,16 +1,16 @@
-//! A recording as a line.
+//! A recording that acts as a line.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::{Entry, Link, LinkError, Side, Transcript};
 
-/// Answers as the device of a recording did, to who says what was said then. Its clock is the recording's.
+/// Answers as the recorded device, if the host sends the recorded bytes. Its clock is that of the recording.
 #[derive(Debug)]
 pub struct Replay {
     name: String,
     entries: VecDeque<Entry>,
-    /// What the device had said before the host's next word came.
+    /// Bytes that the device sent before the next bytes of the host.
     unread: VecDeque<Entry>,
     now: Duration,
 }

@@ -1,4 +1,4 @@
-//! A line to a device that exists in memory, with the faults that lines have.
+//! A line to a simulated device, with the faults of real lines.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,18 +9,18 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Link, LinkError};
 
-/// A device without a clock of its own: whoever holds it lets its time pass.
+/// A device without a clock of its own: its owner advances its time.
 pub trait SimulatedDevice: Send {
-    /// Takes a byte from the host.
+    /// Receives a byte from the host.
     fn receive(&mut self, byte: u8);
 
-    /// Lets time pass.
+    /// Advances the time.
     fn advance(&mut self, time: Duration);
 
-    /// Hands over what it has sent since it was last asked.
+    /// Returns the bytes sent since the last call.
     fn take_sent(&mut self) -> Vec<u8>;
 
-    /// Whether its cable is in.
+    /// Whether its cable is connected.
     fn connected(&self) -> bool {
         true
     }
@@ -62,7 +62,7 @@ impl<D: SimulatedDevice + ?Sized> SimulatedDevice for Box<D> {
     }
 }
 
-/// What a line does to bytes, at random; each direction has its own.
+/// Random faults of a line; each direction has its own.
 ///
 /// ```
 /// use epirig_devices::link::LineNoise;
@@ -80,15 +80,15 @@ pub struct LineNoise {
     pub double: f64,
     /// Probability that one bit of a byte is flipped.
     pub flip: f64,
-    /// Probability that a byte, and all after it, are held up.
+    /// Probability that a byte, and all after it, are delayed.
     pub delay: f64,
-    /// For how long, at most.
+    /// Longest delay.
     pub longest_delay: Duration,
     random: ChaCha8Rng,
 }
 
 impl LineNoise {
-    /// A line that does nothing to its bytes until its fields are changed.
+    /// A line without faults; fields can be changed.
     pub fn quiet(seed: u64) -> Self {
         Self {
             lose: 0.0,
@@ -105,7 +105,7 @@ impl LineNoise {
         Self { lose: rate, double: rate, flip: rate, ..Self::quiet(seed) }
     }
 
-    /// The same with other random numbers, for the other direction.
+    /// The same faults with other random numbers, for the other direction.
     pub fn reversed(&self) -> Self {
         let mut other = self.clone();
         other.random.set_stream(1);
@@ -113,18 +113,18 @@ impl LineNoise {
     }
 
     fn happens(&mut self, probability: f64) -> bool {
-        // No number is drawn for what never happens, so that one kind of fault does not change the others' dice.
+        // A fault with probability 0 draws no random number, so that faults do not influence each other.
         probability > 0.0 && self.random.random_bool(probability.min(1.0))
     }
 
-    /// What arrives of a byte: nothing, it, something like it, or it twice.
+    /// The bytes that arrive for one byte: none, one (perhaps changed), or two.
     pub fn pass(&mut self, byte: u8) -> impl Iterator<Item = u8> + use<> {
         let flipped = if self.happens(self.flip) { byte ^ 1 << self.random.random_range(0..8) } else { byte };
         let count = if self.happens(self.lose) { 0 } else { 1 + usize::from(self.happens(self.double)) };
         std::iter::repeat_n(flipped, count)
     }
 
-    /// How long a byte is held up.
+    /// Delay of a byte.
     pub fn hold_up(&mut self) -> Duration {
         if self.happens(self.delay) {
             self.longest_delay.mul_f64(self.random.random_range(0.0..1.0))
@@ -134,16 +134,16 @@ impl LineNoise {
     }
 }
 
-/// Simulated time passes in steps of this while a link waits.
+/// Simulated time advances in these steps while a link waits.
 const TIME_STEP: Duration = Duration::from_millis(1);
 
-/// A line to a simulated device, in simulated time: waiting costs nothing.
+/// A line to a simulated device, in simulated time: waiting takes no real time.
 pub struct SimulatedLink<D> {
     device: D,
     now: Duration,
     to_device: LineNoise,
     from_device: LineNoise,
-    /// Bytes on their way to the host, and when they arrive.
+    /// Bytes on their way to the host, with their time of arrival.
     arriving: VecDeque<(Duration, u8)>,
 }
 

@@ -1,4 +1,4 @@
-//! What went over a line, in a file that a person can read.
+//! Transcripts: the traffic of a line in a readable file.
 //!
 //! ```text
 //! # epirig transcript 1
@@ -20,46 +20,46 @@ use super::{Link, LinkError};
 
 const FIRST_LINE: &str = "# epirig transcript 1";
 
-/// Why a file is no transcript.
+/// A file is not a transcript.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum TranscriptError {
-    /// It does not begin as one.
+    /// The first line is wrong.
     #[error("not a transcript: its first line is not \"{FIRST_LINE}\"")]
     NotATranscript,
-    /// A line cannot be read.
+    /// A line is invalid.
     #[error("line {line} of the transcript is not \"SECONDS > HEX ..\" or \"SECONDS < HEX ..\"")]
     BadLine {
-        /// Counted from 1.
+        /// Number of the line, from 1.
         line: usize,
     },
 }
 
 epirig_core::choices! {
-    /// Who sent bytes.
+    /// The sender of bytes.
     pub enum Side {
-        /// This program, or another in its place.
+        /// This program, or another host.
         Host = "host",
         /// The device.
         Device = "device",
     }
 }
 
-/// Bytes that went over the line together.
+/// Bytes that were sent together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
-    /// Since the line was opened.
+    /// Time since the line was opened.
     pub time: Duration,
-    /// Who sent them.
+    /// The sender.
     pub side: Side,
     /// The bytes.
     pub bytes: Vec<u8>,
 }
 
-/// What stands at the head of a transcript.
+/// The heading of a transcript.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Heading {
-    /// Name of the dialect spoken.
+    /// Name of the dialect.
     pub dialect: String,
     /// Name of the port.
     pub port: String,
@@ -70,15 +70,15 @@ pub struct Heading {
 pub struct Transcript {
     /// Dialect and port.
     pub heading: Heading,
-    /// What was said, in the order of time.
+    /// The traffic in order of time.
     pub entries: Vec<Entry>,
 }
 
 impl Transcript {
-    /// Reads a transcript's text.
+    /// Parses a transcript.
     ///
     /// # Errors
-    /// [`TranscriptError`] if it is none.
+    /// [`TranscriptError`] if the text is not a transcript.
     pub fn parse(text: &str) -> Result<Self, TranscriptError> {
         let mut transcript = Self::default();
         let mut lines = text.lines().enumerate();
@@ -113,7 +113,7 @@ fn parse_entry(line: &str) -> Option<Entry> {
     Some(Entry { time, side, bytes: words.map(byte).collect::<Option<_>>()? })
 }
 
-/// A link that writes down all that goes over another one.
+/// A link that records the traffic of another one.
 pub struct Recorder<L, W> {
     link: L,
     to: W,
@@ -156,7 +156,7 @@ impl<L: Link, W: Write + Send> Link for Recorder<L, W> {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
-        // What is said to a stage is said first and written down then: a full disk stops no stop.
+        // Bytes are sent first and recorded later, so that a full disk does not delay a stop.
         self.link.send(bytes)?;
         self.record('>', bytes)
     }

@@ -1,102 +1,103 @@
-//! What a driver of a stage writes: orders and answers of one dialect.
+//! The interface of a stage driver: commands and answers of one dialect.
 
 use std::time::Duration;
 
 use super::{StageError, StageIdentity, StageState, StopSwitch};
 
-/// How long a motion may take beyond what its velocity and acceleration say.
+/// Extra time for a motion beyond the time from velocity and acceleration.
 const GRACE: Duration = Duration::from_secs(5);
 
-/// A linear axis as its dialect speaks: it sends orders, waits for their end and reads what the device says.
+/// A linear axis with its dialect: sends commands, waits for their end and reads the answers.
 ///
-/// Whether an answer is to be believed is decided by [`CheckedStage`](super::CheckedStage), once for all dialects: travel,
-/// position tolerance, least duration, approach from one side, and what a fault leaves of the position.
+/// [`CheckedStage`](super::CheckedStage) checks the answers, in the same way for all dialects: travel,
+/// position tolerance, least duration, unidirectional approach, and the position after a fault.
 ///
 /// All positions are in mm from home.
 pub trait Axis: Send {
-    /// What it is, for records and messages.
+    /// Identity of the axis, for records and messages.
     fn identity(&self) -> StageIdentity;
 
-    /// Positions go from 0 to this, in mm.
+    /// Length of the travel, in mm; positions go from 0 to this.
     fn travel_mm(&self) -> f64;
 
     /// Velocity, acceleration and length of a step.
     fn kinematics(&self) -> Kinematics;
 
-    /// Whether the device knew its position when it was connected. Asks nothing of it.
+    /// Whether the device knew its position when it was connected. Does not ask the device.
     fn is_homed(&self) -> bool;
 
-    /// Searches home and waits until the axis is at rest there.
+    /// Homes the axis, and waits until it is at rest.
     ///
     /// # Errors
     /// [`StageError`] if home was not found.
     fn home(&mut self) -> Result<Homed, StageError>;
 
-    /// The position that is reported at rest; `None` if the device does not know it.
+    /// The reported position at rest; `None` if the device does not know it.
     ///
     /// # Errors
-    /// [`StageError`] if it does not answer, or does not come to rest; `during` says what for.
+    /// [`StageError`] if it does not answer, or does not come to rest; `during` names the operation.
     fn position_at_rest_mm(&mut self, during: &str) -> Result<Option<f64>, StageError>;
 
-    /// Moves, waits for the end, and returns the position that is then reported; `None` if the device does not know it.
-    /// Minds the [`stop_switch`](Self::stop_switch) while it waits.
+    /// Moves, waits for the end, and returns the reported position; `None` if the device does not know it.
+    /// Obeys the [`stop_switch`](Self::stop_switch) while it waits.
     ///
     /// # Errors
     /// [`StageError`] if the motion failed or was stopped.
     fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError>;
 
-    /// How it stands.
+    /// Present state.
     ///
     /// # Errors
     /// [`StageError`] if it does not answer.
     fn state(&mut self) -> Result<StageState, StageError>;
 
-    /// Slows down and stops whatever motion there is, and returns when the axis is at rest.
+    /// Decelerates and stops any motion, and returns when the axis is at rest.
     ///
     /// # Errors
     /// [`StageError`] if it does not answer.
     fn stop(&mut self) -> Result<(), StageError>;
 
-    /// Tells the device, if it can be told, that its position is not to be believed by whoever connects next.
+    /// Marks the position as invalid in the device, if possible, for the next program that connects.
     fn forget_position(&mut self) {}
 
-    /// What another thread stops a motion with.
+    /// The switch by which another thread stops a motion.
     fn stop_switch(&self) -> StopSwitch;
 
-    /// Time on the clock of the line, since some moment of the past.
+    /// Time on the clock of the line, from an arbitrary zero.
     fn now(&self) -> Duration;
 
-    /// Whether the motor is energised at rest, so that the carriage stays where it is. `None` if the device cannot tell.
+    /// Whether the motor is energised at rest, which holds the carriage. `None` if the device does not report
+    /// it.
     fn holds_at_rest(&self) -> Option<bool> {
         None
     }
 
-    /// What a person should know of the device, though it can be used.
+    /// Notes on the device for the user.
     fn notes(&self) -> &[String] {
         &[]
     }
 }
 
-/// What homing found.
+/// Result of homing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Homed {
-    /// The position that is reported at home, in mm: near 0.
+    /// Reported position at home, in mm: near 0.
     pub position_mm: f64,
-    /// Where home was found, in mm by the count kept until then; `None` if the position was not known before, or the device
-    /// cannot tell.
+    /// Position of home by the former count, in mm; `None` if the position was unknown before, or the device
+    /// does not report it.
     pub shift_mm: Option<f64>,
 }
 
-/// A move that is to be made.
+/// A planned move.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
-    /// Where the axis is, in mm from home.
+    /// Start, in mm from home.
     pub from_mm: f64,
-    /// Where it is to go, in mm from home.
+    /// Target, in mm from home.
     pub target_mm: f64,
-    /// When to give up waiting for its end.
+    /// Time-out.
     pub patience: Duration,
-    /// What it is, for messages: `in the move to 12.500 mm`.
+    /// Description for messages: `in the move to 12.500 mm`.
     pub during: String,
 }
 
@@ -112,7 +113,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// How long a move takes, at best: a trapezoid of velocity, or a triangle if it is short.
+    /// Least duration of a move: a trapezoid of velocity, or a triangle if it is short.
     pub fn duration(&self, distance_mm: f64) -> Duration {
         let (velocity, acceleration, distance) =
             (self.velocity_mm_s, self.acceleration_mm_s2, distance_mm.abs());
@@ -125,7 +126,7 @@ impl Kinematics {
         Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
     }
 
-    /// When to give up waiting for a move.
+    /// Time-out of a move.
     pub fn patience(&self, distance_mm: f64) -> Duration {
         self.duration(distance_mm).saturating_mul(2).saturating_add(GRACE)
     }
@@ -196,10 +197,10 @@ mod tests {
     #[test]
     fn durations_are_those_of_a_trapezoid() {
         let kinematics = Kinematics { velocity_mm_s: 5.0, acceleration_mm_s2: 20.0, step_mm: 0.004 };
-        // 1.25 mm are the two ramps of 0.25 s; every further mm takes 0.2 s.
+        // The two ramps of 0.25 s are 1.25 mm; every further mm takes 0.2 s.
         assert!((kinematics.duration(1.25).as_secs_f64() - 0.5).abs() < 1e-9);
         assert!((kinematics.duration(-2.25).as_secs_f64() - 0.7).abs() < 1e-9);
-        // A quarter of the distance takes half of the time where there are ramps only.
+        // With ramps only, a quarter of the distance takes half of the time.
         assert!((kinematics.duration(0.3125).as_secs_f64() - 0.25).abs() < 1e-9);
     }
 }

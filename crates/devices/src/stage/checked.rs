@@ -1,4 +1,4 @@
-//! A stage whose answers are checked: the same rules for all dialects.
+//! A stage with checked answers: the same rules for all dialects.
 
 use std::time::Duration;
 
@@ -8,16 +8,16 @@ use super::axis::{Axis, Homed, Motion};
 use super::limits::REPORT_ROUNDING_MM;
 use super::{MotionLimits, PositionAfter, Stage, StageError, StageIdentity, StageState, StopSwitch};
 
-/// Homing ends at position 0, or beside it on a stage with an encoder.
+/// Largest distance from 0 after homing, for stages with an encoder.
 const HOME_WITHIN_MM: f64 = 0.1;
 
-/// A stage that believes nothing which its axis cannot show.
+/// A stage that verifies what its axis reports.
 ///
-/// - It moves only while the position is known: the device was homed, and no fault since has cost it
-///   ([`StageError::consequence`]).
-/// - Before a move the axis must be where the last one ended; otherwise something else has moved it.
+/// - It moves only while the position is known: the device was homed, and no later fault has invalidated the
+///   position ([`StageError::consequence`]).
+/// - Before a move the axis must be where the last move ended; otherwise something else has moved it.
 /// - A move ends at the commanded position, within [`MotionLimits`], and not sooner than velocity and acceleration allow.
-/// - With an approach every position is reached from below, so that the play of screw and nut is always on the same side.
+/// - With unidirectional approach every position is reached from below, so that backlash has no effect.
 ///
 /// ```
 /// use epirig_devices::stage::{SimStage, SimStageConfig, Stage};
@@ -36,15 +36,15 @@ pub struct CheckedStage<A> {
     pub(super) axis: A,
     limits: MotionLimits,
     approach_mm: f64,
-    /// Whether the position is known: the device knew it, and nothing has gone wrong since.
+    /// Whether the position is known: the device knew it, and no fault has happened since.
     is_known: bool,
-    /// Where the last move ended, in mm from home: nothing else may have moved it since.
+    /// End of the last move, in mm from home.
     rest_mm: Option<f64>,
     home_shift_mm: Option<f64>,
 }
 
 impl<A: Axis> CheckedStage<A> {
-    /// Holds `axis` to the default limits; every position is approached directly.
+    /// Wraps `axis` with the default limits; every position is approached directly.
     pub fn over(axis: A) -> Self {
         info!(
             device = axis.identity().to_string(),
@@ -62,12 +62,13 @@ impl<A: Axis> CheckedStage<A> {
         }
     }
 
-    /// The same, held to other limits.
+    /// The same with other limits.
     pub fn with_limits(self, limits: MotionLimits) -> Self {
         Self { limits, ..self }
     }
 
-    /// The same, coming to each position from `approach_mm` or more below it; 0 lets the stage go directly.
+    /// The same with unidirectional approach, from `approach_mm` or more below each position; 0 for direct
+    /// moves.
     pub fn approaching_by(self, approach_mm: f64) -> Self {
         Self { approach_mm, ..self }
     }
@@ -84,7 +85,7 @@ impl<A: Axis> CheckedStage<A> {
         self.axis.forget_position();
     }
 
-    /// What an order leaves of the position.
+    /// Updates the knowledge of the position after a command.
     fn weigh<T>(&mut self, outcome: Result<T, StageError>) -> Result<T, StageError> {
         if let Err(error) = &outcome {
             self.rest_mm = None;
@@ -106,7 +107,7 @@ impl<A: Axis> CheckedStage<A> {
         let from_mm = self.axis.position_at_rest_mm(&during)?.ok_or(StageError::NotHomed)?;
         if let Some(rest_mm) = self.rest_mm {
             let tolerance_mm = self.limits.tolerance_mm + REPORT_ROUNDING_MM;
-            // It has been restarted, or something else has moved it.
+            // It has restarted, or something else has moved it.
             if (from_mm - rest_mm).abs() > tolerance_mm {
                 return Err(StageError::Disagrees {
                     commanded_mm: rest_mm,
@@ -136,7 +137,7 @@ impl<A: Axis> CheckedStage<A> {
             self.forget_position();
             return Err(StageError::Fault {
                 during: "while homing".to_owned(),
-                fault: format!("it says that it is done, and stands at {position_mm:.4} mm; home it again"),
+                fault: format!("it reports the end of homing at {position_mm:.4} mm; home it again"),
             });
         }
         (self.is_known, self.rest_mm, self.home_shift_mm) = (true, Some(position_mm), shift_mm);

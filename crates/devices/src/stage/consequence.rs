@@ -1,40 +1,40 @@
-//! What each fault of a stage means: one table for all dialects and for all who handle faults.
+//! Consequences of the faults of a stage: one table for all dialects.
 
 use super::StageError;
 use crate::blame::Blame;
 use crate::link::LinkError;
 
-/// What a fault means.
+/// Consequences of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Consequence {
-    /// What is left of the position.
+    /// What happens to the position.
     pub position: PositionAfter,
     /// What helps.
     pub remedy: Remedy,
-    /// Whose trouble it is.
+    /// Who must act.
     pub blame: Blame,
 }
 
-/// What a fault leaves of the position that the stage reports.
+/// The reported position after a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PositionAfter {
-    /// It is as good as before: nothing moved, or the stage stopped with a ramp.
+    /// Still valid: nothing moved, or the stage stopped with a ramp.
     Kept,
-    /// It is not to be believed before the stage is homed. No steps can have been lost: a stage whose host is
-    /// silent slows down before it stops.
+    /// Invalid until the stage is homed. No steps were lost, because a stage without its host decelerates
+    /// before it stops.
     Unsure,
-    /// It is not to be believed before the stage is homed, and steps may have been lost.
+    /// Invalid until the stage is homed, and steps may have been lost.
     Lost,
 }
 
-/// What helps after a fault.
+/// The remedy for a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Remedy {
-    /// Another order: the same one fails again, or a person wanted the stop.
+    /// Another command: the same one would fail again, or the stop was wanted.
     AnotherOrder,
-    /// Homing, then the same order again.
+    /// Homing, then the same command again.
     HomeAgain,
-    /// Waiting until the stage is heard again, then homing and the same order again.
+    /// Waiting until the stage answers again, then homing and the same command again.
     WaitThenHome,
 }
 
@@ -43,7 +43,7 @@ const fn means(position: PositionAfter, remedy: Remedy, blame: Blame) -> Consequ
 }
 
 impl StageError {
-    /// What it means: of the position, for who goes on, and for the exit code.
+    /// Consequences for the position, for resuming, and for the exit code.
     pub fn consequence(&self) -> Consequence {
         use PositionAfter::{Kept, Lost, Unsure};
         use Remedy::{AnotherOrder, HomeAgain, WaitThenHome};
@@ -67,7 +67,7 @@ impl StageError {
 }
 
 impl LinkError {
-    /// Whose trouble it is.
+    /// Who must act.
     pub fn blame(&self) -> Blame {
         match self {
             Self::Ambiguous { .. } => Blame::Request,

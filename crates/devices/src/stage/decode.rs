@@ -1,8 +1,9 @@
-//! What went over a line, as text.
+//! Decodes the traffic of a line to text.
 
 use crate::link::Side;
 
-/// Turns the bytes of both sides of a line into one line of text for each message. Its memory is bounded, whatever comes.
+/// Decodes the bytes of both sides of a line into one line of text per message. Its memory is bounded for any
+/// input.
 ///
 /// ```
 /// use epirig_devices::link::Side;
@@ -15,34 +16,34 @@ use crate::link::Side;
 /// # Ok::<(), &str>(())
 /// ```
 pub trait Decoder: Send {
-    /// Takes the next bytes of one side; what they complete comes back.
+    /// Takes the next bytes of one side; returns the completed messages.
     fn push(&mut self, side: Side, bytes: &[u8]) -> Vec<String>;
 
-    /// What has come of one side and is not complete.
+    /// The incomplete message of one side.
     fn unfinished(&self, side: Side) -> Option<String>;
 }
 
-/// Lines of text dialects are shorter; what is longer is cut.
+/// Longest line of a text dialect; longer lines are cut.
 const LONGEST_LINE: usize = 256;
 
-/// A decoder of dialects that speak in lines of text.
+/// A decoder for text dialects.
 #[derive(Debug)]
 pub struct LineDecoder {
-    /// What a line means.
+    /// Explains a line.
     explain: fn(Side, &str) -> String,
-    /// What a byte means that needs no line around it.
+    /// Explains a byte that is a message by itself.
     real_time: fn(Side, u8) -> Option<&'static str>,
     host: Vec<u8>,
     device: Vec<u8>,
 }
 
 impl LineDecoder {
-    /// A decoder that lets `explain` say what a line means.
+    /// A decoder that explains lines with `explain`.
     pub fn new(explain: fn(Side, &str) -> String) -> Self {
         Self { explain, real_time: |_, _| None, host: Vec::new(), device: Vec::new() }
     }
 
-    /// The same for a dialect with bytes that mean something by themselves.
+    /// The same for a dialect with single bytes that are messages.
     pub fn with_real_time(self, real_time: fn(Side, u8) -> Option<&'static str>) -> Self {
         Self { real_time, ..self }
     }

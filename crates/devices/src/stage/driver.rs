@@ -1,4 +1,4 @@
-//! Drivers of stages as plug-ins: what the program knows of a kind of stage.
+//! Stage drivers as plug-ins.
 
 use std::fmt;
 use std::ops::Deref;
@@ -15,52 +15,53 @@ use super::{StageError, StagePosition};
 use crate::link::{Link, LinkError};
 use epirig_core::settings::{Key, Settings};
 
-/// A kind of stage: its name, its settings, how it is connected, how its line is read, and its simulator.
+/// A kind of stage: name, settings, connection, decoder and simulator.
 ///
-/// A driver is added by a file of its own and a line in the table of [`drivers`](super::drivers()). A program that brings a
-/// driver of its own adds it at its start with [`add_drivers`].
+/// A driver is added by a file of its own and a line in the table of [`drivers`](super::drivers()). A program
+/// with its own driver adds it at its start with [`add_drivers`].
 pub trait StageDriver: Sync {
-    /// Its name in profiles, on the command line, in records and transcripts: small letters.
+    /// Its name in profiles, on the command line, in records and transcripts; in small letters.
     fn name(&self) -> &'static str;
 
-    /// What it speaks to, in a few words without full stop.
+    /// The devices it supports, in a few words without full stop.
     fn summary(&self) -> &'static str;
 
-    /// A page on it for the guide, in Markdown.
+    /// Its page of the guide, in Markdown.
     fn page(&self) -> &'static str;
 
-    /// The keys of section `stage` that are its own, besides port, approach and tolerance.
+    /// Its own keys of section `stage`, besides port, approach and tolerance.
     fn keys(&self) -> Vec<&'static Key>;
 
-    /// Whether it speaks over a line; else it is simulated in memory.
+    /// Whether it uses a line; else it is simulated in memory.
     fn has_line(&self) -> bool {
         true
     }
 
-    /// Connects to the device and asks what it is. `settings` are values of its [`keys`](Self::keys), checked.
+    /// Connects to the device and identifies it. `settings` are checked values of its [`keys`](Self::keys).
     ///
     /// # Errors
-    /// [`StageError`] if nothing answers, something else does, or its settings do not allow a measurement.
+    /// [`StageError`] if nothing answers, something else answers, or its settings prevent a measurement.
     fn connect(
         &self,
         connection: &mut Connection<'_>,
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError>;
 
-    /// What turns the bytes of its line into text; `None` if it has no line.
+    /// The decoder of its traffic; `None` without a line.
     fn decoder(&self) -> Option<Box<dyn Decoder>>;
 
-    /// A device in memory that speaks its dialect, with faults; `None` if it has no line. `boot` counts its boots, if it does so.
+    /// A simulated device with its dialect and faults; `None` without a line. `boot` is the boot count, if
+    /// the device has one.
     fn simulated(&self, faults: FaultScript, boot: u32) -> Option<SimulatedStage>;
 }
 
-/// What a driver connects through.
+/// What a driver needs to connect.
 pub struct Connection<'a> {
     /// Opens the line at a speed in baud.
     pub open_line: &'a mut dyn FnMut(u32) -> Result<Box<dyn Link>, LinkError>,
-    /// Where the carriage of a stage in memory is to be seen.
+    /// Receives the position of the carriage of a stage in memory.
     pub watch: StagePosition,
-    /// The seed of all that is random in a stage in memory.
+    /// Seed of the random numbers of a stage in memory.
     pub seed: u64,
 }
 
@@ -74,17 +75,17 @@ impl Connection<'_> {
     }
 }
 
-/// One of the [`drivers`](super::drivers()). In records it has its name.
+/// One of the [`drivers`](super::drivers()). Records hold its name.
 #[derive(Clone, Copy)]
 pub struct Driver(&'static dyn StageDriver);
 
 impl Driver {
-    /// The driver of a name, if there is one.
+    /// The driver with a name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         drivers().into_iter().find(|driver| driver.name() == name)
     }
 
-    /// The one that is taken if none is named: epirig's own firmware.
+    /// The default driver: epirig's own firmware.
     pub fn usual() -> Self {
         Self(BUILT_IN[0])
     }
@@ -129,21 +130,21 @@ impl<'de> Deserialize<'de> for Driver {
         let name = String::deserialize(from)?;
         Self::named(&name).ok_or_else(|| {
             let known: Vec<&str> = drivers().iter().map(|driver| driver.name()).collect();
-            D::Error::custom(format!("there is no driver {name:?} of stages; there are {}", known.join(", ")))
+            D::Error::custom(format!("unknown stage driver {name:?}; the drivers are {}", known.join(", ")))
         })
     }
 }
 
-/// Those that a program has added.
+/// Drivers added by the program.
 static ADDED: Mutex<Vec<Driver>> = Mutex::new(Vec::new());
 
-/// All drivers of stages: those of this crate, then those that the program has added.
+/// All stage drivers: those of this crate, then the added ones.
 pub fn drivers() -> Vec<Driver> {
     let added = ADDED.lock().unwrap_or_else(PoisonError::into_inner);
     BUILT_IN.iter().map(|driver| Driver(*driver)).chain(added.iter().copied()).collect()
 }
 
-/// The keys that the drivers bring, each name once, with the names of the drivers that have it.
+/// The keys of all drivers, each name once, with the names of the drivers that have it.
 pub fn driver_keys() -> Vec<(&'static Key, Vec<&'static str>)> {
     let mut all: Vec<(&'static Key, Vec<&'static str>)> = Vec::new();
     for driver in drivers() {
@@ -157,7 +158,7 @@ pub fn driver_keys() -> Vec<(&'static Key, Vec<&'static str>)> {
     all
 }
 
-/// Adds drivers, for as long as the program runs. A driver whose name is known already is passed over.
+/// Adds drivers for the rest of the program. A driver with a known name is ignored.
 pub fn add_drivers(more: &[&'static dyn StageDriver]) {
     for driver in more {
         if Driver::named(driver.name()).is_none() {

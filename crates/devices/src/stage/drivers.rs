@@ -6,5 +6,5 @@ use super::native::Native;
 use super::sim::Simulated;
 use super::zaber::Zaber;
 
-/// The first is taken if none is named.
+/// The first is the default.
 pub(super) static BUILT_IN: [&dyn StageDriver; 4] = [&Native, &Grbl, &Zaber, &Simulated];

@@ -1,4 +1,4 @@
-//! Keys that several drivers have.
+//! Keys that several drivers share.
 
 use epirig_core::settings::quantity::{MM_S, MM_S2};
 use epirig_core::settings::{Allowed, Key, Kind};

@@ -1,30 +1,30 @@
-//! When a motion counts as done.
+//! Conditions for the end of a motion.
 
 use std::time::Duration;
 
 use super::StageError;
 use super::axis::Kinematics;
 
-/// Rounding of what a stage reports: dialects round to 1 um or finer.
+/// Rounding of reported positions: dialects round to 1 um or finer.
 pub(super) const REPORT_ROUNDING_MM: f64 = 0.0005;
 
-/// What a stage is held to: where a move must end, and how long it can have taken.
+/// Limits for moves: where a move must end, and how fast it can be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionLimits {
-    /// The reported position may differ by so much from the commanded one, in mm, beyond half a step and the rounding of
-    /// the report.
+    /// Largest distance of the reported from the commanded position, in mm, beyond half a step and the
+    /// rounding of the report.
     pub tolerance_mm: f64,
 }
 
 impl Default for MotionLimits {
-    /// 0: a stage without an encoder reports the very step that it was sent to, or something is wrong.
+    /// 0: a stage without an encoder must report exactly the commanded step.
     fn default() -> Self {
         Self { tolerance_mm: 0.0 }
     }
 }
 
 impl MotionLimits {
-    /// Whether a move that ended at `reported_mm` after `took` is to be believed.
+    /// Checks a move that ended at `reported_mm` after `took`.
     pub(super) fn check(
         &self,
         kinematics: &Kinematics,
@@ -38,7 +38,7 @@ impl MotionLimits {
         if !agrees {
             return Err(StageError::Disagrees { commanded_mm, reported_mm, tolerance_mm });
         }
-        // A stage reaches its target a step early or late, and its ramps are rounded: half of the time is generous.
+        // A stage may be a step early or late, and its ramps are rounded: half of the time is a safe limit.
         let least = kinematics.duration(commanded_mm - from_mm) / 2;
         if took < least && (commanded_mm - from_mm).abs() > 2.0 * kinematics.step_mm {
             return Err(StageError::TooFast {

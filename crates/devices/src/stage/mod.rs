@@ -1,9 +1,10 @@
 //! The motorised linear stage.
 //!
-//! [`Stage`] is what the rest of the program knows. A [`CheckedStage`] is one: it holds an [`Axis`], which speaks the dialect of
-//! a device, to rules that are the same for all. The [`drivers`](drivers()) are a table of [`StageDriver`]s: epirig's own
-//! firmware ([`native`]), [`grbl`], [`zaber`], and [`sim`], which exists in memory only. The devices of [`simulator`] speak the
-//! same dialects from the other side, with faults by script.
+//! [`Stage`] is the interface for the rest of the program. [`CheckedStage`] implements it: it wraps an
+//! [`Axis`], which speaks the dialect of a device, with checks that are the same for all. The
+//! [`drivers`](drivers()) are a table of [`StageDriver`]s: epirig's own firmware ([`native`]), [`grbl`],
+//! [`zaber`], and [`sim`], which exists in memory only. The devices of [`simulator`] speak the same dialects
+//! from the other side, with scripted faults.
 
 mod axis;
 mod checked;
@@ -40,14 +41,14 @@ pub use stop::{StopSwitch, Urgency};
 pub use watch::StagePosition;
 pub use zaber::ZaberStage;
 
-/// What a stage is.
+/// Identity of a stage.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StageIdentity {
     /// The name of its driver.
     pub driver: &'static str,
-    /// What it says of itself: model, version, build.
+    /// What it reports of itself: model, version, build.
     pub description: String,
-    /// Where it is connected, if it is.
+    /// The port, if there is one.
     pub port: Option<String>,
 }
 
@@ -60,12 +61,12 @@ impl fmt::Display for StageIdentity {
     }
 }
 
-/// How a stage stands at a moment.
+/// State of a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageState {
-    /// In mm from home; `None` if the stage does not know.
+    /// Position, in mm from home; `None` if unknown.
     pub position_mm: Option<f64>,
-    /// Whether it moves.
+    /// Whether it is moving.
     pub moving: bool,
     /// Whether a limit switch is closed.
     pub at_limit: bool,
@@ -73,29 +74,29 @@ pub struct StageState {
 
 /// A linear stage that moves to absolute positions, in mm from home.
 ///
-/// Who has the stage has it alone: `&mut` keeps a second thread out, the port's lock a second process. Another thread
-/// stops a motion through the [`StopSwitch`], which the thread that waits for the motion minds.
+/// A stage has a single user: `&mut` excludes a second thread, the port's lock a second process. Another
+/// thread stops a motion through the [`StopSwitch`], which the waiting thread obeys.
 pub trait Stage: Send {
-    /// What it is, for records and messages.
+    /// Identity, for records and messages.
     fn identity(&self) -> StageIdentity;
 
-    /// Positions go from 0 to this, in mm.
+    /// Length of the travel, in mm; positions go from 0 to this.
     fn travel_mm(&self) -> f64;
 
-    /// Finds the home position and returns when the stage is at rest there.
+    /// Homes the stage, and returns when it is at rest.
     ///
     /// # Errors
-    /// [`StageError`] if home cannot be found; the position is unknown then.
+    /// [`StageError`] if homing fails; the position is unknown then.
     fn home(&mut self) -> Result<(), StageError>;
 
-    /// Moves to `position_mm` and returns when the stage is at rest and says that it is there.
+    /// Moves to `position_mm`, and returns when the stage is at rest and reports that position.
     ///
     /// # Errors
-    /// [`StageError`] if the stage is not homed, the position lies outside the travel, the motion failed, or the stage
-    /// reports another position than it was sent to.
+    /// [`StageError`] if the stage is not homed, the position is outside the travel, the motion failed, or
+    /// the reported position is not the commanded one.
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError>;
 
-    /// Where the stage reports to be, in mm from home.
+    /// The reported position, in mm from home.
     ///
     /// # Errors
     /// [`StageError`] if it is not homed or does not answer.
@@ -103,38 +104,39 @@ pub trait Stage: Send {
         self.state()?.position_mm.ok_or(StageError::NotHomed)
     }
 
-    /// How it stands.
+    /// Present state.
     ///
     /// # Errors
     /// [`StageError`] if it does not answer.
     fn state(&mut self) -> Result<StageState, StageError>;
 
-    /// Slows down and stops whatever motion there is, and returns when the stage is at rest.
+    /// Decelerates and stops any motion, and returns when the stage is at rest.
     ///
     /// # Errors
     /// [`StageError`] if it does not answer.
     fn stop(&mut self) -> Result<(), StageError>;
 
-    /// What another thread stops a motion with.
+    /// The switch by which another thread stops a motion.
     fn stop_switch(&self) -> StopSwitch;
 
-    /// Where the latest homing found home, in mm by the count kept until then: what was lost or gained since the homing
-    /// before. `None` if the position was not known before, or the stage cannot tell.
+    /// Position of home in the latest homing by the former count, in mm: the steps lost or gained since the
+    /// homing before. `None` if the position was unknown before, or the stage does not report it.
     fn home_shift_mm(&self) -> Option<f64> {
         None
     }
 
-    /// How long a move over `distance_mm` takes by velocity and acceleration; `None` if the stage does not tell them.
+    /// Duration of a move over `distance_mm` from velocity and acceleration; `None` if they are unknown.
     fn expected_duration(&self, _distance_mm: f64) -> Option<Duration> {
         None
     }
 
-    /// Whether the motor is energised at rest, so that the carriage stays where it is. `None` if the stage cannot tell.
+    /// Whether the motor is energised at rest, which holds the carriage. `None` if the stage does not report
+    /// it.
     fn holds_at_rest(&self) -> Option<bool> {
         None
     }
 
-    /// What a person should know of it, though it can be used.
+    /// Notes on the stage for the user.
     fn notes(&self) -> &[String] {
         &[]
     }

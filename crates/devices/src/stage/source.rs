@@ -1,10 +1,10 @@
-//! How a stage is connected, as often as it takes.
+//! Connecting a stage, as often as needed.
 
 use super::{Stage, StageError};
 
-/// Where a stage comes from. A scan connects once, and again if the line to the stage is lost.
+/// A source of connections to a stage. A scan connects once, and again if the line is lost.
 ///
-/// Every closure that connects is one:
+/// Every closure that connects is a source:
 ///
 /// ```
 /// use epirig_devices::stage::{SimStage, SimStageConfig, Stage, StageSource};
@@ -15,10 +15,10 @@ use super::{Stage, StageError};
 /// # Ok::<(), epirig_devices::stage::StageError>(())
 /// ```
 pub trait StageSource {
-    /// Connects to the stage. Whatever had it before has been dropped.
+    /// Connects to the stage. The former connection must have been dropped.
     ///
     /// # Errors
-    /// [`StageError`] if it cannot be had now.
+    /// [`StageError`] if it cannot be connected now.
     fn connect(&mut self) -> Result<Box<dyn Stage>, StageError>;
 }
 

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// How a stage is to stop.
+/// How to stop a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Urgency {
-    /// Slow down; the position stays known.
+    /// Decelerate; the position stays known.
     Soon,
     /// At once; the position may be lost.
     AtOnce,
 }
 
-/// Asks the thread that waits for a motion to stop it. Clones act as one.
+/// Asks the thread that waits for a motion to stop it. Clones share their state.
 ///
 /// ```
 /// use epirig_devices::stage::{StopSwitch, Urgency};
@@ -27,7 +27,7 @@ pub enum Urgency {
 pub struct StopSwitch(Arc<AtomicU8>);
 
 impl StopSwitch {
-    /// Asks for a stop. It stays asked for, and becomes more urgent only, until it is released.
+    /// Asks for a stop, which stays until released. A later press can only make it more urgent.
     pub fn press(&self, urgency: Urgency) {
         let level = match urgency {
             Urgency::Soon => 1,
@@ -36,7 +36,7 @@ impl StopSwitch {
         self.0.fetch_max(level, Ordering::SeqCst);
     }
 
-    /// Whether, and how urgently, a stop is asked for.
+    /// The urgency, if a stop is asked for.
     pub fn pressed(&self) -> Option<Urgency> {
         match self.0.load(Ordering::SeqCst) {
             0 => None,

@@ -1,4 +1,4 @@
-//! What the simulator looks like from the places where the stage has been.
+//! Pictures of the simulator at positions of the stage.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -7,9 +7,9 @@ use crate::stage::simulator::NativeDevice;
 use epirig_core::frame::{Frame, Samples};
 use epirig_simulator::Simulator;
 
-/// Pictures that are remembered, so that a scan need not be rendered twice.
+/// Number of cached pictures, so that a scan is not rendered twice.
 const REMEMBERED: usize = 256;
-/// How far a moving picture is smeared, in px. Two values, so that no two of them in a row are alike.
+/// Motion blur of a moving picture, in px. Two values alternate, so that successive pictures differ.
 const SMEARS: [usize; 2] = [9, 15];
 
 pub(super) struct Pictures {
@@ -24,7 +24,7 @@ impl Pictures {
         Self { simulator, remembered: HashMap::new(), latest: None, smears: 0 }
     }
 
-    /// With the carriage at rest at `steps`.
+    /// The picture with the carriage at rest at `steps`.
     pub(super) fn at(&mut self, steps: i64) -> Frame {
         if self.remembered.len() >= REMEMBERED {
             self.remembered.clear();
@@ -36,7 +36,7 @@ impl Pictures {
         picture
     }
 
-    /// What a camera sees of a moving object: the latest picture, smeared. `None` before there was one.
+    /// The picture of a moving object: the latest picture, blurred. `None` before the first picture.
     pub(super) fn moving(&mut self) -> Option<Frame> {
         let latest = self.latest.as_ref()?;
         self.smears += 1;
@@ -69,7 +69,7 @@ mod tests {
         assert_eq!(pictures.at(home + 250), simulator.expose(1.0, 0));
         let smeared = [pictures.moving().unwrap(), pictures.moving().unwrap()];
         assert_ne!(smeared[0], smeared[1]);
-        // A mean over 9 or 15 px keeps the level but for the right end, where there is nothing more.
+        // A mean over 9 or 15 px keeps the level, except at the right end of the image.
         let mean = |frame: &Frame| frame.samples().mean();
         assert!((mean(&smeared[1]) / mean(&simulator.expose(1.0, 0)) - 1.0).abs() < 0.2);
     }

@@ -1,4 +1,4 @@
-//! The world in front of the camera, in step with the stage.
+//! The scene in front of the camera, synchronised with the stage.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
@@ -10,25 +10,25 @@ use crate::camera::{CameraError, Size, VideoOutput};
 use crate::stage::simulator::{NativeDevice, Plant};
 use epirig_simulator::Simulator;
 
-/// Between two looks at the stage.
+/// Interval of queries of the stage.
 const LOOK: Duration = Duration::from_millis(2);
-/// How long a picture may take until it is shown.
+/// Longest time until a picture is shown.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How long an output that has gone is left alone before it is tried again.
+/// Pause before a lost output is opened again.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// The world in front of the camera, shown on a video output until it is dropped.
+/// The scene in front of the camera, shown on a video output for its lifetime.
 pub struct World {
     quit: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl World {
-    /// Shows what `simulator` looks like from where `stage` stands, and keeps the stage in step with the pictures. Every picture of
-    /// a stage at rest is the simulator's exposure number 0.
+    /// Shows the view of `simulator` at the position of `stage`, and keeps the stage in step with the
+    /// pictures. Every picture of a stage at rest is the simulator's exposure number 0.
     ///
     /// # Errors
-    /// [`CameraError`] if the output cannot be had now; one that goes later is waited for.
+    /// [`CameraError`] if the output cannot be opened; an output that is lost later is opened again.
     pub fn show(
         simulator: Arc<Simulator>,
         stage: &mut NativeDevice,
@@ -66,13 +66,13 @@ impl Drop for World {
     fn drop(&mut self) {
         self.quit.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A world that has broken down is as good as one that ends.
+            // A failed scene ends like a finished one.
             let _ = thread.join();
         }
     }
 }
 
-/// A place of the carriage, in steps, or none.
+/// Position of the carriage in steps, or none.
 #[derive(Debug, Clone)]
 struct Place(Arc<AtomicI64>);
 
@@ -94,15 +94,15 @@ impl Default for Place {
     }
 }
 
-/// What stage and view know of each other.
+/// State shared by stage and view.
 #[derive(Debug, Clone, Default)]
 struct Between {
-    /// What is shown; none while the carriage moves.
+    /// The position shown; none while the carriage moves.
     shown: Place,
-    /// Where the carriage wants to come to rest.
+    /// The position at which the carriage will come to rest.
     wanted: Place,
-    /// Whether the output has gone, and the camera with it: a driver may give both back only when whoever moves the stage has let
-    /// go of the camera, so that a stage that waited for its picture would wait for ever.
+    /// Whether the output has been lost, and with it the camera. A driver may restore both only when the
+    /// program that moves the stage has closed the camera. So the stage must not wait for a picture then.
     unseen: Arc<AtomicBool>,
 }
 
@@ -119,19 +119,19 @@ struct View {
     pictures: Pictures,
     plant: Plant,
     between: Between,
-    /// When it was looked at last.
+    /// Steps at the latest query.
     steps_made: u64,
 }
 
 impl View {
-    /// Shows what has changed, if anything has.
+    /// Shows a new picture if anything has changed.
     fn refresh(&mut self, output: &mut VideoOutput) -> Result<(), CameraError> {
         let wanted = self.between.wanted.get();
         let steps = wanted.unwrap_or_else(|| self.plant.carriage_steps());
         let made = self.plant.steps_made();
         let moving = std::mem::replace(&mut self.steps_made, made) != made;
         if self.between.shown.get() == Some(steps) {
-            // An output that goes must be let go, or it cannot come back.
+            // A lost output must be closed, or it cannot return.
             output.check()?;
             std::thread::sleep(LOOK);
         } else if moving && wanted.is_none() {

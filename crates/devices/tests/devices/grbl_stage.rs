@@ -311,9 +311,9 @@ fn an_order_to_home_that_became_another_one_is_noticed() {
     // A flipped bit makes `$X` of `$H`: it unlocks and answers `ok`.
     let unlocked = "[MSG:Caution: Unlocked]\r\nok";
     for (answer, place_mm, word) in [
-        (unlocked, 0.0, "for another one"),
-        ("ok", 0.0, "says that it is done"),
-        ("ok", 10.0, "says that it is done"),
+        (unlocked, 0.0, "received another command"),
+        ("ok", 0.0, "reports the end of homing"),
+        ("ok", 10.0, "reports the end of homing"),
     ] {
         let device = Arc::new(Mutex::new(GrblDevice::default()));
         let mut stage = connect(Arc::clone(&device)).unwrap();
@@ -416,7 +416,7 @@ impl<D: SimulatedDevice> SimulatedDevice for Tampered<D> {
     }
 }
 
-/// A controller beside which somebody presses a stop switch once the carriage is 20 mm out.
+/// A controller whose stop switch is pressed once the carriage is 20 mm out.
 struct Pressing {
     device: Arc<Mutex<GrblDevice>>,
     plant: Plant,

@@ -107,7 +107,7 @@ fn a_line_that_lies_never_bends_the_scan() {
     assert!(right > 9000, "{right} moves");
 }
 
-/// A byte in fifty, and all after it, come up to 0.3 s late: answers arrive when nobody waits for them any more.
+/// A byte in fifty, and all after it, come up to 0.3 s late: answers arrive after the time-out.
 #[test]
 fn answers_that_come_late_are_told_from_those_that_are_waited_for() {
     let device = NativeDevice::default();
@@ -144,7 +144,7 @@ fn a_silence_longer_than_patience_is_an_error_that_names_it() {
     let (mut stage, _, _) = homed("mute@1/10s");
     let error = stage.move_to(10.0).unwrap_err();
     assert!(matches!(error, StageError::NoAnswer { .. }), "{error}");
-    // It may have arrived; nobody knows. Only homing helps.
+    // It may have arrived, which is unknown. Only homing helps.
     assert_eq!(stage.move_to(10.0), Err(StageError::NotHomed));
 }
 

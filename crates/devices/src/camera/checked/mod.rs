@@ -1,4 +1,4 @@
-//! A camera that can be trusted, made of a device that cannot.
+//! A checked camera, made of a bare device.
 
 mod stream;
 
@@ -20,27 +20,28 @@ use super::{Camera, CameraError, TakenFrame};
 
 use stream::{Passed, Stream};
 
-/// Buffers that a driver fills in turn: what programs for video usually ask for.
+/// Number of buffers that a driver fills in turn, as usual in video programs.
 const BUFFERS: usize = 4;
-/// Times that a stream is started anew within one grab before its error is believed.
+/// Restarts of a stream within one grab before it fails.
 const RESTARTS: usize = 3;
-/// Frame interval of cameras that do not tell it: longer than that of any video camera, to be on the safe side.
+/// Frame interval of cameras that do not report it: longer than that of any video camera, to be safe.
 const UNKNOWN_INTERVAL: Duration = Duration::from_millis(200);
-/// How long a camera is left alone between two attempts to open it again.
+/// Pause between two attempts to open a camera again.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// A camera made of a [`VideoDevice`]: it lets no frame pass that is stale, torn, damaged, out of sequence, of another size, or
-/// taken with other settings than those asked for.
+/// A camera made of a [`VideoDevice`]. It rejects frames that are stale, torn, damaged, out of sequence, of
+/// another size, or taken with other settings than the wanted ones.
 ///
 /// A frame is accepted if
-/// - its exposure began at or after the moment asked for, by the [timing rule](super::timing);
-/// - the driver flags no error, its bytes are as many as the format needs, and they decode;
-/// - its sequence number follows that of a frame before it for which all this holds too;
-/// - the two frames show the same: [`objection`](super::Difference::objection) has none;
-/// - after it was taken all watched controls read what they were set to, and the input has its signal.
+/// - its exposure began at or after the requested moment, by the [timing rule](super::timing);
+/// - the driver flags no error, the number of bytes fits the format, and they decode;
+/// - its sequence number follows that of an earlier frame which meets all these conditions too;
+/// - both frames show the same: [`objection`](super::Difference::objection) has none;
+/// - after the frame, all watched controls have their set values, and the input has a signal.
 ///
-/// A stream that breaks down, or a control that has changed, is set up anew, at most three times in a grab. A grab waits no longer than
-/// the patience of the [settings](CameraSettings) after the moment asked for; calls of the driver that hang themselves come on top.
+/// A failed stream or a changed control leads to a restart, at most three times in a grab. A grab ends by the
+/// time-out of the [settings](CameraSettings), counted from the requested moment; blocking calls of the
+/// driver may add to that.
 #[derive(Debug)]
 pub struct CheckedCamera<D> {
     device: D,
@@ -62,7 +63,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         Self { device, configured: None, stream: None }
     }
 
-    /// The device, for whoever plays tricks on it.
+    /// The device, to inject faults.
     pub fn device(&mut self) -> &mut D {
         &mut self.device
     }
@@ -75,13 +76,13 @@ impl<D: VideoDevice> CheckedCamera<D> {
         self.configured.as_ref().ok_or_else(|| CameraError::NotStarted { camera: self.name() })
     }
 
-    /// When to give up on something that can be had from `moment` on.
+    /// The time-out of a request for frames from `moment` on.
     fn deadline(&mut self, moment: Moment) -> Result<Moment, CameraError> {
         let patience = self.configured()?.settings.patience;
         Ok(self.device.now().max(moment).after(patience))
     }
 
-    /// Starts the stream and waits until its picture is steady.
+    /// Starts the stream, and waits until its picture is steady.
     fn start_until(&mut self, deadline: Moment) -> Result<(), CameraError> {
         self.stream = None;
         let configuration = &self.configured()?.configuration;
@@ -99,7 +100,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                     if tries > RESTARTS || !error.is_mended_by_restart() {
                         return Err(error);
                     }
-                    warn!(device = self.name(), tries, reason = %error, "the stream does not start; it is tried again");
+                    warn!(device = self.name(), tries, reason = %error, "the stream does not start; trying again");
                 }
             }
         };
@@ -109,7 +110,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         self.check_controls()
     }
 
-    /// Takes a frame and makes sure that it was taken with the settings asked for, of the signal asked for.
+    /// Takes a frame, and checks that settings and signal were right.
     fn take_and_confirm(
         &mut self,
         moment: Moment,
@@ -140,29 +141,29 @@ impl<D: VideoDevice> CheckedCamera<D> {
         }
     }
 
-    /// Stops, configures as before, and starts.
+    /// Stops, configures as before, and starts again.
     fn restart(&mut self, reason: &CameraError, deadline: Moment) -> Result<(), CameraError> {
-        warn!(device = self.name(), %reason, "the stream is set up anew");
+        warn!(device = self.name(), %reason, "the stream is restarted");
         self.stream = None;
-        // A stream that has broken down may refuse to be stopped; starting it tells.
+        // A failed stream may refuse to stop; the start will show whether it works.
         let _ = self.device.stop();
         self.configure_as_before()?;
         self.start_until(deadline)
     }
 
-    /// Whatever comes after an error must start from a known state.
+    /// After an error the next start must begin from a known state.
     fn give_up(&mut self, error: &CameraError) {
         warn!(device = self.name(), reason = %error, "the camera is stopped");
         self.stream = None;
         if matches!(error, CameraError::Gone { .. }) {
             self.device.let_go();
         } else {
-            // The error that led here is the one to tell; the next start will meet this one.
+            // The first error is reported; the next start will meet this one.
             let _ = self.device.stop();
         }
     }
 
-    /// Sets everything as it was, also what nobody asked for and was only found to be so.
+    /// Restores all settings, also those that were not wanted but only read.
     fn configure_as_before(&mut self) -> Result<(), CameraError> {
         let before = self.configured()?.clone();
         let camera = self.name();
@@ -188,11 +189,11 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 write_and_compare(&mut self.device, &camera, control, pinned.value)?;
             }
         }
-        // What counts is as it was, so that what is known of it holds.
+        // The relevant settings are unchanged, so what is known of the stream stays valid.
         Ok(())
     }
 
-    /// Takes a control that was set by hand for what it is to be from now on.
+    /// Makes the present value of a control, set by hand, its wanted value.
     fn pin(&mut self, control: &Control) {
         let Some(value) = control.value else { return };
         let Some(Configured { configuration, .. }) = &mut self.configured else { return };
@@ -234,7 +235,7 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
         let control = find_control(&camera, &controls, name)?.clone();
         self.pin(&control);
         if self.stream.is_some() {
-            // Frames on their way were taken with the old value, and the new one takes its time.
+            // Frames on their way have the old value, and the new one takes effect later.
             self.start()?;
         }
         Ok(control)
@@ -246,7 +247,7 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
         let pixels = PixelFormat::from_four_cc(configuration.format.four_cc).ok_or_else(|| {
             CameraError::NotACamera {
                 camera: self.name(),
-                reason: format!("the format {} is not understood", configuration.format.four_cc),
+                reason: format!("the format {} cannot be decoded", configuration.format.four_cc),
             }
         })?;
         info!(device = self.name(), %configuration, "camera configured");
@@ -316,11 +317,11 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
                 self.start()
             });
             let Err(error) = attempt else {
-                warn!(device = self.name(), "the camera is back");
+                warn!(device = self.name(), "the camera has reconnected");
                 return Ok(());
             };
-            debug!(device = self.name(), reason = %error, "the camera is not back");
-            // Another camera in its place stays another one.
+            debug!(device = self.name(), reason = %error, "the camera has not reconnected");
+            // Another camera in its place is an error that waiting does not change.
             if matches!(error, CameraError::AnotherCamera { .. }) {
                 return Err(error);
             }

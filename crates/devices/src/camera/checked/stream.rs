@@ -1,4 +1,4 @@
-//! The stream of a checked camera: which of its frames count.
+//! The stream of a checked camera, and the selection of its frames.
 
 use std::time::Duration;
 
@@ -13,34 +13,34 @@ use crate::camera::timing::{Timed, Timing};
 use crate::camera::{CameraError, FrameFacts, TakenFrame};
 use epirig_core::frame::Frame;
 
-/// Frames that pass before the first one counts: settings take up to 6 frames until they show (seen in USB cameras), and a few
-/// more are for the sensor's own start.
+/// Number of first frames that are skipped: settings take up to 6 frames to take effect (as seen in USB
+/// cameras), and a few more are for the start of the sensor.
 const SETTLING: usize = 8;
-/// So many pairs of frames in a row must agree before the picture is called steady.
+/// Number of successive pairs of frames that must agree before the picture is steady.
 const STEADY_PAIRS: usize = 4;
 
-/// What is known of a running stream.
+/// State of a running stream.
 #[derive(Debug)]
 pub(super) struct Stream {
     timing: Timing,
     /// The latest sequence number.
     sequence: Option<u32>,
-    /// Whether the driver numbers its frames; `None` while that is not known.
+    /// Whether the driver numbers its frames; `None` if not known yet.
     numbered: Option<bool>,
     /// Typical difference of two frames of a steady picture, in DN.
     steady_dn: Option<f64>,
-    /// The latest good frame, with the moment that its exposure began.
+    /// The latest good frame, with the start of its exposure.
     latest: Option<(Frame, Moment)>,
 }
 
 impl Stream {
-    /// One that has just been started.
+    /// The state of a stream that has just started.
     pub(super) fn new(timing: Timing) -> Self {
         Self { timing, sequence: None, numbered: None, steady_dn: None, latest: None }
     }
 }
 
-/// What passed while a frame was waited for.
+/// Rejected frames while waiting for a good one.
 #[derive(Debug, Default)]
 pub(super) struct Passed {
     stale: usize,
@@ -64,13 +64,13 @@ impl Passed {
             .filter(|(count, _)| *count > 0)
             .map(|(count, what)| format!("{count} {what}"))
             .collect();
-        let seen = if seen.is_empty() { "no frame came at all".to_owned() } else { seen.join(", ") };
-        self.reason.as_ref().map_or(seen.clone(), |reason| format!("{seen} (the latest: {reason})"))
+        let seen = if seen.is_empty() { "no frame was received".to_owned() } else { seen.join(", ") };
+        self.reason.as_ref().map_or(seen.clone(), |reason| format!("{seen} (last: {reason})"))
     }
 }
 
 impl<D: VideoDevice> CheckedCamera<D> {
-    /// Lets frames pass until what they show no longer changes.
+    /// Skips frames until the picture no longer changes.
     pub(super) fn settle(&mut self, deadline: Moment) -> Result<(), CameraError> {
         let mut passed = Passed::default();
         let (mut frames, mut agreeing) = (0, Vec::new());
@@ -101,7 +101,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 stream.latest = Some((frame, Moment::default()));
             }
         }
-        // The median: settings may have taken effect between two frames of the first few.
+        // The median, because settings may have taken effect between the first frames.
         agreeing.sort_by(f64::total_cmp);
         debug!(frames, difference_dn = agreeing.get(agreeing.len() / 2), "the picture is steady");
         if let Some(stream) = &mut self.stream {
@@ -112,13 +112,13 @@ impl<D: VideoDevice> CheckedCamera<D> {
         Ok(())
     }
 
-    /// How a frame differs from the one before it in the stream; an objection in words if it differs too much.
+    /// Difference of a frame from the one before it in the stream; an objection in words if it is too large.
     fn compare(&self, frame: &Frame) -> Option<Result<Difference, String>> {
         let stream = self.stream.as_ref()?;
         let (latest, _) = stream.latest.as_ref()?;
         let difference = Difference::between(latest, frame)?;
         if difference.largest_dn == 0.0 && stream.steady_dn.is_some_and(|steady_dn| steady_dn > 0.0) {
-            // There is noise: nobody takes the same picture twice.
+            // With noise, no two frames are equal.
             return Some(Err("the driver gave the same frame twice".to_owned()));
         }
         Some(difference.objection(stream.steady_dn).map_or(Ok(difference), Err))
@@ -130,7 +130,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         CameraError::Timeout { camera: self.name(), patience, why: passed.why() }
     }
 
-    /// The next buffer that is whole, whatever its age; `None` after the deadline.
+    /// The next valid buffer, of any age; `None` after the deadline.
     fn next_good(
         &mut self,
         deadline: Moment,
@@ -163,7 +163,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 (Some(ahead), _) => ahead,
             };
             if follows != 1 {
-                // Whatever is compared with the next frame must be its neighbour.
+                // Only neighbours are compared, so the former frame is dropped.
                 stream.latest = None;
                 let missed = follows.saturating_sub(1).min(1 << 16);
                 passed.missed = passed.missed.saturating_add(missed);
@@ -172,8 +172,9 @@ impl<D: VideoDevice> CheckedCamera<D> {
             if !timed.fresh {
                 passed.stale += 1;
                 stream.latest = None;
-                // At every stop there are as many as the move has taken; the next one that counts tells how many.
-                trace!(sequence, reason = "too old", "frame passed over");
+                // At every stop these are as many as the move has taken; the next accepted frame reports
+                // their number.
+                trace!(sequence, reason = "too old", "frame skipped");
                 self.device.requeue(buffer)?;
                 continue;
             }
@@ -183,7 +184,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 Ok(frame) => return Ok(Some((frame, buffer, timed))),
                 Err(Damage::Frame(reason)) => {
                     passed.damaged += 1;
-                    debug!(sequence, reason, "frame passed over");
+                    debug!(sequence, reason, "frame skipped");
                     passed.reason = Some(reason);
                     if let Some(stream) = &mut self.stream {
                         stream.latest = None;
@@ -194,7 +195,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
         }
     }
 
-    /// A frame that was begun after `moment` and is vouched for by its neighbour.
+    /// A frame that began after `moment` and is confirmed by its neighbour.
     pub(super) fn take(
         &mut self,
         moment: Moment,
@@ -203,7 +204,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
     ) -> Result<TakenFrame, CameraError> {
         if let Some(stream) = &mut self.stream {
             stream.timing.ask(moment);
-            // A neighbour counts only if it shows the same state of the world.
+            // A neighbour counts only if it shows the same state of the scene.
             stream.latest.take_if(|(_, began)| *began < moment);
         }
         loop {
@@ -219,7 +220,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 Some(Err(objection)) => {
                     self.device.check_signal()?;
                     passed.unsteady += 1;
-                    debug!(sequence = buffer.sequence, reason = objection, "frame passed over");
+                    debug!(sequence = buffer.sequence, reason = objection, "frame skipped");
                     passed.reason = Some(objection);
                 }
                 Some(Ok(difference)) => {
@@ -259,11 +260,11 @@ enum Damage {
 
 fn decode(device: &mut dyn VideoDevice, buffer: &FilledBuffer, layout: &Layout) -> Result<Frame, Damage> {
     if buffer.damaged {
-        return Err(Damage::Frame("the driver flags an error".to_owned()));
+        return Err(Damage::Frame("the driver reports an error".to_owned()));
     }
     let needed = layout.format.image_bytes(layout.rows, layout.stride).unwrap_or(1);
     if buffer.bytes_used < needed {
-        let reason = format!("{} bytes came of {needed}", buffer.bytes_used);
+        let reason = format!("{} of {needed} bytes were received", buffer.bytes_used);
         return Err(Damage::Frame(reason));
     }
     let bytes = device.bytes(buffer).map_err(Damage::Device)?;

@@ -5,26 +5,27 @@ use epirig_core::frame::full_scale;
 use super::{BayerPattern, SampleCoding, unpack};
 
 epirig_core::choices! {
-    /// What is made of a colour filter mosaic: one grey pixel for each 2 x 2 cell, so half the rows and columns; an odd last
-    /// row or column is dropped.
+    /// Use of a colour filter mosaic: one grey pixel for each 2 x 2 cell, so half the rows and columns. An
+    /// odd last row or column is dropped.
     ///
-    /// Both are sums, so that nothing is rounded away, except where a sum would need more than 16 bit: it is then halved until
-    /// it does not, rounded to nearest (halves up). Pixel (0, 0) lies at row 0.5, column 0.5 of the mosaic, pixel (row, column)
-    /// at (2 row + 0.5, 2 column + 0.5): the two greens of a cell lie on a diagonal, so that their centre is the cell's.
+    /// Both are sums without rounding, except if a sum needs more than 16 bit: it is then halved until it
+    /// fits, rounded to nearest (halves up). Pixel (0, 0) is at row 0.5, column 0.5 of the mosaic, pixel
+    /// (row, column) at (2 row + 0.5, 2 column + 0.5). The two greens of a cell are on a diagonal, so their
+    /// centre is that of the cell.
     pub enum BayerUse {
         /// The sum of the two green pixels of each cell.
         ///
-        /// One bit deeper than the mosaic; one colour of light, so no colour error of the lens comes in.
+        /// One bit deeper than the mosaic. With one colour, chromatic aberration has no effect.
         Green = "green",
         /// The sum of all four pixels of each cell.
         ///
-        /// Two bits deeper than the mosaic: the most light.
+        /// Two bits deeper than the mosaic, with the most light.
         Binned = "binned",
     }
 }
 
 impl BayerUse {
-    /// Bits of a sum, at most 16, and bits that are shifted away for that.
+    /// Bits of a sum, at most 16, and the number of bits shifted out.
     pub(super) fn depth_and_shift(self, mosaic_depth: u8) -> (u8, u8) {
         let depth = mosaic_depth
             + match self {
@@ -38,7 +39,7 @@ impl BayerUse {
 /// Sums over the cells of a mosaic of `bit_depth` bits with `columns` columns.
 ///
 /// # Errors
-/// The largest sample of the first pair of rows with one that needs more than `bit_depth` bits.
+/// The largest sample in the first pair of rows where one needs more than `bit_depth` bits.
 pub(super) fn sums<'a>(
     pattern: BayerPattern,
     coding: SampleCoding,

@@ -1,13 +1,13 @@
-//! The pixel formats that are understood: their codes, depths and sizes.
+//! Supported pixel formats: codes, depths and sizes.
 
 use std::fmt;
 
 use super::FourCc;
 
-/// How samples of a sensor lie in a row.
+/// Storage of samples in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SampleCoding {
-    /// A byte each.
+    /// One byte each.
     Byte,
     /// 10 bit at the low end of a 16 bit little-endian word.
     Word10,
@@ -58,8 +58,8 @@ impl SampleCoding {
         }
     }
 
-    /// Deepest first; 16 bit words after 12 bit, since drivers put samples of any depth above 8 into them; packed after
-    /// unpacked.
+    /// Deepest first; 16 bit words after 12 bit, because drivers store samples of any depth above 8 in them;
+    /// packed after unpacked.
     fn preference(self) -> u8 {
         match self {
             Self::Word14 => 0,
@@ -87,7 +87,7 @@ pub enum InterleavedYuv {
     Vyuy,
 }
 
-/// What follows a plane of luma.
+/// Layout of chroma after the luma plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlanarYuv {
     /// U and V in turn, at half the rows and columns.
@@ -111,7 +111,7 @@ pub enum PlanarYuv {
 }
 
 impl PlanarYuv {
-    /// Bytes behind the luma plane, chroma sizes rounded up.
+    /// Bytes after the luma plane, with chroma sizes rounded up.
     fn chroma_bytes(self, rows: usize, stride: usize) -> usize {
         let half = rows.div_ceil(2);
         let both = stride.div_ceil(2).saturating_mul(2);
@@ -137,7 +137,7 @@ pub enum BayerPattern {
 }
 
 impl BayerPattern {
-    /// Column of the green pixel in the first row of a cell; in the second row it is the other one.
+    /// Column of the green pixel in the first row of a cell; in the second row it is in the other column.
     pub(super) fn green_column(self) -> usize {
         match self {
             Self::Bggr | Self::Rggb => 1,
@@ -146,16 +146,16 @@ impl BayerPattern {
     }
 }
 
-/// Under which name JPEG images come.
+/// The code of JPEG images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JpegName {
-    /// `MJPG`: may leave the Huffman tables out.
+    /// `MJPG`: may omit the Huffman tables.
     Mjpg,
     /// `JPEG`.
     Jpeg,
 }
 
-/// How the bytes of a buffer make a grey frame.
+/// How a buffer is decoded to a grey frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PixelFormat {
     /// Grey samples.
@@ -175,7 +175,7 @@ pub enum PixelFormat {
 }
 
 impl PixelFormat {
-    /// Every format there is, in no particular order.
+    /// All formats, in no particular order.
     pub fn all() -> impl Iterator<Item = Self> {
         use BayerPattern::{Bggr, Gbrg, Grbg, Rggb};
         use InterleavedYuv::{Uyvy, Vyuy, Yuyv, Yvyu};
@@ -192,7 +192,7 @@ impl PixelFormat {
             .chain([JpegName::Mjpg, JpegName::Jpeg].map(Self::Jpeg))
     }
 
-    /// The format of a code; `None` if it is not understood.
+    /// The format of a code; `None` if it is not supported.
     pub fn from_four_cc(code: FourCc) -> Option<Self> {
         Self::all().find(|format| format.four_cc() == code)
     }
@@ -247,7 +247,7 @@ impl PixelFormat {
         })
     }
 
-    /// Bits of a sample as stored, 8 to 16. 16 bit words often hold fewer true ones.
+    /// Bits of a stored sample, 8 to 16. Words of 16 bit often hold fewer significant bits.
     pub fn bit_depth(self) -> u8 {
         match self {
             Self::Grey(coding) | Self::Bayer(_, coding) => coding.bit_depth(),
@@ -257,8 +257,8 @@ impl PixelFormat {
         }
     }
 
-    /// Rank for measuring, 0 the best: grey, deepest first (16 bit after 12, its true depth being unknown); luma of
-    /// uncompressed colour; mosaics, of which a person decides what to make; JPEG.
+    /// Rank for measuring, 0 is the best: grey, deepest first (16 bit after 12, because its true depth is
+    /// unknown); luma of uncompressed colour; mosaics, whose use must be chosen; JPEG.
     pub fn preference(self) -> u8 {
         match self {
             Self::Grey(coding) => coding.preference(),
@@ -281,7 +281,8 @@ impl PixelFormat {
         matches!(self, Self::Jpeg(_))
     }
 
-    /// Bytes of a row (of luma, if planes follow) without padding, packed groups whole; `None` for compressed formats.
+    /// Bytes of a row without padding (of luma, if planes follow), in whole packed groups; `None` for
+    /// compressed formats.
     pub fn least_stride(self, columns: usize) -> Option<usize> {
         match self {
             Self::Grey(coding) | Self::Bayer(_, coding) => Some(coding.least_stride(columns)),
@@ -293,8 +294,8 @@ impl PixelFormat {
         }
     }
 
-    /// Bytes of an image of `rows` rows that start `stride` bytes apart, with the last row's padding and with the planes of
-    /// chroma, whose sizes are rounded up; `None` for compressed formats.
+    /// Bytes of an image of `rows` rows at a distance of `stride` bytes, including the padding of the last
+    /// row and the chroma planes, whose sizes are rounded up; `None` for compressed formats.
     pub fn image_bytes(self, rows: usize, stride: usize) -> Option<usize> {
         let luma = rows.saturating_mul(stride);
         match self {

@@ -1,25 +1,25 @@
-//! Names of pixel formats.
+//! Codes of pixel formats.
 
 use std::fmt::{self, Write as _};
 use std::str::FromStr;
 
 use thiserror::Error;
 
-/// Big-endian variants have the highest bit of the code set, which is in the last character.
+/// Big-endian variants have the highest bit of the code set, in the last character.
 const BIG_ENDIAN: u8 = 0x80;
 
-/// A pixel format's code as V4L2 has it: four ASCII characters, short names filled up with blanks. The highest bit of the
-/// last one says big-endian.
+/// A pixel format's code as in V4L2: four ASCII characters, with short names padded by blanks. The highest
+/// bit of the last character marks big-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FourCc(pub [u8; 4]);
 
 impl FourCc {
-    /// From the number that V4L2 passes around: the first character in the lowest byte.
+    /// From V4L2's number: the first character is in the lowest byte.
     pub fn from_u32(code: u32) -> Self {
         Self(code.to_le_bytes())
     }
 
-    /// The number that V4L2 passes around.
+    /// V4L2's number.
     pub fn to_u32(self) -> u32 {
         u32::from_le_bytes(self.0)
     }
@@ -31,7 +31,8 @@ impl FourCc {
     }
 }
 
-/// As V4L2's tools write it, without blanks at the end: `GREY`, `Y16`, `Y16-BE`. What cannot be printed is escaped.
+/// As V4L2's tools print it, without blanks at the end: `GREY`, `Y16`, `Y16-BE`. Unprintable characters are
+/// escaped.
 impl fmt::Display for FourCc {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [first, second, third, fourth] = self.0;
@@ -46,12 +47,15 @@ impl fmt::Display for FourCc {
     }
 }
 
-/// Text that is no code of a pixel format.
+/// Text that is not a pixel format code.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{0:?} is no pixel format code; write one to four ASCII characters such as GREY or Y16, or Y16-BE")]
+#[error(
+    "{0:?} is not a pixel format code; write one to four ASCII characters such as GREY or Y16, or Y16-BE"
+)]
 pub struct FourCcError(String);
 
-/// One to four printable ASCII characters, with `-BE` behind them for big-endian; blanks at the end may be left out.
+/// One to four printable ASCII characters, with the suffix `-BE` for big-endian; blanks at the end may be
+/// omitted.
 impl FromStr for FourCc {
     type Err = FourCcError;
 

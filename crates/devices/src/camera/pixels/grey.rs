@@ -1,4 +1,4 @@
-//! Formats with one sample a pixel, and the luma of colour images.
+//! Formats with one sample per pixel, and the luma of colour images.
 
 use super::InterleavedYuv;
 

@@ -1,7 +1,7 @@
-//! From the bytes of a V4L2 buffer to a grey frame.
+//! Decodes the bytes of a V4L2 buffer to a grey frame.
 //!
-//! Samples stay as they are stored: luma of YUV formats and of JPEG is not stretched to full scale, even where the camera uses
-//! 16 to 235 only, and no transfer function is undone.
+//! Samples are kept as stored: luma of YUV formats and of JPEG is not stretched to full scale, even if the
+//! camera uses only 16 to 235, and no transfer function is inverted.
 
 mod bayer;
 mod format;
@@ -18,11 +18,11 @@ pub use bayer::BayerUse;
 pub use format::{BayerPattern, InterleavedYuv, JpegName, PixelFormat, PlanarYuv, SampleCoding};
 pub use four_cc::{FourCc, FourCcError};
 
-/// Why the bytes of a buffer do not make a frame.
+/// The bytes of a buffer do not form a frame.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum PixelError {
-    /// The image has no rows or no columns, or a mosaic has no whole cell.
+    /// The image has no rows or no columns, or a mosaic has no complete cell.
     #[error("an image of {rows} rows x {columns} columns gives no pixel; choose a larger frame size")]
     Empty {
         /// Rows of the image.
@@ -30,9 +30,9 @@ pub enum PixelError {
         /// Columns of the image.
         columns: usize,
     },
-    /// Rows start closer together than they are long.
+    /// The stride is less than the length of a row.
     #[error(
-        "the driver says that rows start {found} bytes apart, but a row of {columns} columns in format {format} has {least} bytes; \
+        "the driver reports a stride of {found} bytes, but a row of {columns} columns in format {format} has {least} bytes; \
          choose another frame size or pixel format"
     )]
     Stride {
@@ -42,21 +42,21 @@ pub enum PixelError {
         columns: usize,
         /// Bytes of a row without padding.
         least: usize,
-        /// Bytes from row to row as stated.
+        /// The reported stride, in bytes.
         found: usize,
     },
-    /// The buffer ends before the image does.
+    /// The buffer is too short for the image.
     #[error(
-        "the camera sent {found} bytes of a frame of {expected}: part of it was lost; use a better cable, a port of its own \
+        "the camera sent {found} bytes of a frame of {expected}: part of it was lost; use a better cable, another USB port \
          or a lower frame rate"
     )]
     TooShort {
         /// Bytes of a whole image.
         expected: usize,
-        /// Bytes given.
+        /// Bytes received.
         found: usize,
     },
-    /// A sample has bits that its format does not have.
+    /// A sample has more bits than its format.
     #[error(
         "the camera sent a sample of {maximum} in format {format}, which has {} bit: the frame is damaged, or the driver puts its \
          samples at the high end of their words; choose another pixel format if every frame is like this", format.bit_depth()
@@ -67,29 +67,29 @@ pub enum PixelError {
         /// The largest sample found.
         maximum: u16,
     },
-    /// The bytes are no whole JPEG image of the size that was agreed on.
+    /// The bytes are not a complete JPEG image of the configured size.
     #[error(
         "the camera's JPEG image cannot be used: {0}; if it happens again, use a better cable, a lower frame rate or an \
          uncompressed pixel format"
     )]
     Jpeg(String),
-    /// The samples do not make a frame.
-    #[error("the camera's samples make no frame: {0}")]
+    /// The samples do not form a frame.
+    #[error("the camera's samples do not form a frame: {0}")]
     Frame(#[from] FrameError),
 }
 
-/// How a buffer is laid out.
+/// Layout of a buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     /// The pixel format.
     pub format: PixelFormat,
-    /// Rows of the image, of a mosaic before anything is made of it.
+    /// Rows of the image; for a mosaic, of the mosaic itself.
     pub rows: usize,
-    /// Columns of the image, of a mosaic before anything is made of it.
+    /// Columns of the image; for a mosaic, of the mosaic itself.
     pub columns: usize,
-    /// Bytes from the start of a row (of luma, if planes follow) to that of the next; ignored for JPEG.
+    /// Bytes from the start of a row to that of the next (of luma, if planes follow); ignored for JPEG.
     pub stride: usize,
-    /// What to make of a mosaic; ignored for other formats.
+    /// Use of a mosaic; ignored for other formats.
     pub bayer: BayerUse,
 }
 
@@ -104,15 +104,16 @@ impl Layout {
         }
     }
 
-    /// The grey frame in `bytes`, which may go on behind the image. The stride's padding is required behind the last row, too.
+    /// The grey frame in `bytes`, which may be longer than the image. The padding of the stride is required
+    /// for the last row too.
     ///
-    /// JPEG is taken strictly: baseline, in one scan, of exactly the layout's size, with nothing but zeros behind its end; its
-    /// compressed data must give every block. What a damaged stretch in the middle leaves behind is found only if it is no valid
-    /// code or changes the number of blocks; the format has no check sum.
+    /// JPEG is checked strictly: baseline, in one scan, of exactly the layout's size, with only zeros after
+    /// its end, and with all blocks in the compressed data. Damage in the middle is found only if it gives an
+    /// invalid code or changes the number of blocks; the format has no checksum.
     ///
     /// # Errors
-    /// [`PixelError`] if the layout cannot be, the buffer is too short, a sample has more bits than its format, or a JPEG
-    /// image is not whole.
+    /// [`PixelError`] if the layout is impossible, the buffer is too short, a sample has more bits than its
+    /// format, or a JPEG image is incomplete.
     pub fn decode(&self, bytes: &[u8]) -> Result<Frame, PixelError> {
         let (rows, columns, bit_depth) = self.frame_shape();
         if rows == 0 || columns == 0 {
@@ -130,7 +131,7 @@ impl Layout {
         })
     }
 
-    /// The rows with their padding, without planes of chroma; `None` for compressed formats.
+    /// The rows with their padding, without chroma planes; `None` for compressed formats.
     fn whole_image<'a>(&self, bytes: &'a [u8]) -> Result<Option<&'a [u8]>, PixelError> {
         let Self { format, rows, columns, stride, .. } = *self;
         let (Some(least), Some(expected)) = (format.least_stride(columns), format.image_bytes(rows, stride))

@@ -1,4 +1,4 @@
-//! From the bytes of a row to its samples.
+//! Unpacks the bytes of a row to samples.
 //!
 //! Each function fills `samples` from the start of `row`, which holds at least the format's least stride.
 
@@ -99,8 +99,8 @@ mod tests {
 
     #[test]
     fn fourteen_bit_mipi_has_its_low_bits_in_the_last_three_bytes() {
-        // Low bits of samples 0 to 3: 101010, 110001, 011110, 000111.
-        // Byte 4: sample 1 bits 1-0, sample 0. Byte 5: sample 2 bits 3-0, sample 1 bits 5-2. Byte 6: sample 3, sample 2 5-4.
+        // Low bits of samples 0 to 3: 101010, 110001, 011110, 000111. Byte 4: sample 1 bits 1-0, sample 0.
+        // Byte 5: sample 2 bits 3-0, sample 1 bits 5-2. Byte 6: sample 3, sample 2 5-4.
         let row = [0x80, 0x01, 0x00, 0xff, 0b0110_1010, 0b1110_1100, 0b0001_1101];
         let low = [0b10_1010, 0b11_0001, 0b01_1110, 0b00_0111];
         let truth = [0x2000 + low[0], 0x0040 + low[1], low[2], 0x3fc0 + low[3]];

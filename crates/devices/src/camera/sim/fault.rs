@@ -1,53 +1,53 @@
-//! What can go wrong with a simulated camera.
+//! Faults of a simulated camera.
 
-/// A fault of a simulated camera. Those of a single frame happen to the next one that is taken.
+/// A fault of a simulated camera. Faults of a single frame affect the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum SimFault {
     /// The next frame is damaged, and flagged so.
     BufferError,
-    /// Half of the next frame's bytes come.
+    /// Only half of the next frame's bytes arrive.
     ShortBuffer,
-    /// The lower half of the next frame shows what was there before the latest move; nothing tells.
+    /// The lower half of the next frame shows the view before the latest move, without any flag.
     TornFrame,
-    /// The next frame shows what was there before the latest move; its time stamp is new.
+    /// The next frame shows the view before the latest move, with a new time stamp.
     LateContents,
-    /// So many frames are lost, and counted.
+    /// This number of frames is lost, and counted.
     Gap(u32),
     /// From now on this share of all frames is lost.
     Dropped(f64),
-    /// The driver refuses the next buffer that is given back.
+    /// The driver refuses the next buffer that is returned.
     QueueError,
     /// The driver refuses buffers at the next start.
     RequestError,
     /// The driver refuses the next start.
     StartError,
-    /// The stream is dead until it is stopped and started.
+    /// The stream fails until it is stopped and started.
     FatalError,
-    /// The camera goes; it is back at the given attempt to open it, if there are so many.
+    /// The camera disconnects. The given number of attempts to open it fail.
     Disconnect {
-        /// Attempts that fail.
+        /// Number of failing attempts.
         failing: u32,
     },
-    /// When it is opened next, another camera is in its place.
+    /// Another camera is in its place when it is opened again.
     Replaced,
-    /// No frame comes for so many frame times.
+    /// No frame arrives for this number of frame times.
     Silence(u32),
-    /// The signal goes, or comes back.
+    /// The signal is lost, or returns.
     NoSignal(bool),
-    /// Somebody else changes the gain.
+    /// Another program changes the gain.
     GainDrifts,
-    /// From now on control changes take so many frames until they show.
+    /// From now on control changes take this number of frames to take effect.
     LateControls(u32),
-    /// What its time stamps are from the next start on.
+    /// Time stamps from the next start on.
     Stamps(SimStamps),
-    /// The number of the next frame.
+    /// Sets the number of the next frame.
     SequenceAt(u32),
-    /// The driver stops numbering its frames: all are 0.
+    /// The driver stops counting frames: all numbers are 0.
     Unnumbered,
 }
 
-/// What the time stamps of a simulated camera are.
+/// Time stamps of a simulated camera.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum SimStamps {
     /// The start of the exposure.
@@ -55,13 +55,13 @@ pub enum SimStamps {
     StartOfExposure,
     /// The end of the readout.
     EndOfFrame,
-    /// The end of the readout, said to be the start of the exposure.
+    /// The end of the readout, labelled as the start of the exposure.
     Mislabelled,
     /// Zero.
     Zero,
-    /// Of a clock that is years ahead.
+    /// From a clock that is years ahead.
     Ahead,
-    /// Of a clock that started when the camera did.
+    /// From a clock that started with the camera.
     Behind,
     /// Running backwards.
     Backwards,

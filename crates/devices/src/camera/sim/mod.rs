@@ -1,4 +1,4 @@
-//! A camera that looks at the simulator, with the faults of real ones.
+//! A simulated camera, with the faults of real ones.
 
 mod device;
 mod fault;
@@ -15,7 +15,7 @@ pub use device::SimDevice;
 pub use fault::{SimFault, SimStamps};
 pub use view::{SimView, ViewSwitch};
 
-/// The simulated camera: sees the simulator's scene where the simulated stage has carried it.
+/// The simulated camera: sees the simulator's scene at the position of the simulated stage.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -40,7 +40,7 @@ pub use view::{SimView, ViewSwitch};
 pub type SimCamera = CheckedCamera<SimDevice>;
 
 impl SimCamera {
-    /// A camera in front of `simulator`, whose scene (or camera) is carried by the stage that `position` watches.
+    /// A camera that sees `simulator`, whose scene (or camera) is moved by the stage that `position` watches.
     pub fn before_simulator(simulator: Arc<Simulator>, position: StagePosition) -> Self {
         Self::new(SimDevice::new(simulator, position))
     }
@@ -53,7 +53,8 @@ mod tests {
     use crate::stage::{SimStage, SimStageConfig, Stage};
     use epirig_simulator::SimulatorConfig;
 
-    /// Pairs of neighbours that did not vouch for each other in a hundred grabs of a tile under a lamp that flickers by 0.3 %.
+    /// Number of neighbouring pairs that did not agree, in a hundred grabs of a tile under a lamp with a
+    /// flicker of 0.3 %.
     fn refused(noise_dn: f64) -> usize {
         let mut config = SimulatorConfig::real_tile(128, 2);
         config.sensor.read_noise_dn = noise_dn;

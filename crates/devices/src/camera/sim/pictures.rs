@@ -1,4 +1,4 @@
-//! What the simulated sensor sees, as bytes of a buffer.
+//! Pictures of the simulated sensor, as bytes of a buffer.
 
 use std::sync::Arc;
 
@@ -7,19 +7,19 @@ use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::Grid;
 use epirig_simulator::Simulator;
 
-/// Views that are remembered: before and after the latest move.
+/// Number of cached views: before and after the latest move.
 const VIEWS: usize = 2;
 
-/// What takes time to render.
+/// A view that takes time to render.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shown {
-    /// The scene with the stage here, in mm.
+    /// The scene with the stage at this position, in mm.
     Scene(f64),
     /// The board in this pose.
     Board(usize),
 }
 
-/// Renders views and remembers the latest, because a camera takes many frames of one view.
+/// Renders views, and caches the latest, because a camera takes many frames of one view.
 #[derive(Debug)]
 pub(super) struct Pictures {
     simulator: Arc<Simulator>,
@@ -67,7 +67,7 @@ impl Pictures {
     }
 }
 
-/// The samples of a frame as a driver stores them: bytes, or 16-bit words, the lower byte first.
+/// The samples of a frame as a driver stores them: bytes, or little-endian words of 16 bit.
 pub(super) fn to_bytes(frame: &Frame) -> Vec<u8> {
     match frame.samples() {
         Samples::U8(values) => values.clone(),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What is in front of a simulated camera.
+/// The view of a simulated camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SimView {
     /// The simulator's scene.
@@ -12,14 +12,14 @@ pub enum SimView {
     Dark,
     /// A white surface that fills the view, as bright as the scene's brightest paint.
     Flat,
-    /// The simulator's board in a hand, in this pose of an endless list.
+    /// The simulator's hand-held board, in this pose of an endless list.
     Board(usize),
 }
 
-/// Number of the board's first pose; those below are the other views.
+/// Number of the board's first pose; lower numbers are the other views.
 const FIRST_POSE: usize = 3;
 
-/// Puts something in front of a simulated camera. Clones act on the same one.
+/// Selects the view of a simulated camera. Clones share their state.
 ///
 /// ```
 /// use epirig_devices::camera::{SimView, ViewSwitch};
@@ -34,7 +34,7 @@ const FIRST_POSE: usize = 3;
 pub struct ViewSwitch(Arc<AtomicUsize>);
 
 impl ViewSwitch {
-    /// Puts it there.
+    /// Selects a view.
     pub fn put(&self, view: SimView) {
         let number = match view {
             SimView::Scene => 0,
@@ -45,7 +45,7 @@ impl ViewSwitch {
         self.0.store(number, Ordering::SeqCst);
     }
 
-    /// What is there.
+    /// The present view.
     pub fn get(&self) -> SimView {
         match self.0.load(Ordering::SeqCst) {
             0 => SimView::Scene,

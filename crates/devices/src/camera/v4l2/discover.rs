@@ -9,16 +9,16 @@ use super::failure::unopened;
 use super::kernel::{Capabilities, Node};
 use crate::camera::{CameraError, CameraIdentity};
 
-/// What the kernel lists.
+/// Folder in which the kernel lists video devices.
 const CLASS: &str = "/sys/class/video4linux";
-/// Where udev keeps names that stay the same.
+/// Folders of udev's stable names.
 const LINKS: [&str; 2] = ["/dev/v4l/by-id", "/dev/v4l/by-path"];
 
-/// The cameras of this machine, in the order of their numbers. Nodes of the same devices that give no images are left out; one
-/// that may not be opened is listed under the name that the kernel has for it.
+/// The cameras of this machine, in the order of their numbers. Nodes without images are omitted. A node that
+/// may not be opened is listed under its kernel name.
 ///
 /// # Errors
-/// None so far: a machine without cameras has none.
+/// None at present: a machine without cameras gives an empty list.
 pub fn cameras() -> Result<Vec<CameraIdentity>, CameraError> {
     let mut numbers: Vec<u32> = fs::read_dir(CLASS)
         .into_iter()
@@ -41,13 +41,13 @@ fn listed(path: &str) -> Option<CameraIdentity> {
     }
 }
 
-/// Whether a node gives images in the way that is understood here.
+/// Whether a node gives images in a supported way.
 pub(super) fn is_camera(capabilities: &Capabilities) -> bool {
     let needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
     capabilities.flags & needed == needed
 }
 
-/// What is known of a node.
+/// Identity of a node.
 pub(super) fn identity(path: &str, capabilities: Option<&Capabilities>) -> CameraIdentity {
     let real = fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
     let node = real.file_name().map_or_else(PathBuf::new, |name| Path::new(CLASS).join(name));
@@ -66,7 +66,7 @@ pub(super) fn identity(path: &str, capabilities: Option<&Capabilities>) -> Camer
     }
 }
 
-/// Which of the nodes of its device a node is.
+/// The part of its device that a node belongs to.
 fn part(node: &Path) -> String {
     let device = fs::canonicalize(node.join("device")).unwrap_or_default();
     let folder = device.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -75,7 +75,7 @@ fn part(node: &Path) -> String {
     format!("{interface}, {}", index.trim())
 }
 
-/// The serial number of the USB device that a node belongs to.
+/// Serial number of a node's USB device.
 fn usb_serial_number(node: &Path) -> Option<String> {
     let device = fs::canonicalize(node.join("device")).ok()?;
     let usb = device.ancestors().find(|folder| folder.join("idVendor").exists())?;
@@ -83,7 +83,7 @@ fn usb_serial_number(node: &Path) -> Option<String> {
     Some(serial_number.trim().to_owned()).filter(|serial_number| !serial_number.is_empty())
 }
 
-/// Those of by-id first: they stay the camera's in whatever socket it is.
+/// Names of by-id first: they do not depend on the socket.
 fn links_to(real: &Path) -> Vec<String> {
     let leads_there =
         |entry: &fs::DirEntry| fs::canonicalize(entry.path()).is_ok_and(|target| target == real);

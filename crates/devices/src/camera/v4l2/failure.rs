@@ -1,4 +1,4 @@
-//! What the kernel's errors mean.
+//! Meaning of the kernel's errors.
 
 use std::io;
 
@@ -6,17 +6,17 @@ use rustix::io::Errno;
 
 use crate::camera::CameraError;
 
-/// Whether the kernel says that the device is no more.
+/// Whether the error means that the device is lost.
 fn is_gone(error: &io::Error) -> bool {
     [Errno::NODEV, Errno::NXIO, Errno::SHUTDOWN].iter().any(|gone| is(error, *gone))
 }
 
-/// Whether an error is of this number.
+/// Whether an error has this number.
 pub(super) fn is(error: &io::Error, errno: Errno) -> bool {
     error.raw_os_error() == Some(errno.raw_os_error())
 }
 
-/// Of a call that is not about the stream.
+/// An error of a call outside the stream.
 pub(super) fn failed(camera: &str, action: &'static str) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error {
@@ -29,7 +29,7 @@ pub(super) fn failed(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
     }
 }
 
-/// Of a call about a control. What USB does badly now and then may be mended by starting anew.
+/// An error of a control call. Occasional USB errors may be cured by a restart.
 pub(super) fn control_failed(
     camera: &str,
     action: &'static str,
@@ -45,7 +45,7 @@ pub(super) fn control_failed(
     }
 }
 
-/// Of a call on a stream, which may be mended by starting anew.
+/// An error of a stream call, which a restart may cure.
 pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error {
@@ -55,10 +55,10 @@ pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
             camera,
             action,
             detail:
-                "its USB bus has no bandwidth left; give the camera a bus of its own, or choose a lower rate"
+                "its USB bus has no bandwidth left; connect the camera to another bus, or choose a lower rate"
                     .to_owned(),
         },
-        // Sensors behind a media controller: its links, or their formats, do not fit.
+        // For sensors behind a media controller: links or formats do not match.
         error if is(&error, Errno::PIPE) => CameraError::System {
             camera,
             action,
@@ -68,7 +68,7 @@ pub(super) fn broken(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
     }
 }
 
-/// Of opening the device.
+/// An error of opening the device.
 pub(super) fn unopened(camera: &str) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error.kind() {

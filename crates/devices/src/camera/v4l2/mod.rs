@@ -1,4 +1,4 @@
-//! Cameras of Linux: Video4Linux2, single-planar, memory-mapped streaming.
+//! Cameras on Linux: Video4Linux2, single-planar, memory-mapped streaming.
 
 mod device;
 mod discover;

@@ -1,4 +1,4 @@
-//! A video output: what is shown on it, a camera that is looped back to it sees.
+//! A video output: a camera that is looped back to it sees its pictures.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -9,12 +9,13 @@ use crate::camera::pixels::FourCc;
 use crate::camera::{CameraError, Size};
 use epirig_core::frame::{Frame, Samples};
 
-/// One is shown, one waits to be, one is written.
+/// One buffer is shown, one waits, one is written.
 const BUFFERS: usize = 3;
-/// Drivers start with two pictures.
+/// Drivers need two pictures to start.
 const TO_START: usize = 2;
 
-/// A video output such as that of the kernel's `vivid` or `v4l2loopback` drivers. It shows 8-bit grey pictures, each until the next.
+/// A video output such as those of the kernel's `vivid` or `v4l2loopback` drivers. It shows 8-bit grey
+/// pictures, each until the next.
 #[derive(Debug)]
 pub struct VideoOutput {
     path: String,
@@ -26,10 +27,10 @@ pub struct VideoOutput {
 }
 
 impl VideoOutput {
-    /// Opens an output and sets it to grey pictures of `size`.
+    /// Opens an output, and sets it to grey pictures of `size`.
     ///
     /// # Errors
-    /// [`CameraError`] if there is no such device, it is no output, or takes another format.
+    /// [`CameraError`] if there is no such device, it is not an output, or it takes another format.
     pub fn open(path: &str, size: Size) -> Result<Self, CameraError> {
         let node = Node::open(path).map_err(unopened(path))?;
         let grey = FourCc(*b"GREY");
@@ -48,7 +49,7 @@ impl VideoOutput {
         if (format.stride as usize) < size.columns {
             return Err(CameraError::NotACamera {
                 camera: path.to_owned(),
-                reason: "its driver states rows that are shorter than its pictures are wide".to_owned(),
+                reason: "its driver reports rows that are shorter than the width of its pictures".to_owned(),
             });
         }
         Ok(Self {
@@ -61,11 +62,11 @@ impl VideoOutput {
         })
     }
 
-    /// Shows a picture, and returns when it is the one that is shown: whatever the camera takes from then on shows it. `false`
-    /// if that has not happened within `patience`.
+    /// Shows a picture, and returns when it is on the output: all later frames of the camera show it. `false`
+    /// after the time-out `patience`.
     ///
     /// # Errors
-    /// [`CameraError`] if the picture is of another shape, or the output has gone.
+    /// [`CameraError`] if the picture has another size, or the output is lost.
     pub fn show(&mut self, frame: &Frame, patience: Duration) -> Result<bool, CameraError> {
         let shape = Size { columns: frame.columns(), rows: frame.rows() };
         let Samples::U8(samples) = frame.samples() else {
@@ -78,12 +79,12 @@ impl VideoOutput {
         self.exchange(samples, until).map_err(broken(&self.path, "show a picture"))
     }
 
-    /// Whether the output is still there.
+    /// Whether the output still exists.
     ///
     /// # Errors
-    /// [`CameraError::Gone`] if it is not.
+    /// [`CameraError::Gone`] if it does not.
     pub fn check(&self) -> Result<(), CameraError> {
-        self.node.capabilities().map(|_| ()).map_err(failed(&self.path, "say what it is"))
+        self.node.capabilities().map(|_| ()).map_err(failed(&self.path, "report what it is"))
     }
 
     fn unfit(&self, what: &str) -> CameraError {
@@ -130,7 +131,7 @@ impl VideoOutput {
         if !started {
             buffers.start(&self.node)?;
         }
-        // The driver keeps the picture that is shown until another one is: when it has only this one, this one is shown.
+        // The driver keeps the shown picture until there is another: if it has only this one, it is shown.
         while buffers.count() - buffers.free().count() > 1 {
             if !self.take_back(buffers, until)? {
                 return Ok(false);
@@ -139,7 +140,7 @@ impl VideoOutput {
         Ok(true)
     }
 
-    /// Takes back a buffer that is no longer shown; `false` if there was none in time.
+    /// Takes back a buffer that is no longer shown; `false` after the time-out.
     fn take_back(&self, buffers: &mut Buffers, until: Instant) -> io::Result<bool> {
         loop {
             if buffers.dequeue(&self.node)?.is_some() {
@@ -150,7 +151,7 @@ impl VideoOutput {
                 return Ok(false);
             }
             if self.node.wait(Direction::Output, left.min(Duration::from_millis(100)))? {
-                // A device in trouble wakes at once and has nothing: do not spin.
+                // A failing device wakes at once without a buffer; this prevents a busy loop.
                 std::thread::sleep(Duration::from_micros(50));
             }
         }
@@ -160,7 +161,7 @@ impl VideoOutput {
 impl Drop for VideoOutput {
     fn drop(&mut self) {
         if let Some(buffers) = self.buffers.take() {
-            // Nobody is left to tell; the kernel frees everything when the file is closed.
+            // The error cannot be reported; the kernel frees everything when the file is closed.
             let _ = buffers.release(&self.node);
         }
     }

@@ -1,4 +1,4 @@
-//! Real serial ports, and pseudo-terminals that stand in for them.
+//! Real serial ports, and pseudo-terminals in their place.
 
 mod pty;
 
@@ -17,10 +17,10 @@ use super::{LineNoise, Link, LinkError, LoggedLink, PortFacts, PortLock, Simulat
 
 pub use pty::PtyServer;
 
-/// A port takes a message of ours in a few ms; one that takes nothing for so long is stuck.
+/// A message takes a few ms to send; a port that accepts nothing for this time is stuck.
 const SEND_PATIENCE: Duration = Duration::from_secs(2);
 
-/// A serial port of this machine, locked for this process.
+/// A serial port of this machine, locked by this process.
 pub struct SerialLink {
     path: String,
     port: TTYPort,
@@ -31,11 +31,11 @@ pub struct SerialLink {
 impl SerialLink {
     /// Opens `path` at `baud`, 8 data bits, no parity, 1 stop bit.
     ///
-    /// The first opening after the board was plugged in resets an Arduino; later ones do not, because the port is told to
-    /// keep its control lines when it is closed.
+    /// The first opening after connecting the board resets an Arduino. Later ones do not, because the port
+    /// keeps its control lines when it is closed.
     ///
     /// # Errors
-    /// [`LinkError`] if there is no such port, another process has it, or the user may not open it.
+    /// [`LinkError`] if there is no such port, another process uses it, or the user may not open it.
     pub fn open(path: &str, baud: u32) -> Result<Self, LinkError> {
         if !Path::new(path).exists() {
             return Err(LinkError::NoSuchPort { port: path.to_owned() });
@@ -55,7 +55,7 @@ impl SerialLink {
 
     fn failed(&self, action: &'static str, error: &std::io::Error) -> LinkError {
         match error.kind() {
-            // A hang-up is a broken pipe, end of file, or an input/output error that has no kind of its own.
+            // A hang-up is a broken pipe, end of file, or an input/output error without a kind of its own.
             ErrorKind::BrokenPipe | ErrorKind::UnexpectedEof | ErrorKind::NotFound | ErrorKind::Other => {
                 LinkError::Lost { port: self.path.clone() }
             }
@@ -74,8 +74,8 @@ fn unopened(path: &str, kind: ErrorKind, error: &dyn std::fmt::Display) -> LinkE
     }
 }
 
-/// Clears "hang up on close": dropping DTR at the end of one command and raising it in the next resets an Arduino, and a
-/// stage that was reset has lost its position.
+/// Clears "hang up on close". Else each command would drop DTR at its end and the next would raise it, which
+/// resets an Arduino, and the position would be lost.
 fn keep_control_lines(path: &str) -> Result<(), LinkError> {
     let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
     let file = OpenOptions::new().read(true).write(true).custom_flags(flags).open(path);
@@ -90,7 +90,7 @@ fn keep_control_lines(path: &str) -> Result<(), LinkError> {
 /// Opens a serial port; see [`SerialLink::open`].
 ///
 /// # Errors
-/// [`LinkError`] if there is no such port, another process has it, or the user may not open it.
+/// [`LinkError`] if there is no such port, another process uses it, or the user may not open it.
 pub fn open(path: &str, baud: u32) -> Result<Box<dyn Link>, LinkError> {
     Ok(Box::new(LoggedLink::new(SerialLink::open(path, baud)?)))
 }
@@ -98,7 +98,7 @@ pub fn open(path: &str, baud: u32) -> Result<Box<dyn Link>, LinkError> {
 /// Puts a simulated device behind a pseudo-terminal; see [`PtyServer::start`].
 ///
 /// # Errors
-/// [`LinkError::Io`] if there is no pseudo-terminal or the link cannot be made.
+/// [`LinkError::Io`] if there is no pseudo-terminal or the link cannot be created.
 pub fn serve(
     device: impl SimulatedDevice + 'static,
     noise: &LineNoise,
@@ -107,10 +107,10 @@ pub fn serve(
     PtyServer::start(device, noise, link)
 }
 
-/// Asks the process that has a port to stop its stage now (SIGUSR1), if it runs this program. Its number comes back.
+/// Asks the process that uses a port to stop its stage now (SIGUSR1), if it is this program. Returns its id.
 pub fn ask_holder_to_stop(port: &str) -> Option<i32> {
     let pid = holder(port)?;
-    // A lock file may be older than the process that has the number now.
+    // A lock file may be older than the process that has the id now.
     let program = |process: &str| std::fs::read_link(format!("/proc/{process}/exe")).ok();
     if program(&pid.to_string())?.file_name() != program("self")?.file_name() {
         return None;
@@ -153,7 +153,7 @@ impl Link for SerialLink {
 /// The serial ports of this machine, sorted by path.
 ///
 /// # Errors
-/// [`LinkError::Io`] if the system cannot be asked.
+/// [`LinkError::Io`] if the system cannot list them.
 pub fn ports() -> Result<Vec<PortFacts>, LinkError> {
     // The crate panics on a system without this folder.
     if !Path::new("/sys/class/tty").is_dir() {

@@ -12,15 +12,15 @@ use serialport::{SerialPort, TTYPort};
 
 use crate::link::{LineNoise, LinkError, PortLock, SimulatedDevice};
 
-/// Of all dialects that are played.
+/// Baud rate of all simulated dialects.
 const BAUD: u32 = 115_200;
-/// How long the device may be deaf while its server waits for bytes.
+/// Longest time for which the server waits for bytes before it advances the device.
 const PATIENCE: Duration = Duration::from_millis(1);
 
 /// Runs a simulated device in real time behind a pseudo-terminal, or on a serial port, until it is dropped.
 ///
-/// The device's cable is the pseudo-terminal: when it is pulled the terminal hangs up, and when it returns there is
-/// another one under the same link. On a serial port the line is silent meanwhile.
+/// The cable of the device is the pseudo-terminal: when it is disconnected the terminal hangs up, and when it
+/// returns there is a new terminal under the same link. On a serial port the line is silent meanwhile.
 pub struct PtyServer {
     link: PathBuf,
     quit: Arc<AtomicBool>,
@@ -28,11 +28,12 @@ pub struct PtyServer {
 }
 
 impl PtyServer {
-    /// Puts `device` behind a pseudo-terminal to which `link` becomes a symbolic link; if `link` is a serial port, on that.
+    /// Puts `device` behind a pseudo-terminal with the symbolic link `link`; or, if `link` is a serial port,
+    /// on that port.
     ///
     /// # Errors
-    /// [`LinkError`] if there is no pseudo-terminal, the link cannot be made or the port cannot be had; another file at
-    /// `link` is left alone.
+    /// [`LinkError`] if there is no pseudo-terminal, the link cannot be created or the port cannot be opened.
+    /// Any other file at `link` is not changed.
     pub fn start(
         device: impl SimulatedDevice + 'static,
         noise: &LineNoise,
@@ -52,7 +53,7 @@ impl PtyServer {
         Ok(Self { link: link.to_owned(), quit, thread: Some(thread) })
     }
 
-    /// Whether the device is still being run; not after a failure to make a new terminal.
+    /// Whether the device is running; `false` after a failure to create a new terminal.
     pub fn alive(&self) -> bool {
         self.thread.as_ref().is_some_and(|thread| !thread.is_finished())
     }
@@ -68,29 +69,29 @@ impl Drop for PtyServer {
     }
 }
 
-/// The name goes with the terminal; a serial port stays.
+/// Removes the symbolic link; a serial port is not removed.
 fn remove_link(link: &Path) {
     if link.is_symlink() {
-        // It may have gone by itself.
+        // It may have been removed already.
         let _ = std::fs::remove_file(link);
     }
 }
 
-/// Where the device's bytes go: both ends of a pseudo-terminal, or a serial port.
+/// The device's line: both ends of a pseudo-terminal, or a serial port.
 struct Pty {
     host: TTYPort,
-    /// The device's end is held open, so that clients may come and go.
+    /// The device's end stays open, so that clients may connect and disconnect.
     _device: Option<TTYPort>,
     _lock: Option<PortLock>,
 }
 
-/// Whether a path is a device of its own, and no link to a pseudo-terminal that could be made there.
+/// Whether a path is a device itself, and not a link to a pseudo-terminal.
 fn is_port(path: &Path) -> bool {
     std::fs::symlink_metadata(path).is_ok_and(|there| there.file_type().is_char_device())
 }
 
 impl Pty {
-    /// A serial port, if there is one at `path`, which must be the file itself; else a pseudo-terminal linked there.
+    /// A serial port, if there is one at `path` itself; else a pseudo-terminal with a link there.
     fn open(path: &Path) -> Result<Self, LinkError> {
         if !is_port(path) {
             return Self::pair(path);
@@ -121,8 +122,8 @@ impl Pty {
             device.name().ok_or_else(|| failed("make a pseudo-terminal", "it has no name".to_owned()))?;
         if link.exists() {
             return Err(failed(
-                "make this link",
-                "it exists and leads somewhere; give another name".to_owned(),
+                "create this link",
+                "it exists and points to something; give another name".to_owned(),
             ));
         }
         if link.is_symlink() {
@@ -162,7 +163,7 @@ impl<D: SimulatedDevice> Server<D> {
                 continue;
             }
             let Some(pty) = &mut pty else {
-                // Without a terminal there is nobody to tell; `alive` says it.
+                // Without a terminal there is no client; `alive` reports it.
                 let Ok(opened) = Pty::open(&self.link) else { return };
                 pty = Some(opened);
                 continue;
@@ -173,8 +174,8 @@ impl<D: SimulatedDevice> Server<D> {
 
     fn exchange(&mut self, pty: &mut Pty, waiting: &mut Vec<u8>) {
         let mut buffer = [0; 256];
-        // A read that fails has timed out: the terminal cannot hang up while its other end is held open here, and a port whose
-        // other end is not there is silent.
+        // A failed read is a time-out: the terminal cannot hang up while its other end is open here, and a
+        // disconnected port is silent.
         let count = pty.host.read(&mut buffer).unwrap_or(0);
         for &byte in &buffer[..count] {
             for arrived in self.to_device.pass(byte) {
@@ -186,7 +187,7 @@ impl<D: SimulatedDevice> Server<D> {
             waiting.extend(self.from_device.pass(byte));
         }
         if Instant::now() >= self.held_until && !waiting.is_empty() {
-            // What nobody reads is lost, as on a wire.
+            // Bytes that are not read are lost, as on a wire.
             let _ = pty.host.write_all(waiting);
             waiting.clear();
         }

@@ -1,4 +1,4 @@
-//! First words with GRBL, and its answers to single commands.
+//! Connecting to GRBL, and its answers to single commands.
 
 use std::time::Duration;
 
@@ -10,13 +10,13 @@ use super::texts::error_text;
 use super::{BOOT_PATIENCE, FEED_HOLD, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE, STATUS_QUERY, TRIES};
 use crate::stage::StageError;
 
-/// After a reset in motion it says nothing for half a second before it starts.
+/// After a reset in motion it is silent for half a second before it restarts.
 const RESET_PATIENCE: Duration = Duration::from_millis(1500);
-/// Motion that slows down at all ends in this.
+/// Any deceleration ends within this time.
 const HOLD_PATIENCE: Duration = Duration::from_secs(10);
 const SETTINGS_TRIES: u32 = 6;
 
-/// The error that comes of itself, when it starts with an empty memory.
+/// The error that it reports by itself after losing its settings.
 const SETTINGS_LOST: u8 = 7;
 
 pub(super) fn no_answer(lines: &Lines, asked: &str, patience: Duration) -> StageError {
@@ -32,11 +32,11 @@ pub(super) fn refused(code: u8) -> StageError {
     StageError::Refused { reason: format!("{} (error:{code})", error_text(code)) }
 }
 
-/// Waits for the controller to be there: it may be booting, idle, or locked by an alarm and silent.
+/// Waits for the controller, which may be booting, idle, or locked and silent after an alarm.
 pub(super) fn greet(lines: &mut Lines) -> Result<Status, StageError> {
     for round in 0..TRIES {
         if round == 1 {
-            // An alarm makes it deaf to all but this; a motion that nobody waits for is stopped by it too.
+            // After an alarm it accepts only a reset, which also stops a motion of a former host.
             lines.send_byte(SOFT_RESET)?;
         }
         lines.send_byte(STATUS_QUERY)?;
@@ -61,8 +61,8 @@ pub(super) fn greet(lines: &mut Lines) -> Result<Status, StageError> {
     Err(lines.foreign().unwrap_or_else(|| no_answer(lines, "?", BOOT_PATIENCE * TRIES)))
 }
 
-/// Resets the controller and discards what it says until it has started anew: a stale `ok` may come before the banner. The byte
-/// is sent again if nothing comes of it.
+/// Resets the controller, and discards its output until it has restarted: a stale `ok` may precede the
+/// banner. The byte is repeated if nothing happens.
 pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
     for _ in 0..TRIES {
         lines.send_byte(SOFT_RESET)?;
@@ -85,7 +85,7 @@ pub(super) fn command(lines: &mut Lines, line: &str) -> Result<(), StageError> {
     }
 }
 
-/// Sends a line and hands all that is said to `take` until it is answered.
+/// Sends a line, and passes the output to `take` until the line is answered.
 pub(super) fn ask(lines: &mut Lines, line: &str, mut take: impl FnMut(Response)) -> Result<(), StageError> {
     lines.send_line(line)?;
     let until = lines.now() + REPLY_PATIENCE;
@@ -99,7 +99,7 @@ pub(super) fn ask(lines: &mut Lines, line: &str, mut take: impl FnMut(Response))
     }
 }
 
-/// What `$I` tells.
+/// The answer to `$I`.
 pub(super) struct BuildInfo {
     pub(super) version: String,
     /// Homing ends at machine coordinate 0 (`HOMING_FORCE_SET_ORIGIN`).
@@ -123,7 +123,7 @@ pub(super) fn read_build(lines: &mut Lines) -> Result<BuildInfo, StageError> {
         }
         (_, Err(error @ StageError::Link(_))) => return Err(error),
         (Some(version), _) => format!("its version is {version}"),
-        (None, _) => "it does not tell its version".to_owned(),
+        (None, _) => "it does not report its version".to_owned(),
     };
     let (port, expected) = (lines.port().to_owned(), NAME);
     Err(StageError::Foreign {
@@ -134,7 +134,7 @@ pub(super) fn read_build(lines: &mut Lines) -> Result<BuildInfo, StageError> {
     })
 }
 
-/// Reads all settings, until two readings agree: a line that lies must not move home.
+/// Reads all settings until two readings agree, because a damaged setting would shift home.
 pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
     let mut before: Option<Settings> = None;
     for _ in 0..SETTINGS_TRIES {
@@ -159,11 +159,11 @@ pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
     })
 }
 
-/// Slows down what is moving and waits until it stands; whether it does.
+/// Decelerates any motion, and waits until the axis is at rest. Returns whether it is.
 pub(super) fn hold(lines: &mut Lines, give_up: impl Fn() -> bool) -> Result<bool, StageError> {
     let until = lines.now() + HOLD_PATIENCE;
     while lines.now() < until && !give_up() {
-        // Sent until it works. A controller that homes answers nothing and cannot be held.
+        // Repeated until it works. During homing the controller does not answer and cannot be held.
         lines.send_byte(FEED_HOLD)?;
         lines.send_byte(STATUS_QUERY)?;
         let status_until = lines.now() + STATUS_PATIENCE;

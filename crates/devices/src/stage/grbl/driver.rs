@@ -1,4 +1,4 @@
-//! The GRBL driver in the table of drivers.
+//! Registration of the GRBL driver.
 
 use super::response::Response;
 use super::{AxisLetter, BAUD, FEED_HOLD, GrblAxis, GrblOptions, SOFT_RESET, STATUS_QUERY};
@@ -14,9 +14,10 @@ pub(super) const NAME: &str = "grbl";
 const CYCLE_START: u8 = b'~';
 const JOG_CANCEL: u8 = 0x85;
 
-static AXIS: Key = Key::new("stage", "axis", Kind::Choice(names::<AxisLetter>), "y", "Its axis").or("x");
+static AXIS: Key =
+    Key::new("stage", "axis", Kind::Choice(names::<AxisLetter>), "y", "The axis of the stage").or("x");
 
-/// Stages that speak GRBL 1.1.
+/// Stages with GRBL 1.1.
 pub struct Grbl;
 
 impl StageDriver for Grbl {
@@ -69,7 +70,7 @@ fn line_text(side: Side, line: &str) -> String {
     }
 }
 
-/// GRBL takes these bytes at once, wherever they come.
+/// GRBL handles these bytes at once, in any position of a line.
 fn real_time_text(side: Side, byte: u8) -> Option<&'static str> {
     match (side, byte) {
         (Side::Device, _) => None,

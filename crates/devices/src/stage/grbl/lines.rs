@@ -7,22 +7,22 @@ use super::driver::NAME;
 use crate::link::{Inbox, Link, LinkError};
 use crate::stage::StageError;
 
-/// GRBL's own lines are shorter; more without an end is noise.
+/// Longest line: GRBL's own lines are shorter; more without an end is noise.
 const LONGEST: usize = 256;
 
-/// What came, if anything.
+/// Received input, if any.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Heard {
     Line(Response),
     Nothing,
 }
 
-/// A link that is spoken in lines.
+/// A link used line by line.
 pub(super) struct Lines {
     link: Box<dyn Link>,
     inbox: Inbox,
     line: Vec<u8>,
-    /// The latest line that made no sense.
+    /// The last line that could not be parsed.
     unknown: Option<String>,
 }
 
@@ -47,7 +47,7 @@ impl Lines {
         self.link.send(&[byte])
     }
 
-    /// The next line that is not empty, if one comes in time.
+    /// The next non-empty line, if one comes in time.
     pub(super) fn next(&mut self, patience: Duration) -> Result<Heard, LinkError> {
         let until = self.now() + patience;
         while let Some(byte) = self.inbox.next(&mut *self.link, until)? {
@@ -70,7 +70,7 @@ impl Lines {
         response
     }
 
-    /// The next line that answers a line of ours, or ends all answering.
+    /// The next line that answers a command, or ends all answers.
     pub(super) fn answer(&mut self, patience: Duration) -> Result<Heard, LinkError> {
         let until = self.now() + patience;
         loop {
@@ -86,14 +86,14 @@ impl Lines {
         }
     }
 
-    /// If only nonsense has come: what it was.
+    /// The error for a device that sends only unknown lines.
     pub(super) fn foreign(&self) -> Option<StageError> {
         let partly = String::from_utf8_lossy(&self.line).into_owned();
         let heard = self.unknown.clone().or_else(|| (!partly.is_empty()).then_some(partly))?;
         Some(StageError::Foreign {
             port: self.port().to_owned(),
             expected: NAME,
-            heard: format!("it says \"{}\"", heard.escape_default()),
+            heard: format!("it answers \"{}\"", heard.escape_default()),
             hint: "check its firmware, or choose another --driver".to_owned(),
         })
     }

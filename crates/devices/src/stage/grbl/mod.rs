@@ -1,7 +1,8 @@
-//! The driver of stages that speak GRBL 1.1.
+//! The driver for stages with GRBL 1.1.
 //!
-//! GRBL has no checksums and no ids, and its `ok` means accepted, not done. So one line is outstanding at a time, `G4 P0` is the
-//! barrier that answers when motion is done, and no move counts before the position has been read back twice.
+//! GRBL has no checksums and no ids, and its `ok` means accepted, not done. So only one line is outstanding
+//! at a time, `G4 P0` serves as a barrier that answers at the end of motion, and no move counts before its
+//! position has been read twice.
 
 mod connect;
 mod driver;
@@ -25,7 +26,7 @@ pub use settings::AxisLetter;
 use settings::{ALWAYS_POWERED, AxisSettings, IDLE_DELAY};
 pub use texts::{alarm_text, error_text};
 
-/// Speed of the serial line.
+/// Baud rate of the serial line.
 pub const BAUD: u32 = 115_200;
 
 const SOFT_RESET: u8 = 0x18;
@@ -33,25 +34,25 @@ const STATUS_QUERY: u8 = b'?';
 const FEED_HOLD: u8 = b'!';
 const MILLIMETRES: &str = "G21";
 
-/// A line is accepted in some 10 ms, settings are written in some 100.
+/// A line is accepted within some 10 ms, settings are written within some 100 ms.
 const REPLY_PATIENCE: Duration = Duration::from_secs(2);
 const STATUS_PATIENCE: Duration = Duration::from_millis(400);
 /// A board boots in two seconds.
 const BOOT_PATIENCE: Duration = Duration::from_secs(3);
-/// How often a motion under way is looked at.
+/// Interval of status queries during a motion.
 const POLL: Duration = Duration::from_millis(100);
 
-/// The work offset comes with one answer in so many at the least.
+/// The work offset comes at least once in this number of answers.
 const OFFSET_WITHIN: u32 = 30;
-/// How many times an absolute move is sent that has demonstrably not begun.
+/// Attempts to send an absolute move that has verifiably not begun.
 const TRIES: u32 = 3;
 
-/// GRBL does not tell whether it has been homed or only unlocked. A feed rate that nobody else sets is the mark: it lives until
-/// the next reset, and so does the position. GRBL prints feed rates without decimals.
+/// GRBL does not report whether it was homed or only unlocked. An unusual feed rate serves as a mark: it
+/// lasts until the next reset, as the position does. GRBL prints feed rates without decimals.
 const HOMED_MARK: f64 = 27183.0;
 const NOT_HOMED_MARK: f64 = 1.0;
 
-/// How a GRBL stage is to be driven.
+/// Options of a GRBL stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrblOptions {
     /// The axis that carries the object.
@@ -64,11 +65,11 @@ impl Default for GrblOptions {
     }
 }
 
-/// A stage that speaks GRBL 1.1, checked.
+/// A stage with GRBL 1.1, checked.
 pub type GrblStage = CheckedStage<GrblAxis>;
 
 impl GrblStage {
-    /// Connects to the controller at the other end of `link`.
+    /// Connects to the controller on `link`.
     ///
     /// # Errors
     /// As [`GrblAxis::connect`].
@@ -77,37 +78,38 @@ impl GrblStage {
     }
 }
 
-/// The axis of a stage that speaks GRBL 1.1.
+/// The axis of a stage with GRBL 1.1.
 pub struct GrblAxis {
     lines: Lines,
     options: GrblOptions,
     version: String,
     axis: AxisSettings,
     notes: Vec<String>,
-    /// Machine coordinate of position 0, in mm; `None` if it is not homed, or no longer surely.
+    /// Machine coordinate of position 0, in mm; `None` if it is not homed, or uncertain.
     home_mm: Option<f64>,
-    /// Offset of work coordinates, which G-code is written in, in mm.
+    /// Offset of the work coordinates, which G-code uses, in mm.
     work_offset_mm: f64,
     stop: StopSwitch,
 }
 
 impl GrblAxis {
-    /// Connects to the controller at the other end of `link`, reads its settings and checks them; sets `$1=255`.
+    /// Connects to the controller on `link`, reads and checks its settings, and sets `$1=255`.
     ///
     /// # Errors
-    /// [`StageError`] if nothing answers, something else than GRBL 1.1 does, or its settings do not do for a measurement.
+    /// [`StageError`] if nothing answers, something else than GRBL 1.1 answers, or its settings prevent a
+    /// measurement.
     pub fn connect(link: Box<dyn Link>, options: GrblOptions) -> Result<Self, StageError> {
         let mut lines = Lines::new(link);
         let mut status = greet(&mut lines)?;
         let mut notes = Vec::new();
         if !matches!(status.state, State::Idle | State::Alarm) {
-            notes.push("it was moving, or held, and nobody waited for it; it has been stopped".to_owned());
-            // A motion that nobody waits for any more; it answers no question before it stands.
+            notes.push("it was moving or held, without a host; it has been stopped".to_owned());
+            // A motion of a former host; it answers no question before it is at rest.
             hold(&mut lines, || false)?;
             reset(&mut lines)?;
             status = greet(&mut lines)?;
         }
-        // Half a line that somebody else has left there would spoil the next one.
+        // An incomplete line of another program would spoil the next one.
         lines.send_line("")?;
         lines.answer(STATUS_PATIENCE)?;
         let build = read_build(&mut lines)?;
@@ -118,14 +120,12 @@ impl GrblAxis {
             if settings.get(IDLE_DELAY) != Some(ALWAYS_POWERED) {
                 return Err(StageError::Unsuitable {
                     port: lines.port().to_owned(),
-                    what: format!(
-                        "it lets go of the motor between moves and does not take ${IDLE_DELAY}=255"
-                    ),
+                    what: format!("it switches the motor off between moves and refuses ${IDLE_DELAY}=255"),
                     remedy: "set it by hand".to_owned(),
                 });
             }
             notes.push(format!(
-                "it let go of the motor between moves; ${IDLE_DELAY} has been set to {ALWAYS_POWERED}"
+                "it switched the motor off between moves; ${IDLE_DELAY} has been set to {ALWAYS_POWERED}"
             ));
         }
         let axis = settings.check(options.axis, build.home_is_origin, lines.port())?;
@@ -142,7 +142,7 @@ impl GrblAxis {
         };
         stage.learn_offset(status.clone())?;
         if status.state == State::Idle && stage.marked_as_homed()? {
-            // Somebody may have chosen inches since.
+            // Another program may have selected inches.
             command(&mut stage.lines, MILLIMETRES)?;
             stage.home_mm = Some(stage.axis.home_mm);
         }
@@ -160,26 +160,26 @@ impl GrblAxis {
         match asked {
             Ok(()) => Ok(marked),
             Err(error @ StageError::Link(_)) => Err(error),
-            // A controller that cannot tell has not been homed by us.
+            // Without an answer, this program has not homed it.
             Err(_) => Ok(false),
         }
     }
 
     fn mark(&mut self, feed: f64) -> Result<(), StageError> {
         match command(&mut self.lines, &format!("F{feed}")) {
-            // Then the next program will have to home it again.
+            // If that fails, the next program has to home it again.
             Err(StageError::Refused { .. } | StageError::NoAnswer { .. }) => Ok(()),
             other => other,
         }
     }
 
-    /// Forgets the position, here and for who connects next.
+    /// Invalidates the position, here and for the next program that connects.
     fn distrust(&mut self) -> Result<(), StageError> {
         self.home_mm = None;
         self.mark(NOT_HOMED_MARK)
     }
 
-    /// Asks for the status until it comes.
+    /// Asks for the status until there is an answer.
     fn status(&mut self) -> Result<Status, StageError> {
         for _ in 0..TRIES {
             self.lines.send_byte(STATUS_QUERY)?;
@@ -196,8 +196,8 @@ impl GrblAxis {
         Err(no_answer(&self.lines, "?", STATUS_PATIENCE * TRIES))
     }
 
-    /// The offset comes with every tenth answer at rest and every thirtieth in motion; a controller that never tells it has
-    /// none.
+    /// The offset comes with every tenth answer at rest and every thirtieth in motion. A controller that
+    /// never reports one has none.
     fn learn_offset(&mut self, first: Status) -> Result<(), StageError> {
         let mut status = self.note_offset(first);
         for _ in 0..OFFSET_WITHIN {
@@ -226,9 +226,9 @@ impl GrblAxis {
         self.place_mm(self.machine_mm(status)?)
     }
 
-    /// The place of a machine coordinate, in mm from home; `None` if it is not homed.
+    /// A machine coordinate in mm from home; `None` if it is not homed.
     fn place_mm(&self, machine_mm: f64) -> Option<f64> {
-        // Never minus zero.
+        // Avoids minus zero.
         Some((machine_mm - self.home_mm?) * self.axis.outwards + 0.0)
     }
 
@@ -237,7 +237,7 @@ impl GrblAxis {
         StageError::Restarted { during: during.to_owned() }
     }
 
-    /// After an alarm GRBL wants a reset before it says anything else.
+    /// After an alarm GRBL needs a reset before it answers.
     fn alarm(&mut self, code: u8, during: &str) -> Result<StageError, StageError> {
         self.home_mm = None;
         reset(&mut self.lines)?;
@@ -275,7 +275,7 @@ impl Axis for GrblAxis {
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {
-        // Whatever it was doing or waiting for ends here.
+        // Ends any operation, and any wait.
         if !self.status().is_ok_and(|status| matches!(status.state, State::Idle | State::Alarm)) {
             reset(&mut self.lines)?;
         }
@@ -288,13 +288,13 @@ impl Axis for GrblAxis {
         let took_s = (self.lines.now() - began).as_secs_f64();
         command(&mut self.lines, MILLIMETRES)?;
         let machine_mm = self.machine_mm_at_rest("while homing", BOOT_PATIENCE)?;
-        // An `ok` is not enough: one flipped bit makes `$X` of `$H`, which unlocks without moving.
+        // An `ok` is not enough: one flipped bit turns `$H` into `$X`, which unlocks without homing.
         let off_mm = (machine_mm - self.axis.home_mm).abs();
         if off_mm > self.axis.kinematics.step_mm || took_s < self.axis.least_homing_s {
             return Err(StageError::Fault {
                 during: "while homing".to_owned(),
                 fault: format!(
-                    "it says that it is done after {took_s:.2} s at {machine_mm} mm, and its settings put home at {} mm after {:.2} s at least; home it again",
+                    "it reports the end of homing after {took_s:.2} s at {machine_mm} mm, but by its settings home is at {} mm after {:.2} s at least; home it again",
                     self.axis.home_mm, self.axis.least_homing_s
                 ),
             });
@@ -332,7 +332,7 @@ impl Axis for GrblAxis {
     }
 
     fn forget_position(&mut self) {
-        // What has failed may fail again; the first error is the one to tell.
+        // A failed command may fail again; the first error is reported.
         let _ = self.distrust();
     }
 

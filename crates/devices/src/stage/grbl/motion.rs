@@ -1,4 +1,4 @@
-//! Moving a GRBL stage, and stopping it.
+//! Moving and stopping a GRBL stage.
 
 use std::time::Duration;
 
@@ -9,13 +9,13 @@ use super::texts::error_text;
 use super::{BOOT_PATIENCE, GrblAxis, HOMED_MARK, MILLIMETRES, POLL, REPLY_PATIENCE, STATUS_QUERY, TRIES};
 use crate::stage::{Motion, StageError, Urgency};
 
-/// A refusal while something may be moving: the position is not sure any more.
+/// The error for a refusal while the axis may be moving, which makes the position uncertain.
 fn refused_in_motion(code: u8, during: &str) -> StageError {
     StageError::Fault { during: during.to_owned(), fault: format!("{} (error:{code})", error_text(code)) }
 }
 
 impl GrblAxis {
-    /// The machine position, once two answers in a row agree that it stands.
+    /// The machine position, once two successive answers show that the axis is at rest.
     pub(super) fn machine_mm_at_rest(&mut self, during: &str, patience: Duration) -> Result<f64, StageError> {
         let mut before = None;
         let until = self.lines.now() + patience.max(BOOT_PATIENCE);
@@ -34,7 +34,7 @@ impl GrblAxis {
         Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
     }
 
-    /// Sends a line whose `ok` comes when all motion is done, and waits for it.
+    /// Sends a line whose `ok` comes at the end of all motion, and waits for it.
     pub(super) fn barrier(
         &mut self,
         line: &str,
@@ -59,7 +59,7 @@ impl GrblAxis {
                 Heard::Line(Response::Banner { .. }) => return Err(self.restarted(during)),
                 Heard::Line(Response::Status(status)) => {
                     let status = self.note_offset(status);
-                    // Its `ok` may be lost: who stands at the target for half a second has arrived.
+                    // Its `ok` may be lost: half a second at rest at the target counts as the end.
                     let there = target_mm.zip(self.machine_mm(&status)).is_some_and(|(target_mm, at_mm)| {
                         status.state == State::Idle
                             && (target_mm - at_mm).abs() < self.axis.kinematics.step_mm
@@ -69,15 +69,15 @@ impl GrblAxis {
                         return Ok(());
                     }
                 }
-                // Homing says nothing of this kind: the order arrived as another one.
+                // Homing gives no such output, so the command was damaged on its way.
                 Heard::Line(Response::Feedback { kind, text }) if target_mm.is_none() => {
                     return Err(StageError::Fault {
                         during: during.to_owned(),
-                        fault: format!("it took the order for another one ([{kind}:{text}]); home it again"),
+                        fault: format!("it received another command ([{kind}:{text}]); home it again"),
                     });
                 }
                 Heard::Line(_) => {}
-                // While homing GRBL answers no question; its answer then comes at the end and is skipped.
+                // During homing GRBL does not answer; its answer comes at the end and is skipped.
                 Heard::Nothing if target_mm.is_some() => self.lines.send_byte(STATUS_QUERY)?,
                 Heard::Nothing => {}
             }
@@ -86,7 +86,8 @@ impl GrblAxis {
         Err(StageError::TooSlow { during: during.to_owned(), patience_s: patience.as_secs_f64() })
     }
 
-    /// Stops safely: hold, wait until it stands, reset, which keeps the position; or reset at once, which does not.
+    /// Stops safely: hold, wait for rest, and reset, which keeps the position. Or resets at once, which does
+    /// not.
     pub(super) fn stop_motion(&mut self, urgency: Urgency) -> Result<StageError, StageError> {
         let home_mm = self.home_mm.take();
         let stop = self.stop.clone();
@@ -101,8 +102,8 @@ impl GrblAxis {
         Ok(StageError::Stopped { position_mm: self.position_of(&status) })
     }
 
-    /// Sends an absolute move. One that was refused, or whose `ok` got lost, is sent again if the stage demonstrably stands
-    /// where it stood: no relative move ever is.
+    /// Sends an absolute move. It is repeated after a refusal or a lost `ok` if the axis has verifiably not
+    /// moved; relative moves are never repeated.
     fn begin_move(&mut self, machine_mm: f64, from_mm: f64, during: &str) -> Result<(), StageError> {
         let letter = self.options.axis.letter();
         let line = format!("{MILLIMETRES} G90 G0 {letter}{:.4}", machine_mm - self.work_offset_mm);

@@ -1,4 +1,4 @@
-//! What GRBL 1.1 says, line by line.
+//! Output of GRBL 1.1, line by line.
 
 use std::fmt;
 
@@ -8,47 +8,47 @@ use super::texts::{alarm_text, error_text};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Response {
-    /// The line sent before was accepted. It may not have been done.
+    /// The last line was accepted, but perhaps not done yet.
     Ok,
-    /// The line sent before was refused.
+    /// The last line was refused.
     Error(u8),
-    /// Everything has stopped.
+    /// An alarm: everything has stopped.
     Alarm(u8),
     /// Answer to `?`.
     Status(Status),
     /// The controller has started.
     Banner {
-        /// Such as `1.1h`.
+        /// Version, such as `1.1h`.
         version: String,
     },
     /// A line of the answer to `$$`.
     Setting {
-        /// Without the `$`.
+        /// Number, without the `$`.
         number: u8,
-        /// As GRBL prints it.
+        /// Value as printed.
         value: f64,
     },
     /// `[MSG:..]`, `[VER:..]`, `[GC:..]` and the like.
     Feedback {
-        /// Before the first colon.
+        /// Text before the first colon.
         kind: String,
-        /// After it.
+        /// Text after it.
         text: String,
     },
     /// Anything else.
     Unknown(String),
 }
 
-/// GRBL's states, of version 1.1.
+/// The states of GRBL 1.1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// At rest and ready.
     Idle,
     /// Moving.
     Run,
-    /// Held; `complete` once it stands.
+    /// Held; `complete` once it is at rest.
     Hold {
-        /// Whether it stands.
+        /// Whether it is at rest.
         complete: bool,
     },
     /// Moving by a jog command.
@@ -68,20 +68,20 @@ pub enum State {
 /// Answer to `?`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Status {
-    /// What it does.
+    /// Present state.
     pub state: State,
     /// Machine positions in mm (or work positions, see `is_work_position`), one for each axis.
     pub position_mm: Vec<f64>,
-    /// The positions are work positions: less the offset.
+    /// Whether the positions are work positions: machine position minus offset.
     pub is_work_position: bool,
-    /// Work coordinate offset in mm, which comes with some of the answers.
+    /// Work coordinate offset in mm, which only some answers contain.
     pub work_offset_mm: Option<Vec<f64>>,
-    /// Letters of the pins that are active, such as `X` for that axis's limit switch.
+    /// Letters of the active pins, such as `X` for the limit switch of that axis.
     pub pins: String,
 }
 
 impl Response {
-    /// Reads a line without its end.
+    /// Parses a line without its end.
     pub fn parse(line: &str) -> Self {
         let line = line.trim();
         let unknown = || Self::Unknown(line.to_owned());
@@ -132,7 +132,7 @@ impl Status {
                 Some(("WPos", text)) => (position, is_work_position) = (Some(coordinates(text)?), true),
                 Some(("WCO", text)) => work_offset_mm = Some(coordinates(text)?),
                 Some(("Pn", text)) => pins = text.to_owned(),
-                // Feeds, overrides, buffers, and what later versions may add.
+                // Feeds, overrides, buffers, and fields of later versions.
                 _ => {}
             }
         }

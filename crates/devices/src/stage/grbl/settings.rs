@@ -1,4 +1,4 @@
-//! GRBL's `$$` settings, as far as a measurement depends on them.
+//! GRBL's `$$` settings that matter for a measurement.
 
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ impl AxisLetter {
     }
 }
 
-/// The settings as they were read.
+/// The settings as read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Settings {
     values: BTreeMap<u8, f64>,
@@ -62,7 +62,7 @@ impl Settings {
         self.values.get(&number).copied()
     }
 
-    /// What the driver needs, or why the stage cannot be used.
+    /// The facts that the driver needs, or why the stage cannot be used.
     pub(super) fn check(
         &self,
         axis: AxisLetter,
@@ -75,7 +75,7 @@ impl Settings {
         let number = |number: u8| {
             let missing = || {
                 unsuitable(
-                    format!("it does not tell its setting ${number}"),
+                    format!("it does not report its setting ${number}"),
                     "it may not be GRBL 1.1".to_owned(),
                 )
             };
@@ -88,7 +88,7 @@ impl Settings {
             } else {
                 Err(unsuitable(
                     format!("its setting ${of} is {value}"),
-                    format!("set ${of} to what the machine has"),
+                    format!("set ${of} to the value of the machine"),
                 ))
             }
         };
@@ -131,11 +131,12 @@ impl Settings {
         } else {
             let what =
                 format!("its travel (${}) is shorter than the pull-off (${PULL_OFF})", TRAVEL + offset);
-            Err(unsuitable(what, "set both to what the machine has".to_owned()))
+            Err(unsuitable(what, "set both to the values of the machine".to_owned()))
         }
     }
 
-    /// How long homing takes at the worst: GRBL goes one and a half times over each axis, the Z axis first.
+    /// Longest duration of homing: GRBL searches one and a half times the travel of each axis, the Z axis
+    /// first.
     fn homing_s(&self) -> Result<f64, StageError> {
         let value = |number: u8| self.get(number).filter(|value| *value > 0.0).unwrap_or(1.0);
         let axes: f64 = (0..3).map(|axis| 1.5 * self.get(TRAVEL + axis).unwrap_or(0.0).max(0.0)).sum();
@@ -147,7 +148,7 @@ impl Settings {
         let off = |number: u8| self.get(number) == Some(0.0);
         let mut notes = Vec::new();
         if off(SOFT_LIMITS) {
-            notes.push(format!("its soft limits are off (${SOFT_LIMITS}=0): only epirig minds the travel"));
+            notes.push(format!("its soft limits are off (${SOFT_LIMITS}=0): only epirig checks the travel"));
         }
         if off(HARD_LIMITS) {
             notes
@@ -157,17 +158,17 @@ impl Settings {
     }
 }
 
-/// What the driver knows of its axis.
+/// The facts that the driver needs of its axis.
 #[derive(Debug, Clone)]
 pub(super) struct AxisSettings {
     pub(super) kinematics: Kinematics,
     pub(super) travel_mm: f64,
-    /// Sign of machine coordinates on the way out from home.
+    /// Sign of machine coordinates in the direction away from home.
     pub(super) outwards: f64,
     pub(super) homing_s: f64,
-    /// Homing cannot take less: its slow approach alone, in s.
+    /// Least duration of homing: its slow approach alone, in s.
     pub(super) least_homing_s: f64,
-    /// Machine coordinate at which homing ends, in mm.
+    /// Machine coordinate at the end of homing, in mm.
     pub(super) home_mm: f64,
     pub(super) notes: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! Requests and their replies over a line that may lose them.
+//! Requests and replies over a line that may lose them.
 
 use std::time::Duration;
 
@@ -11,27 +11,28 @@ use super::driver::NAME;
 use crate::link::{Inbox, Link, LinkError};
 use crate::stage::StageError;
 
-/// A board answers within some 10 ms, a USB adapter adds up to 32.
+/// A board answers within some 10 ms; a USB adapter adds up to 32 ms.
 const REPLY_PATIENCE: Duration = Duration::from_millis(60);
 
-/// With one byte in a hundred lost, doubled and flipped each, half of all exchanges fail: 24 in a row once in 10 million.
+/// If one byte in a hundred is lost, doubled and flipped each, half of all exchanges fail: 24 in a row once
+/// in 10 million.
 const TRIES: u32 = 24;
 
-/// A board that is reset by the opening of its port is silent for up to 2 s.
+/// A board that is reset by opening its port is silent for up to 2 s.
 const BOOT_PATIENCE: Duration = Duration::from_secs(4);
 
-/// How much of what a stranger says is kept for the error message.
+/// Most bytes of unknown output kept for the error message.
 const HEARD: usize = 60;
 
-/// Requests go out, their replies come in, one at a time.
+/// Sends requests and receives their replies, one at a time.
 pub(super) struct Conversation {
     link: Box<dyn Link>,
     inbox: Inbox,
     receiver: Receiver,
     sequence: u8,
-    /// Id of the operation whose end was told last.
+    /// Id of the last operation that ended.
     finished: Option<u32>,
-    /// The latest bytes that belonged to no frame of ours.
+    /// The last bytes that belonged to no valid frame.
     heard: Vec<u8>,
 }
 
@@ -55,7 +56,7 @@ impl Conversation {
         self.link.now()
     }
 
-    /// Asks who is there, for as long as a board takes to boot.
+    /// Identifies the device, for as long as a board takes to boot.
     pub(super) fn hello(&mut self) -> Result<Identity, StageError> {
         let since = self.now();
         let request = Request::Hello { version: PROTOCOL_VERSION };
@@ -63,7 +64,7 @@ impl Conversation {
             if let Some(Reply::Hello(identity)) = self.try_to_ask(request)? {
                 return Ok(identity);
             }
-            // To another language our frames are noise, and some bytes of them are orders.
+            // For devices with another protocol these frames are noise, and some bytes may be commands.
             if self.hears_grbl() {
                 break;
             }
@@ -100,7 +101,7 @@ impl Conversation {
         StageError::Foreign {
             port,
             expected: NAME,
-            heard: format!("it says \"{}\"", text.escape_default()),
+            heard: format!("it answers \"{}\"", text.escape_default()),
             hint: hint.to_owned(),
         }
     }
@@ -116,7 +117,7 @@ impl Conversation {
         self.link.send(frame.bytes())?;
         let until = self.now() + REPLY_PATIENCE;
         while let Some(reply) = self.next_reply(until)? {
-            // Late answers to earlier requests are over.
+            // No late answers to earlier requests are left.
             if reply.sequence == self.sequence && !matches!(reply.message, Reply::Finished { .. }) {
                 return Ok(Some(reply.message));
             }
@@ -124,7 +125,7 @@ impl Conversation {
         Ok(None)
     }
 
-    /// Waits for word that an operation has ended; `false` if none came in time.
+    /// Waits for the end of an operation; `false` after the time-out.
     pub(super) fn finished(&mut self, id: u32, patience: Duration) -> Result<bool, LinkError> {
         let until = self.now() + patience;
         while self.finished != Some(id) {
@@ -139,7 +140,7 @@ impl Conversation {
         self.finished = None;
     }
 
-    /// The byte that stops at once; several times, in case one is lost.
+    /// Sends the byte that stops at once; several times, in case one is lost.
     pub(super) fn emergency_stop(&mut self) -> Result<(), LinkError> {
         self.link.send(&[
             DELIMITER,
@@ -152,7 +153,7 @@ impl Conversation {
         ])
     }
 
-    /// The next sound frame before `until`.
+    /// The next valid frame before `until`.
     fn next_reply(&mut self, until: Duration) -> Result<Option<Received<Reply>>, LinkError> {
         while let Some(byte) = self.inbox.next(&mut *self.link, until)? {
             self.heard.push(byte);

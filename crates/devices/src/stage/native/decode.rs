@@ -1,4 +1,4 @@
-//! What goes over the line of a native stage, as text.
+//! Decodes the traffic of a native stage to text.
 
 use firmware_protocol::frame::{Direction, Event, FrameError, Received, Receiver, decode};
 use firmware_protocol::message::{Reply, Request, Settings, Status};
@@ -45,7 +45,7 @@ fn event_text(side: Side, event: Event<'_>) -> Option<String> {
                 Side::Device => frame_text(Direction::Reply, payload, reply_text),
             }
             .unwrap_or_else(|error| match error {
-                FrameError::Malformed => format!("damaged: {count} bytes that are no frame"),
+                FrameError::Malformed => format!("damaged: {count} bytes that are not a frame"),
                 FrameError::Crc => format!("damaged: a frame of {count} bytes with a wrong CRC"),
                 FrameError::Direction => format!("echo: a frame of {count} bytes from the other side"),
                 FrameError::Unknown { sequence } => format!("#{sequence} a message of another version"),

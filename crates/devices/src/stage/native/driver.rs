@@ -1,4 +1,4 @@
-//! The native driver in the table of drivers.
+//! Registration of the native driver.
 
 use firmware_protocol::message::Settings as Motion;
 
@@ -12,7 +12,7 @@ use epirig_core::settings::{Key, Settings};
 
 pub(super) const NAME: &str = "native";
 
-/// Stages that run epirig's own firmware.
+/// Stages with epirig's own firmware.
 pub struct Native;
 
 impl StageDriver for Native {
@@ -41,7 +41,7 @@ impl StageDriver for Native {
             (settings.number(&VELOCITY), settings.number(&ACCELERATION));
         let is_given = velocity_mm_s.is_some() || acceleration_mm_s2.is_some();
         let default = Motion::default();
-        // Saturating: the stage itself refuses what is beyond its means.
+        // Saturating: the stage itself refuses values that are too large.
         let nm = |mm: Option<f64>, default: u32| mm.map_or(default, |mm| (mm * NM_PER_MM) as u32);
         let motion = Motion {
             velocity_nm_s: nm(velocity_mm_s, default.velocity_nm_s),

@@ -1,4 +1,4 @@
-//! The driver of epirig's own firmware.
+//! The driver for epirig's own firmware.
 
 mod conversation;
 mod decode;
@@ -19,31 +19,31 @@ use conversation::Conversation;
 pub use driver::Native;
 use texts::{fault_text, refusal_text};
 
-/// Speed of the serial line.
+/// Baud rate of the serial line.
 pub const BAUD: u32 = 115_200;
 
 const NM_PER_MM: f64 = 1e6;
 
-/// The host says that it is alive so often in the watchdog's time: with repetitions, half a dozen of its requests are lost
-/// before the half second of the defaults is over.
+/// Number of heartbeats of the host within the watchdog's time: with repetitions, half a dozen requests can
+/// be lost in the default half second.
 const HEARTBEATS: u32 = 5;
 
-/// Homing goes over the whole travel at most one and a half times, then off the switch, onto it and off it again.
+/// Longest homing: one and a half times the travel, then off the switch, onto it and off it again.
 const HOMING_SEARCH: f64 = 1.5;
 const HOMING_PULL_OFFS: f64 = 6.0;
 
-/// How a native stage is to be driven.
+/// Options of a native stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NativeOptions {
-    /// What the stage is told after each connection and boot; `None` leaves its own settings.
+    /// Settings sent after each connection and boot; `None` keeps those of the stage.
     pub settings: Option<Settings>,
 }
 
-/// A stage that runs epirig's own firmware, checked.
+/// A stage with epirig's own firmware, checked.
 pub type NativeStage = CheckedStage<NativeAxis>;
 
 impl NativeStage {
-    /// Connects to the stage at the other end of `link`.
+    /// Connects to the stage on `link`.
     ///
     /// # Errors
     /// As [`NativeAxis::connect`].
@@ -52,27 +52,28 @@ impl NativeStage {
     }
 }
 
-/// The axis of a stage that runs epirig's own firmware.
+/// The axis of a stage with epirig's own firmware.
 ///
-/// A move has an id and runs once however often its request arrives, so requests that got no answer are simply sent
-/// again. A move is done when the stage says so, is still the one that was homed (boot id), and reports the right place.
+/// A move has an id and runs once, even if its request is received several times. So requests without an
+/// answer are sent again. A move is done when the stage reports its end, has the same boot id as when it was
+/// homed, and reports the right position.
 pub struct NativeAxis {
     conversation: Conversation,
     options: NativeOptions,
     identity: Identity,
     settings: Settings,
-    /// Whether the stage moved for a host that has gone, so that it must be homed.
+    /// Whether the stage moved without its host, so that it must be homed.
     was_left_alone: bool,
     is_homed: bool,
     stop: StopSwitch,
 }
 
 impl NativeAxis {
-    /// Connects to the stage at the other end of `link`.
+    /// Connects to the stage on `link`.
     ///
     /// # Errors
-    /// [`StageError`] if nothing answers, something else does, the firmware speaks another version, or it refuses the
-    /// settings.
+    /// [`StageError`] if nothing answers, something else answers, the firmware has another protocol version,
+    /// or it refuses the settings.
     pub fn connect(link: Box<dyn Link>, options: NativeOptions) -> Result<Self, StageError> {
         let mut conversation = Conversation::new(link);
         let identity = conversation.hello()?;
@@ -86,15 +87,15 @@ impl NativeAxis {
             stop: StopSwitch::default(),
         };
         stage.meet(identity)?;
-        // What failed before we came (a pulled cable, another program's fault), or still runs without its host, is not to be
-        // built upon.
+        // After a fault before this connection (a disconnected cable, another program's fault), or a motion
+        // without a host, the position is not used.
         let status = stage.status()?;
         let is_trusted = !matches!(status.outcome, Outcome::Failed | Outcome::Running);
         stage.is_homed = status.homed && is_trusted && !stage.was_left_alone;
         Ok(stage)
     }
 
-    /// Checks the version and agrees on settings, for which the stage has to stand still.
+    /// Checks the version and sets the settings, for which the stage must be at rest.
     fn meet(&mut self, identity: Identity) -> Result<(), StageError> {
         self.identity = identity;
         if identity.version != PROTOCOL_VERSION {
@@ -120,11 +121,12 @@ impl NativeAxis {
         }
     }
 
-    /// Ends what still runs. Nobody else has the port, so it has lost its host: a program that was killed, a cable that was pulled.
+    /// Stops a motion that still runs. The port is locked, so its host is gone: a killed program, or a
+    /// disconnected cable.
     fn take_over(&mut self) -> Result<(), StageError> {
         self.was_left_alone = true;
         match self.stop() {
-            // Then it has been stopped at once.
+            // Then it was stopped at once.
             Err(StageError::TooSlow { .. }) => Ok(()),
             stopped => stopped,
         }
@@ -137,7 +139,7 @@ impl NativeAxis {
                 port: self.conversation.port(),
                 expected: driver::NAME,
                 heard: format!("{other:?} to {request:?}"),
-                hint: "its firmware breaks the protocol: update it".to_owned(),
+                hint: "its firmware violates the protocol: update it".to_owned(),
             },
         }
     }
@@ -149,7 +151,7 @@ impl NativeAxis {
         }
     }
 
-    /// The status of the stage that we know, not of one that has booted since.
+    /// The status; an error if the stage has booted since it was connected.
     fn status_of_this_boot(&mut self, during: &str) -> Result<Status, StageError> {
         let status = self.status()?;
         self.same_boot(status.boot_id, during)?;
@@ -175,7 +177,7 @@ impl NativeAxis {
             .saturating_add(Duration::from_secs(5))
     }
 
-    /// Starts an operation and waits for its end; the status at the end comes back.
+    /// Starts an operation, and waits for its end. Returns the status at the end.
     fn operate(
         &mut self,
         during: &str,
@@ -189,17 +191,17 @@ impl NativeAxis {
         match self.conversation.ask(request)? {
             Reply::Accepted { id: accepted, target_nm: understood } if accepted == id => {
                 self.identity.last_operation = id;
-                // A request that was damaged and still had the right CRC: one in 65536 of the damaged.
+                // A damaged request with a valid CRC: one in 65536 of the damaged ones.
                 if understood != target_nm {
                     self.stop()?;
                     return Err(StageError::Refused {
                         reason: format!(
-                            "it understood {understood} nm for {target_nm} nm; it was stopped, try again"
+                            "it received {understood} nm instead of {target_nm} nm and was stopped; try again"
                         ),
                     });
                 }
             }
-            // What went wrong before may have been a boot; then that is what must be said.
+            // An earlier error may be the consequence of a restart, which is then reported.
             Reply::Refused(refusal) => {
                 self.status_of_this_boot(during)?;
                 return Err(match refusal {
@@ -214,7 +216,7 @@ impl NativeAxis {
         match status.outcome {
             _ if status.operation != id => Err(StageError::Fault {
                 during: during.to_owned(),
-                fault: "another program gives it orders; end that and home it".to_owned(),
+                fault: "another program sends commands; end that program and home it".to_owned(),
             }),
             Outcome::Done if self.stop.pressed().is_none() => Ok(status),
             _ if status.fault == Fault::EmergencyStop && self.stop.pressed().is_some() => {
@@ -234,12 +236,12 @@ impl NativeAxis {
         Duration::from_millis(self.settings.watchdog_ms.into()) / HEARTBEATS
     }
 
-    /// Waits until the stage is at rest, with a heartbeat; minds the stop switch.
+    /// Waits until the stage is at rest, sends heartbeats, and obeys the stop switch.
     fn wait(&mut self, during: &str, id: u32, patience: Duration) -> Result<(), StageError> {
         let since = self.conversation.now();
         let heartbeat = self.heartbeat();
         while self.conversation.now() - since < patience {
-            // Asked for until the stage stands: the first time may be lost.
+            // Repeated until the stage is at rest, because a request may be lost.
             match self.stop.pressed() {
                 Some(Urgency::AtOnce) => self.conversation.emergency_stop()?,
                 Some(Urgency::Soon) => {
@@ -299,7 +301,7 @@ impl Axis for NativeAxis {
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {
-        // Whatever has happened since: from here on it is this boot that counts.
+        // From here on the present boot is the valid one.
         let identity = self.conversation.hello()?;
         self.meet(identity)?;
         let patience = self.homing_patience();
@@ -312,7 +314,7 @@ impl Axis for NativeAxis {
         Ok(Homed {
             position_mm: position_mm(&status).ok_or_else(|| StageError::Fault {
                 during: "while homing".to_owned(),
-                fault: "it says that it is done, and does not know where it is; home it again".to_owned(),
+                fault: "it reports the end of homing without a position; home it again".to_owned(),
             })?,
             shift_mm: before.homed.then_some(status.home_shift_nm as f64 / NM_PER_MM),
         })
@@ -346,7 +348,7 @@ impl Axis for NativeAxis {
         let patience = ramp.saturating_mul(2).saturating_add(Duration::from_secs(2));
         let since = self.conversation.now();
         if let Err(error) = self.conversation.ask(Request::Stop) {
-            // Perhaps it hears what it cannot answer.
+            // It may receive commands even if its answers are lost.
             self.conversation.emergency_stop()?;
             return Err(error);
         }
@@ -354,7 +356,7 @@ impl Axis for NativeAxis {
             if !self.status()?.moving {
                 return Ok(());
             }
-            // Its end is told, if that is not lost.
+            // The stage reports the end, if the report is not lost.
             self.conversation.finished(self.identity.last_operation, self.heartbeat())?;
         }
         self.conversation.emergency_stop()?;
@@ -369,7 +371,7 @@ impl Axis for NativeAxis {
         self.conversation.now()
     }
 
-    // The protocol demands it.
+    // Required by the protocol.
     fn holds_at_rest(&self) -> Option<bool> {
         Some(true)
     }

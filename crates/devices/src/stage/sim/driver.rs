@@ -1,4 +1,4 @@
-//! The stage in memory in the table of drivers.
+//! Registration of the stage in memory.
 
 use super::{SimAxis, SimStageConfig};
 use crate::stage::decode::Decoder;
@@ -10,7 +10,7 @@ use epirig_core::settings::{Allowed, Key, Kind, Settings};
 
 pub(super) const NAME: &str = "sim";
 
-/// Length of the travel, if none is given, in mm.
+/// Default length of the travel, in mm.
 const TRAVEL_MM: f64 = 200.0;
 
 static TRAVEL: Key = Key::new(
@@ -18,7 +18,7 @@ static TRAVEL: Key = Key::new(
     "travel",
     Kind::measure(MM, Allowed::Positive),
     "150 mm",
-    "Positions go from 0 to this",
+    "Length of the travel; positions go from 0 to this",
 )
 .or("200 mm");
 
@@ -27,7 +27,7 @@ static POSITION_NOISE: Key = Key::new(
     "position_noise",
     Kind::measure(UM, Allowed::ZeroOrMore),
     "2 um",
-    "Standard deviation of the place where the carriage comes to rest",
+    "Standard deviation of the position at rest",
 )
 .or("0 um");
 
@@ -36,7 +36,7 @@ static BACKLASH: Key = Key::new(
     "backlash",
     Kind::measure(UM, Allowed::ZeroOrMore),
     "10 um",
-    "Play between screw and nut",
+    "Backlash: play between screw and nut",
 )
 .or("0 um");
 
@@ -44,7 +44,7 @@ static BACKLASH: Key = Key::new(
 pub struct Simulated;
 
 impl SimStageConfig {
-    /// What a profile's settings of the driver `sim` describe; `seed` is that of all that is random.
+    /// The configuration in a profile's settings; `seed` is that of all random numbers.
     pub fn of_settings(settings: &Settings, seed: u64) -> Self {
         let ideal = Self::ideal(settings.number(&TRAVEL).unwrap_or(TRAVEL_MM));
         Self {

@@ -1,4 +1,4 @@
-//! A stage that exists in memory only, with the faults of real ones.
+//! A stage in memory, with the faults of real ones.
 
 mod driver;
 
@@ -17,10 +17,10 @@ pub use driver::Simulated;
 const UM_PER_MM: f64 = 1000.0;
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
-/// What a simulated stage is like.
+/// Properties of a simulated stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimStageConfig {
-    /// Positions go from 0 to this, in mm.
+    /// Length of the travel, in mm; positions go from 0 to this.
     pub travel_mm: f64,
     /// Length of a motor step, to which positions are rounded, in um; 0 for none.
     pub step_um: f64,
@@ -28,24 +28,24 @@ pub struct SimStageConfig {
     pub velocity_mm_s: f64,
     /// Acceleration and deceleration, in mm/s2.
     pub acceleration_mm_s2: f64,
-    /// Play between screw and nut, in um: the carriage stays behind by so much after a change of direction downwards.
+    /// Backlash, in um: the carriage lags by this much after a reversal to downwards.
     pub backlash_um: f64,
     /// Probability that a move loses steps.
     pub slip_probability: f64,
-    /// How far the carriage falls short when that happens, in um. The stage does not notice; homing mends it.
+    /// Distance lost in a slip, in um. The stage does not notice; homing corrects it.
     pub slip_um: f64,
-    /// Standard deviation of the place where the carriage comes to rest, in um.
+    /// Standard deviation of the position at rest, in um.
     pub position_noise_um: f64,
-    /// How far the carriage creeps while the machine warms up, in um.
+    /// Total drift of the carriage while the machine warms up, in um.
     pub thermal_drift_um: f64,
-    /// Time in which 63 % of that happen, in hours.
+    /// Time constant of the drift (63 %), in hours.
     pub thermal_hours: f64,
-    /// Of all that is random.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
 impl SimStageConfig {
-    /// A stage that does exactly what it is told.
+    /// A stage without any error.
     pub fn ideal(travel_mm: f64) -> Self {
         Self {
             travel_mm,
@@ -63,9 +63,9 @@ impl SimStageConfig {
     }
 }
 
-/// The simulated stage, checked. Time in it is simulated too: moves take none of ours.
+/// The simulated stage, checked. Its time is simulated too: moves take no real time.
 ///
-/// Others may watch where the carriage truly is, as the simulated camera does, which looks at what the stage carries.
+/// The true position can be watched, for example by the simulated camera.
 ///
 /// ```
 /// use epirig_devices::stage::{SimStage, SimStageConfig, Stage};
@@ -85,11 +85,11 @@ pub struct SimAxis {
     config: SimStageConfig,
     random: ChaCha8Rng,
     homed: bool,
-    /// Where the motor has turned to: what the stage reports, in mm.
+    /// Position of the motor, which the stage reports, in mm.
     motor_mm: f64,
-    /// Where the nut is, without drift and noise, in mm.
+    /// Position of the nut without drift and noise, in mm.
     nut_mm: f64,
-    /// What slipping has cost since home, in mm.
+    /// Total slip since homing, in mm.
     slipped_mm: f64,
     elapsed: Duration,
     carriage: StagePosition,
@@ -102,12 +102,12 @@ impl SimStage {
         Self::seen_through(config, StagePosition::default())
     }
 
-    /// The same for watchers that have watched another stage until now, whose time goes on.
+    /// The same for watchers of a former stage; their time continues.
     pub fn seen_through(config: SimStageConfig, watch: StagePosition) -> Self {
         Self::over(SimAxis::seen_through(config, watch))
     }
 
-    /// A view on where the carriage truly is.
+    /// A shared view of the true position of the carriage.
     pub fn watch(&self) -> StagePosition {
         self.axis.carriage.clone()
     }
@@ -117,7 +117,7 @@ impl SimStage {
         self.axis.elapsed
     }
 
-    /// Lets simulated time pass at rest.
+    /// Advances the simulated time at rest.
     pub fn wait(&mut self, time: Duration) {
         self.axis.elapsed = self.axis.elapsed.saturating_add(time);
         self.axis.settle();
@@ -125,7 +125,7 @@ impl SimStage {
 }
 
 impl SimAxis {
-    /// An axis that is not yet homed; `watch` shows where its carriage truly is, and its time goes on.
+    /// An axis that is not yet homed; `watch` shows its true position, and its time continues.
     pub fn seen_through(config: SimStageConfig, watch: StagePosition) -> Self {
         Self {
             random: ChaCha8Rng::seed_from_u64(config.seed),
@@ -140,7 +140,7 @@ impl SimAxis {
         }
     }
 
-    /// Turns the motor; the nut follows once the play is used up.
+    /// Turns the motor; the nut follows after the backlash.
     fn turn_to(&mut self, motor_mm: f64) {
         let distance_mm = motor_mm - self.motor_mm;
         self.elapsed = self.elapsed.saturating_add(Axis::kinematics(self).duration(distance_mm));
@@ -193,7 +193,7 @@ impl Axis for SimAxis {
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {
-        // To the switch, and off it upwards, so that the play is used up.
+        // To the switch, and off it upwards, which removes the backlash.
         self.turn_to(0.0);
         let shift_mm = self.homed.then_some(-self.slipped_mm);
         (self.motor_mm, self.nut_mm, self.slipped_mm) = (0.0, 0.0, 0.0);

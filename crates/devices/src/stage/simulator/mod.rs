@@ -1,8 +1,8 @@
-//! Stages that exist in memory and speak their dialect byte by byte, with faults by script.
+//! Simulated stages that speak their dialect byte by byte, with scripted faults.
 //!
-//! They are [`SimulatedDevice`]s: a
-//! [`SimulatedLink`](crate::link::SimulatedLink) connects a driver to one in simulated time, a pseudo-terminal
-//! (`link::PtyServer`) in real time. The [`Plant`] tells what the carriage truly did.
+//! They are [`SimulatedDevice`]s: a [`SimulatedLink`](crate::link::SimulatedLink) connects a driver to one in
+//! simulated time, a pseudo-terminal (`link::PtyServer`) in real time. The [`Plant`] gives the true motion of the
+//! carriage.
 //!
 //! ```
 //! use epirig_devices::link::SimulatedLink;
@@ -35,13 +35,13 @@ pub use zaber::ZaberDevice;
 use crate::link::SimulatedDevice;
 use epirig_core::settings::Settings;
 
-/// A device in memory, with the mechanics that it drives.
+/// A simulated device with its mechanics.
 pub struct SimulatedStage {
-    /// What speaks the dialect.
+    /// The device that speaks the dialect.
     pub device: Box<dyn SimulatedDevice>,
-    /// What the carriage truly does.
+    /// The mechanics.
     pub plant: Plant,
-    /// Where a carriage at so many steps of the plant is, in mm from home.
+    /// Position of a carriage at these steps of the plant, in mm from home.
     pub mm_from_home: fn(i64) -> f64,
     /// Length of a step, in mm.
     pub step_mm: f64,
@@ -49,10 +49,10 @@ pub struct SimulatedStage {
     pub settings: Settings,
 }
 
-/// How often in a second a simulated device decides about a step.
+/// Time steps of a simulated device, per second.
 pub const TICK_HZ: u32 = 10_000;
 
-/// Turns passing time into ticks of [`TICK_HZ`].
+/// Converts time to ticks of [`TICK_HZ`].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Ticks {
     leftover_ns: u64,
@@ -61,7 +61,7 @@ pub struct Ticks {
 impl Ticks {
     const NS: u64 = 1_000_000_000 / TICK_HZ as u64;
 
-    /// The whole ticks in `time` and what was left over before.
+    /// The whole ticks in `time` plus the former remainder.
     pub fn pass(&mut self, time: std::time::Duration) -> u64 {
         let total = self.leftover_ns + u64::try_from(time.as_nanos()).unwrap_or(u64::MAX / 2);
         self.leftover_ns = total % Self::NS;

@@ -1,4 +1,4 @@
-//! A simulated stage that runs the firmware's own code.
+//! A simulated stage with the real code of the firmware.
 
 use std::time::Duration;
 
@@ -9,20 +9,20 @@ use super::script::{Mishap, Troubles};
 use super::{FaultScript, Plant, TICK_HZ, Ticks};
 use crate::link::SimulatedDevice;
 
-/// A stage with 250 steps/mm and a travel of 200 mm, as the Uno firmware is built.
+/// A stage with 250 steps/mm and a travel of 200 mm, like the build for the Uno.
 const BUILD: Build = Build { number: 1, steps_per_mm: 250, travel_nm: 200_000_000, tick_hz: TICK_HZ };
 
-/// 3.6 mm below the place where the carriage stands at the start.
+/// 3.6 mm below the start position of the carriage.
 const LOW_SWITCH_AT: i64 = -900;
 /// 2 mm beyond the end of the travel, which begins 1 mm (pull-off) above the low switch.
 const HIGH_SWITCH_AT: i64 = LOW_SWITCH_AT + PULL_OFF_STEPS + 200 * 250 + 500;
 
-/// Homing ends so far above the low switch: 1 mm.
+/// Distance of home above the low switch: 1 mm.
 const PULL_OFF_STEPS: i64 = 250;
 
 const FIRST_BOOT: u32 = 1;
 
-/// The firmware's state machine over a simulated carriage.
+/// The firmware's state machine with a simulated carriage.
 pub struct NativeDevice {
     device: Device,
     axis: Axis,
@@ -35,7 +35,7 @@ pub struct NativeDevice {
     may_rest: Option<Gate>,
 }
 
-/// Asked with the place, in steps, where the carriage would come to rest.
+/// Called with the final position, in steps, before the last step of a motion.
 pub type Gate = Box<dyn FnMut(i64) -> bool + Send>;
 
 impl Default for NativeDevice {
@@ -48,7 +48,7 @@ impl NativeDevice {
     /// Length of a step, in mm.
     pub const STEP_MM: f64 = 1.0 / BUILD.steps_per_mm as f64;
 
-    /// A stage that has just booted, with the faults of a script.
+    /// A stage that has just booted, with scripted faults.
     pub fn new(script: FaultScript) -> Self {
         let troubles = Troubles::new(script);
         let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
@@ -66,7 +66,7 @@ impl NativeDevice {
         }
     }
 
-    /// The same stage at another of its boots, for hosts that have known it before.
+    /// The same stage with another boot number, for hosts that know it.
     pub fn at_boot(mut self, boot_id: u32) -> Self {
         self.boot_id = boot_id.wrapping_sub(1);
         self.reset();
@@ -78,13 +78,13 @@ impl NativeDevice {
         self.plant.clone()
     }
 
-    /// From now on the motor's time stands still before the last step of a motion until `gate` lets it come to rest. The device
+    /// From now on the motor waits before the last step of a motion until `gate` returns `true`. The device
     /// answers meanwhile.
     pub fn rest_when(&mut self, gate: Gate) {
         self.may_rest = Some(gate);
     }
 
-    /// Where a carriage at `steps` of its [`Plant`] is, in mm from home.
+    /// Position of a carriage at `steps` of its [`Plant`], in mm from home.
     pub fn mm_from_home(steps: i64) -> f64 {
         (steps - LOW_SWITCH_AT - PULL_OFF_STEPS) as f64 / f64::from(BUILD.steps_per_mm)
     }
@@ -103,7 +103,7 @@ impl NativeDevice {
         }
     }
 
-    /// Moves are what begins while the axis is homed; homing is not counted.
+    /// Counts moves: operations that begin while the axis is homed. Homing is not counted.
     fn mind_the_operation(&mut self) {
         let snapshot = self.axis.snapshot();
         if snapshot.moving && !self.operating && snapshot.homed {

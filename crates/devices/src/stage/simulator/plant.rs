@@ -1,10 +1,10 @@
-//! The mechanics behind a simulated stage: what truly happened.
+//! The mechanics of a simulated stage, with the true position.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use firmware_protocol::axis::{Limits, Way};
 
-/// A carriage on a screw with a switch at either end. Clones look at the same one.
+/// A carriage on a screw with a switch at either end. Clones share their state.
 #[derive(Debug, Clone)]
 pub struct Plant(Arc<Mutex<Mechanics>>);
 
@@ -22,7 +22,7 @@ struct Mechanics {
 }
 
 impl Plant {
-    /// A carriage at 0 steps, with switches that close at and beyond these places.
+    /// A carriage at 0 steps, with switches that close at and beyond these positions.
     pub fn new(low_switch_at: i64, high_switch_at: i64) -> Self {
         Self(Arc::new(Mutex::new(Mechanics {
             carriage: 0,
@@ -41,32 +41,32 @@ impl Plant {
         work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Where the carriage is, in steps from where it began.
+    /// Position of the carriage, in steps from its start.
     pub fn carriage_steps(&self) -> i64 {
         self.with(|plant| plant.carriage)
     }
 
-    /// The lowest and the highest place that the carriage has been at, in steps from where it began.
+    /// The lowest and the highest position so far, in steps from the start.
     pub fn range_steps(&self) -> (i64, i64) {
         self.with(|plant| (plant.lowest, plant.highest))
     }
 
-    /// How many steps the carriage has made, up or down.
+    /// Number of steps made, up or down.
     pub fn steps_made(&self) -> u64 {
         self.with(|plant| plant.steps)
     }
 
-    /// Breaks the switches, or mends them.
+    /// Breaks or repairs the switches.
     pub fn set_switches_work(&self, work: bool) {
         self.with(|plant| plant.switches_work = work);
     }
 
-    /// Holds the carriage fast: the motor turns in vain.
+    /// Blocks the carriage: the motor turns, but the carriage does not move.
     pub fn set_stalled(&self, stalled: bool) {
         self.with(|plant| plant.stalled = stalled);
     }
 
-    /// Closes both switches by hand, or lets them go.
+    /// Closes both switches by hand, or releases them.
     pub fn press_switches(&self, pressed: bool) {
         self.with(|plant| plant.pressed = pressed);
     }

@@ -1,56 +1,56 @@
-//! Faults of simulated stages, by script.
+//! Scripted faults of simulated stages.
 
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// Something that goes wrong. Moves are counted from 1; homing does not count.
+/// A fault. Moves are counted from 1; homing does not count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DeviceFault {
     /// No switch ever closes.
     SwitchNeverCloses,
-    /// From this move on the carriage stands still and the stage does not notice. One that speaks GRBL claims at once that
-    /// it has arrived; a native one counts its steps, and homing tells.
+    /// The carriage stands still from this move on, unnoticed by the stage. A GRBL stage reports at once that
+    /// it has arrived; a native one counts its steps, and homing reveals the error.
     NoMotion {
         /// Number of the move.
         from_move: u32,
     },
-    /// What the stage says after this move has been done is lost for a while.
+    /// Answers after this move are lost for a time.
     Mute {
         /// Number of the move.
         after_move: u32,
-        /// For how long.
+        /// Duration.
         lasting: Duration,
     },
     /// The stage restarts in this move.
     Reset {
         /// Number of the move.
         in_move: u32,
-        /// Time since it began.
+        /// Time since the start of the move.
         after: Duration,
     },
-    /// The cable is pulled in this move, and put back.
+    /// The cable is disconnected in this move, and connected again.
     HangUp {
         /// Number of the move.
         in_move: u32,
-        /// Time since it began.
+        /// Time since the start of the move.
         after: Duration,
-        /// Until it is put back.
+        /// Time until it is connected again.
         lasting: Duration,
     },
-    /// A limit switch closes in this move, for a second.
+    /// A limit switch closes for a second in this move.
     LimitCloses {
         /// Number of the move.
         in_move: u32,
-        /// Time since it began.
+        /// Time since the start of the move.
         after: Duration,
     },
 }
 
 /// The faults of a device.
 ///
-/// As text: `switch-never-closes`, `no-motion@3`, `mute@3/2s`, `reset@3+0.2s`, `hang-up@3+0.2s/1s`, `limit@3+0.2s`, where 3
-/// is the number of the move; several are separated by commas.
+/// As text: `switch-never-closes`, `no-motion@3`, `mute@3/2s`, `reset@3+0.2s`, `hang-up@3+0.2s/1s`,
+/// `limit@3+0.2s`, where 3 is the number of the move. Several faults are separated by commas.
 ///
 /// ```
 /// use epirig_devices::stage::simulator::FaultScript;
@@ -62,7 +62,7 @@ pub enum DeviceFault {
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FaultScript {
-    /// In any order.
+    /// The faults, in any order.
     pub faults: Vec<DeviceFault>,
 }
 
@@ -108,7 +108,7 @@ impl FromStr for FaultScript {
 fn parse_fault(text: &str) -> Result<DeviceFault, String> {
     let wrong = || {
         format!(
-            "\"{text}\" is no fault with all that it needs; they are switch-never-closes, no-motion@MOVE, mute@MOVE/TIMEs, reset@MOVE+TIMEs, \
+            "\"{text}\" is not a complete fault; faults are switch-never-closes, no-motion@MOVE, mute@MOVE/TIMEs, reset@MOVE+TIMEs, \
              hang-up@MOVE+TIMEs/TIMEs, limit@MOVE+TIMEs"
         )
     };
@@ -136,7 +136,7 @@ fn parse_fault(text: &str) -> Result<DeviceFault, String> {
     }
 }
 
-/// What a script means for a device at a moment.
+/// State of a script during its run.
 #[derive(Debug, Clone, Default)]
 pub struct Troubles {
     script: FaultScript,
@@ -148,7 +148,7 @@ pub struct Troubles {
     limit_for: Duration,
 }
 
-/// What happens to a device suddenly.
+/// A sudden event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mishap {
     /// It restarts.
@@ -162,7 +162,7 @@ pub enum Mishap {
 const LIMIT_CLOSED: Duration = Duration::from_secs(1);
 
 impl Troubles {
-    /// The faults of a script, before anything has moved.
+    /// The state of a script before any move.
     pub fn new(script: FaultScript) -> Self {
         Self { script, ..Self::default() }
     }
@@ -172,17 +172,17 @@ impl Troubles {
         !self.script.faults.contains(&DeviceFault::SwitchNeverCloses)
     }
 
-    /// Whether what the device says is lost.
+    /// Whether the output of the device is lost.
     pub fn muted(&self) -> bool {
         !self.muted_for.is_zero()
     }
 
-    /// Whether its cable is in.
+    /// Whether the cable is connected.
     pub fn connected(&self) -> bool {
         self.unplugged_for.is_zero()
     }
 
-    /// Whether the move under way goes nowhere.
+    /// Whether the active move has no effect.
     pub fn no_motion(&self) -> bool {
         self.script
             .faults
@@ -190,14 +190,14 @@ impl Troubles {
             .any(|fault| matches!(fault, DeviceFault::NoMotion { from_move } if self.moves >= *from_move))
     }
 
-    /// A move begins. Homing is not counted.
+    /// Begins a move. Homing is not counted.
     pub fn move_begins(&mut self) {
         self.moves += 1;
         self.moving = true;
         self.in_move = Duration::ZERO;
     }
 
-    /// The move has ended.
+    /// Ends the move.
     pub fn move_ends(&mut self) {
         if !std::mem::take(&mut self.moving) {
             return;
@@ -211,7 +211,7 @@ impl Troubles {
         }
     }
 
-    /// Lets time pass; what happens in it comes back.
+    /// Advances the time; returns an event, if one happens.
     pub fn advance(&mut self, time: Duration) -> Option<Mishap> {
         self.muted_for = self.muted_for.saturating_sub(time);
         self.unplugged_for = self.unplugged_for.saturating_sub(time);

@@ -1,4 +1,4 @@
-//! A simulated stage that speaks the Zaber ASCII protocol.
+//! A simulated stage with the Zaber ASCII protocol.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use crate::stage::zaber::command;
 
 /// Length of a microstep, in um.
 const MICROSTEP_UM: f64 = 0.49609375;
-/// Below the place where the carriage stands at the start, in microsteps.
+/// Position of the sensor, in microsteps from the start position of the carriage.
 const HOME_SENSOR_AT: i64 = -4000;
 const TRAVEL_MICROSTEPS: i64 = 302_362;
 /// In the protocol's units: 2 mm/s, and 100 mm/s2.
@@ -47,12 +47,12 @@ impl ZaberDevice {
     /// Length of a microstep of this stage, in um.
     pub const MICROSTEP_UM: f64 = MICROSTEP_UM;
 
-    /// Where a carriage at `steps` of its [`Plant`] is, in mm from home.
+    /// Position of a carriage at `steps` of its [`Plant`], in mm from home.
     pub fn mm_from_home(steps: i64) -> f64 {
         (steps - HOME_SENSOR_AT) as f64 * MICROSTEP_UM / 1000.0
     }
 
-    /// A stage that has just been switched on, with the faults of a script.
+    /// A stage after power-up, with scripted faults.
     pub fn new(script: FaultScript) -> Self {
         let troubles = Troubles::new(script);
         let plant = Plant::new(HOME_SENSOR_AT, TRAVEL_MICROSTEPS);
@@ -94,7 +94,7 @@ impl ZaberDevice {
     }
 
     fn obey(&mut self, line: &str) {
-        // `/device axis id words`; a bad checksum gets no answer.
+        // `/device axis id words`; a wrong checksum gets no answer.
         let Some(inside) = line.strip_prefix('/') else { return };
         let words = match inside.rsplit_once(':') {
             Some((words, sum)) => {
@@ -134,7 +134,7 @@ impl ZaberDevice {
         }
     }
 
-    /// Number and names of what is in force, the highest priority first.
+    /// Number and names of active warnings, the highest priority first.
     fn warnings(&self) -> String {
         let all = [
             (self.stalled, "FS"),
@@ -146,7 +146,7 @@ impl ZaberDevice {
         format!("{:02} {}", names.len(), names.join(" ")).trim_end().to_owned()
     }
 
-    /// Lets its supply sag, or recover: a warning that outranks that of a lost reference.
+    /// Sets a low supply voltage: a warning with priority over a lost reference.
     pub fn set_low_voltage(&mut self, low: bool) {
         self.low_voltage = low;
     }
@@ -181,7 +181,7 @@ impl ZaberDevice {
                 if !(0..=TRAVEL_MICROSTEPS).contains(&target) {
                     return Err("BADDATA");
                 }
-                // A command that is repeated while it runs changes nothing.
+                // A command repeated while it runs has no effect.
                 if self.run.is_none() {
                     self.troubles.move_begins();
                     self.plant.set_stalled(self.troubles.no_motion());
@@ -216,7 +216,7 @@ impl ZaberDevice {
         }
         if run.finished() {
             self.run = None;
-            // Its encoder, or the end of the search, tells.
+            // Known from its encoder, or the end of the search.
             self.stalled = std::mem::take(&mut self.homing) || self.troubles.no_motion();
             self.troubles.move_ends();
         }

@@ -1,4 +1,4 @@
-//! The Zaber driver in the table of drivers.
+//! Registration of the Zaber driver.
 
 use super::message::line_text;
 use super::{BAUD, ZaberAxis, ZaberOptions};
@@ -18,11 +18,11 @@ static MICROSTEP: Key = Key::new(
     "microstep",
     Kind::measure(UM, Allowed::Positive),
     "0.047625 um",
-    "Length of a microstep, from its data sheet; needed",
+    "Length of a microstep, from the data sheet; required",
 )
 .needed("it is in the stage's data sheet");
 
-/// Stages that speak the Zaber ASCII protocol.
+/// Stages with the Zaber ASCII protocol.
 pub struct Zaber;
 
 impl StageDriver for Zaber {
@@ -48,7 +48,7 @@ impl StageDriver for Zaber {
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
         let device = settings.whole(&DEVICE).and_then(|number| u8::try_from(number).ok()).unwrap_or(1);
-        // Without a microstep there is no length: the driver refuses 0.
+        // Without a microstep no length is known, so the driver refuses 0.
         let microstep_um = settings.number(&MICROSTEP).unwrap_or(0.0);
         let options = ZaberOptions { device, axis: 1, microstep_um };
         Ok(Box::new(ZaberAxis::connect(connection.line(BAUD)?, options)?))

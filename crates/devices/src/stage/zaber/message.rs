@@ -1,15 +1,17 @@
 //! Commands and replies of the Zaber ASCII protocol, with message ids and checksums.
 //!
-//! Crate `zproto` speaks it too, but builds serialport with libudev, a C library that a first build must not need.
+//! Crate `zproto` implements it too, but builds serialport with libudev, a C library that a first build must
+//! not need.
 
 use crate::link::Side;
 
-/// The checksum of what stands between the first character of a message and its colon: the two's complement of the sum.
+/// The checksum of the text between the first character of a message and its colon: the two's complement of
+/// the sum.
 fn checksum(text: &str) -> u8 {
     text.bytes().fold(0_u8, u8::wrapping_sub)
 }
 
-/// A command for an axis, ready to be sent: `/1 1 42 move abs 10000:XX`.
+/// A complete command for an axis: `/1 1 42 move abs 10000:XX`.
 pub(in crate::stage) fn command(device: u8, axis: u8, id: u8, words: &str) -> String {
     let inside = format!("{device} {axis} {id} {words}");
     let inside = inside.trim_end();
@@ -23,25 +25,25 @@ pub struct ZaberReply {
     pub device: u8,
     /// Number of the axis; 0 is the device as a whole.
     pub axis: u8,
-    /// Id of the command that is answered, 0 to 99.
+    /// Id of the answered command, 0 to 99.
     pub id: u8,
     /// Whether the command was accepted.
     pub accepted: bool,
-    /// Whether the axis moves.
+    /// Whether the axis is moving.
     pub busy: bool,
-    /// The warning of the highest priority, such as `WR`: no reference position; `--` for none.
+    /// The warning of the highest priority, such as `WR` (no reference position); `--` for none.
     pub warning: String,
-    /// What was asked for, or why the command was rejected.
+    /// The requested value, or the reason of a rejection.
     pub data: String,
 }
 
 impl ZaberReply {
-    /// Reads a line without its end; `None` if it is no reply with an id and the right checksum.
+    /// Parses a line without its end; `None` if it is not a reply with an id and the right checksum.
     ///
     /// ```
     /// use epirig_devices::stage::zaber::ZaberReply;
     ///
-    /// // The checksum is 256 less the sum of the characters between @ and the colon, modulo 256.
+    /// The checksum is 256 minus the sum of the characters between @ and the colon, modulo 256.
     /// let reply = ZaberReply::parse("@01 1 42 OK IDLE WR 0:B7").unwrap();
     /// assert_eq!((reply.id, reply.busy, reply.warning.as_str()), (42, false, "WR"));
     /// assert_eq!(ZaberReply::parse("@01 1 42 OK IDLE WR 1:B7"), None);
@@ -72,7 +74,7 @@ impl ZaberReply {
     }
 }
 
-/// What a warning means and what to do, if it means that the position cannot be trusted.
+/// Meaning of a warning and what to do, if the position is invalid.
 pub(super) fn fault_text(warning: &str) -> Option<&'static str> {
     Some(match warning {
         "FF" => "a critical error of its electronics; switch it off and on",
@@ -83,17 +85,17 @@ pub(super) fn fault_text(warning: &str) -> Option<&'static str> {
             "its motor driver has switched itself off; check the supply, then switch it off and on"
         }
         "FC" | "FM" | "FP" => "its encoder or its current fails; check the cable, then switch it off and on",
-        "FS" => "it stalled; look for what holds the carriage, then home it",
-        "FE" | "WL" => "a limit switch closed where none should; home it",
-        "WS" => "it stalled and went on; look for what holds the carriage, then home it",
-        "WM" => "it was pushed while it stood; home it",
+        "FS" => "it stalled; look for what blocks the carriage, then home it",
+        "FE" | "WL" => "a limit switch closed unexpectedly; home it",
+        "WS" => "it stalled and continued; look for what blocks the carriage, then home it",
+        "WM" => "it was displaced at rest; home it",
         "WR" => "it has lost its position (power or reset); home it",
         _ if warning.starts_with('F') => "it reports a fault; see its manual",
         _ => return None,
     })
 }
 
-/// What a rejection means and what to do.
+/// Meaning of a rejection and what to do.
 pub(super) fn rejection_text(reason: &str) -> String {
     let text = match reason {
         "BADDATA" => "the value is out of its range; check --microstep-um",

@@ -1,4 +1,4 @@
-//! The driver of stages that speak the Zaber ASCII protocol, version 3.
+//! The driver for stages with the Zaber ASCII protocol, version 3.
 
 mod driver;
 mod message;
@@ -14,40 +14,41 @@ pub use message::ZaberReply;
 pub(in crate::stage) use message::command;
 use message::{fault_text, rejection_text};
 
-/// Speed of the serial line.
+/// Baud rate of the serial line.
 pub const BAUD: u32 = 115_200;
 
 const UM_PER_MM: f64 = 1000.0;
 const REPLY_PATIENCE: Duration = Duration::from_millis(300);
 const TRIES: u32 = 8;
-/// So many rejections of a command are meant.
+/// After this number of rejections a command fails.
 const REJECTIONS: u32 = 3;
 const POLL: Duration = Duration::from_millis(50);
 const HIGHEST_ID: u8 = 99;
 const LONGEST: usize = 256;
-/// Warnings after which its count of steps is not to be believed.
+/// Warnings after which the step count is invalid.
 const LOST: [&str; 5] = ["WR", "WM", "FS", "WS", "WL"];
 
-/// The protocol's velocities are microsteps a second times this; its accelerations that over 10000 (protocol manual).
+/// The protocol's velocity is microsteps per second times this; its acceleration is the same over 10000
+/// (protocol manual).
 const VELOCITY_UNIT: f64 = 1.6384;
 const ACCELERATION_UNIT: f64 = 1.6384 / 10_000.0;
 
-/// How a Zaber stage is to be driven.
+/// Options of a Zaber stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZaberOptions {
     /// Number of the device in its chain.
     pub device: u8,
     /// Number of the axis.
     pub axis: u8,
-    /// Length of a microstep, in um: in the stage's data sheet.
+    /// Length of a microstep, in um, from the data sheet.
     pub microstep_um: f64,
 }
 
-/// A stage that speaks the Zaber ASCII protocol, checked. One with an encoder needs a position tolerance.
+/// A stage with the Zaber ASCII protocol, checked. A stage with an encoder needs a position tolerance.
 pub type ZaberStage = CheckedStage<ZaberAxis>;
 
 impl ZaberStage {
-    /// Connects to the stage at the other end of `link`.
+    /// Connects to the stage on `link`.
     ///
     /// # Errors
     /// As [`ZaberAxis::connect`].
@@ -56,10 +57,10 @@ impl ZaberStage {
     }
 }
 
-/// The axis of a stage that speaks the Zaber ASCII protocol.
+/// The axis of a stage with the Zaber ASCII protocol.
 ///
-/// Commands carry ids and checksums, and replies are asked to. Moves are absolute, so a command that was not answered is sent
-/// again.
+/// Commands carry ids and checksums, and replies must carry them too. Moves are absolute, so a command
+/// without an answer is sent again.
 pub struct ZaberAxis {
     link: Box<dyn Link>,
     options: ZaberOptions,
@@ -74,10 +75,10 @@ pub struct ZaberAxis {
 }
 
 impl ZaberAxis {
-    /// Connects to the stage at the other end of `link`, switches checksums on and reads its limits.
+    /// Connects to the stage on `link`, switches checksums on and reads its limits.
     ///
     /// # Errors
-    /// [`StageError`] if nothing answers or what answers is no such stage.
+    /// [`StageError`] if nothing answers, or something else answers.
     pub fn connect(link: Box<dyn Link>, options: ZaberOptions) -> Result<Self, StageError> {
         let mut stage = Self {
             link,
@@ -126,7 +127,7 @@ impl ZaberAxis {
         StageError::Foreign { port: self.port(), expected: driver::NAME, heard, hint }
     }
 
-    /// Sends a command to the axis, or to the device as a whole (0), until it is answered.
+    /// Sends a command to the axis, or to the whole device (0), until it is answered.
     fn ask(&mut self, axis: u8, words: &str) -> Result<ZaberReply, StageError> {
         let mut rejections = 0;
         for _ in 0..TRIES {
@@ -139,7 +140,8 @@ impl ZaberAxis {
                         if reply.accepted {
                             return Ok(reply);
                         }
-                        // A command that lost its colon has no checksum: one rejection may be the line's fault.
+                        // A command that lost its colon has no checksum, so one rejection may come from line
+                        // noise.
                         rejections += 1;
                         if rejections == REJECTIONS {
                             return Err(StageError::Refused { reason: rejection_text(&reply.data) });
@@ -158,7 +160,7 @@ impl ZaberAxis {
                 heard: format!("its reply \"{}\" is damaged", line.escape_default()),
                 hint: "the line is noisy: check cable and earth".to_owned(),
             },
-            Some(line) => self.foreign(format!("it says \"{}\"", line.escape_default())),
+            Some(line) => self.foreign(format!("it answers \"{}\"", line.escape_default())),
             None => StageError::NoAnswer {
                 port: self.port(),
                 asked: if words.is_empty() { "status" } else { words }.to_owned(),
@@ -189,7 +191,8 @@ impl ZaberAxis {
         number.ok_or_else(|| self.foreign(format!("\"{data}\" to \"{words}\"")))
     }
 
-    /// All warnings that are in force. A reply shows only the one of the highest priority, which may hide that the reference is lost.
+    /// All active warnings. A reply shows only the one of the highest priority, which may conceal a lost
+    /// reference.
     fn warnings(&mut self, reply: &ZaberReply, words: &str) -> Result<Vec<String>, StageError> {
         if reply.warning == "--" {
             return Ok(Vec::new());
@@ -199,7 +202,7 @@ impl ZaberAxis {
         Ok(data.split_whitespace().skip(1).map(str::to_owned).collect())
     }
 
-    /// Where it is, if it has a reference.
+    /// The position, if it has a reference.
     fn look(&mut self) -> Result<(Option<f64>, ZaberReply), StageError> {
         let reply = self.ask(self.options.axis, "get pos")?;
         let warnings = self.warnings(&reply, "warnings")?;
@@ -209,7 +212,7 @@ impl ZaberAxis {
         Ok(((!lost).then_some(microsteps * self.microstep_mm()), reply))
     }
 
-    /// Starts an operation and waits until the axis is idle.
+    /// Starts an operation, and waits until the axis is idle.
     fn operate(&mut self, words: &str, during: &str, patience: Duration) -> Result<(), StageError> {
         self.ask(self.options.axis, words)?;
         let since = self.link.now();
@@ -227,7 +230,7 @@ impl ZaberAxis {
                 let fault =
                     warnings.iter().find_map(|warning| fault_text(warning).map(|text| (text, warning)));
                 return match (stopped, fault) {
-                    // A motor that is stopped dead may slip.
+                    // A motor that is stopped at once may slip.
                     (Some(Urgency::AtOnce), _) => Err(StageError::Stopped { position_mm: None }),
                     (_, Some((text, warning))) => Err(StageError::Fault {
                         during: during.to_owned(),
@@ -238,14 +241,14 @@ impl ZaberAxis {
                         Err(StageError::Fault {
                             during: during.to_owned(),
                             fault:
-                                "something else interrupted it (NI); end what gives it orders, then home it"
+                                "something else interrupted it (NI); end the program that sends commands, then home it"
                                     .to_owned(),
                         })
                     }
                     (None, None) => Ok(()),
                 };
             }
-            // Nothing is said unasked: this waits.
+            // The device sends nothing by itself, so this is only a wait.
             let until = self.link.now() + POLL;
             self.next_line(until)?;
         }
@@ -267,19 +270,19 @@ impl Axis for ZaberAxis {
         self.kinematics
     }
 
-    /// Its warnings tell with each answer whether it has a reference.
+    /// Its warnings show in each answer whether it has a reference.
     fn is_homed(&self) -> bool {
         true
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {
-        // What it has warned of stays in force until it is cleared, and so would this homing fail.
+        // Old warnings stay active until cleared, and would make this homing fail.
         self.ask(self.options.axis, "warnings clear")?;
         let patience = self.kinematics.patience(self.travel_mm).saturating_mul(4);
         self.operate("home", "while homing", patience)?;
         let position_mm = self.look()?.0.ok_or_else(|| StageError::Fault {
             during: "while homing".to_owned(),
-            fault: "it says that it is done, and has no reference; home it again".to_owned(),
+            fault: "it reports the end of homing without a reference; home it again".to_owned(),
         })?;
         Ok(Homed { position_mm, shift_mm: None })
     }

@@ -1,18 +1,19 @@
-//! Reads through the compressed data of a baseline JPEG image, to know that every block is there (ITU-T T.81 F.2.2).
+//! Reads through the compressed data of a baseline JPEG image, to verify that every block exists (ITU-T T.81
+//! F.2.2).
 
 use super::header::Header;
 use super::huffman::HuffmanTable;
 
-/// Bytes that may stand between the last block and the end: the firmware of many cameras leaves a few.
+/// Most bytes between the last block and the end: the firmware of many cameras leaves a few.
 const MAXIMUM_SURPLUS: usize = 16;
 
 const TOO_EARLY: &str = "its data end before the last block: part of it was lost";
 const IMPOSSIBLE: &str = "its data hold impossible coefficients: they are damaged";
 
-/// Where the image ends in `scan`, behind the end marker.
+/// Position of the end of the image in `scan`, after the end marker.
 ///
 /// # Errors
-/// What is missing or no valid code.
+/// What is missing or invalid.
 pub(super) fn end_of_image(header: &Header, scan: &[u8]) -> Result<usize, String> {
     let blocks = blocks_of_a_unit(header)?;
     let mut bits = Bits { bytes: scan, position: 0, held: 0, count: 0 };
@@ -27,10 +28,10 @@ pub(super) fn end_of_image(header: &Header, scan: &[u8]) -> Result<usize, String
     bits.end()
 }
 
-/// Number of the smallest units that hold blocks of all colours.
+/// Number of smallest units with blocks of all components.
 fn units(header: &Header) -> usize {
     let (across, down) = match header.components[..] {
-        // Blocks of a single colour come one by one, whatever its sampling says.
+        // Blocks of a single component come one by one, for any sampling.
         [_] => (1, 1),
         [luma, ..] => (luma.across, luma.down),
         [] => return 0,
@@ -56,21 +57,21 @@ struct Bits<'a> {
     bytes: &'a [u8],
     /// The next byte.
     position: usize,
-    /// Bits that have been taken out of `bytes`, from the highest down; those below are 0.
+    /// Bits taken from `bytes`, from the highest down; lower bits are 0.
     held: u64,
     /// Number of bits held.
     count: u8,
 }
 
 impl Bits<'_> {
-    /// Holds at least 32 bits, unless a marker or the end comes before.
+    /// Loads at least 32 bits, unless a marker or the end comes before.
     #[inline]
     fn refill(&mut self) {
         while self.count <= 56 {
             let Some(&byte) = self.bytes.get(self.position) else { return };
             self.position += 1;
             if byte == 0xff {
-                // A data byte 0xff has a 0 behind it; anything else is a marker.
+                // A data byte 0xff is followed by 0; anything else is a marker.
                 if self.bytes.get(self.position) != Some(&0) {
                     self.position -= 1;
                     return;
@@ -89,7 +90,7 @@ impl Bits<'_> {
         Ok(())
     }
 
-    /// A symbol, with as many bits held behind it as it may ask for.
+    /// Reads a symbol; enough bits for its value are loaded.
     #[inline]
     fn symbol(&mut self, table: &HuffmanTable) -> Result<u8, &'static str> {
         if self.count < 32 {
@@ -106,7 +107,7 @@ impl Bits<'_> {
     #[inline]
     fn block(&mut self, dc_table: &HuffmanTable, ac_table: &HuffmanTable) -> Result<(), &'static str> {
         let bits = self.symbol(dc_table)?;
-        // 8 bit samples give differences of at most 11 bits and other coefficients of at most 10.
+        // Samples of 8 bit give differences of at most 11 bits and other coefficients of at most 10.
         if bits > 11 {
             return Err(IMPOSSIBLE);
         }
@@ -130,7 +131,8 @@ impl Bits<'_> {
         if place == 64 { Ok(()) } else { Err(IMPOSSIBLE) }
     }
 
-    /// Leaves the bits that fill the last byte, and gives the number of whole bytes up to the marker and the marker.
+    /// Skips the padding of the last byte. Returns the number of whole bytes up to the marker, and the
+    /// marker.
     fn marker(&mut self) -> Result<(usize, u8), String> {
         let mut surplus = 0;
         loop {
@@ -141,7 +143,7 @@ impl Bits<'_> {
                 break;
             }
         }
-        // Any number of 0xff may stand before a marker.
+        // Any number of 0xff may precede a marker.
         let rest = self.bytes.get(self.position..).unwrap_or_default();
         let fill = rest.iter().take_while(|&&byte| byte == 0xff).count();
         let marker = *rest.get(fill).ok_or("its end marker is missing: part of it was lost")?;
@@ -149,7 +151,7 @@ impl Bits<'_> {
         Ok((surplus, marker))
     }
 
-    /// Passes restart marker number `number`, counted from 0.
+    /// Reads restart marker number `number`, counted from 0.
     fn restart(&mut self, number: usize) -> Result<(), String> {
         match self.marker()? {
             (0, marker @ 0xd0..=0xd7) if usize::from(marker & 7) == number % 8 => Ok(()),

@@ -1,40 +1,40 @@
-//! What stands before the compressed data of a JPEG image (ITU-T T.81 B).
+//! Headers before the compressed data of a JPEG image (ITU-T T.81 B).
 
 use super::huffman::HuffmanTable;
 use super::standard_tables;
 
-/// The size that decoders take at most, in rows and in columns; libjpeg's, too.
+/// Most rows and columns that decoders, such as libjpeg, accept.
 const MAXIMUM_SIZE: usize = 65_500;
 
-/// One colour of the image.
+/// One colour component of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Component {
-    /// Its name in the file.
+    /// Its id in the file.
     identity: u8,
-    /// Blocks in a row of the smallest unit that holds all colours.
+    /// Blocks per row in the smallest unit of all components.
     pub(super) across: usize,
-    /// Blocks in a column of that unit.
+    /// Blocks per column in that unit.
     pub(super) down: usize,
     /// Number of its Huffman table for the first coefficient of a block.
     pub(super) dc_table: usize,
-    /// Number of its Huffman table for the others.
+    /// Number of its Huffman table for the other coefficients.
     pub(super) ac_table: usize,
 }
 
-/// What the compressed data need to be read.
+/// What is needed to read the compressed data.
 #[derive(Debug)]
 pub(super) struct Header {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    /// One, or luma and two of chroma.
+    /// One component, or luma and two of chroma.
     pub(super) components: Vec<Component>,
     pub(super) dc_tables: [Option<HuffmanTable>; 4],
     pub(super) ac_tables: [Option<HuffmanTable>; 4],
     /// Units between restart markers, 0 for none.
     pub(super) restart_interval: usize,
-    /// Where the compressed data begin.
+    /// Start of the compressed data.
     pub(super) scan_start: usize,
-    /// Where Huffman tables would go that the image, as MJPG may, has left out: the standard's are meant, and are in
+    /// Position of missing Huffman tables, which MJPG may omit. The standard tables then apply, and are in
     /// `dc_tables` and `ac_tables`.
     pub(super) tables_missing_at: Option<usize>,
 }
@@ -43,7 +43,7 @@ impl Header {
     /// Reads the segments up to the compressed data.
     pub(super) fn parse(bytes: &[u8]) -> Result<Self, String> {
         if !bytes.starts_with(&[0xff, 0xd8]) {
-            return Err("it does not begin as JPEG does".to_owned());
+            return Err("it does not begin like a JPEG image".to_owned());
         }
         let mut header = Self {
             rows: 0,
@@ -78,13 +78,13 @@ impl Header {
                     return Ok(header);
                 }
                 0xdd => header.restart_interval = usize::from(word(segment, 0)?),
-                // Adobe's note on colour: 0 means none of luma and chroma.
+                // Adobe's colour marker: 0 means neither luma nor chroma.
                 0xee if header_says_no_luma(segment) => {
                     return Err("its colours are not luma and chroma".to_owned());
                 }
-                // Quantisation tables are the decoder's business; notes of applications and comments are nobody's.
+                // The decoder checks quantisation tables; application data and comments are ignored.
                 0xdb | 0xe0..=0xef | 0xfe => {}
-                0xc2 | 0xc3 | 0xc5..=0xcf => return Err("it is not of the baseline kind".to_owned()),
+                0xc2 | 0xc3 | 0xc5..=0xcf => return Err("it is not baseline JPEG".to_owned()),
                 _ => return Err(format!("marker {marker:02x} does not belong before its data")),
             }
             position = next;
@@ -136,7 +136,7 @@ impl Header {
             let tables = match which >> 4 {
                 0 => &mut self.dc_tables,
                 1 => &mut self.ac_tables,
-                _ => return Err("a Huffman table is of no known kind".to_owned()),
+                _ => return Err("a Huffman table is of an unknown kind".to_owned()),
             };
             let table = tables.get_mut(usize::from(which & 0xf)).ok_or("there is a fifth Huffman table")?;
             *table = Some(HuffmanTable::new(counts, symbols)?);
@@ -165,7 +165,7 @@ impl Header {
     }
 }
 
-/// Whether a note is Adobe's and says that the colours are red, green and blue.
+/// Whether an Adobe segment says that the components are red, green and blue.
 fn header_says_no_luma(segment: &[u8]) -> bool {
     segment.starts_with(b"Adobe") && segment.get(11) == Some(&0)
 }
@@ -174,14 +174,14 @@ fn header_says_no_luma(segment: &[u8]) -> bool {
 fn segment(bytes: &[u8], mut position: usize) -> Result<(u8, &[u8], usize), String> {
     let cut_off = || "it ends within its headers".to_owned();
     if *bytes.get(position).ok_or_else(cut_off)? != 0xff {
-        return Err("bytes that belong to no segment stand before its data".to_owned());
+        return Err("bytes outside all segments precede its data".to_owned());
     }
-    // Any number of 0xff may stand before a marker.
+    // Any number of 0xff may precede a marker.
     while bytes.get(position) == Some(&0xff) {
         position += 1;
     }
     let marker = *bytes.get(position).ok_or_else(cut_off)?;
-    // Markers without content; none of them belongs here.
+    // Markers without content; none is allowed here.
     if matches!(marker, 0x00 | 0x01 | 0xd0..=0xd9) {
         return Ok((marker, &[], position + 1));
     }

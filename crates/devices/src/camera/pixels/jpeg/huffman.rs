@@ -1,23 +1,24 @@
 //! Huffman codes of JPEG (ITU-T T.81 C and F.2.2.3).
 
-/// Codes up to this many bits are looked up.
+/// Codes up to this length are decoded by a table.
 const SHORT: u32 = 9;
 
-/// From codes to symbols.
+/// Decodes codes to symbols.
 #[derive(Debug, Clone)]
 pub(super) struct HuffmanTable {
-    /// For the next [`SHORT`] bits: length and symbol of the code they begin with, length 0 if it is longer or there is none.
+    /// For the next [`SHORT`] bits: length and symbol of the code at their start; length 0 if the code is
+    /// longer or invalid.
     short: Vec<(u8, u8)>,
-    /// For each length: the first code, the number of codes and the place of the first one's symbol.
+    /// For each length: the first code, the number of codes and the place of the first symbol.
     lengths: [(usize, usize, usize); 17],
     symbols: Vec<u8>,
 }
 
 impl HuffmanTable {
-    /// From the numbers of codes of length 1 to 16 and their symbols in order of code.
+    /// Builds the table from the numbers of codes of length 1 to 16 and the symbols in order of code.
     ///
     /// # Errors
-    /// If there are more codes than bits for them, or not as many symbols.
+    /// If there are too many codes, or too few symbols.
     pub(super) fn new(counts: &[u8; 16], symbols: &[u8]) -> Result<Self, String> {
         let mut table =
             Self { short: vec![(0, 0); 1 << SHORT], lengths: [(0, 0, 0); 17], symbols: symbols.to_vec() };
@@ -42,7 +43,7 @@ impl HuffmanTable {
         Ok(table)
     }
 
-    /// Length and symbol of the code that the 16 bits `next` begin with; `None` if there is none.
+    /// Length and symbol of the code at the start of the 16 bits `next`; `None` if there is none.
     #[inline]
     pub(super) fn look_up(&self, next: u16) -> Option<(u8, u8)> {
         match self.short[usize::from(next >> (16 - SHORT))] {

@@ -1,8 +1,9 @@
-//! The luma of JPEG images, taken strictly.
+//! The luma of JPEG images, with strict checks.
 //!
-//! Decoders make up what is missing: `zune-jpeg`, strict or not, fills an image whose compressed data end early, and that is
-//! what a lost USB packet leaves. So the headers and the Huffman codes are read through first, and the decoder gets only what
-//! is whole. Damage that is still valid codes for the right number of blocks cannot be found: JPEG has no check sum.
+//! Decoders invent missing data: `zune-jpeg`, strict or not, fills an image whose compressed data end early,
+//! as after a lost USB packet. So headers and Huffman codes are read first, and only whole images are
+//! decoded. Damage that gives valid codes and the right number of blocks cannot be found, because JPEG has no
+//! checksum.
 
 mod entropy;
 mod header;
@@ -22,7 +23,7 @@ use header::Header;
 /// The luma of a baseline JPEG image of `rows` x `columns`, row by row.
 ///
 /// # Errors
-/// [`PixelError::Jpeg`] if it is not whole, of another kind or of another size.
+/// [`PixelError::Jpeg`] if it is incomplete, of another kind or of another size.
 pub(super) fn luma(bytes: &[u8], rows: usize, columns: usize) -> Result<Vec<u8>, PixelError> {
     whole_luma(bytes, rows, columns).map_err(PixelError::Jpeg)
 }
@@ -31,7 +32,7 @@ fn whole_luma(bytes: &[u8], rows: usize, columns: usize) -> Result<Vec<u8>, Stri
     let header = Header::parse(bytes)?;
     if (header.rows, header.columns) != (rows, columns) {
         return Err(format!(
-            "it is {} rows x {} columns, but {rows} x {columns} were agreed on with the camera",
+            "it is {} rows x {} columns, but the camera is set to {rows} x {columns}",
             header.rows, header.columns
         ));
     }
@@ -51,7 +52,7 @@ fn whole_luma(bytes: &[u8], rows: usize, columns: usize) -> Result<Vec<u8>, Stri
     decoded(&image, rows, columns)
 }
 
-/// Decodes what has been found whole.
+/// Decodes an image that is complete.
 fn decoded(image: &[u8], rows: usize, columns: usize) -> Result<Vec<u8>, String> {
     let options = DecoderOptions::default()
         .set_strict_mode(true)

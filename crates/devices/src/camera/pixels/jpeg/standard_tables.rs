@@ -1,4 +1,4 @@
-//! The Huffman tables that are meant when MJPG has none: those of ITU-T T.81 K.3.
+//! The standard Huffman tables for MJPG images without tables: ITU-T T.81 K.3.
 
 /// Numbers of codes of length 1 to 16, and their symbols in order of code.
 type Table<const SYMBOLS: usize> = ([u8; 16], [u8; SYMBOLS]);
@@ -59,7 +59,7 @@ pub(super) const AC_CHROMINANCE: Table<162> = (
     ],
 );
 
-/// A segment with all of them, marker and length included: tables 0 for luma, 1 for chroma.
+/// A segment with all tables, including marker and length: tables 0 for luma, 1 for chroma.
 pub(super) fn segment() -> Vec<u8> {
     fn table<const SYMBOLS: usize>(which: u8, (counts, symbols): &Table<SYMBOLS>) -> Vec<u8> {
         [&[which], &counts[..], symbols].concat()

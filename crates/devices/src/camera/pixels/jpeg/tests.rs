@@ -4,7 +4,8 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// A JPEG image whose blocks are flat: luma of block (row, column) is `level(row, column)`, chroma is neutral.
+/// A JPEG image whose blocks are flat: luma of block (row, column) is `level(row, column)`, chroma is
+/// neutral.
 struct Flat {
     rows: usize,
     columns: usize,
@@ -144,7 +145,8 @@ fn another_encoders_images_are_read_with_and_without_their_tables() {
     for colour in [false, true] {
         let (bytes, truth) = textured(colour, 43, 61, 100);
         let samples = whole_luma(&bytes, 43, 61).unwrap();
-        // Quality 100 quantises by 1: rounding of coefficients, colours and samples leaves an error of a few DN.
+        // Quality 100 quantises by 1: rounding of coefficients, colours and samples leaves an error of a few
+        // DN.
         assert!(samples.iter().zip(&truth).all(|(a, b)| a.abs_diff(*b) <= 3));
         assert_eq!(whole_luma(&without_huffman_tables(&bytes), 43, 61).unwrap(), samples);
     }

@@ -1,4 +1,4 @@
-//! What the simulated device answers, as a driver does.
+//! The driver interface of the simulated device.
 
 use std::time::Duration;
 
@@ -84,7 +84,7 @@ impl VideoDevice for SimDevice {
             },
             Control {
                 inactive: !manual,
-                // Longer than a frame it cannot be.
+                // The exposure cannot be longer than the frame time.
                 ..number(EXPOSURE_ABSOLUTE, "exposure_time_absolute", 1, 200, EXPOSURE, self.exposure)
             },
             number(GAIN, "gain", 0, 100, 0, self.gain),
@@ -198,7 +198,7 @@ impl VideoDevice for SimDevice {
             return Err(CameraError::Gone { camera: self.identity.name() });
         }
         self.gone = None;
-        // A camera that was without power is as it was made.
+        // A camera that was without power has its defaults.
         (self.exposure, self.exposure_auto, self.gain) = (EXPOSURE, APERTURE_PRIORITY, 0);
         self.light = vec![(0, 1.0)];
         if self.identity.model.ends_with("another one") {

@@ -1,4 +1,4 @@
-//! The simulated video device: frames in simulated time, at a steady rate, into a queue of few buffers.
+//! The simulated video device: frames in simulated time, at a steady rate, into a queue with few buffers.
 
 mod driver;
 
@@ -21,9 +21,9 @@ const INTERVAL: Duration = Duration::from_millis(1000 / SimDevice::RATE_HZ as u6
 const READOUT: Duration = Duration::from_millis(20);
 /// Exposure time that gives the simulator's own frames, in units of 100 us.
 const EXPOSURE: i64 = 100;
-/// Between a call and its answer.
+/// Duration of a call.
 const CALL: Duration = Duration::from_micros(10);
-/// Of the driver's flag for damaged contents, as in V4L2.
+/// The driver's flag for damaged contents, as in V4L2.
 const ERROR_FLAG: u32 = 0x40;
 
 const EXPOSURE_AUTO: u32 = 0x009a_0901;
@@ -31,12 +31,12 @@ const GAIN: u32 = 0x0098_0913;
 const MANUAL: i64 = 1;
 const APERTURE_PRIORITY: i64 = 3;
 
-/// A frame that has been exposed.
+/// An exposed frame.
 #[derive(Debug, Clone, Copy)]
 struct Exposed {
     buffer: FilledBuffer,
     position_mm: f64,
-    /// Where the stage was before; what a late or torn frame shows.
+    /// Position of the stage before its latest move, which late and torn frames show.
     before_mm: f64,
     light: f32,
     view: SimView,
@@ -45,7 +45,7 @@ struct Exposed {
     late: bool,
 }
 
-/// A simulated video device. It judges nothing, as real ones.
+/// A simulated video device. Like real ones it does not check its frames.
 #[derive(Debug)]
 pub struct SimDevice {
     pictures: Pictures,
@@ -55,28 +55,28 @@ pub struct SimDevice {
     now: Moment,
     streaming: bool,
     buffers: usize,
-    /// Filled and waiting.
+    /// Filled buffers that wait.
     queue: VecDeque<Exposed>,
-    /// Taken from the queue and not yet given back.
+    /// Buffers taken from the queue and not yet returned.
     taken: Vec<Exposed>,
     bytes: Vec<u8>,
-    /// When the next frame is complete.
+    /// Completion time of the next frame.
     next_complete: Moment,
     frames: u32,
     sequence: u32,
     unnumbered: bool,
-    /// Where the stage is, where it was before, and when it came here.
+    /// Present position of the stage, its former position, and the time of the change.
     position_mm: f64,
     before_mm: f64,
     moved: Moment,
-    /// How much of the stage's time has passed here, too.
+    /// The stage's time that has passed here too.
     stage_time: Duration,
-    /// When the simulation began, if its time is to pass as ours does.
+    /// Start of the simulation, if it runs in real time.
     real_time: Option<(Instant, Moment)>,
     exposure: i64,
     exposure_auto: i64,
     gain: i64,
-    /// How much light counts from which frame on; the latest last.
+    /// Relative light from a frame on; the latest last.
     light: Vec<(u32, f32)>,
     late_controls: u32,
     stamps: SimStamps,
@@ -86,7 +86,7 @@ pub struct SimDevice {
     silent_until: Moment,
     signal_lost: bool,
     dead: bool,
-    /// Attempts to open that still fail; `None` while it is there.
+    /// Attempts to open that will still fail; `None` while the device is connected.
     gone: Option<u32>,
 }
 
@@ -94,8 +94,8 @@ impl SimDevice {
     /// Frames per second.
     pub const RATE_HZ: u32 = 25;
 
-    /// A device in front of `simulator`, whose scene (or camera) is carried by the stage that `position` watches. It is set to
-    /// automatic exposure, as cameras are when they are plugged in.
+    /// A device that sees `simulator`, whose scene (or camera) is moved by the stage that `position` watches.
+    /// It begins with automatic exposure, as cameras do after connection.
     pub fn new(simulator: Arc<Simulator>, position: StagePosition) -> Self {
         let optics = &simulator.config().optics;
         let model = format!(
@@ -142,7 +142,7 @@ impl SimDevice {
         }
     }
 
-    /// Makes something go wrong.
+    /// Injects a fault.
     pub fn inject(&mut self, fault: SimFault) {
         match fault {
             SimFault::Gap(frames) => self.sequence = self.sequence.wrapping_add(frames),
@@ -169,7 +169,7 @@ impl SimDevice {
         }
     }
 
-    /// Whether this fault was waiting to happen; it does now.
+    /// Whether this fault is pending; if so, it happens now.
     fn happens(&mut self, fault: SimFault) -> bool {
         let found = self.pending.iter().position(|pending| *pending == fault);
         found.map(|index| self.pending.remove(index)).is_some()
@@ -186,7 +186,7 @@ impl SimDevice {
         CameraError::Stream { camera: self.identity.name(), action, detail: "a simulated fault".to_owned() }
     }
 
-    /// Changes of exposure and gain count from a later frame on.
+    /// Changes of exposure and gain take effect from a later frame on.
     fn light_changes(&mut self) {
         let light = self.exposure as f32 / EXPOSURE as f32 * (1.0 + self.gain as f32 / 100.0);
         self.light.push((self.frames.saturating_add(self.late_controls), light));
@@ -195,27 +195,27 @@ impl SimDevice {
     fn light_of(&self, number: u32) -> f32 {
         let light =
             self.light.iter().rev().find(|(from, _)| *from <= number).map_or(1.0, |(_, light)| *light);
-        // An automatic exposure never rests.
+        // Automatic exposure changes all the time.
         let hunting = if self.exposure_auto == MANUAL { 0.0 } else { 0.1 * (number as f32).sin() };
         light * (1.0 + hunting)
     }
 
-    /// What puts other things in front of the camera.
+    /// Selects the view.
     pub fn view(&self) -> ViewSwitch {
         self.view.clone()
     }
 
-    /// From now on simulated time passes as ours does, moves of the stage included: for rehearsals.
+    /// From now on simulated time runs as real time, including moves of the stage: for rehearsals.
     pub fn in_real_time(&mut self) {
         self.real_time = Some((Instant::now(), self.now));
     }
 
-    /// A move of the stage takes no time of ours; its time passes here.
+    /// Moves of a simulated stage take no real time; their simulated time passes here.
     fn mind_the_stage(&mut self) {
         let (position_mm, stage_time) = (self.stage.get_mm(), self.stage.elapsed());
         let moving = stage_time.saturating_sub(self.stage_time);
         self.stage_time = stage_time;
-        // While it moves the camera sees the place that it comes from.
+        // During a move the camera sees the start position.
         self.pass(moving);
         if position_mm != self.position_mm {
             (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
@@ -223,11 +223,11 @@ impl SimDevice {
         }
     }
 
-    /// Lets time pass: frames are completed into free buffers, or lost.
+    /// Advances the time: frames are completed into free buffers, or lost.
     fn pass(&mut self, time: Duration) {
         let mut until = self.now.after(time);
         if let Some((began, start)) = self.real_time {
-            // Whatever the program does meanwhile takes time as well.
+            // Other work of the program takes time too.
             until = until.max(start.after(began.elapsed()));
             std::thread::sleep(until.since(start).saturating_sub(began.elapsed()));
         }
@@ -270,7 +270,7 @@ impl SimDevice {
         let format = self.format();
         let whole = format.stride * format.size.rows;
         let earlier = began < self.moved;
-        // A stale frame is passed over whatever is wrong with it. Faults of what a frame shows wait until there is something else to show.
+        // A stale frame is skipped in any case. Faults of contents wait until the view has changed.
         let damaged = !earlier && self.happens(SimFault::BufferError);
         let short = !earlier && self.happens(SimFault::ShortBuffer);
         let torn = !earlier && self.happens(SimFault::TornFrame);

@@ -16,7 +16,7 @@ impl V4l2Device {
         loop {
             match self.node.next_control(id).map_err(control_failed(&self.path, "list its controls")) {
                 Ok(None) => break,
-                // Rising numbers, or the list would not end.
+                // The numbers must rise, or the list would never end.
                 Ok(Some(query)) if query.id <= id => break,
                 Ok(Some(query)) => {
                     id = query.id;
@@ -24,8 +24,8 @@ impl V4l2Device {
                 }
                 Err(gone @ CameraError::Gone { .. }) => return Err(gone),
                 Err(_) => {
-                    // One that cannot be described hides all after it (USB cameras have such): those that matter are asked for
-                    // by number.
+                    // A control that cannot be described hides all later ones (USB cameras have such
+                    // controls). The relevant ones are requested by number.
                     for known in known().into_iter().filter(|known| *known > id) {
                         let query = self.node.query_control(known).ok().flatten();
                         controls.extend(query.and_then(|query| self.control(query)));
@@ -59,7 +59,7 @@ impl V4l2Device {
         }
         let unreadable = matches!(kind, ControlKind::Other | ControlKind::Button)
             || query.flags & sys::V4L2_CTRL_FLAG_WRITE_ONLY != 0;
-        // One control that cannot be read now does not hide the others.
+        // One unreadable control must not hide the others.
         let value = if unreadable { None } else { self.node.control(query.id, wide).ok() };
         let items = if kind == ControlKind::Menu { self.menu(&query) } else { Vec::new() };
         Some(Control {
@@ -78,7 +78,7 @@ impl V4l2Device {
     }
 
     fn menu(&self, query: &ControlQuery) -> Vec<(i64, String)> {
-        /// No menu is longer; a damaged description might say so.
+        /// Longest menu; a damaged description might claim more.
         const LONGEST: i64 = 255;
         let of_numbers = query.kind == sys::v4l2_ctrl_type_V4L2_CTRL_TYPE_INTEGER_MENU;
         let indices = query.minimum.max(0)..=query.maximum.min(LONGEST);

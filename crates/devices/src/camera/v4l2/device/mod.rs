@@ -1,4 +1,4 @@
-//! A video device as its driver presents it.
+//! A video device as presented by its driver.
 
 mod controls;
 
@@ -19,10 +19,10 @@ use crate::camera::{
     Sizes, StampSource, VideoDevice,
 };
 
-/// However long is waited for a buffer, the driver is asked anew so often: some do not wake those who wait when they go away.
+/// Longest single wait for a buffer: some drivers do not wake waiting programs when the device is lost.
 const LOOK: Duration = Duration::from_millis(250);
 
-/// Any of these in an input's status, and what it sees is no picture.
+/// Status flags of an input that mean there is no picture.
 const SIGNAL_TROUBLES: &[(u32, &str)] = &[
     (sys::V4L2_IN_ST_NO_POWER, "no power"),
     (sys::V4L2_IN_ST_NO_SIGNAL, "no signal"),
@@ -39,9 +39,9 @@ pub struct V4l2Device {
     identity: CameraIdentity,
     node: Node,
     stream: Option<Buffers>,
-    /// A copy of the latest buffer that was asked for.
+    /// A copy of the latest requested buffer.
     bytes: Vec<u8>,
-    /// Controls whose values are of 64 bits.
+    /// Controls with values of 64 bits.
     wide: HashSet<u32>,
 }
 
@@ -49,22 +49,22 @@ impl V4l2Device {
     /// Opens a device by its path, which may be a symbolic link.
     ///
     /// # Errors
-    /// [`CameraError`] if there is no such device, it is no camera, or the user may not open it.
+    /// [`CameraError`] if there is no such device, it is not a camera, or the user may not open it.
     pub fn open(path: &str) -> Result<Self, CameraError> {
         let node = Node::open(path).map_err(unopened(path))?;
         let capabilities = node.capabilities().map_err(|error| match error {
             error if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => CameraError::NotACamera {
                 camera: path.to_owned(),
-                reason: "it is no video device".to_owned(),
+                reason: "it is not a video device".to_owned(),
             },
-            error => failed(path, "say what it is")(error),
+            error => failed(path, "report what it is")(error),
         })?;
         if !is_camera(&capabilities) {
             let several_planes = capabilities.flags & sys::V4L2_CAP_VIDEO_CAPTURE_MPLANE != 0;
             let reason = if several_planes {
                 "its driver gives images in several planes, which is not supported"
             } else {
-                "it gives no images; a camera often has several nodes, and this is another one"
+                "it gives no images; a camera often has several nodes, so choose another one"
             };
             return Err(CameraError::NotACamera { camera: path.to_owned(), reason: reason.to_owned() });
         }
@@ -83,7 +83,7 @@ impl V4l2Device {
         CameraError::Stream {
             camera: self.path.clone(),
             action: "read a buffer",
-            detail: "it is no longer there".to_owned(),
+            detail: "it no longer exists".to_owned(),
         }
     }
 
@@ -102,7 +102,7 @@ impl V4l2Device {
             discrete.push((size((columns, rows)), intervals.collect()));
         }
         if discrete.is_empty() {
-            // The driver lists none: what it can do, setting it will tell.
+            // The driver lists none; setting a size will show what it supports.
             let (one, largest) = (size((1, 1)), size((u16::MAX.into(), u16::MAX.into())));
             return Ok(Sizes::Range { least: one, greatest: largest, step: one });
         }
@@ -112,12 +112,12 @@ impl V4l2Device {
 
 fn active(format: PixFormat) -> ActiveFormat {
     let four_cc = FourCc::from_u32(format.four_cc);
-    // Some drivers leave it out where rows follow each other without a gap.
+    // Some drivers leave it out for rows without padding.
     let least = PixelFormat::from_four_cc(four_cc)
         .and_then(|pixels| pixels.least_stride(format.columns as usize))
         .unwrap_or(0);
     let stride = if format.stride == 0 { least } else { format.stride as usize };
-    // A driver that is asked for progressive frames and cannot take the field it likes.
+    // Some drivers ignore the request for progressive frames.
     let progressive = [sys::v4l2_field_V4L2_FIELD_NONE, sys::v4l2_field_V4L2_FIELD_ANY];
     ActiveFormat {
         four_cc,
@@ -138,7 +138,7 @@ fn stamp_source(flags: u32) -> StampSource {
     }
 }
 
-/// The present on the clock of V4L2's time stamps.
+/// The present time on the clock of V4L2's time stamps.
 fn monotonic() -> Moment {
     let time = clock_gettime(ClockId::Monotonic);
     let (seconds, nanoseconds) = (u64::try_from(time.tv_sec), u64::try_from(time.tv_nsec));
@@ -174,7 +174,7 @@ impl VideoDevice for V4l2Device {
     }
 
     fn active_format(&mut self) -> Result<ActiveFormat, CameraError> {
-        self.node.format(Direction::Capture).map(active).map_err(failed(&self.path, "tell its format"))
+        self.node.format(Direction::Capture).map(active).map_err(failed(&self.path, "report its format"))
     }
 
     fn set_format(&mut self, four_cc: FourCc, size: Size) -> Result<ActiveFormat, CameraError> {
@@ -194,7 +194,7 @@ impl VideoDevice for V4l2Device {
             Err(error) if [Errno::NOTTY, Errno::INVAL, Errno::NODATA].iter().any(|no| is(&error, *no)) => {
                 Ok(None)
             }
-            Err(error) => Err(failed(&self.path, "tell its rate")(error)),
+            Err(error) => Err(failed(&self.path, "report its rate")(error)),
         }
     }
 
@@ -215,7 +215,7 @@ impl VideoDevice for V4l2Device {
 
     fn read_controls(&mut self, ids: &[u32]) -> Result<Vec<i64>, CameraError> {
         let wanted: Vec<(u32, bool)> = ids.iter().map(|id| (*id, self.wide.contains(id))).collect();
-        // Some drivers read one at a time only; and one that cannot be read is found by reading each.
+        // Some drivers read only one at a time; reading each also finds the unreadable one.
         match self.node.several_controls(&wanted) {
             Ok(values) => Ok(values),
             Err(_) => ids.iter().map(|id| self.read_control(*id)).collect(),
@@ -231,9 +231,9 @@ impl VideoDevice for V4l2Device {
         let camera = self.identity.name();
         let lost = |what: String| Err(CameraError::NoSignal { camera: camera.clone(), what });
         let input = match self.node.input() {
-            // A camera without inputs has nothing to lose.
+            // A camera without inputs has no signal to lose.
             Err(error) if is(&error, Errno::NOTTY) || is(&error, Errno::INVAL) => return Ok(()),
-            input => input.map_err(failed(&self.path, "tell the state of its input"))?,
+            input => input.map_err(failed(&self.path, "report the state of its input"))?,
         };
         if let Some((_, what)) = SIGNAL_TROUBLES.iter().find(|(flag, _)| input.status & flag != 0) {
             return lost((*what).to_owned());
@@ -256,20 +256,20 @@ impl VideoDevice for V4l2Device {
             (_, Err(error)) if is(&error, Errno::RANGE) => {
                 lost("a signal with timings that it cannot receive".to_owned())
             }
-            // Drivers that cannot tell, or not while they stream.
+            // Drivers that do not report it, or not during streaming.
             _ => Ok(()),
         }
     }
 
     fn start(&mut self, buffers: usize) -> Result<usize, CameraError> {
-        // What is left of a stream that broke down is of no use; starting anew tells whether the device is.
+        // The remains of a failed stream are dropped; the start shows whether the device works.
         let _ = self.stop();
         let get = "get buffers";
         let mut stream =
             Buffers::request(&self.node, Direction::Capture, buffers).map_err(broken(&self.path, get))?;
         let queued = (0..stream.count()).try_for_each(|index| stream.queue(&self.node, index, 0));
         if let Err(error) = queued.and_then(|()| stream.start(&self.node)) {
-            // The first error is the one to tell.
+            // The first error is reported.
             let _ = stream.release(&self.node);
             return Err(broken(&self.path, "start its stream")(error));
         }
@@ -309,7 +309,7 @@ impl VideoDevice for V4l2Device {
             let wait = LOOK.min(until.since(now));
             let woken = self.node.wait(Direction::Capture, wait).map_err(broken(&self.path, "wait"))?;
             if woken {
-                // A device in trouble wakes at once and has nothing: do not spin.
+                // A failing device wakes at once without a buffer; this prevents a busy loop.
                 std::thread::sleep(Duration::from_micros(50));
             }
         }
@@ -332,7 +332,7 @@ impl VideoDevice for V4l2Device {
     }
 
     fn let_go(&mut self) {
-        // It has gone; that it cannot be stopped is no news.
+        // The device is lost, so a failing stop is no new error.
         let _ = self.stop();
         self.node.close();
     }
@@ -354,7 +354,7 @@ impl VideoDevice for V4l2Device {
                 Err(_) => Err(CameraError::Gone { camera: self.path.clone() }),
             };
         };
-        // Links lead to it as before; a bare number may have changed.
+        // Links point to it as before; a bare number may have changed.
         let path = found.path.unwrap_or_else(|| self.path.clone());
         let still = Self::open(&self.path).ok().filter(|here| here.identity.is_same_as(&self.identity));
         *self = match still {
@@ -367,7 +367,7 @@ impl VideoDevice for V4l2Device {
 
 impl Drop for V4l2Device {
     fn drop(&mut self) {
-        // Nobody is left to tell; the kernel frees everything when the file is closed.
+        // The error cannot be reported; the kernel frees everything when the file is closed.
         let _ = self.stop();
     }
 }

@@ -11,7 +11,7 @@ use super::call::{Direction, Node, REQBUFS, Request, STREAMOFF, STREAMON, zeroed
 
 const MEMORY_MAPPED: u32 = 1;
 
-/// What counts of `struct v4l2_buffer`.
+/// The relevant fields of `struct v4l2_buffer`.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::camera::v4l2) struct Dequeued {
     pub(in crate::camera::v4l2) index: usize,
@@ -21,14 +21,14 @@ pub(in crate::camera::v4l2) struct Dequeued {
     pub(in crate::camera::v4l2) sequence: u32,
 }
 
-/// Memory of a driver's buffer in this process.
+/// Memory of a driver's buffer, mapped into this process.
 #[derive(Debug)]
 struct Mapping {
     start: NonNull<u8>,
     length: usize,
 }
 
-// SAFETY: the mapping is memory like any other, owned by this value alone.
+// SAFETY: the mapping is ordinary memory, owned by this value alone.
 unsafe impl Send for Mapping {}
 
 impl Mapping {
@@ -37,8 +37,8 @@ impl Mapping {
         // SAFETY: the members of the union are numbers and raw pointers; of mapped buffers it is the offset.
         let offset = unsafe { buffer.m.offset };
         let file = node.file()?.as_raw_fd();
-        // SAFETY: a new mapping at a place of the kernel's choice touches no memory of ours; what it returns is `length` bytes long
-        // until it is unmapped.
+        // SAFETY: a new mapping at a place of the kernel's choice touches no memory of ours; what it returns
+        // is `length` bytes long until it is unmapped.
         let start = unsafe {
             v4l2::mmap(std::ptr::null_mut(), length, mmap::READ_WRITE, mmap::SHARED, file, offset.into())?
         };
@@ -48,7 +48,7 @@ impl Mapping {
     }
 }
 
-/// Numbers of `mmap`, the same on all Linux machines.
+/// Constants of `mmap`, the same on all Linux machines.
 mod mmap {
     pub(in crate::camera::v4l2) const READ_WRITE: i32 = 3;
     pub(in crate::camera::v4l2) const SHARED: i32 = 1;
@@ -56,8 +56,8 @@ mod mmap {
 
 impl Drop for Mapping {
     fn drop(&mut self) {
-        // SAFETY: the mapping was made by `of`, has this start and length, and no slice of it outlives `self`. It fails for
-        // mappings that are none only.
+        // SAFETY: the mapping was made by `of`, has this start and length, and no slice of it outlives
+        // `self`. It fails for mappings that are none only.
         let _ = unsafe { v4l2::munmap(self.start.as_ptr().cast(), self.length) };
     }
 }
@@ -72,7 +72,7 @@ pub(in crate::camera::v4l2) struct Buffers {
 }
 
 impl Buffers {
-    /// Asks the driver for buffers and maps them; it may make more or fewer.
+    /// Requests buffers from the driver, and maps them; it may create more or fewer.
     pub(in crate::camera::v4l2) fn request(
         node: &Node,
         direction: Direction,
@@ -88,7 +88,7 @@ impl Buffers {
                 Ok(mapping) => mappings.push(mapping),
                 Err(error) => {
                     drop(mappings);
-                    // What was wrong is told already.
+                    // The first error is reported.
                     let _ = node.request_buffers(direction, 0);
                     return Err(error);
                 }
@@ -101,12 +101,12 @@ impl Buffers {
         self.mappings.len()
     }
 
-    /// Indices of buffers that are ours.
+    /// Indices of buffers that the program owns.
     pub(in crate::camera::v4l2) fn free(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.count()).filter(|&index| !self.queued[index])
     }
 
-    /// Gives a buffer to the driver. `bytes_used` counts for output only.
+    /// Gives a buffer to the driver. `bytes_used` matters for output only.
     pub(in crate::camera::v4l2) fn queue(
         &mut self,
         node: &Node,
@@ -114,7 +114,7 @@ impl Buffers {
         bytes_used: usize,
     ) -> io::Result<()> {
         let Some(queued) = self.queued.get_mut(index).filter(|queued| !**queued) else {
-            return Err(io::Error::other("the buffer is the driver's already"));
+            return Err(io::Error::other("the driver owns the buffer already"));
         };
         let mut buffer = node.buffer(self.direction, index);
         buffer.bytesused = u32::try_from(bytes_used).unwrap_or(u32::MAX);
@@ -124,7 +124,7 @@ impl Buffers {
         Ok(())
     }
 
-    /// Takes a buffer that the driver is done with; `None` if there is none now.
+    /// Takes a finished buffer from the driver; `None` if there is none now.
     pub(in crate::camera::v4l2) fn dequeue(&mut self, node: &Node) -> io::Result<Option<Dequeued>> {
         let mut buffer = node.buffer(self.direction, 0);
         match exchange(node, vidioc::VIDIOC_DQBUF, &mut buffer) {
@@ -133,7 +133,7 @@ impl Buffers {
         }
         let index = buffer.index as usize;
         let (Some(queued), Some(mapping)) = (self.queued.get_mut(index), self.mappings.get(index)) else {
-            return Err(io::Error::other("the driver returned a buffer that there is not"));
+            return Err(io::Error::other("the driver returned a buffer that does not exist"));
         };
         *queued = false;
         let seconds = u64::try_from(buffer.timestamp.tv_sec).unwrap_or(0);
@@ -147,24 +147,27 @@ impl Buffers {
         }))
     }
 
-    /// Copies the first `length` bytes of a buffer that is ours; `false` if it is not, or shorter.
+    /// Copies the first `length` bytes of a buffer that the program owns; `false` if it does not own it, or
+    /// it is shorter.
     ///
-    /// It is copied, and never borrowed: drivers such as `v4l2loopback` may still write to it.
+    /// The bytes are copied, never borrowed: drivers such as `v4l2loopback` may still write to them.
     pub(in crate::camera::v4l2) fn copy(&self, index: usize, length: usize, to: &mut Vec<u8>) -> bool {
         let ours = self.mappings.get(index).filter(|_| !self.queued[index]);
         let Some(mapping) = ours.filter(|mapping| length <= mapping.length) else { return false };
         to.resize(length, 0);
-        // SAFETY: the mapping is at least `length` bytes long and lives as long as `self`, `to` was just made that long, and memory of
-        // a driver and of a vector do not overlap. If the driver writes meanwhile, bytes are old or new, any of them valid.
+        // SAFETY: the mapping is at least `length` bytes long and lives as long as `self`, `to` was just made
+        // that long, and memory of a driver and of a vector do not overlap. If the driver writes meanwhile,
+        // bytes are old or new, any of them valid.
         unsafe { std::ptr::copy_nonoverlapping(mapping.start.as_ptr(), to.as_mut_ptr(), length) };
         true
     }
 
-    /// The bytes of an output's buffer that is ours, to be written.
+    /// The bytes of an output buffer that the program owns, for writing.
     pub(in crate::camera::v4l2) fn bytes_mut(&mut self, index: usize) -> Option<&mut [u8]> {
         let mapping = self.mappings.get(index).filter(|_| !self.queued[index])?;
-        // SAFETY: the mapping is that long and lives as long as `self`; `&mut self` makes this the only slice of it. An output's driver
-        // writes to no buffer, and handing it over needs `&mut self`, so that this slice is gone by then.
+        // SAFETY: the mapping is that long and lives as long as `self`; `&mut self` makes this the only slice
+        // of it. An output's driver writes to no buffer, and handing it over needs `&mut self`, so that this
+        // slice is gone by then.
         Some(unsafe { std::slice::from_raw_parts_mut(mapping.start.as_ptr(), mapping.length) })
     }
 
@@ -172,7 +175,7 @@ impl Buffers {
         node.switch_stream(self.direction, true)
     }
 
-    /// Stops the stream and gives the memory back.
+    /// Stops the stream and frees the memory.
     pub(in crate::camera::v4l2) fn release(self, node: &Node) -> io::Result<()> {
         let stopped = node.switch_stream(self.direction, false);
         let direction = self.direction;
@@ -189,8 +192,8 @@ fn exchange(node: &Node, request: Request, buffer: &mut sys::v4l2_buffer) -> io:
     if !takes_buffers || !in_one_plane || buffer.memory != MEMORY_MAPPED {
         return Err(io::Error::other("a call for other buffers than mapped ones in one plane"));
     }
-    // SAFETY: the number is one of three that take this structure. Its union is a pointer for buffers of the caller's own memory and for those
-    // of several planes only; this is neither, as just checked.
+    // SAFETY: the number is one of three that take this structure. Its union is a pointer for buffers of the
+    // caller's own memory and for those of several planes only; this is neither, as just checked.
     unsafe { node.call_with_pointers(request, buffer) }
 }
 

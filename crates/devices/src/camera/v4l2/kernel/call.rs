@@ -1,4 +1,4 @@
-//! One call of the kernel, made safe.
+//! Safe wrappers of single kernel calls.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -20,7 +20,7 @@ use crate::camera::v4l2::failure::is;
 /// A call number: direction, size of the argument, `V`, number.
 pub(super) type Request = vidioc::_IOC_TYPE;
 
-/// Where a call number holds the size of its argument.
+/// Position of the argument's size in a call number.
 const SIZE_SHIFT: u32 = 16;
 const SIZE_MASK: Request = 0x3fff;
 const READ: Request = 2;
@@ -31,7 +31,7 @@ const fn request(direction: Request, number: Request, size: usize) -> Request {
     direction << DIRECTION_SHIFT | (size as Request) << SIZE_SHIFT | (b'V' as Request) << 8 | number
 }
 
-/// What buffers are for.
+/// Direction of buffers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub(in crate::camera::v4l2) enum Direction {
@@ -49,14 +49,14 @@ pub(in crate::camera::v4l2) struct Capabilities {
     pub(in crate::camera::v4l2) flags: u32,
 }
 
-/// A video device, open until it is closed; calls do not block.
+/// An open video device; calls do not block.
 #[derive(Debug)]
 pub(in crate::camera::v4l2) struct Node(Option<File>);
 
 /// A structure of the kernel's with all bytes zero.
 pub(super) fn zeroed<T: KernelStruct>() -> T {
-    // SAFETY: `KernelStruct` is implemented for structures of integers, raw pointers and unions of these only; zero is a value of
-    // each of them.
+    // SAFETY: `KernelStruct` is implemented for structures of integers, raw pointers and unions of these
+    // only; zero is a value of each of them.
     unsafe { std::mem::zeroed() }
 }
 
@@ -68,7 +68,8 @@ pub(super) unsafe trait KernelStruct {}
 
 macro_rules! kernel_structs {
     ($($name:ident),*) => { $(
-        // SAFETY: a C structure of the kernel's header, in which there are only numbers, raw pointers and unions of them.
+        // SAFETY: a C structure of the kernel's header, in which there are only numbers, raw pointers and
+        // unions of them.
         unsafe impl KernelStruct for sys::$name {}
     )* };
 }
@@ -108,7 +109,8 @@ impl<T> Call<T> {
 
 macro_rules! calls {
     ($($name:ident($argument:ty) = $number:expr),* $(,)?) => { $(
-        // SAFETY: number and argument belong together in the kernel's header (videodev2.h), and the argument consists of numbers and text.
+        // SAFETY: number and argument belong together in the kernel's header (videodev2.h), and the argument
+        // consists of numbers and text.
         pub(super) const $name: Call<$argument> = unsafe { Call::new($number) };
     )* };
 }
@@ -126,7 +128,7 @@ calls! {
     REQBUFS(sys::v4l2_requestbuffers) = vidioc::VIDIOC_REQBUFS,
     STREAMON(c_int) = vidioc::VIDIOC_STREAMON,
     STREAMOFF(c_int) = vidioc::VIDIOC_STREAMOFF,
-    // The crate leaves these out.
+    // Missing in the crate.
     G_DV_TIMINGS(sys::v4l2_dv_timings) = request(READ | 1, 88, size_of::<sys::v4l2_dv_timings>()),
     QUERY_DV_TIMINGS(sys::v4l2_dv_timings) = request(READ, 99, size_of::<sys::v4l2_dv_timings>()),
 }
@@ -143,7 +145,7 @@ impl Node {
         OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).map(|file| Self(Some(file)))
     }
 
-    /// Closes the device: every call fails from now on, as if it had gone.
+    /// Closes the device: all later calls fail, as for a lost device.
     pub(in crate::camera::v4l2) fn close(&mut self) {
         self.0 = None;
     }
@@ -154,15 +156,15 @@ impl Node {
 
     /// A call whose argument holds no pointer.
     pub(super) fn call<T: KernelStruct>(&self, call: Call<T>, argument: &mut T) -> io::Result<()> {
-        // SAFETY: as whoever made the `Call` has promised, the kernel finds no pointer in the argument.
+        // SAFETY: by the contract of `Call`, the kernel follows no pointer in the argument.
         unsafe { self.call_with_pointers(call.number, argument) }
     }
 
     /// A call whose argument the kernel may find pointers in.
     ///
     /// # Safety
-    /// The number is that of a call that takes a `T`. Every pointer that the kernel follows for this call points to memory that is borrowed,
-    /// exclusively if it is written, for longer than the call.
+    /// The number is that of a call that takes a `T`. Every pointer that the kernel follows for this call
+    /// points to memory that is borrowed, exclusively if it is written, for longer than the call.
     pub(super) unsafe fn call_with_pointers<T: KernelStruct>(
         &self,
         request: Request,
@@ -173,8 +175,9 @@ impl Node {
         }
         let file = self.file()?.as_raw_fd();
         loop {
-            // SAFETY: the call number holds the size of the argument, which is that of `T` as just checked, so the kernel stays within
-            // `argument`, which is borrowed exclusively, and within what the caller vouches for.
+            // SAFETY: the call number holds the size of the argument, which is that of `T` as just checked,
+            // so the kernel stays within `argument`, which is borrowed exclusively, and within what the
+            // caller vouches for.
             let done = unsafe { v4l2::ioctl(file, request, std::ptr::from_mut(argument).cast()) };
             match done {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
@@ -183,7 +186,7 @@ impl Node {
         }
     }
 
-    /// Waits until buffers can be exchanged or something has happened; whether it has.
+    /// Waits until a buffer can be exchanged or an event occurs. Returns `false` after the time-out.
     pub(in crate::camera::v4l2) fn wait(&self, direction: Direction, patience: Duration) -> io::Result<bool> {
         let events = match direction {
             Direction::Capture => PollFlags::IN,
@@ -192,7 +195,7 @@ impl Node {
         let mut files = [PollFd::from_borrowed_fd(self.file()?.as_fd(), events)];
         let patience = Timespec::try_from(patience).map_err(io::Error::other)?;
         match poll(&mut files, Some(&patience)) {
-            // Interrupted: the caller looks at its own clock.
+            // Interrupted: the caller checks its own clock.
             Err(Errno::INTR) => Ok(false),
             Err(error) => Err(error.into()),
             Ok(count) => Ok(count > 0),
@@ -216,9 +219,9 @@ impl Node {
     }
 }
 
-/// Asks with rising indices until there is no more; a device that knows no such list has none.
+/// Calls `ask` with rising indices until the list ends. A device without the list gives an empty one.
 pub(super) fn enumerate<T>(mut ask: impl FnMut(u32) -> io::Result<T>) -> io::Result<Vec<T>> {
-    /// No list of a driver is longer; one without end would be.
+    /// Longest list; a faulty driver might never end it.
     const LONGEST: u32 = 1024;
     let mut found = Vec::new();
     for index in 0..LONGEST {
@@ -231,7 +234,7 @@ pub(super) fn enumerate<T>(mut ask: impl FnMut(u32) -> io::Result<T>) -> io::Res
     Ok(found)
 }
 
-/// Whether an error says that there is no such thing, or no such call.
+/// Whether an error means that the item or the call does not exist.
 pub(super) fn has_none(error: &io::Error) -> bool {
     is(error, Errno::INVAL) || is(error, Errno::NOTTY)
 }

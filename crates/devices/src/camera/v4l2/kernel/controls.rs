@@ -7,7 +7,7 @@ use v4l::v4l2::vidioc;
 
 use super::call::{Node, QUERY_EXT_CTRL, QUERYMENU, Request, has_none, text, zeroed};
 
-/// Present values, of controls of any class.
+/// Selects present values, for controls of any class.
 const CURRENT_VALUES: u32 = 0;
 const NEXT_CONTROL: u32 = 0x8000_0000 | 0x4000_0000;
 
@@ -31,11 +31,11 @@ impl Node {
         self.query_control(id | NEXT_CONTROL)
     }
 
-    /// The control with this number, if there is one.
+    /// The control with this id, if there is one.
     pub(in crate::camera::v4l2) fn query_control(&self, id: u32) -> io::Result<Option<ControlQuery>> {
         let mut found = sys::v4l2_query_ext_ctrl { id, ..zeroed() };
         match self.call(QUERY_EXT_CTRL, &mut found) {
-            // No more, or none at all.
+            // No more controls, or none at all.
             Err(error) if has_none(&error) => return Ok(None),
             done => done?,
         }
@@ -52,16 +52,17 @@ impl Node {
         }))
     }
 
-    /// The name of a menu's item; the number, for a menu of numbers. `None` for an item that is left out.
+    /// The name of a menu item; its number, for a menu of numbers. `None` for a missing item.
     pub(in crate::camera::v4l2) fn menu_item(&self, id: u32, index: u32, of_numbers: bool) -> Option<String> {
         let mut found = sys::v4l2_querymenu { id, index, ..zeroed() };
         self.call(QUERYMENU, &mut found).ok()?;
-        // SAFETY: the members of the union are bytes and a number, valid whatever was written. It is packed: they are copied.
+        // SAFETY: the members of the union are bytes and a number, valid whatever was written. It is packed:
+        // they are copied.
         let (name, value) = unsafe { (found.__bindgen_anon_1.name, found.__bindgen_anon_1.value) };
         Some(if of_numbers { value.to_string() } else { text(&name) })
     }
 
-    /// The value of a control; `wide` says whether it has 64 bits.
+    /// The value of a control; `wide` for 64 bits.
     pub(in crate::camera::v4l2) fn control(&self, id: u32, wide: bool) -> io::Result<i64> {
         let mut control = [sys::v4l2_ext_control { id, ..zeroed() }];
         self.exchange(vidioc::VIDIOC_G_EXT_CTRLS, &mut control)?;
@@ -87,7 +88,7 @@ impl Node {
         self.exchange(vidioc::VIDIOC_S_EXT_CTRLS, &mut control)
     }
 
-    /// Of controls that are numbers; others are refused.
+    /// A call for numeric controls; others are refused.
     fn exchange(&self, request: Request, controls: &mut [sys::v4l2_ext_control]) -> io::Result<()> {
         let count = u32::try_from(controls.len()).map_err(io::Error::other)?;
         let mut all = sys::v4l2_ext_controls { count, controls: controls.as_mut_ptr(), ..zeroed() };
@@ -97,14 +98,16 @@ impl Node {
         if !takes_controls || controls.iter().any(|control| { control.size } != 0) {
             return Err(io::Error::other("a call for other controls than numbers"));
         }
-        // SAFETY: the number is one of two that take this structure. Its one pointer is to `controls`, which is borrowed exclusively and holds
-        // `count` of them; these state no payload, as just checked, so the kernel follows no pointer in them.
+        // SAFETY: the number is one of two that take this structure. Its one pointer is to `controls`, which
+        // is borrowed exclusively and holds `count` of them; these state no payload, as just checked, so the
+        // kernel follows no pointer in them.
         unsafe { self.call_with_pointers(request, &mut all) }
     }
 }
 
 fn value_of(control: &sys::v4l2_ext_control, wide: bool) -> i64 {
     let value = control.__bindgen_anon_1;
-    // SAFETY: the union is of numbers and pointers; as a number it is valid whatever was written. It is packed: it is copied.
+    // SAFETY: the union is of numbers and pointers; as a number it is valid whatever was written. It is
+    // packed: it is copied.
     unsafe { if wide { value.value64 } else { i64::from(value.value) } }
 }

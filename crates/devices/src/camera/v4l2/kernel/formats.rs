@@ -57,7 +57,7 @@ impl Node {
         })
     }
 
-    /// Intervals of a discrete size, as fractions of a second; of a range of intervals the shortest and the longest.
+    /// Intervals of a discrete size, as fractions of a second; for a range, the shortest and the longest.
     pub(in crate::camera::v4l2) fn intervals(
         &self,
         four_cc: u32,
@@ -93,7 +93,7 @@ impl Node {
         Ok(pix_format(&format))
     }
 
-    /// Asks for a progressive format, and returns what the driver took.
+    /// Sets a progressive format, and returns the format that the driver chose.
     pub(in crate::camera::v4l2) fn set_format(
         &self,
         direction: Direction,
@@ -119,8 +119,8 @@ impl Node {
         if !takes_formats || ![Direction::Capture as u32, Direction::Output as u32].contains(&format.type_) {
             return Err(io::Error::other("a call for other formats than those of images"));
         }
-        // SAFETY: the number is one of two that take this structure. It holds pointers for overlays alone, and its type is that of capture or
-        // output, as just checked.
+        // SAFETY: the number is one of two that take this structure. It holds pointers for overlays alone,
+        // and its type is that of capture or output, as just checked.
         unsafe { self.call_with_pointers(request, format) }
     }
 
@@ -141,8 +141,8 @@ impl Node {
 }
 
 fn pixels_of(format: &sys::v4l2_format) -> sys::v4l2_pix_format {
-    // SAFETY: the members of the union are structures of numbers and bytes (and, of overlays, raw pointers), valid whatever was
-    // written; of capture and output devices it is this one.
+    // SAFETY: the members of the union are structures of numbers and bytes (and, of overlays, raw pointers),
+    // valid whatever was written; of capture and output devices it is this one.
     unsafe { format.fmt.pix }
 }
 

@@ -1,4 +1,4 @@
-//! The state of an input and of its signal.
+//! State of an input and of its signal.
 
 use std::io;
 
@@ -13,7 +13,7 @@ pub(in crate::camera::v4l2) struct InputState {
     pub(in crate::camera::v4l2) capabilities: u32,
 }
 
-/// What counts of `struct v4l2_bt_timings`.
+/// The relevant fields of `struct v4l2_bt_timings`.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::camera::v4l2) struct DvTimings {
     pub(in crate::camera::v4l2) columns: u32,
@@ -22,11 +22,11 @@ pub(in crate::camera::v4l2) struct DvTimings {
     pub(in crate::camera::v4l2) pixel_clock_hz: u64,
 }
 
-/// Pixel clocks are as good as equal if they differ by no more: the kernel's own measure, because receivers measure roughly.
+/// Tolerance of pixel clocks, the same as the kernel's, because receivers measure roughly.
 const SAME_CLOCK_HZ: u64 = 250_000;
 
 impl DvTimings {
-    /// Whether a receiver that is set for these timings receives those.
+    /// Whether a receiver with these timings receives those of `other`.
     pub(in crate::camera::v4l2) fn is_like(&self, other: &Self) -> bool {
         let shape = |timings: &Self| (timings.columns, timings.rows, timings.interlaced);
         shape(self) == shape(other) && self.pixel_clock_hz.abs_diff(other.pixel_clock_hz) <= SAME_CLOCK_HZ
@@ -34,7 +34,7 @@ impl DvTimings {
 }
 
 impl Node {
-    /// The state of the selected input.
+    /// State of the selected input.
     pub(in crate::camera::v4l2) fn input(&self) -> io::Result<InputState> {
         let mut index: std::os::raw::c_int = 0;
         self.call(G_INPUT, &mut index)?;
@@ -43,12 +43,12 @@ impl Node {
         Ok(InputState { status: input.status, capabilities: input.capabilities })
     }
 
-    /// The timings that the input is set for.
+    /// The timings set for the input.
     pub(in crate::camera::v4l2) fn dv_timings(&self) -> io::Result<DvTimings> {
         self.timings(G_DV_TIMINGS)
     }
 
-    /// The timings of the signal that arrives.
+    /// The timings of the received signal.
     pub(in crate::camera::v4l2) fn arriving_dv_timings(&self) -> io::Result<DvTimings> {
         self.timings(QUERY_DV_TIMINGS)
     }
@@ -56,7 +56,8 @@ impl Node {
     fn timings(&self, call: Call<sys::v4l2_dv_timings>) -> io::Result<DvTimings> {
         let mut timings: sys::v4l2_dv_timings = zeroed();
         self.call(call, &mut timings)?;
-        // SAFETY: the members of the union are structures of numbers, valid whatever was written. They are packed: fields are copied.
+        // SAFETY: the members of the union are structures of numbers, valid whatever was written. They are
+        // packed: fields are copied.
         let bt = unsafe { timings.__bindgen_anon_1.bt };
         Ok(DvTimings {
             columns: bt.width,

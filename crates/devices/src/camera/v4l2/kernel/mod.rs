@@ -1,7 +1,8 @@
-//! The kernel's calls for video devices, which are nearly all of the program's unsafe code.
+//! The kernel's calls for video devices, which hold nearly all of the program's unsafe code.
 //!
-//! Everything that leaves this folder is safe: plain values, and slices of buffers that the driver does not own at the moment. The
-//! structures and most call numbers are those of crate `v4l`, generated from the kernel's own header.
+//! The interface of this folder is safe: plain values, and slices of buffers that the driver does not own at
+//! the moment. The structures and most call numbers come from crate `v4l`, generated from the kernel's
+//! header.
 
 #![allow(
     unsafe_code,

@@ -3,7 +3,7 @@
 use super::motion::Block;
 use super::{AXES, GrblDevice, LONGEST_LINE, State, Waiting};
 
-/// What stays in force from line to line.
+/// Modal state that persists from line to line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Modal {
     absolute: bool,
@@ -18,7 +18,7 @@ impl Default for Modal {
     }
 }
 
-/// What a line of G-code asks for.
+/// The content of a line of G-code.
 #[derive(Debug, Clone, Copy, Default)]
 struct Words {
     dwell: bool,
@@ -99,7 +99,7 @@ impl GrblDevice {
             _ if !at_rest => Err(8),
             _ if !self.table.knows(number) => Err(3),
             _ if value < 0.0 => Err(4),
-            // Soft limits need homing; switching homing off takes them with it.
+            // Soft limits need homing, so switching homing off switches them off too.
             20 if value != 0.0 && !self.table.on(22) => Err(10),
             _ => {
                 self.table.set(number, value);
@@ -188,13 +188,13 @@ impl GrblDevice {
         target_mm
     }
 
-    /// Machine coordinates go from minus the travel to 0.
+    /// Machine coordinates range from minus the travel to 0.
     fn beyond(&self, target_mm: [f64; AXES]) -> bool {
         (130..).zip(target_mm).any(|(travel, mm)| mm > 0.0 || mm < -self.table.get(travel))
     }
 }
 
-/// Reads words such as `G90`, `X-2.5`, `F300`; changes what they change of `modal`.
+/// Parses words such as `G90`, `X-2.5`, `F300`, and updates `modal`.
 fn parse(line: &str, modal: &mut Modal) -> Result<Words, Refusal> {
     let mut words = Words::default();
     let mut rest = line;

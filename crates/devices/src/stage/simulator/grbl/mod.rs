@@ -1,8 +1,8 @@
-//! A simulated stage that speaks GRBL 1.1, modelled on a recording of GRBL 1.1h.
+//! A simulated stage with GRBL 1.1, modelled on a recording of GRBL 1.1h.
 //!
-//! The X axis is a carriage with switches; Y and Z are numbers only. What matters to a driver is kept: `ok` means accepted, the
-//! planner's queue, `G4 P0` as a barrier, hold and resume, alarms that make it deaf, the stale `ok` before the banner,
-//! silence while homing.
+//! The X axis is a carriage with switches; Y and Z are numbers only. Everything that matters to a driver is
+//! modelled: `ok` means accepted, the planner's queue, `G4 P0` as a barrier, hold and resume, alarms after
+//! which it does not respond, the stale `ok` before the banner, silence during homing.
 
 mod command;
 mod motion;
@@ -19,17 +19,17 @@ use settings::Table;
 
 /// Longest line, without its end.
 const LONGEST_LINE: usize = 79;
-/// An alarm is followed by silence of this length.
+/// Silence after an alarm.
 const ALARM_SILENCE: Duration = Duration::from_millis(500);
-/// From a reset to the banner.
+/// Time from a reset to the banner.
 const BOOT: Duration = Duration::from_millis(25);
 const AXES: usize = 3;
 
-/// Where the carriage stands at the start, below the high switch, and how far the low switch is from there, in steps.
+/// Position of the high switch above the start, and of the low switch below it, in steps.
 const HIGH_SWITCH_AT: i64 = 2000;
 const LOW_SWITCH_AT: i64 = -20_000;
 
-/// How often the rarer fields of the status come: each so many reports, at rest and in motion (GRBL's `config.h`).
+/// Period of the rarer status fields, in reports, at rest and in motion (GRBL's `config.h`).
 const OFFSET_EVERY: (u32, u32) = (10, 30);
 const OVERRIDES_EVERY: (u32, u32) = (10, 20);
 
@@ -41,24 +41,24 @@ enum State {
     Jog,
     Alarm,
     Home,
-    /// An alarm that waits for a reset and is deaf to all else.
+    /// After a critical alarm: only a reset is accepted.
     Locked,
 }
 
-/// What a line waits for before it is answered.
+/// The event that a line waits for before it is answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Waiting {
-    /// `G4`: all motion is done.
+    /// `G4`: the end of all motion.
     Motion,
-    /// A move for which the queue has no room yet.
+    /// Room in the queue for a move.
     Room(motion::Block),
     /// `$H`.
     Homing,
-    /// A move beyond the soft limits: the motion before it is held first.
+    /// The hold after a move beyond the soft limits.
     SoftLimit,
 }
 
-/// A controller with GRBL 1.1's dialect over a simulated carriage.
+/// A simulated GRBL 1.1 controller with a simulated carriage.
 pub struct GrblDevice {
     table: Table,
     plant: Plant,
@@ -72,18 +72,18 @@ pub struct GrblDevice {
     status_wanted: bool,
     offset_in: u32,
     overrides_in: u32,
-    /// Until it has booted, and what it says before the banner.
+    /// Time until it has booted, and the output before the banner.
     booting: Option<(Duration, &'static str)>,
-    /// After an alarm: until it tells that it waits for a reset.
+    /// Time after an alarm until it asks for a reset.
     reset_hint_in: Option<Duration>,
-    /// The line that ran into an alarm is answered at the reset only.
+    /// The line that caused an alarm is answered only at the reset.
     stale_ok: bool,
     ticks: Ticks,
     sent: Vec<u8>,
 }
 
 impl Default for GrblDevice {
-    /// A stage of 60 mm with homing and limits, as after power-up: locked until it is homed.
+    /// A stage of 60 mm with homing and limits, after power-up: locked until it is homed.
     fn default() -> Self {
         let mut device = Self::factory(FaultScript::default());
         device.fit_out();
@@ -92,23 +92,24 @@ impl Default for GrblDevice {
 }
 
 impl GrblDevice {
-    /// Length of a step with the settings that it starts with, in mm.
+    /// Length of a step with the initial settings, in mm.
     pub const STEP_MM: f64 = 0.004;
 
-    /// Where a carriage at `steps` of its [`Plant`] is, in mm from home, with the settings that it starts with: it homes upwards
-    /// and goes 1 mm, 250 steps, down from the switch.
+    /// Position of a carriage at `steps` of its [`Plant`], in mm from home, with the initial settings: homing
+    /// moves upwards, and 1 mm (250 steps) down from the switch.
     pub fn mm_from_home(steps: i64) -> f64 {
         (HIGH_SWITCH_AT - 250 - steps) as f64 * Self::STEP_MM
     }
 
-    /// The stage of [`GrblDevice::default`], with the faults of a script.
+    /// The stage of [`GrblDevice::default`], with scripted faults.
     pub fn new(script: FaultScript) -> Self {
         let mut device = Self::factory(script);
         device.fit_out();
         device
     }
 
-    /// A controller with GRBL's own defaults (`DEFAULTS_GENERIC`): no homing, no limits, motors that let go.
+    /// A controller with GRBL's own defaults (`DEFAULTS_GENERIC`): no homing, no limits, motors without
+    /// current at rest.
     pub fn factory(script: FaultScript) -> Self {
         let troubles = Troubles::new(script);
         let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
@@ -205,12 +206,12 @@ impl GrblDevice {
     fn alarm_and_boot(&mut self, alarm: &str) {
         self.say(alarm);
         self.state = State::Alarm;
-        // An alarm of homing lets the line be answered before it starts anew.
+        // After a homing alarm the line is answered before the restart.
         let first = if alarm == "ALARM:9" { "ok" } else { "" };
         self.boot_in(ALARM_SILENCE + BOOT, first);
     }
 
-    /// An alarm after which it waits for a reset.
+    /// An alarm that only a reset ends.
     fn critical_alarm(&mut self, alarm: &str) {
         self.motion.halt();
         self.say(alarm);
@@ -272,7 +273,7 @@ impl GrblDevice {
             self.offset_in -= 1;
         } else {
             self.offset_in = pick(OFFSET_EVERY) - 1;
-            // Both never come together.
+            // Both never occur together.
             self.overrides_in = self.overrides_in.max(1);
             text += &format!("|WCO:{}", triple(self.modal.offset_mm));
         }
@@ -314,7 +315,7 @@ impl GrblDevice {
         self.say("ok");
     }
 
-    /// Nothing moves: a block has ended, or there was none.
+    /// Motion has ended: a block is done, or there was none.
     fn at_rest(&mut self) {
         if matches!(self.state, State::Run | State::Jog) {
             self.troubles.move_ends();
@@ -332,7 +333,7 @@ impl GrblDevice {
         }
     }
 
-    /// Takes the next block out of the queue, and lines as long as none has to wait.
+    /// Starts the next block, and accepts lines until one has to wait.
     fn go_on(&mut self) {
         if let Some(Waiting::Room(block)) = self.waiting
             && self.motion.queue(block)
@@ -368,7 +369,7 @@ impl SimulatedDevice for GrblDevice {
         match byte {
             b'\n' | b'\r' => self.lines.push_back(std::mem::take(&mut self.line)),
             b' ' => {}
-            // One byte too many is kept to know that the line was too long.
+            // One extra byte is kept to detect that the line was too long.
             byte if self.line.len() <= LONGEST_LINE => self.line.push(byte.to_ascii_uppercase()),
             _ => {}
         }
@@ -407,7 +408,7 @@ impl SimulatedDevice for GrblDevice {
             self.go_on();
             self.tick();
         }
-        // While it homes it answers nothing; while locked neither.
+        // It does not answer during homing or while locked.
         if self.status_wanted && !matches!(self.state, State::Home | State::Locked) && self.booting.is_none()
         {
             self.status_wanted = false;

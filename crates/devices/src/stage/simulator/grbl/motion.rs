@@ -1,4 +1,4 @@
-//! What moves in the GRBL dialect's simulator: a queue of blocks, one of them under way, and homing.
+//! Motion in the simulator of GRBL: a queue of blocks, the active block, and homing.
 
 use std::collections::VecDeque;
 
@@ -14,11 +14,11 @@ const MINUTE_S: f64 = 60.0;
 /// Blocks that the planner holds.
 const PLANNER_BLOCKS: usize = 15;
 
-/// A straight move that has been accepted.
+/// An accepted straight move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Block {
     target_mm: [f64; AXES],
-    /// `None` for as fast as it goes.
+    /// `None` for the highest velocity.
     feed_mm_min: Option<f64>,
     jog: bool,
 }
@@ -31,7 +31,7 @@ impl Block {
     }
 }
 
-/// The legs of homing, in their order.
+/// The phases of homing, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Leg {
     Seek,
@@ -67,13 +67,13 @@ impl Motion {
         [self.steps as f64 / table.get(100), self.others_mm[1], self.others_mm[2]]
     }
 
-    /// Where it will be when the queue is empty.
+    /// Position after all queued blocks.
     pub(super) fn planned_mm(&self, table: &Table) -> [f64; AXES] {
         let last = self.queue.back().or(self.block.as_ref());
         last.map_or_else(|| self.position_mm(table), |block| block.target_mm)
     }
 
-    /// Nominal rate of the block under way, in mm/min.
+    /// Nominal rate of the active block, in mm/min.
     pub(super) fn feed(&self) -> f64 {
         if self.moving() { self.block.and_then(|block| block.feed_mm_min).unwrap_or(0.0) } else { 0.0 }
     }
@@ -86,7 +86,7 @@ impl Motion {
         self.queue.is_empty()
     }
 
-    /// Takes a block if there is room.
+    /// Queues a block. Returns `false` if there is no room.
     pub(super) fn queue(&mut self, block: Block) -> bool {
         let room = self.queue.len() < PLANNER_BLOCKS;
         if room {
@@ -95,7 +95,7 @@ impl Motion {
         room
     }
 
-    /// Starts the next block; whether it is a jog.
+    /// Starts the next block. Returns whether it is a jog.
     pub(super) fn next_block(&mut self, table: &Table) -> Option<bool> {
         let block = self.queue.pop_front()?;
         self.begin(block, table);
@@ -110,7 +110,7 @@ impl Motion {
         self.block = Some(block);
     }
 
-    /// Slows down and stands; jogs are forgotten, other moves wait to be resumed.
+    /// Decelerates to rest; jogs are dropped, other moves wait to be resumed.
     pub(super) fn stop(&mut self) {
         if let Some(run) = &mut self.run {
             run.stop();
@@ -120,14 +120,14 @@ impl Motion {
         }
     }
 
-    /// Goes on with what was held; whether there was anything.
+    /// Resumes held moves. Returns whether there were any.
     pub(super) fn resume(&mut self) -> bool {
         let held = self.block.take();
         held.into_iter().for_each(|block| self.queue.push_front(block));
         !self.queue.is_empty()
     }
 
-    /// Stops dead and forgets what was to come.
+    /// Stops at once, and drops all blocks.
     pub(super) fn halt(&mut self) {
         self.run = None;
         self.block = None;
@@ -135,7 +135,7 @@ impl Motion {
         self.queue.clear();
     }
 
-    /// Counts the block under way as done without moving the carriage.
+    /// Marks the active block as done without moving the carriage.
     pub(super) fn pretend(&mut self) {
         if let Some(run) = &mut self.run {
             let sign = if self.outwards { 1 } else { -1 };
@@ -164,12 +164,12 @@ impl Motion {
 
     pub(super) fn begin_homing(&mut self, table: &Table) {
         self.halt();
-        // GRBL counts from 0 while it searches.
+        // GRBL counts from 0 during the search.
         self.steps = 0;
         self.begin_leg(Leg::Seek, table);
     }
 
-    /// Sign of the way to the switch.
+    /// Whether homing moves upwards.
     fn homes_upwards(table: &Table) -> bool {
         table.get(23) as u8 & 1 == 0
     }
@@ -186,7 +186,7 @@ impl Motion {
         self.run = ramp(table, Some(feed)).map(|ramp| Run::new(steps, ramp));
     }
 
-    /// One tick of homing; its end, or the alarm that it ends with.
+    /// One tick of homing. Returns its end, or the alarm that ends it.
     pub(super) fn homing_tick(
         &mut self,
         table: &Table,

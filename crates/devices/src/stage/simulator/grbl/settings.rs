@@ -66,7 +66,7 @@ impl Table {
         self.0.insert(number, value);
     }
 
-    /// As `$$` prints it: whole numbers for switches and masks, three decimals for the rest.
+    /// As printed by `$$`: integers for switches and masks, three decimals for all others.
     pub(super) fn lines(&self) -> Vec<String> {
         let decimals = |number: u8| if matches!(number, 11 | 12 | 24 | 25 | 27 | 100..) { 3 } else { 0 };
         self.0.iter().map(|(number, value)| format!("${number}={value:.*}", decimals(*number))).collect()
