@@ -26,7 +26,7 @@ use epirig_data::storage::read_file;
   epirig import photos/ --out seq --frames 40..80
   epirig import photos/ --out seq --step-mm 1.5 --focal-length-px 2844
   epirig import photos/ --out seq --positions positions.csv
-  epirig import photos/ --out seq --step-mm 1.5 --rig rig.toml --flat white/ --dark cap/
+  epirig import photos/ --out seq --rig rig.toml --flat white/ --dark cap/ --board boards/
 
 Calibration images must have the size and the bit depth of the frames, and come from the same camera
 with the same settings. Only [optics], [target] and [board] of a rig profile are used: the lens, the

@@ -46,7 +46,7 @@ impl StageVerb {
 /// Home the stage
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  epirig stage home                                     the only USB serial port, epirig's own firmware
+  epirig stage home                                     epirig's own firmware on the only USB port
   epirig stage home --driver grbl --port /dev/ttyUSB0
   epirig stage home --driver sim                        no hardware needed
 

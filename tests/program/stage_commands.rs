@@ -77,7 +77,7 @@ fn home_move_where_and_stop_work_one_after_another() {
         &["approached from one side"],
     );
     fails(stage.path(), &["stage", "move", "201", "--port", "port"], 2, &["201 mm", "travel of 0 to 200 mm"]);
-    fails(stage.path(), &["stage", "move", "NaN", "--port", "port"], 2, &["NaN mm lies outside"]);
+    fails(stage.path(), &["stage", "move", "NaN", "--port", "port"], 2, &["NaN mm is outside"]);
     assert_eq!(stage.json(&["stage", "stop"])["moving"], false);
     let found = stage.json(&["stage", "position"]);
     assert_eq!((&found["position_mm"], &found["travel_mm"]), (&Value::from(1.0), &Value::from(200.0)));

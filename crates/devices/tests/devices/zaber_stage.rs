@@ -77,7 +77,7 @@ fn faults_are_told_apart() {
 
     let (mut stage, _, _) = homed("no-motion@1");
     let error = stage.move_to(3.0).unwrap_err().to_string();
-    assert!(error.contains("it stalled; look for what holds the carriage, then home it (FS)"), "{error}");
+    assert!(error.contains("it stalled; look for what blocks the carriage, then home it (FS)"), "{error}");
 
     let (mut stage, _, _) = homed("hang-up@1+0.5s/1s");
     assert!(matches!(stage.move_to(30.0), Err(StageError::Link(LinkError::Lost { .. }))));

@@ -93,7 +93,7 @@ impl Lines {
         Some(StageError::Foreign {
             port: self.port().to_owned(),
             expected: NAME,
-            heard: format!("it answers \"{}\"", heard.escape_default()),
+            heard: format!("it says \"{}\"", heard.escape_default()),
             hint: "check its firmware, or choose another --driver".to_owned(),
         })
     }

@@ -101,7 +101,7 @@ impl Conversation {
         StageError::Foreign {
             port,
             expected: NAME,
-            heard: format!("it answers \"{}\"", text.escape_default()),
+            heard: format!("it says \"{}\"", text.escape_default()),
             hint: hint.to_owned(),
         }
     }

@@ -160,7 +160,7 @@ impl ZaberAxis {
                 heard: format!("its reply \"{}\" is damaged", line.escape_default()),
                 hint: "the line is noisy: check cable and earth".to_owned(),
             },
-            Some(line) => self.foreign(format!("it answers \"{}\"", line.escape_default())),
+            Some(line) => self.foreign(format!("it says \"{}\"", line.escape_default())),
             None => StageError::NoAnswer {
                 port: self.port(),
                 asked: if words.is_empty() { "status" } else { words }.to_owned(),
