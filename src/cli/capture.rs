@@ -6,10 +6,9 @@ use std::time::Duration;
 use clap::Args;
 
 use super::plan::PlanOutput;
-use super::rig::{CameraArguments, Options, PlanArguments, RigArgument, StageArguments, tell_configuration};
+use super::rig::{RigArguments, tell_configuration};
 use super::scan::{Course, Devices, scan};
 use super::{CliError, Talk};
-use crate::profile::Profile;
 use epirig_data::sequence::refuse_existing;
 use epirig_devices::stage::StageSource;
 
@@ -36,30 +35,6 @@ pub(super) struct Capture {
     dry_run: bool,
     #[command(flatten)]
     rig: RigArguments,
-}
-
-/// Options that describe a rig and a scan.
-#[derive(Debug, Args)]
-pub(super) struct RigArguments {
-    #[command(flatten)]
-    rig: RigArgument,
-    #[command(flatten)]
-    plan: PlanArguments,
-    #[command(flatten)]
-    pub(super) stage: StageArguments,
-    #[command(flatten)]
-    camera: CameraArguments,
-}
-
-impl RigArguments {
-    /// The profile with the changes that options make.
-    pub(super) fn profile(&self) -> Result<Profile, CliError> {
-        let mut options = Options::default();
-        self.plan.options(&mut options);
-        self.stage.options(&mut options);
-        self.camera.options(&mut options);
-        self.rig.profile(options)
-    }
 }
 
 impl Capture {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::capture::RigArguments;
+use super::rig::RigArguments;
 use super::scan::Devices;
 use super::{CliError, Talk};
 use crate::doctor::{Check, DoctorPlan, Report, Verdict, examine};

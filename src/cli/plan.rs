@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
-use super::capture::RigArguments;
+use super::rig::RigArguments;
 use super::{CliError, Talk};
 use crate::capture::{CapturePlan, Estimate};
 use crate::profile::Profile;

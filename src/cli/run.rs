@@ -6,11 +6,11 @@ use clap::Args;
 use serde::Serialize;
 
 use super::calibrate::tell;
-use super::capture::RigArguments;
 use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
 use super::matching::{advise, describe};
 use super::need::check_match;
+use super::rig::RigArguments;
 use super::rig::{calibration_plan, can_be_calibrated};
 use super::scan::{Captured, Course, Devices, scan};
 use super::{CliError, Talk};

@@ -1,5 +1,6 @@
 //! The rig of a command: its profile, changes by options, and the devices it describes.
 
+mod arguments;
 mod assistant;
 mod calibration;
 mod camera;
@@ -8,9 +9,9 @@ mod plan;
 mod profile;
 mod stage;
 
+pub(super) use arguments::RigArguments;
 pub(super) use assistant::Hands;
 pub(super) use calibration::{calibration_plan, can_be_calibrated};
 pub(super) use camera::{CameraArgument, CameraArguments, tell_configuration};
-pub(super) use plan::PlanArguments;
 pub(super) use profile::{Options, RigArgument, named_profile};
 pub(super) use stage::{StageArguments, Stages, driver, home};

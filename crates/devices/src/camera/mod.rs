@@ -26,10 +26,9 @@ mod settings;
 mod sim;
 mod stillness;
 pub mod timing;
+mod trusted;
 #[cfg(feature = "v4l2")]
 mod v4l2;
-
-use std::time::Duration;
 
 pub use assess::Assessment;
 pub use average::{AveragedFrame, average};
@@ -49,173 +48,9 @@ pub use settings::{CameraSettings, Configuration, Pinned};
 pub use sim::{SimCamera, SimDevice, SimFault, SimStamps, SimView, ViewSwitch};
 pub use stillness::Difference;
 pub use timing::TimingRule;
+pub use trusted::{Camera, FrameFacts, TakenFrame};
 #[cfg(feature = "v4l2")]
 pub use v4l2::{V4l2Device, VideoOutput, cameras};
 
-use epirig_core::frame::Frame;
-
 /// A real camera with checked frames.
 pub type V4l2Camera = CheckedCamera<V4l2Device>;
-
-/// How a frame was taken.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FrameFacts {
-    /// The moment after which the exposure had to begin.
-    pub requested: Moment,
-    /// Earliest possible start of the exposure.
-    pub exposure_start: Moment,
-    /// How that was determined.
-    pub timing: TimingRule,
-    /// The driver's own time stamp.
-    pub stamp: Moment,
-    /// When it was taken from the driver's queue.
-    pub received: Moment,
-    /// The driver's frame count, which wraps.
-    pub sequence: u32,
-    /// The driver's flags.
-    pub flags: u32,
-    /// Frames skipped because they began too early.
-    pub stale: usize,
-    /// Frames skipped because they were damaged.
-    pub damaged: usize,
-    /// Frames lost by the driver meanwhile, from its count.
-    pub missed: u32,
-    /// Frames skipped because they differed from the frame before.
-    pub unsteady: usize,
-    /// Number of restarts of the stream.
-    pub restarts: usize,
-    /// Typical difference from the frame before, in DN, which is the noise of a difference. `None` without
-    /// such a frame.
-    pub difference_dn: Option<f64>,
-    /// The watched controls and their values, read back after the frame was taken.
-    pub controls: Vec<(String, i64)>,
-}
-
-/// A frame, and how it was taken.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TakenFrame {
-    /// The image.
-    pub frame: Frame,
-    /// How it was taken.
-    pub facts: FrameFacts,
-}
-
-/// A camera with checked frames.
-///
-/// Call [`configure`](Self::configure) and [`start`](Self::start) first. After an error of
-/// [`grab_after`](Self::grab_after) it must be started again; after [`CameraError::Gone`] it must be
-/// [reconnected](Self::reconnect).
-pub trait Camera: Send {
-    /// Identity, for records and messages.
-    fn identity(&self) -> CameraIdentity;
-
-    /// The present time on the camera's clock.
-    fn now(&mut self) -> Moment;
-
-    /// The formats that it offers.
-    ///
-    /// # Errors
-    /// [`CameraError`] if it does not answer.
-    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError>;
-
-    /// All its controls.
-    ///
-    /// # Errors
-    /// [`CameraError`] if it does not answer.
-    fn controls(&mut self) -> Result<Vec<Control>, CameraError>;
-
-    /// Sets a control by its name, to a name or a number, and returns its new state.
-    ///
-    /// # Errors
-    /// [`CameraError`] if there is no such control, or it refuses the value.
-    fn set_control(&mut self, name: &str, value: &str) -> Result<Control, CameraError>;
-
-    /// Configures the camera, switches off automatic controls, and returns the values that were read back.
-    ///
-    /// # Errors
-    /// [`CameraError`] if something is not offered, or the driver sets something else.
-    fn configure(&mut self, settings: &CameraSettings) -> Result<Configuration, CameraError>;
-
-    /// Starts the stream, and returns when the settings have taken effect and the picture is steady.
-    ///
-    /// # Errors
-    /// [`CameraError`] if it is not configured, does not start, or is not steady before the time-out.
-    fn start(&mut self) -> Result<(), CameraError>;
-
-    /// A frame whose exposure began at or after `moment`. Every call gives another frame.
-    ///
-    /// # Errors
-    /// [`CameraError`] if there was none before the time-out of the settings; the camera is stopped then.
-    fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError>;
-
-    /// Announces the stop of the scan for the next frame, counted from 0. Only a replay needs it.
-    fn at_stop(&mut self, _index: usize) {}
-
-    /// Whether it shows the present view; `false` for a replay.
-    fn is_live(&self) -> bool {
-        true
-    }
-
-    /// Stops taking frames.
-    ///
-    /// # Errors
-    /// [`CameraError`] if the driver refuses.
-    fn stop(&mut self) -> Result<(), CameraError>;
-
-    /// Waits for a disconnected camera, configures it as before and starts it.
-    ///
-    /// # Errors
-    /// [`CameraError::ReconnectTimeout`] if it does not return in time, [`CameraError::AnotherCamera`] if
-    /// another camera is in its place.
-    fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError>;
-}
-
-impl<C: Camera + ?Sized> Camera for Box<C> {
-    fn identity(&self) -> CameraIdentity {
-        (**self).identity()
-    }
-
-    fn now(&mut self) -> Moment {
-        (**self).now()
-    }
-
-    fn offered(&mut self) -> Result<Vec<OfferedFormat>, CameraError> {
-        (**self).offered()
-    }
-
-    fn controls(&mut self) -> Result<Vec<Control>, CameraError> {
-        (**self).controls()
-    }
-
-    fn set_control(&mut self, name: &str, value: &str) -> Result<Control, CameraError> {
-        (**self).set_control(name, value)
-    }
-
-    fn configure(&mut self, settings: &CameraSettings) -> Result<Configuration, CameraError> {
-        (**self).configure(settings)
-    }
-
-    fn start(&mut self) -> Result<(), CameraError> {
-        (**self).start()
-    }
-
-    fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
-        (**self).grab_after(moment)
-    }
-
-    fn at_stop(&mut self, index: usize) {
-        (**self).at_stop(index);
-    }
-
-    fn is_live(&self) -> bool {
-        (**self).is_live()
-    }
-
-    fn stop(&mut self) -> Result<(), CameraError> {
-        (**self).stop()
-    }
-
-    fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError> {
-        (**self).reconnect(patience)
-    }
-}

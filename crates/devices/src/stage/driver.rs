@@ -1,15 +1,7 @@
 //! Stage drivers as plug-ins.
 
-use std::fmt;
-use std::ops::Deref;
-use std::sync::{Mutex, PoisonError};
-
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
 use super::axis::Axis;
 use super::decode::Decoder;
-use super::drivers::BUILT_IN;
 use super::simulator::{FaultScript, SimulatedStage};
 use super::{StageError, StagePosition};
 use crate::link::{Link, LinkError};
@@ -72,121 +64,5 @@ impl Connection<'_> {
     /// [`LinkError`] if it cannot be opened.
     pub fn line(&mut self, baud: u32) -> Result<Box<dyn Link>, LinkError> {
         (self.open_line)(baud)
-    }
-}
-
-/// One of the [`drivers`](super::drivers()). Records hold its name.
-#[derive(Clone, Copy)]
-pub struct Driver(&'static dyn StageDriver);
-
-impl Driver {
-    /// The driver with a name, if there is one.
-    pub fn named(name: &str) -> Option<Self> {
-        drivers().into_iter().find(|driver| driver.name() == name)
-    }
-
-    /// The default driver: epirig's own firmware.
-    pub fn usual() -> Self {
-        Self(BUILT_IN[0])
-    }
-}
-
-impl Deref for Driver {
-    type Target = dyn StageDriver;
-
-    fn deref(&self) -> &Self::Target {
-        self.0
-    }
-}
-
-impl PartialEq for Driver {
-    fn eq(&self, other: &Self) -> bool {
-        self.name() == other.name()
-    }
-}
-
-impl Eq for Driver {}
-
-impl fmt::Debug for Driver {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(to, "Driver({})", self.name())
-    }
-}
-
-impl fmt::Display for Driver {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        to.pad(self.name())
-    }
-}
-
-impl Serialize for Driver {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(self.name())
-    }
-}
-
-impl<'de> Deserialize<'de> for Driver {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(from)?;
-        Self::named(&name).ok_or_else(|| {
-            let known: Vec<&str> = drivers().iter().map(|driver| driver.name()).collect();
-            D::Error::custom(format!("unknown stage driver {name:?}; the drivers are {}", known.join(", ")))
-        })
-    }
-}
-
-/// Drivers added by the program.
-static ADDED: Mutex<Vec<Driver>> = Mutex::new(Vec::new());
-
-/// All stage drivers: those of this crate, then the added ones.
-pub fn drivers() -> Vec<Driver> {
-    let added = ADDED.lock().unwrap_or_else(PoisonError::into_inner);
-    BUILT_IN.iter().map(|driver| Driver(*driver)).chain(added.iter().copied()).collect()
-}
-
-/// The keys of all drivers, each name once, with the names of the drivers that have it.
-pub fn driver_keys() -> Vec<(&'static Key, Vec<&'static str>)> {
-    let mut all: Vec<(&'static Key, Vec<&'static str>)> = Vec::new();
-    for driver in drivers() {
-        for key in driver.keys() {
-            match all.iter_mut().find(|(known, _)| known.name == key.name) {
-                Some((_, names)) => names.push(driver.name()),
-                None => all.push((key, vec![driver.name()])),
-            }
-        }
-    }
-    all
-}
-
-/// Adds drivers for the rest of the program. A driver with a known name is ignored.
-pub fn add_drivers(more: &[&'static dyn StageDriver]) {
-    for driver in more {
-        if Driver::named(driver.name()).is_none() {
-            ADDED.lock().unwrap_or_else(PoisonError::into_inner).push(Driver(*driver));
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::collections::BTreeSet;
-
-    use super::*;
-
-    #[test]
-    fn names_are_unique_and_whoever_has_a_line_can_be_simulated_and_decoded() {
-        let names: BTreeSet<&str> = drivers().iter().map(|driver| driver.name()).collect();
-        assert_eq!(names.len(), drivers().len());
-        for driver in drivers() {
-            assert_eq!(Driver::named(driver.name()), Some(driver));
-            assert_eq!(driver.decoder().is_some(), driver.has_line(), "{driver}");
-            assert_eq!(driver.simulated(FaultScript::default(), 1).is_some(), driver.has_line(), "{driver}");
-            assert!(driver.keys().iter().all(|key| key.section == "stage"), "{driver}");
-            assert!(driver.page().starts_with("# "), "{driver}: its page has no title");
-            let json = serde_json::to_string(&driver).unwrap();
-            assert_eq!(serde_json::from_str::<Driver>(&json).unwrap(), driver);
-        }
-        let error = serde_json::from_str::<Driver>("\"grlb\"").unwrap_err().to_string();
-        assert!(error.contains("grlb") && error.contains("native, grbl, zaber"), "{error}");
     }
 }

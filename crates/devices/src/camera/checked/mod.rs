@@ -1,5 +1,6 @@
 //! A checked camera, made of a bare device.
 
+mod state;
 mod stream;
 
 use std::time::Duration;
@@ -18,7 +19,7 @@ use super::settings::{CameraSettings, Configuration, Pinned};
 use super::timing::Timing;
 use super::{Camera, CameraError, TakenFrame};
 
-use stream::{Passed, Stream};
+use state::{Passed, Stream};
 
 /// Number of buffers that a driver fills in turn, as usual in video programs.
 const BUFFERS: usize = 4;

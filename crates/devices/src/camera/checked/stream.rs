@@ -5,11 +5,12 @@ use std::time::Duration;
 use tracing::{debug, trace};
 
 use super::CheckedCamera;
+use super::state::Passed;
 use crate::camera::device::{FilledBuffer, VideoDevice};
 use crate::camera::moment::Moment;
 use crate::camera::pixels::Layout;
 use crate::camera::stillness::Difference;
-use crate::camera::timing::{Timed, Timing};
+use crate::camera::timing::Timed;
 use crate::camera::{CameraError, FrameFacts, TakenFrame};
 use epirig_core::frame::Frame;
 
@@ -18,56 +19,6 @@ use epirig_core::frame::Frame;
 const SETTLING: usize = 8;
 /// Number of successive pairs of frames that must agree before the picture is steady.
 const STEADY_PAIRS: usize = 4;
-
-/// State of a running stream.
-#[derive(Debug)]
-pub(super) struct Stream {
-    timing: Timing,
-    /// The latest sequence number.
-    sequence: Option<u32>,
-    /// Whether the driver numbers its frames; `None` if not known yet.
-    numbered: Option<bool>,
-    /// Typical difference of two frames of a steady picture, in DN.
-    steady_dn: Option<f64>,
-    /// The latest good frame, with the start of its exposure.
-    latest: Option<(Frame, Moment)>,
-}
-
-impl Stream {
-    /// The state of a stream that has just started.
-    pub(super) fn new(timing: Timing) -> Self {
-        Self { timing, sequence: None, numbered: None, steady_dn: None, latest: None }
-    }
-}
-
-/// Rejected frames while waiting for a good one.
-#[derive(Debug, Default)]
-pub(super) struct Passed {
-    stale: usize,
-    damaged: usize,
-    missed: u32,
-    unsteady: usize,
-    pub(super) restarts: usize,
-    reason: Option<String>,
-}
-
-impl Passed {
-    fn why(&self) -> String {
-        let counts = [
-            (self.stale, "too old"),
-            (self.damaged, "damaged"),
-            (self.missed as usize, "lost by the driver"),
-            (self.unsteady, "unlike the frame before"),
-        ];
-        let seen: Vec<String> = counts
-            .iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, what)| format!("{count} {what}"))
-            .collect();
-        let seen = if seen.is_empty() { "no frame was received".to_owned() } else { seen.join(", ") };
-        self.reason.as_ref().map_or(seen.clone(), |reason| format!("{seen} (last: {reason})"))
-    }
-}
 
 impl<D: VideoDevice> CheckedCamera<D> {
     /// Skips frames until the picture no longer changes.

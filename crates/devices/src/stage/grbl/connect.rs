@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use super::driver::NAME;
 use super::lines::{Heard, Lines};
+use super::protocol::{
+    BOOT_PATIENCE, FEED_HOLD, NAME, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE, STATUS_QUERY, TRIES,
+};
 use super::response::{Response, State, Status};
 use super::settings::Settings;
 use super::texts::error_text;
-use super::{BOOT_PATIENCE, FEED_HOLD, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE, STATUS_QUERY, TRIES};
 use crate::stage::StageError;
 
 /// After a reset in motion it is silent for half a second before it restarts.

@@ -1,15 +1,14 @@
 //! Registration of the GRBL driver.
 
+use super::protocol::{BAUD, FEED_HOLD, NAME, SOFT_RESET, STATUS_QUERY};
 use super::response::Response;
-use super::{AxisLetter, BAUD, FEED_HOLD, GrblAxis, GrblOptions, SOFT_RESET, STATUS_QUERY};
+use super::{AxisLetter, GrblAxis, GrblOptions};
 use crate::link::Side;
 use crate::stage::decode::{Decoder, LineDecoder};
 use crate::stage::simulator::{FaultScript, GrblDevice, SimulatedStage};
 use crate::stage::{Axis, Connection, StageDriver, StageError};
 use epirig_core::choice::{Choice as _, names};
 use epirig_core::settings::{Key, Kind, Settings};
-
-pub(super) const NAME: &str = "grbl";
 
 const CYCLE_START: u8 = b'~';
 const JOG_CANCEL: u8 = 0x85;

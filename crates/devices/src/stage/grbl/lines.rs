@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Response;
-use super::driver::NAME;
+use super::protocol::NAME;
 use crate::link::{Inbox, Link, LinkError};
 use crate::stage::StageError;
 

@@ -8,6 +8,7 @@ mod connect;
 mod driver;
 mod lines;
 mod motion;
+mod protocol;
 mod response;
 mod settings;
 mod texts;
@@ -21,36 +22,15 @@ use crate::link::Link;
 use connect::{ask, command, greet, hold, no_answer, read_build, read_settings, reset};
 pub use driver::Grbl;
 use lines::{Heard, Lines};
+pub use protocol::BAUD;
+use protocol::{
+    BOOT_PATIENCE, HOMED_MARK, MILLIMETRES, NAME, NOT_HOMED_MARK, OFFSET_WITHIN, STATUS_PATIENCE,
+    STATUS_QUERY, TRIES,
+};
 pub use response::{Response, State, Status};
 pub use settings::AxisLetter;
 use settings::{ALWAYS_POWERED, AxisSettings, IDLE_DELAY};
 pub use texts::{alarm_text, error_text};
-
-/// Baud rate of the serial line.
-pub const BAUD: u32 = 115_200;
-
-const SOFT_RESET: u8 = 0x18;
-const STATUS_QUERY: u8 = b'?';
-const FEED_HOLD: u8 = b'!';
-const MILLIMETRES: &str = "G21";
-
-/// A line is accepted within some 10 ms, settings are written within some 100 ms.
-const REPLY_PATIENCE: Duration = Duration::from_secs(2);
-const STATUS_PATIENCE: Duration = Duration::from_millis(400);
-/// A board boots in two seconds.
-const BOOT_PATIENCE: Duration = Duration::from_secs(3);
-/// Interval of status queries during a motion.
-const POLL: Duration = Duration::from_millis(100);
-
-/// The work offset comes at least once in this number of answers.
-const OFFSET_WITHIN: u32 = 30;
-/// Attempts to send an absolute move that has verifiably not begun.
-const TRIES: u32 = 3;
-
-/// GRBL does not report whether it was homed or only unlocked. An unusual feed rate serves as a mark: it
-/// lasts until the next reset, as the position does. GRBL prints feed rates without decimals.
-const HOMED_MARK: f64 = 27183.0;
-const NOT_HOMED_MARK: f64 = 1.0;
 
 /// Options of a GRBL stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -251,7 +231,7 @@ impl GrblAxis {
 impl Axis for GrblAxis {
     fn identity(&self) -> StageIdentity {
         StageIdentity {
-            driver: driver::NAME,
+            driver: NAME,
             description: format!(
                 "GRBL {}, axis {}, {} mm",
                 self.version,

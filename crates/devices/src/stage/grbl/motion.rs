@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
+use super::GrblAxis;
 use super::connect::{hold, no_answer, refused, reset};
 use super::lines::Heard;
+use super::protocol::{BOOT_PATIENCE, HOMED_MARK, MILLIMETRES, POLL, REPLY_PATIENCE, STATUS_QUERY, TRIES};
 use super::response::{Response, State};
 use super::texts::error_text;
-use super::{BOOT_PATIENCE, GrblAxis, HOMED_MARK, MILLIMETRES, POLL, REPLY_PATIENCE, STATUS_QUERY, TRIES};
 use crate::stage::{Motion, StageError, Urgency};
 
 /// The error for a refusal while the axis may be moving, which makes the position uncertain.

@@ -7,7 +7,7 @@ use firmware_protocol::frame::{
 };
 use firmware_protocol::message::{Identity, PROTOCOL_VERSION, Reply, Request};
 
-use super::driver::NAME;
+use super::protocol::NAME;
 use crate::link::{Inbox, Link, LinkError};
 use crate::stage::StageError;
 

@@ -4,7 +4,7 @@ use firmware_protocol::frame::{Direction, Event, FrameError, Received, Receiver,
 use firmware_protocol::message::{Reply, Request, Settings, Status};
 use serde::de::DeserializeOwned;
 
-use super::NM_PER_MM;
+use super::protocol::NM_PER_MM;
 use crate::link::Side;
 use crate::stage::decode::Decoder;
 

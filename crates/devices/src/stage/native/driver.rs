@@ -3,14 +3,13 @@
 use firmware_protocol::message::Settings as Motion;
 
 use super::decode::FrameDecoder;
-use super::{BAUD, NM_PER_MM, NativeAxis, NativeOptions};
+use super::protocol::{BAUD, NAME, NM_PER_MM};
+use super::{NativeAxis, NativeOptions};
 use crate::stage::decode::Decoder;
 use crate::stage::keys::{ACCELERATION, VELOCITY};
 use crate::stage::simulator::{FaultScript, NativeDevice, SimulatedStage};
 use crate::stage::{Axis, Connection, StageDriver, StageError};
 use epirig_core::settings::{Key, Settings};
-
-pub(super) const NAME: &str = "native";
 
 /// Stages with epirig's own firmware.
 pub struct Native;

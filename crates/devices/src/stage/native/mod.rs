@@ -3,6 +3,7 @@
 mod conversation;
 mod decode;
 mod driver;
+mod protocol;
 mod texts;
 
 use std::time::Duration;
@@ -17,12 +18,9 @@ use super::{
 use crate::link::Link;
 use conversation::Conversation;
 pub use driver::Native;
+pub use protocol::BAUD;
+use protocol::{NAME, NM_PER_MM};
 use texts::{fault_text, refusal_text};
-
-/// Baud rate of the serial line.
-pub const BAUD: u32 = 115_200;
-
-const NM_PER_MM: f64 = 1e6;
 
 /// Number of heartbeats of the host within the watchdog's time: with repetitions, half a dozen requests can
 /// be lost in the default half second.
@@ -101,7 +99,7 @@ impl NativeAxis {
         if identity.version != PROTOCOL_VERSION {
             return Err(StageError::Foreign {
                 port: self.conversation.port(),
-                expected: driver::NAME,
+                expected: NAME,
                 heard: format!("its firmware speaks version {} of the protocol", identity.version),
                 hint: format!("this epirig speaks version {PROTOCOL_VERSION}: update the older of the two"),
             });
@@ -137,7 +135,7 @@ impl NativeAxis {
             Reply::Refused(refusal) => StageError::Refused { reason: refusal_text(refusal).to_owned() },
             other => StageError::Foreign {
                 port: self.conversation.port(),
-                expected: driver::NAME,
+                expected: NAME,
                 heard: format!("{other:?} to {request:?}"),
                 hint: "its firmware violates the protocol: update it".to_owned(),
             },
@@ -276,7 +274,7 @@ impl Axis for NativeAxis {
         let Identity { version, build, steps_per_mm, travel_nm, .. } = self.identity;
         let travel_mm = travel_nm as f64 / NM_PER_MM;
         StageIdentity {
-            driver: driver::NAME,
+            driver: NAME,
             description: format!(
                 "epirig stage, protocol {version}, build {build}, {steps_per_mm} steps/mm, {travel_mm} mm"
             ),

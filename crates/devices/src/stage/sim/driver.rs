@@ -1,14 +1,12 @@
 //! Registration of the stage in memory.
 
-use super::{SimAxis, SimStageConfig};
+use super::{NAME, SimAxis, SimStageConfig};
 use crate::stage::decode::Decoder;
 use crate::stage::keys::{ACCELERATION, VELOCITY};
 use crate::stage::simulator::{FaultScript, SimulatedStage};
 use crate::stage::{Axis, Connection, StageDriver, StageError};
 use epirig_core::settings::quantity::{MM, UM};
 use epirig_core::settings::{Allowed, Key, Kind, Settings};
-
-pub(super) const NAME: &str = "sim";
 
 /// Default length of the travel, in mm.
 const TRAVEL_MM: f64 = 200.0;

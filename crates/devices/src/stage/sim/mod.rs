@@ -14,6 +14,9 @@ use super::{
 };
 pub use driver::Simulated;
 
+/// Name of the driver.
+const NAME: &str = "sim";
+
 const UM_PER_MM: f64 = 1000.0;
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
@@ -170,7 +173,7 @@ impl SimAxis {
 impl Axis for SimAxis {
     fn identity(&self) -> StageIdentity {
         StageIdentity {
-            driver: driver::NAME,
+            driver: NAME,
             description: format!("simulated stage, {} mm", self.config.travel_mm),
             port: None,
         }

@@ -1,14 +1,12 @@
 //! Registration of the Zaber driver.
 
 use super::message::line_text;
-use super::{BAUD, ZaberAxis, ZaberOptions};
+use super::{BAUD, NAME, ZaberAxis, ZaberOptions};
 use crate::stage::decode::{Decoder, LineDecoder};
 use crate::stage::simulator::{FaultScript, SimulatedStage, ZaberDevice};
 use crate::stage::{Axis, Connection, StageDriver, StageError};
 use epirig_core::settings::quantity::UM;
 use epirig_core::settings::{Allowed, Key, Kind, Setting, Settings};
-
-pub(super) const NAME: &str = "zaber";
 
 static DEVICE: Key =
     Key::new("stage", "device", Kind::Whole(1, 99), "2", "Number of the device in its chain").or("1");

@@ -14,6 +14,9 @@ pub use message::ZaberReply;
 pub(in crate::stage) use message::command;
 use message::{fault_text, rejection_text};
 
+/// Name of the driver.
+const NAME: &str = "zaber";
+
 /// Baud rate of the serial line.
 pub const BAUD: u32 = 115_200;
 
@@ -124,7 +127,7 @@ impl ZaberAxis {
 
     fn foreign(&self, heard: String) -> StageError {
         let hint = "check its protocol (ASCII, 115200 baud), or choose another --driver".to_owned();
-        StageError::Foreign { port: self.port(), expected: driver::NAME, heard, hint }
+        StageError::Foreign { port: self.port(), expected: NAME, heard, hint }
     }
 
     /// Sends a command to the axis, or to the whole device (0), until it is answered.
@@ -156,7 +159,7 @@ impl ZaberAxis {
         Err(match &self.heard {
             Some(line) if line.starts_with('@') => StageError::Foreign {
                 port: self.port(),
-                expected: driver::NAME,
+                expected: NAME,
                 heard: format!("its reply \"{}\" is damaged", line.escape_default()),
                 hint: "the line is noisy: check cable and earth".to_owned(),
             },
@@ -259,7 +262,7 @@ impl ZaberAxis {
 
 impl Axis for ZaberAxis {
     fn identity(&self) -> StageIdentity {
-        StageIdentity { driver: driver::NAME, description: self.description.clone(), port: Some(self.port()) }
+        StageIdentity { driver: NAME, description: self.description.clone(), port: Some(self.port()) }
     }
 
     fn travel_mm(&self) -> f64 {

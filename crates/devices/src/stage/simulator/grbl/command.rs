@@ -1,22 +1,9 @@
 //! Lines of the GRBL dialect: system commands and the G-code that a stage needs.
 
+use super::modal::Modal;
 use super::motion::Block;
-use super::{AXES, GrblDevice, LONGEST_LINE, State, Waiting};
-
-/// Modal state that persists from line to line.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Modal {
-    absolute: bool,
-    rapid: bool,
-    feed_mm_min: f64,
-    pub(super) offset_mm: [f64; AXES],
-}
-
-impl Default for Modal {
-    fn default() -> Self {
-        Self { absolute: true, rapid: true, feed_mm_min: 0.0, offset_mm: [0.0; AXES] }
-    }
-}
+use super::settings::AXES;
+use super::{GrblDevice, LONGEST_LINE, State, Waiting};
 
 /// The content of a line of G-code.
 #[derive(Debug, Clone, Copy, Default)]

@@ -5,6 +5,7 @@
 //! which it does not respond, the stale `ok` before the banner, silence during homing.
 
 mod command;
+mod modal;
 mod motion;
 mod settings;
 
@@ -14,8 +15,9 @@ use std::time::Duration;
 use super::script::{Mishap, Troubles};
 use super::{FaultScript, Plant, Ticks};
 use crate::link::SimulatedDevice;
+use modal::Modal;
 use motion::Motion;
-use settings::Table;
+use settings::{AXES, Table};
 
 /// Longest line, without its end.
 const LONGEST_LINE: usize = 79;
@@ -23,7 +25,6 @@ const LONGEST_LINE: usize = 79;
 const ALARM_SILENCE: Duration = Duration::from_millis(500);
 /// Time from a reset to the banner.
 const BOOT: Duration = Duration::from_millis(25);
-const AXES: usize = 3;
 
 /// Position of the high switch above the start, and of the low switch below it, in steps.
 const HIGH_SWITCH_AT: i64 = 2000;
@@ -68,7 +69,7 @@ pub struct GrblDevice {
     waiting: Option<Waiting>,
     line: Vec<u8>,
     lines: VecDeque<Vec<u8>>,
-    modal: command::Modal,
+    modal: Modal,
     status_wanted: bool,
     offset_in: u32,
     overrides_in: u32,
@@ -123,7 +124,7 @@ impl GrblDevice {
             waiting: None,
             line: Vec::new(),
             lines: VecDeque::new(),
-            modal: command::Modal::default(),
+            modal: Modal::default(),
             status_wanted: false,
             offset_in: 0,
             overrides_in: 0,
@@ -167,7 +168,7 @@ impl GrblDevice {
     }
 
     fn boot(&mut self) {
-        self.modal = command::Modal::default();
+        self.modal = Modal::default();
         (self.offset_in, self.overrides_in, self.status_wanted) = (0, 0, false);
         self.say("");
         self.say("Grbl 1.1h ['$' for help]");

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use firmware_protocol::axis::{Limits, Way};
 use firmware_protocol::ramp::{Ramp, Run};
 
-use super::settings::Table;
-use super::{AXES, Plant};
+use super::settings::{AXES, Table};
+use crate::stage::simulator::Plant;
 use crate::stage::simulator::TICK_HZ;
 
 const NM_PER_MM: f64 = 1e6;

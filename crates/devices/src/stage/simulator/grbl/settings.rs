@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+/// Number of axes.
+pub(super) const AXES: usize = 3;
+
 /// Numbers and values, as after `$RST=$` of a generic build.
 const DEFAULTS: [(u8, f64); 34] = [
     (0, 10.0),

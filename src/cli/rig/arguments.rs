@@ -1,0 +1,34 @@
+//! Everything that the command line says of a rig and a scan.
+
+use clap::Args;
+
+use super::camera::CameraArguments;
+use super::plan::PlanArguments;
+use super::profile::{Options, RigArgument};
+use super::stage::StageArguments;
+use crate::cli::CliError;
+use crate::profile::Profile;
+
+/// Options that describe a rig and a scan.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct RigArguments {
+    #[command(flatten)]
+    rig: RigArgument,
+    #[command(flatten)]
+    plan: PlanArguments,
+    #[command(flatten)]
+    pub(in crate::cli) stage: StageArguments,
+    #[command(flatten)]
+    camera: CameraArguments,
+}
+
+impl RigArguments {
+    /// The profile with the changes that options make.
+    pub(in crate::cli) fn profile(&self) -> Result<Profile, CliError> {
+        let mut options = Options::default();
+        self.plan.options(&mut options);
+        self.stage.options(&mut options);
+        self.camera.options(&mut options);
+        self.rig.profile(options)
+    }
+}
