@@ -10,7 +10,7 @@ use epirig_core::settings::{Key, Settings};
 /// A kind of stage: name, settings, connection, decoder and simulator.
 ///
 /// A driver is added by a file of its own and a line in the table of [`drivers`](super::drivers()). A program
-/// with its own driver adds it at its start with [`add_drivers`].
+/// with its own driver adds it at its start with [`add_drivers`](super::add_drivers).
 pub trait StageDriver: Sync {
     /// Its name in profiles, on the command line, in records and transcripts; in small letters.
     fn name(&self) -> &'static str;
