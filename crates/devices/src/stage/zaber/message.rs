@@ -43,7 +43,7 @@ impl ZaberReply {
     /// ```
     /// use epirig_devices::stage::zaber::ZaberReply;
     ///
-    /// The checksum is 256 minus the sum of the characters between @ and the colon, modulo 256.
+    /// // The checksum is 256 minus the sum of the characters between @ and the colon, modulo 256.
     /// let reply = ZaberReply::parse("@01 1 42 OK IDLE WR 0:B7").unwrap();
     /// assert_eq!((reply.id, reply.busy, reply.warning.as_str()), (42, false, "WR"));
     /// assert_eq!(ZaberReply::parse("@01 1 42 OK IDLE WR 1:B7"), None);
