@@ -152,7 +152,7 @@ impl VividBench {
             touch_velocity_nm_s: 2_000_000,
             ..Settings::default()
         };
-        let options = NativeOptions { settings: Some(settings), ..NativeOptions::default() };
+        let options = NativeOptions { settings: Some(settings) };
         let link = open(&choose(&choice, &ports().unwrap()).unwrap(), BAUD).unwrap();
         self.stage = Some(Box::new(NativeStage::connect(link, options).unwrap()));
     }
