@@ -7,6 +7,10 @@ _list:
 test:
     cargo test --release --workspace
 
+# Tests that take minutes
+slow:
+    cargo test --release --test slow -- --ignored
+
 # Lints, as CI has them
 lint:
     cargo clippy --all-targets --workspace -- -D warnings

@@ -145,8 +145,8 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
         && let Some((low, high)) = locking.locked_px
     {
         talk.say(&format!(
-            "hint: {:.0} % of the answered pixels, at disparities in {low:.2} .. {high:.2} px, show pixel locking: a common error of up to {:.4} px{}, which \
-             sigma includes it, and averaging does not reduce it. The frames repeat nearly the same fractions of a pixel; scan with another number of frames or \
+            "hint: {:.0} % of the answered pixels, at disparities in {low:.2} .. {high:.2} px, show pixel locking: a common error of up to {:.4} px{}. Sigma \
+             includes it, and averaging does not reduce it. The frames repeat nearly the same fractions of a pixel; scan with another number of frames or \
              another step, or defocus slightly",
             100.0 * locking.share_locked,
             locking.worst_bias_px.abs(),

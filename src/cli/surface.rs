@@ -194,7 +194,7 @@ fn describe(summary: &SurfaceSummary) -> String {
         let depth = &levels.depth;
         let interval =
             depth.half_width_95_mm.map_or("unknown: too few independent parts".to_owned(), |half| {
-                format!("+- {half:.4} mm with 95 % confidence")
+                format!("+- {half:.4} mm (95 % coverage)")
             });
         let what = if levels.raised { "standing on the lower level" } else { "hollow" };
         text.push_str(&format!(

@@ -76,7 +76,7 @@ pub(super) fn band_costs(
         Method::Variance | Method::Normalised => {
             Kind::Variance(variance::Variance::new(band, lines, options.interpolation))
         }
-        method => {
+        method @ (Method::NccFirst | Method::NccMean) => {
             Kind::Correlation(correlation::Correlation::new(band, lines, options.interpolation, method))
         }
     };

@@ -132,7 +132,8 @@ impl Case {
             Method::NccFirst => self.window(x, y, self.reference, d),
             // Each pixel of the model is the mean over the frames whose windows cover it: those that see the
             // candidate of a pixel whose window contains it. In the middle of the image that is all of them.
-            _ => {
+            Method::Variance | Method::Normalised => panic!("no correlation"),
+            Method::NccMean => {
                 let frames = self.seen(x, d);
                 assert!(
                     frames.len() == self.taus.len() && half == 1,

@@ -38,6 +38,7 @@ impl StageDriver for Native {
     ) -> Result<Box<dyn Axis>, StageError> {
         let (velocity_mm_s, acceleration_mm_s2) =
             (settings.number(&VELOCITY), settings.number(&ACCELERATION));
+        // The device is set to both or to neither: what is not given has the usual value then.
         let is_given = velocity_mm_s.is_some() || acceleration_mm_s2.is_some();
         let default = Motion::default();
         // Saturating: the stage itself refuses values that are too large.

@@ -32,7 +32,7 @@ pub struct Depth {
     pub sigma_mm: Option<f64>,
     /// Degrees of freedom: number of independent differences behind it.
     pub degrees_of_freedom: Option<f64>,
-    /// Half the width of the interval that holds the depth with 95 % confidence, in mm (Student's t).
+    /// Half the width of the interval that holds the depth with 95 % coverage, in mm (Student's t).
     pub half_width_95_mm: Option<f64>,
     /// Standard uncertainty by the scale (focal length, baseline), in mm: the same share of all depths.
     pub scale_sigma_mm: f64,

@@ -57,7 +57,7 @@ pub struct DepthAtMargin {
     pub margin_px: usize,
     /// How far the lower level lies below the upper one, in mm.
     pub depth_mm: f64,
-    /// Half the width of the interval that holds it with 95 % confidence, in mm; `None` if too few
+    /// Half the width of the interval that holds it with 95 % coverage, in mm; `None` if too few
     /// independent parts are left.
     pub half_width_95_mm: Option<f64>,
     /// Pixels that are left.
