@@ -20,7 +20,7 @@
 //! - [`profile`]: the description of a rig and a scan; [`rig`]: opens the devices of a profile.
 //! - [`doctor`]: checks before a scan; [`capture`]: the scan.
 //! - [`calibrate`] and [`pipeline`]: the steps in order; [`results`] and [`report`]: files and pictures.
-//! - [`memory`]: the available memory; [`cli`]: the command line, on top.
+//! - [`panel`]: results in a browser; [`memory`]: the available memory; [`cli`]: the command line, on top.
 //!
 //! ```
 //! use epirig_matcher::{MatchOptions, match_volume};
@@ -39,6 +39,7 @@ pub mod capture;
 pub mod cli;
 pub mod doctor;
 pub mod memory;
+pub mod panel;
 pub mod pipeline;
 pub mod profile;
 pub mod report;

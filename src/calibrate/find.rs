@@ -13,7 +13,7 @@ use super::{
 use epirig_calibration::photometry::{
     FrameGains, Linearity, Maps, Outcome, Photometry, dominant_disparity, frame_gains, linearity,
 };
-use epirig_calibration::rectification::Mapping;
+use epirig_calibration::rectification::{Mapping, Rectifier};
 use epirig_core::frame::{Frame, full_scale};
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
@@ -116,7 +116,8 @@ pub fn calibrate(
     if gains_are_wanted || texture {
         let tau = Tau::from_positions(&positions.tau)?;
         let span = info_span!("rectification");
-        let mut volume = span.in_scope(|| load(sequence, &mapping, correction, tau, progress))?;
+        let rectifier = Rectifier::new(mapping, correction)?;
+        let mut volume = span.in_scope(|| load(sequence, &rectifier, tau, progress))?;
         if gains_are_wanted {
             gains = find_gains(&mut volume, stage_axis.as_ref().map(|axis| axis.disparity_px));
         }

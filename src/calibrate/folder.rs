@@ -214,6 +214,25 @@ pub fn read_calibration(sequence: &Sequence) -> Result<Option<(Calibration, Maps
     Ok(Some((calibration, maps)))
 }
 
+/// Names of the pictures of the calibration of the sequence in `folder`, without `.png`, sorted; none if there
+/// is no calibration.
+pub fn calibration_pictures(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder.join(FOLDER)).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().to_str().map(str::to_owned));
+    let mut pictures: Vec<String> =
+        names.filter_map(|name| name.strip_suffix(".png").map(str::to_owned)).collect();
+    pictures.sort();
+    pictures
+}
+
+/// The picture of this name of a calibration, as PNG.
+///
+/// # Errors
+/// [`CalibrateError::Read`] if there is none.
+pub fn read_calibration_picture(folder: &Path, name: &str) -> Result<Vec<u8>, CalibrateError> {
+    Ok(read_inside(folder, &format!("{FOLDER}/{name}.png"), LARGEST_MAP)?)
+}
+
 /// The record at `path`, for any sequence.
 ///
 /// # Errors

@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::CalibrateError;
-use epirig_calibration::photometry::{Correction, FrameGains};
-use epirig_calibration::rectification::{Mapping, Rectifier};
+use epirig_calibration::photometry::FrameGains;
+use epirig_calibration::rectification::Rectifier;
 use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
 use epirig_core::tau::Tau;
@@ -17,12 +17,10 @@ const TOGETHER: usize = 8;
 /// Loads a few frames at a time, so that only those are in memory besides the volume.
 pub(super) fn load(
     sequence: &Sequence,
-    mapping: &Mapping,
-    correction: Correction,
+    rectifier: &Rectifier,
     tau: Tau,
     progress: &dyn Progress,
 ) -> Result<Volume, CalibrateError> {
-    let rectifier = Rectifier::new(*mapping, correction)?;
     let mut volume = rectifier.volume(sequence.record().bit_depth, tau);
     progress.begin("rectifying frames", sequence.frames().len() as u64);
     for (chunk, records) in sequence.frames().chunks(TOGETHER).enumerate() {

@@ -23,10 +23,13 @@ mod stage_axis;
 mod texture;
 mod told_twice;
 
-pub use apply::load_calibrated;
+pub use apply::{load_calibrated, rectifier};
 pub use error::CalibrateError;
 pub use find::{Calibrated, calibrate};
-pub use folder::{CALIBRATION, CalibrationFolder, read_calibration, read_calibration_file};
+pub use folder::{
+    CALIBRATION, CalibrationFolder, calibration_pictures, read_calibration, read_calibration_file,
+    read_calibration_picture,
+};
 pub use inputs::{InputHashes, Stale};
 pub use plan::{CalibrationPlan, LensKnowledge, PositionSource};
 pub use record::{

@@ -10,6 +10,7 @@ use crate::calibrate::CalibrateError;
 use crate::capture::CaptureError;
 use crate::doctor::DoctorError;
 use crate::memory::Bound;
+use crate::panel::PanelError;
 use crate::pipeline::PipelineError;
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
@@ -25,6 +26,7 @@ use epirig_devices::stage::StageError;
 use epirig_matcher::MatchError;
 use epirig_matcher::evaluate::{LeaveOutError, SizeMismatch, SplitHalfError};
 use epirig_matcher::surface::SurfaceError;
+use epirig_server::ServerError;
 use epirig_simulator::SimulatorError;
 
 #[derive(Debug, Error)]
@@ -77,6 +79,8 @@ pub(super) enum CliError {
     Memory { what: String, needed: String, available: String, bound: Bound, advice: String },
     #[error(transparent)]
     Read(#[from] ReadError),
+    #[error(transparent)]
+    Server(#[from] ServerError),
     #[error("{0}")]
     Usage(String),
     #[error("{0}")]
@@ -92,8 +96,22 @@ impl From<PipelineError> for CliError {
             PipelineError::Calibrate(error) => Self::from(error),
             PipelineError::Match(error) => Self::Match(error),
             PipelineError::Results(error) => Self::Results(error),
+            PipelineError::Mismatch(error) => Self::Integrity(error.to_string()),
             PipelineError::Report(error) => Self::Report(error),
             PipelineError::Surface(error) => Self::Surface(error),
+        }
+    }
+}
+
+impl From<PanelError> for CliError {
+    fn from(error: PanelError) -> Self {
+        match error {
+            PanelError::Sequence(error) => Self::Sequence(error),
+            PanelError::Pipeline(error) => Self::from(error),
+            PanelError::Calibrate(error) => Self::from(error),
+            PanelError::Results(error) => Self::Results(error),
+            PanelError::Read(error) => Self::Read(error),
+            other => Self::Integrity(other.to_string()),
         }
     }
 }
@@ -184,7 +202,10 @@ impl CliError {
             },
             Self::Read(error) => read_code(error),
             Self::RecordedRig(_) | Self::Integrity(_) => INTEGRITY,
-            Self::Report(_) | Self::Output(_) | Self::File { .. } | Self::Memory { .. } => TROUBLE,
+            Self::Server(ServerError::Listen { .. }) => USAGE,
+            Self::Server(_) | Self::Report(_) | Self::Output(_) | Self::File { .. } | Self::Memory { .. } => {
+                TROUBLE
+            }
         }
     }
 }

@@ -15,6 +15,9 @@ static TO_PAUSE: Mutex<Option<PauseSwitch>> = Mutex::new(None);
 /// The stage that an interruption stops; if there is none, the program ends at once.
 static TO_STOP: Mutex<Option<StopSwitch>> = Mutex::new(None);
 
+/// What an interruption calls instead of ending the program.
+static TO_CALL: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
+
 /// Longest wait for a write to the disk to end.
 const DISK_PATIENCE: Duration = Duration::from_secs(10);
 
@@ -31,6 +34,11 @@ pub(super) fn stops(switch: StopSwitch) {
 /// From now on the first interruption presses this switch, and only the next one stops the stage.
 pub(super) fn pauses(switch: PauseSwitch) {
     *TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner) = Some(switch);
+}
+
+/// From now on an interruption calls `act`, which lets the program come to its end.
+pub(super) fn calls(act: impl Fn() + Send + 'static) {
+    *TO_CALL.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(act));
 }
 
 /// From now on an interruption ends the program.
@@ -68,6 +76,9 @@ fn obey_other_epirigs() -> Result<(), std::io::Error> {
 }
 
 fn interrupted() {
+    if let Some(act) = &*TO_CALL.lock().unwrap_or_else(PoisonError::into_inner) {
+        return act();
+    }
     let pause = TO_PAUSE.lock().unwrap_or_else(PoisonError::into_inner).clone();
     if let Some(pause) = pause.filter(|pause| !pause.pressed()) {
         // The scan must be asked before the message is written, which may fail.

@@ -38,6 +38,7 @@ mod stage;
 mod surface;
 mod target;
 mod verify;
+mod view;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -60,6 +61,7 @@ Examples:
   epirig import photos/ --out seq                   your own photographs
   epirig calibrate tile                             lens, stage axis, positions, light
   epirig match seq --reference middle
+  epirig view seq                                   maps and reasons, in a browser
   epirig devices                                    serial ports and cameras
   epirig stage home && epirig stage move 12.5
   epirig init && epirig run --out tile              a rig profile, and a measurement with it
@@ -127,6 +129,7 @@ verbs! {
     Match = matching::Match,
     Surface = surface::Surface,
     Evaluate = evaluate::Evaluate,
+    View = view::View,
     Export = export::Export,
     Decode = decode::Decode,
     Simulate = simulate::Simulate,

@@ -9,15 +9,12 @@ use super::choice::choice;
 use super::need::{check, close_others};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
-use crate::calibrate::{Calibration, read_calibration};
-use crate::pipeline::{SurfaceQuestions, SurfaceSummary, geometry, inspect_surface, surface_need};
-use crate::results::{ResultsFolder, ResultsKind, read_map, read_summary};
+use crate::pipeline::{
+    SurfaceQuestions, SurfaceSummary, inspect_surface, open_results, steps_options, surface_need,
+};
+use crate::results::{ResultsFolder, ResultsKind};
 use epirig_data::sequence::Sequence;
-use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
-use epirig_matcher::surface::{Rectangle, StepsOptions, TrendKind, heights};
-
-/// Within three pixels of walls, the error of fits in hollows exceeds the noise.
-const GROWN_ACROSS_WALLS_PX: usize = 7;
+use epirig_matcher::surface::{Rectangle, TrendKind};
 
 /// Measure the depth of hollows in a surface, and its roughness
 ///
@@ -72,58 +69,21 @@ impl Surface {
         let sequence = Sequence::open(&self.seq)?;
         self.anyway.check(&sequence, talk)?;
         let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
-        let matched = read_summary(&results)?;
-        let uid = &sequence.record().uid;
-        if matched.sequence_uid != *uid {
-            return Err(CliError::Integrity(format!(
-                "{} are results of another sequence; match {} again, or name its results with --results",
-                results.display(),
-                self.seq.display()
-            )));
-        }
-        let calibration = match &matched.calibration {
-            Some(hash) => Some(calibration_of(&sequence, hash)?),
-            None => None,
-        };
-        let geometry = geometry(&sequence, calibration.as_ref()).ok_or_else(|| {
-            CliError::Usage(format!(
+        let opened = open_results(&sequence, &results)?;
+        let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
+        check("analysing the surface", surface_need(rows, columns), talk, close_others)?;
+        let heights = opened.heights.as_ref().ok_or_else(|| match opened.has_geometry {
+            false => CliError::Usage(format!(
                 "{}: no heights: focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
                 self.seq.display()
-            ))
-        })?;
-        let line = self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1)));
-        let disparity = read_map(&results.join("disparity.tiff"))?;
-        let sigma = read_map(&results.join("sigma.tiff"))?;
-        if (disparity.rows(), disparity.columns()) != (sigma.rows(), sigma.columns()) {
-            return Err(CliError::Integrity(format!(
-                "{}: disparity and sigma differ in size; match the sequence again",
-                results.display()
-            )));
-        }
-        check(
-            "analysing the surface",
-            surface_need(disparity.rows(), disparity.columns()),
-            talk,
-            close_others,
-        )?;
-        let heights = heights(geometry, &disparity, &sigma).ok_or_else(|| {
-            CliError::Integrity(format!(
+            )),
+            true => CliError::Integrity(format!(
                 "{}: no pixel has a disparity; look at mask.png there",
                 results.display()
-            ))
+            )),
         })?;
-        // The same maps with the same geometry give the same distance, except for rounding in the record.
-        let told_mm = matched.distance_mm.unwrap_or(f64::NAN);
-        let is_told = (told_mm - heights.distance_mm).abs() <= 1e-9 * heights.distance_mm.abs();
-        if !is_told || matched.reference >= sequence.record().frames {
-            return Err(CliError::Integrity(format!(
-                "{}: match.json has another distance ({told_mm} mm) or reference frame than maps and calibration ({} mm); match the sequence again",
-                results.display(),
-                heights.distance_mm
-            )));
-        }
+        let line = self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1)));
         let region = self.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
-        let (rows, columns) = (disparity.rows(), disparity.columns());
         if region.is_some_and(|region| !region.fits(rows, columns)) {
             return Err(CliError::Usage(format!(
                 "--region exceeds the picture, whose last pixel is {},{}",
@@ -131,22 +91,12 @@ impl Surface {
                 rows - 1
             )));
         }
-        let trend = self.trend;
-        // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that
-        // grow do so along the surface, but noise hides low walls from them.
-        let settings = &matched.settings;
-        let window_px = settings.window_px.max(settings.fit_window_px);
-        let steps = if settings.wanted_sigma_px.is_some() {
-            StepsOptions::for_window(trend, window_px.max(GROWN_ACROSS_WALLS_PX))
-                .with_grown_window(LARGEST_GROWN_WINDOW_PX)
-        } else {
-            StepsOptions::for_window(trend, window_px)
-        };
+        let steps = steps_options(&opened.matched.settings, self.trend);
         let questions =
             SurfaceQuestions { steps, region, line, profile_width_px: self.profile_width as usize };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
-        let summary = inspect_surface(&heights, &matched, &questions, &folder)?;
+        let summary = inspect_surface(heights, &opened.matched, &questions, &folder)?;
         folder.commit()?;
         talk.result(&summary, || {
             format!("{}look at {}\n", describe(&summary), out.join("profile.png").display())
@@ -160,17 +110,6 @@ fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
     numbers
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| "give two points as X0,Y0,X1,Y1, such as 100,512,900,512".to_owned())
-}
-
-/// The calibration that results were made with.
-fn calibration_of(sequence: &Sequence, hash: &str) -> Result<Calibration, CliError> {
-    match read_calibration(sequence)? {
-        Some((calibration, _)) if calibration.hash() == hash => Ok(calibration),
-        _ => Err(CliError::Integrity(format!(
-            "{0} was calibrated again after it was matched; run `epirig match {0} --overwrite` again",
-            sequence.folder().display()
-        ))),
-    }
 }
 
 fn describe(summary: &SurfaceSummary) -> String {

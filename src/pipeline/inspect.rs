@@ -4,12 +4,13 @@ use serde::Serialize;
 
 use super::PipelineError;
 use crate::report::{Chart, Series, ValueRange, map_picture};
-use crate::results::{MatchSummary, ResultsFolder};
+use crate::results::{MatchSettings, MatchSummary, ResultsFolder};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{Vertex, gsf, ply};
+use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
     Depth, DepthAtMargin, Extent, Heights, Line, Part, Profile, Rectangle, Roughness, Steps, StepsOptions,
-    SurfaceError, Trend, find_extent, find_steps, fit_trend, profile, roughness,
+    SurfaceError, Trend, TrendKind, find_extent, find_steps, fit_trend, profile, roughness,
 };
 
 /// Version of `surface.json`.
@@ -96,18 +97,62 @@ pub struct LevelsSummary {
     pub parts: Vec<Part>,
 }
 
+/// The options of the search for two levels in results that were matched with `settings`.
+pub fn steps_options(settings: &MatchSettings, trend: TrendKind) -> StepsOptions {
+    /// Within three pixels of walls, the error of fits in hollows exceeds the noise.
+    const GROWN_ACROSS_WALLS_PX: usize = 7;
+    // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do
+    // so along the surface, but noise hides low walls from them.
+    let window_px = settings.window_px.max(settings.fit_window_px);
+    if settings.wanted_sigma_px.is_some() {
+        StepsOptions::for_window(trend, window_px.max(GROWN_ACROSS_WALLS_PX))
+            .with_grown_window(LARGEST_GROWN_WINDOW_PX)
+    } else {
+        StepsOptions::for_window(trend, window_px)
+    }
+}
+
+/// What was found out about a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceAnswers {
+    /// The numbers of `surface.json`.
+    pub summary: SurfaceSummary,
+    /// Heights of the region after removal of the form, in mm; NaN elsewhere.
+    pub rest_mm: Grid<f32>,
+    /// The profile.
+    pub profile: Profile,
+    /// Grey values of `used.png`: 0 no height; 80 a height that is not used; 160 used, but not for the levels
+    /// (too near to a wall, or an outlier); 255 used.
+    pub used: Grid<u8>,
+}
+
 /// Answers `questions` about the heights of the results `matched`, and writes the answers into `folder`,
 /// which the caller commits.
 ///
 /// # Errors
-/// [`PipelineError::Surface`] if form or profile cannot be computed. A surface with one level is not an
-/// error.
+/// As [`analyse_surface`]; and [`PipelineError::Results`] if they cannot be written.
 pub fn inspect_surface(
     heights: &Heights,
     matched: &MatchSummary,
     questions: &SurfaceQuestions,
     folder: &ResultsFolder,
 ) -> Result<SurfaceSummary, PipelineError> {
+    let SurfaceAnswers { summary, rest_mm, profile, used } = analyse_surface(heights, matched, questions)?;
+    write(folder, heights, &rest_mm, &profile, &summary)?;
+    folder.write_grey("used.png", &used)?;
+    Ok(summary)
+}
+
+/// Answers `questions` about the heights of the results `matched`.
+///
+/// # Errors
+/// [`PipelineError::Surface`] if form or profile cannot be computed. A surface with one level is not an
+/// error.
+pub fn analyse_surface(
+    heights: &Heights,
+    matched: &MatchSummary,
+    questions: &SurfaceQuestions,
+) -> Result<SurfaceAnswers, PipelineError> {
     let all = heights;
     let extent = find_extent(all, questions.region, questions.steps.margin_px)?;
     let heights = &all.only(&extent.used);
@@ -147,9 +192,8 @@ pub fn inspect_surface(
     let line = Line { from_px, to_px, width_px: questions.profile_width_px };
     let correlation_px = steps.map_or(f64::INFINITY, |steps| steps.correlation.length_px());
     let profile = profile(heights, &rest_mm, line, correlation_px)?;
-    write(folder, all, &rest_mm, &profile, &summary)?;
-    folder.write_grey("used.png", &used_values(all, &extent, steps.ok()))?;
-    Ok(summary)
+    let used = used_values(all, &extent, steps.ok());
+    Ok(SurfaceAnswers { summary, rest_mm, profile, used })
 }
 
 /// The row with as many used pixels above as below, from the first to the last column of the region.
@@ -162,8 +206,6 @@ fn middle_row(used: &Grid<bool>) -> ((f64, f64), (f64, f64)) {
     ((left as f64, y), (right as f64, y))
 }
 
-/// Grey values of `used.png`: 0 no height; 80 a height that is not used; 160 used, but not for the levels
-/// (too near to a wall, or an outlier); 255 used.
 fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Grid<u8> {
     let mut values = heights.height_mm.map(|height| if height.is_finite() { 80 } else { 0 });
     for (index, value) in values.values_mut().iter_mut().enumerate() {
@@ -250,7 +292,8 @@ fn number(value: f64) -> String {
     if value.is_nan() { "nan".to_owned() } else { value.to_string() }
 }
 
-fn profile_csv(profile: &Profile) -> String {
+/// `profile.csv`: a line for each point.
+pub fn profile_csv(profile: &Profile) -> String {
     let mut text = "x_px,y_px,distance_mm,height_mm,sigma_mm\n".to_owned();
     for point in &profile.points {
         let fields = [point.x_px, point.y_px, point.distance_mm, point.height_mm, point.sigma_mm].map(number);

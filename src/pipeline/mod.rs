@@ -4,6 +4,7 @@ mod calibration;
 
 mod inspect;
 mod need;
+mod opened;
 mod rectified;
 
 use epirig_core::statistics::upper_median;
@@ -26,13 +27,20 @@ use epirig_core::volume::Volume;
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::lines::Lines;
 use epirig_matcher::surface::{Geometry, Heights, SurfaceError, heights};
-use epirig_matcher::{Answer, DisparityMaps, Effort, MatchError, MatchOptions, Matcher};
+use epirig_matcher::{
+    Answer, DisparityMaps, DisparityRange, Effort, MatchError, MatchOptions, Matcher, OrderingConstraint,
+    OrderingUsed, ReferenceFrame,
+};
 
-pub use inspect::{FieldSummary, LevelsSummary, SurfaceQuestions, SurfaceSummary, inspect_surface};
+pub use inspect::{
+    FieldSummary, LevelsSummary, SurfaceAnswers, SurfaceQuestions, SurfaceSummary, analyse_surface,
+    inspect_surface, profile_csv, steps_options,
+};
 pub use need::{
     Frames, calibration_need, capture_need, frames_that_fit, import_need, match_need, rectification_need,
     surface_need,
 };
+pub use opened::{OpenedResults, ResultsMismatch, open_results};
 pub use rectified::rectify_sequence;
 
 /// Errors of calibration, matching and results.
@@ -48,9 +56,12 @@ pub enum PipelineError {
     /// It cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
-    /// The results cannot be written.
+    /// The results cannot be written or read.
     #[error(transparent)]
     Results(#[from] ResultsError),
+    /// The results do not fit their sequence.
+    #[error(transparent)]
+    Mismatch(#[from] ResultsMismatch),
     /// A picture cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -267,6 +278,33 @@ fn settings(options: &MatchOptions) -> MatchSettings {
         wanted_sigma_px: (options.wanted_sigma_px.is_finite() && !quick).then_some(options.wanted_sigma_px),
         maximum_sigma_px: options.maximum_sigma_px,
         minimum_confidence: options.minimum_confidence,
+    }
+}
+
+/// The options that results were matched with, as far as `match.json` has them.
+pub fn match_options(matched: &MatchSummary) -> MatchOptions {
+    let settings = &matched.settings;
+    MatchOptions {
+        method: settings.method,
+        search: settings.search,
+        effort: if settings.quick { Effort::Quick } else { Effort::Full },
+        interpolation: settings.interpolation,
+        range: Some(DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px }),
+        disparity_step_px: settings.disparity_step_px,
+        window_px: settings.window_px,
+        semi_global: settings.semi_global,
+        reference: ReferenceFrame::Index(matched.reference),
+        minimum_visible: settings.minimum_visible,
+        occlusion: settings.occlusion,
+        ordering_constraint: match matched.ordering_constraint {
+            OrderingUsed::On => OrderingConstraint::On,
+            OrderingUsed::Off => OrderingConstraint::Off,
+        },
+        refine: settings.fit,
+        refine_window_px: settings.fit_window_px,
+        wanted_sigma_px: settings.wanted_sigma_px.unwrap_or(f64::INFINITY),
+        maximum_sigma_px: settings.maximum_sigma_px,
+        minimum_confidence: settings.minimum_confidence,
     }
 }
 

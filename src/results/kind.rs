@@ -76,6 +76,16 @@ impl ResultsKind {
         }
     }
 
+    /// Names of all its files, those in subfolders as `folder/file`.
+    pub(super) fn names(self) -> Vec<String> {
+        let own = self.files().iter().map(|name| (*name).to_owned());
+        let below = self
+            .folders()
+            .iter()
+            .flat_map(|(folder, files)| files.iter().map(move |name| format!("{folder}/{name}")));
+        own.chain(below).collect()
+    }
+
     /// Subfolders, with their files.
     pub(super) const fn folders(self) -> &'static [(&'static str, &'static [&'static str])] {
         match self {

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 
 pub use error::ResultsError;
 pub use kind::ResultsKind;
-pub use read::{read_map, read_named_map, read_summary};
+pub use read::{
+    read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
+};
 pub use write::{ResultsFolder, mask_value};
 
 use epirig_matcher::interpolation::Interpolation;

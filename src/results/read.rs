@@ -1,11 +1,15 @@
 //! Reads results.
 
+use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
-use super::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError};
+use super::{FORMAT_VERSION, MatchSettings, MatchSummary, ResultsError, ResultsKind};
 use epirig_core::grid::{Grid, MOST_PIXELS};
 use epirig_data::formats::MapFormat;
-use epirig_data::storage::{ReadError, RealDisk, RecordError, read_file, read_named, read_record, recover};
+use epirig_data::storage::{
+    ReadError, RealDisk, RecordError, is_scratch, read_file, read_inside, read_named, read_record, recover,
+};
 use epirig_matcher::LARGEST_WINDOW_PX;
 
 /// Size of the largest map as uncompressed 64 bit numbers, in bytes.
@@ -25,6 +29,64 @@ pub fn read_map(path: &Path) -> Result<Grid<f32>, ResultsError> {
 /// As [`read_map`].
 pub fn read_named_map(path: &Path) -> Result<Grid<f32>, ResultsError> {
     decoded(path, read_named)
+}
+
+/// Reads a grey picture, such as `mask.png`.
+///
+/// # Errors
+/// [`ResultsError`] if it cannot be read, or is no grey picture of 8 bit.
+pub fn read_grey(path: &Path) -> Result<Grid<u8>, ResultsError> {
+    let wrong = |reason: String| ResultsError::Picture { path: path.to_owned(), reason };
+    let bytes = read_file(path, LARGEST_MAP)?;
+    let image = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png);
+    let grey = match image.map_err(|error| wrong(error.to_string()))? {
+        image::DynamicImage::ImageLuma8(grey) => grey,
+        _ => return Err(wrong("it is no grey picture of 8 bit".to_owned())),
+    };
+    let (rows, columns) = (grey.height() as usize, grey.width() as usize);
+    Grid::from_values(rows, columns, grey.into_raw()).ok_or_else(|| wrong("its size is wrong".to_owned()))
+}
+
+/// The files of the results in `folder`, each with its size in bytes.
+///
+/// # Errors
+/// [`ResultsError::Io`] if the folder cannot be looked into.
+pub fn result_files(folder: &Path) -> Result<Vec<(String, u64)>, ResultsError> {
+    let mut found = Vec::new();
+    for name in ResultsKind::Match.names() {
+        let path = folder.join(&name);
+        match fs::symlink_metadata(&path) {
+            Ok(facts) if facts.is_file() => found.push((name, facts.len())),
+            Ok(_) => {}
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {}
+            Err(source) => return Err(ResultsError::Io { action: "look at", path, source }),
+        }
+    }
+    Ok(found)
+}
+
+/// Names of the folders in the folder of a sequence that hold results of `epirig match`, sorted.
+pub fn results_beside(sequence: &Path) -> Vec<String> {
+    let entries = fs::read_dir(sequence).into_iter().flatten().flatten();
+    let folders = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
+    let matched = folders.filter(|entry| entry.path().join(ResultsKind::Match.summary()).is_file());
+    let mut names: Vec<String> = matched.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.retain(|name| !is_scratch(name.as_ref()));
+    names.sort();
+    names
+}
+
+/// The bytes of a file of the results in `folder`; `None` if results have no such file.
+///
+/// # Errors
+/// [`ResultsError::Read`].
+pub fn read_result(folder: &Path, name: &str) -> Result<Option<Vec<u8>>, ResultsError> {
+    /// Of a surface as points: a few times the largest map.
+    const LARGEST: u64 = 4 * LARGEST_MAP;
+    match ResultsKind::Match.names().iter().any(|known| known == name) {
+        true => Ok(Some(read_inside(folder, name, LARGEST)?)),
+        false => Ok(None),
+    }
 }
 
 fn decoded(

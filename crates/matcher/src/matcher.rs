@@ -78,10 +78,24 @@ impl Matcher {
     /// # Panics
     /// If `y` lies outside the volume.
     pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Candidates, CostTable) {
+        self.costs_of_row(y, maps.reference, maps.range, maps.ordering)
+    }
+
+    /// The same for a match of which only the reference frame, the range and the ordering are known.
+    ///
+    /// # Panics
+    /// If `y` or `reference` lies outside the volume.
+    pub fn costs_of_row(
+        &self,
+        y: usize,
+        reference: usize,
+        range: DisparityRange,
+        ordering: OrderingUsed,
+    ) -> (Candidates, CostTable) {
         let Self { volume, options } = self;
-        let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
-        let candidates = Candidates::covering(maps.range, options.disparity_step_px);
-        let rule = seen_rule(volume, options, maps.ordering);
+        let lines = Lines::new(volume.tau(), reference, volume.columns());
+        let candidates = Candidates::covering(range, options.disparity_step_px);
+        let rule = seen_rule(volume, options, ordering);
         let band = Band::new(volume, y..y + 1, options);
         let costs = band_costs(&band, &lines, &candidates, rule, options).swap_remove(0);
         (candidates, costs)

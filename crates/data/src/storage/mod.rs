@@ -18,6 +18,7 @@ mod read;
 mod record;
 mod replace;
 mod scratch;
+mod scratch_file;
 mod step;
 
 pub use disk::{Disk, RealDisk, is_in_the_making, is_of_the_system, is_own_folder, is_there, write_whole};
@@ -29,4 +30,5 @@ pub use read::{ReadError, kind, open_file, read_file, read_named, read_text};
 pub use record::{RecordError, RecordFault, parse_record, parse_value, read_record, read_record_of_kinds};
 pub use replace::{put_in_place, recover};
 pub use scratch::{Scratch, is_scratch, is_writing, parent};
+pub use scratch_file::ScratchFile;
 pub use step::Step;

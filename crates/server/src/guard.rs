@@ -1,0 +1,161 @@
+//! Who may ask: checks of Host, Origin and token, before anything is answered.
+
+use std::net::{IpAddr, SocketAddr};
+
+use axum::http::{HeaderMap, Method, header};
+
+use super::site::{Refusal, RefusalKind};
+use super::token::Token;
+
+/// Name of the header that holds the token.
+pub(super) const TOKEN_HEADER: &str = "x-epirig-token";
+
+/// What the checks need to know.
+pub(super) struct Guard {
+    /// The address that the server listens on.
+    address: SocketAddr,
+    /// The name of this machine, if the system tells it.
+    machine: Option<String>,
+    token: Token,
+}
+
+impl Guard {
+    pub(super) fn new(address: SocketAddr, token: Token) -> Self {
+        Self { address, machine: machine_name(), token }
+    }
+
+    /// Refuses a request for another host than this one. A page of another site, whose name leads here by a
+    /// trick of its name server (DNS rebinding), sends its own name.
+    pub(super) fn check_host(&self, headers: &HeaderMap) -> Result<(), Refusal> {
+        let host = text(headers, header::HOST.as_str()).unwrap_or_default();
+        if self.is_own(host) {
+            return Ok(());
+        }
+        let message = format!("this server does not answer for the host \"{host}\"; use the printed link");
+        Err(Refusal::new(RefusalKind::Forbidden, message))
+    }
+
+    /// Refuses requests that a page of another site makes its visitor's browser send.
+    pub(super) fn check_origin(&self, headers: &HeaderMap) -> Result<(), Refusal> {
+        let (host, origin) = (text(headers, header::HOST.as_str()), text(headers, header::ORIGIN.as_str()));
+        match (headers.contains_key(header::ORIGIN), origin.and_then(|origin| origin.strip_prefix("http://")))
+        {
+            (false, _) => Ok(()),
+            (true, own) if own.is_some() && own == host => Ok(()),
+            (true, _) => {
+                let message = "a page of another site must not ask here; open the printed link".to_owned();
+                Err(Refusal::new(RefusalKind::Forbidden, message))
+            }
+        }
+    }
+
+    /// Refuses what needs the token and does not have it: all that changes something, and from other machines
+    /// all data.
+    pub(super) fn check_token(&self, method: &Method, headers: &HeaderMap) -> Result<(), Refusal> {
+        let reads = method == Method::GET && self.address.ip().is_loopback();
+        if reads || self.has_token(headers) {
+            return Ok(());
+        }
+        let message = "the token is missing or wrong; open the link that epirig printed when it started";
+        Err(Refusal::new(RefusalKind::NoToken, message.to_owned()))
+    }
+
+    /// Whether the request has the token.
+    pub(super) fn has_token(&self, headers: &HeaderMap) -> bool {
+        text(headers, TOKEN_HEADER).is_some_and(|given| self.token.is(given))
+    }
+
+    /// Whether a Host header names this server.
+    fn is_own(&self, host: &str) -> bool {
+        let port = format!(":{}", self.address.port());
+        let Some(name) = host.strip_suffix(&port) else { return false };
+        let name = name.strip_prefix('[').and_then(|name| name.strip_suffix(']')).unwrap_or(name);
+        let everywhere = self.address.ip().is_unspecified();
+        if let Ok(ip) = name.parse::<IpAddr>() {
+            // No name server stands behind a number.
+            return ip == self.address.ip()
+                || (ip.is_loopback() && self.address.ip().is_loopback())
+                || everywhere;
+        }
+        let own = |machine: &String| name == *machine || name.strip_suffix(".local") == Some(machine);
+        name == "localhost" || (!self.address.ip().is_loopback() && self.machine.as_ref().is_some_and(own))
+    }
+}
+
+fn text<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+    headers.get(name).and_then(|value| value.to_str().ok())
+}
+
+#[cfg(unix)]
+fn machine_name() -> Option<String> {
+    rustix::system::uname().nodename().to_str().ok().map(str::to_lowercase).filter(|name| !name.is_empty())
+}
+
+#[cfg(not(unix))]
+fn machine_name() -> Option<String> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guard(address: &str) -> Guard {
+        let token = Token::new().unwrap();
+        Guard { address: address.parse().unwrap(), machine: Some("bench".to_owned()), token }
+    }
+
+    #[test]
+    fn only_own_names_are_hosts() {
+        let loopback = guard("127.0.0.1:7400");
+        for host in ["127.0.0.1:7400", "localhost:7400", "[::1]:7400"] {
+            assert!(loopback.is_own(host), "{host}");
+        }
+        for host in [
+            "",
+            "localhost",
+            "localhost:80",
+            "evil.example:7400",
+            "192.168.0.9:7400",
+            "bench:7400",
+            "localhost.evil:7400",
+        ] {
+            assert!(!loopback.is_own(host), "{host}");
+        }
+        let everywhere = guard("0.0.0.0:7400");
+        for host in ["192.168.0.9:7400", "bench:7400", "bench.local:7400", "localhost:7400"] {
+            assert!(everywhere.is_own(host), "{host}");
+        }
+        assert!(!everywhere.is_own("evil.example:7400"));
+    }
+
+    #[test]
+    fn foreign_origins_are_refused_and_own_ones_are_not() {
+        let guard = guard("127.0.0.1:7400");
+        let headers = |origin: Option<&'static str>| {
+            let mut headers = HeaderMap::new();
+            headers.insert("host", "127.0.0.1:7400".parse().unwrap());
+            origin.map(|origin| headers.insert("origin", origin.parse().unwrap()));
+            headers
+        };
+        assert!(guard.check_origin(&headers(None)).is_ok());
+        assert!(guard.check_origin(&headers(Some("http://127.0.0.1:7400"))).is_ok());
+        for foreign in ["null", "http://evil.example", "http://127.0.0.1:7401", "https://127.0.0.1:7400"] {
+            assert!(guard.check_origin(&headers(Some(foreign))).is_err(), "{foreign}");
+        }
+    }
+
+    #[test]
+    fn reading_needs_the_token_from_elsewhere_and_changing_always() {
+        let mut with = HeaderMap::new();
+        for (address, reads_freely) in [("127.0.0.1:7400", true), ("0.0.0.0:7400", false)] {
+            let guard = guard(address);
+            with.insert(TOKEN_HEADER, guard.token.digits().parse().unwrap());
+            let without = HeaderMap::new();
+            assert_eq!(guard.check_token(&Method::GET, &without).is_ok(), reads_freely);
+            assert!(guard.check_token(&Method::POST, &without).is_err());
+            assert!(guard.check_token(&Method::POST, &with).is_ok());
+            assert!(guard.check_token(&Method::GET, &with).is_ok());
+        }
+    }
+}

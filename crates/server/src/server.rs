@@ -1,0 +1,143 @@
+//! Listens, and serves connections within limits.
+
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::Duration;
+
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::runtime::Builder;
+use tokio::sync::{Semaphore, watch};
+use tracing::{debug, info};
+
+use super::ServerError;
+use super::answer::router;
+use super::guard::Guard;
+use super::site::Site;
+use super::token::Token;
+
+/// Connections at once; more are closed as they come.
+const CONNECTIONS: usize = 128;
+/// Time for a client to send the head of a request; a connection without one is closed then.
+const HEAD_TIME: Duration = Duration::from_secs(10);
+/// Longest life of a connection. A client that reads slowly does not hold its place for ever.
+const CONNECTION_TIME: Duration = Duration::from_secs(600);
+/// Largest head of a request, in bytes.
+const LARGEST_HEAD: usize = 16 << 10;
+/// Threads for answers.
+const WORKERS: usize = 8;
+
+/// Where the server listens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ServerOptions {
+    /// Address and port; port 0 takes any free one.
+    pub listen: SocketAddr,
+}
+
+impl Default for ServerOptions {
+    /// This machine alone, any free port.
+    fn default() -> Self {
+        Self { listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)) }
+    }
+}
+
+/// Ends a server. Clones share their state.
+#[derive(Debug, Clone)]
+pub struct StopSwitch(Arc<watch::Sender<bool>>);
+
+impl StopSwitch {
+    /// Ends the server; open connections are closed.
+    pub fn press(&self) {
+        self.0.send_replace(true);
+    }
+}
+
+/// A server that listens.
+pub struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    token: Token,
+    stop: StopSwitch,
+}
+
+impl Server {
+    /// Begins to listen.
+    ///
+    /// # Errors
+    /// [`ServerError`] if the address cannot be used, or the system gives no random numbers.
+    pub fn bind(options: &ServerOptions) -> Result<Self, ServerError> {
+        let failed = |source| ServerError::Listen { address: options.listen, source };
+        let listener = TcpListener::bind(options.listen).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let stop = StopSwitch(Arc::new(watch::Sender::new(false)));
+        Ok(Self { listener, address, token: Token::new()?, stop })
+    }
+
+    /// The address that is listened on.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The link that opens the page, with the token. Browsers do not send the part after `#`.
+    pub fn link(&self) -> String {
+        format!("http://{}/#token={}", self.address, self.token.digits())
+    }
+
+    /// What ends [`run`](Self::run).
+    pub fn stop_switch(&self) -> StopSwitch {
+        self.stop.clone()
+    }
+
+    /// Serves `site` until the stop switch is pressed.
+    ///
+    /// # Errors
+    /// [`ServerError::Runtime`] if the system gives no threads.
+    pub fn run(self, site: impl Site) -> Result<(), ServerError> {
+        let runtime = Builder::new_current_thread()
+            .enable_io()
+            .enable_time()
+            .max_blocking_threads(WORKERS)
+            .build()
+            .map_err(ServerError::Runtime)?;
+        let service = TowerToHyperService::new(router(Guard::new(self.address, self.token), site));
+        let mut stopped = self.stop.0.subscribe();
+        let served = runtime.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(self.listener).map_err(ServerError::Runtime)?;
+            info!(address = %self.address, "serving");
+            let seats = Arc::new(Semaphore::new(CONNECTIONS));
+            let mut http = http1::Builder::new();
+            http.timer(TokioTimer::new()).header_read_timeout(HEAD_TIME).max_buf_size(LARGEST_HEAD);
+            loop {
+                let accepted = tokio::select! {
+                    accepted = listener.accept() => accepted,
+                    _ = stopped.wait_for(|stopped| *stopped) => return Ok(()),
+                };
+                let stream = match accepted {
+                    Ok((stream, _)) => stream,
+                    Err(error) => {
+                        // Out of file handles, for example: others will be given back.
+                        debug!(%error, "a connection could not be accepted");
+                        tokio::time::sleep(Duration::from_millis(50)).await;
+                        continue;
+                    }
+                };
+                let Ok(seat) = seats.clone().try_acquire_owned() else {
+                    debug!("too many connections; one was closed");
+                    continue;
+                };
+                let connection = http.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
+                tokio::spawn(async move {
+                    let _seat = seat;
+                    if let Ok(Err(error)) = tokio::time::timeout(CONNECTION_TIME, connection).await {
+                        debug!(%error, "a connection ended with an error");
+                    }
+                });
+            }
+        });
+        // An answer that is still worked on is not waited for.
+        runtime.shutdown_background();
+        served
+    }
+}

@@ -1,0 +1,51 @@
+//! `epirig view`.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::{CliError, Talk, interrupt};
+use crate::panel::ResultsView;
+use epirig_server::{Server, ServerOptions};
+
+/// Look at a sequence and its results in a browser
+///
+/// Prints a link. Its page shows maps, frames, and for every pixel the line in its epipolar plane image that
+/// its number comes from. Nothing is changed. Ctrl-C ends it.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  epirig view seq
+  epirig view seq --results look
+  epirig view seq --listen 0.0.0.0:7400          from another machine, with the printed token")]
+pub(super) struct View {
+    /// Folder of the sequence
+    seq: PathBuf,
+    /// Folder of the matcher's results [default: SEQ/results]
+    #[arg(long, value_name = "DIR")]
+    results: Option<PathBuf>,
+    /// Address and port to listen on; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:0")]
+    listen: SocketAddr,
+}
+
+#[derive(Serialize)]
+struct Serving {
+    link: String,
+}
+
+impl View {
+    pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        let view = ResultsView::open(&self.seq, self.results.as_deref())?;
+        let server = Server::bind(&ServerOptions { listen: self.listen })?;
+        let stop = server.stop_switch();
+        interrupt::calls(move || stop.press());
+        view.read_ahead();
+        let serving = Serving { link: server.link() };
+        talk.result(&serving, || format!("{}\n", serving.link))?;
+        talk.say("open this link in a browser; Ctrl-C ends it");
+        server.run(view)?;
+        Ok(())
+    }
+}

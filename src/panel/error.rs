@@ -1,0 +1,80 @@
+//! Why something cannot be shown.
+
+use thiserror::Error;
+
+use crate::calibrate::CalibrateError;
+use crate::pipeline::PipelineError;
+use crate::results::ResultsError;
+use epirig_calibration::rectification::RectifyError;
+use epirig_core::tau::TauError;
+use epirig_core::volume::VolumeError;
+use epirig_data::sequence::SequenceError;
+use epirig_data::storage::ReadError;
+use epirig_matcher::MatchError;
+use epirig_matcher::surface::SurfaceError;
+use epirig_server::{Refusal, RefusalKind};
+
+/// Errors of the panel.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PanelError {
+    /// The sequence cannot be read.
+    #[error(transparent)]
+    Sequence(#[from] SequenceError),
+    /// The results cannot be read, or do not fit the sequence.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The calibration cannot be applied.
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+    /// A map cannot be read.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// The positions of the frames cannot be.
+    #[error(transparent)]
+    Positions(#[from] TauError),
+    /// A frame is unlike the others.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+    /// A frame cannot be rectified.
+    #[error(transparent)]
+    Rectify(#[from] RectifyError),
+    /// A file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// Costs cannot be computed.
+    #[error(transparent)]
+    Match(#[from] MatchError),
+    /// The question about the surface has no answer.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// Frames cannot be kept for quick access.
+    #[error("cannot keep the frames for quick access: {0}; make room on the disk")]
+    Keep(#[source] std::io::Error),
+    /// Frames are being read.
+    #[error("the frames are being read, {done} of {all}; this answer comes when all are there")]
+    Reading {
+        /// Frames that are there.
+        done: usize,
+        /// All frames.
+        all: usize,
+    },
+    /// Something outside of the picture, or that does not exist.
+    #[error("{0}")]
+    NotThere(String),
+    /// A request that makes no sense.
+    #[error("{0}")]
+    Wrong(String),
+}
+
+impl From<PanelError> for Refusal {
+    fn from(error: PanelError) -> Self {
+        let kind = match error {
+            PanelError::Reading { .. } => RefusalKind::Busy,
+            PanelError::NotThere(_) => RefusalKind::NotFound,
+            PanelError::Wrong(_) | PanelError::Surface(_) => RefusalKind::Wrong,
+            _ => RefusalKind::Failed,
+        };
+        Self::new(kind, error.to_string())
+    }
+}

@@ -1,0 +1,97 @@
+//! Two results of one sequence, compared.
+
+use serde::Serialize;
+
+use super::ResultsView;
+use super::mesh::{blocks_for, means};
+use crate::panel::PanelError;
+use crate::pipeline::{OpenedResults, open_results};
+use crate::results::results_beside;
+use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
+use epirig_server::{Query, Refusal, Reply};
+
+/// Most pixels of a comparison that are sent.
+const MOST: usize = 1 << 20;
+
+#[derive(Serialize)]
+struct Comparison {
+    rows: usize,
+    columns: usize,
+    step: usize,
+    unit: &'static str,
+    count: usize,
+    mean: f64,
+    median: f64,
+    standard_deviation: f64,
+    in_sigma: InSigma,
+}
+
+/// Shares of the differences within one and two combined standard uncertainties.
+#[derive(Serialize)]
+struct InSigma {
+    one: f64,
+    two: f64,
+}
+
+/// This map less that of the results in the folder `with`, and the same in combined sigmas.
+pub(super) fn compare(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> {
+    let name = query.text("with").unwrap_or_default();
+    // Names come from the sequence's folder alone, so none leads out of it.
+    if !results_beside(view.sequence.folder()).iter().any(|known| known == name) {
+        return Err(PanelError::NotThere(format!("there are no results \"{name}\" of this sequence")).into());
+    }
+    let other = open_results(&view.sequence, &view.sequence.folder().join(name)).map_err(PanelError::from)?;
+    let own = view.results()?;
+    let as_heights = query.text("map").is_some_and(|map| map.starts_with("height"));
+    let (unit, maps) = if as_heights { ("mm", heights(own).zip(heights(&other))) } else { ("px", None) };
+    let unit = if maps.is_some() { unit } else { "px" };
+    let [first, second] = maps.map_or([disparity(own), disparity(&other)], |(first, second)| [first, second]);
+    let size = |map: &Grid<f32>| (map.rows(), map.columns());
+    if size(first.0) != size(second.0) {
+        let message = format!("the results \"{name}\" are of another size: match both the same way");
+        return Err(PanelError::Wrong(message).into());
+    }
+    let mut difference = first.0.clone();
+    let mut in_sigmas = first.0.clone();
+    for index in 0..difference.values().len() {
+        let by = first.0.values()[index] - second.0.values()[index];
+        difference.values_mut()[index] = by;
+        in_sigmas.values_mut()[index] = by / first.1.values()[index].hypot(second.1.values()[index]);
+    }
+    let mut known: Vec<f32> = difference.values().iter().copied().filter(|value| value.is_finite()).collect();
+    let count = known.len();
+    let mean = known.iter().map(|value| f64::from(*value)).sum::<f64>() / count.max(1) as f64;
+    let square = known.iter().map(|value| (f64::from(*value) - mean).powi(2)).sum::<f64>();
+    let median = upper_median(&mut known).map_or(f64::NAN, f64::from);
+    let within = |limit: f32| {
+        in_sigmas.values().iter().filter(|value| value.abs() <= limit).count() as f64 / count.max(1) as f64
+    };
+    let step = blocks_for(&difference, MOST);
+    let shown = means(&difference, step);
+    let facts = Comparison {
+        rows: shown.rows(),
+        columns: shown.columns(),
+        step,
+        unit,
+        count,
+        mean,
+        median,
+        standard_deviation: (square / count.max(1) as f64).sqrt(),
+        in_sigma: InSigma { one: within(1.0), two: within(2.0) },
+    };
+    let mut values = shown.values().to_vec();
+    values.extend_from_slice(means(&in_sigmas, step).values());
+    Reply::framed(&facts, &values)
+}
+
+/// A map and its sigma.
+type WithSigma<'a> = (&'a Grid<f32>, &'a Grid<f32>);
+
+fn heights(opened: &OpenedResults) -> Option<WithSigma<'_>> {
+    opened.heights.as_ref().map(|heights| (&heights.height_mm, &heights.sigma_mm))
+}
+
+fn disparity(opened: &OpenedResults) -> WithSigma<'_> {
+    (&opened.disparity, &opened.sigma)
+}

@@ -1,0 +1,157 @@
+//! What the page is told first: of the program, the sequence, and its results.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::{RESULTS, ResultsView};
+use crate::panel::results::maps::MapFacts;
+use crate::results::{MatchSummary, results_beside};
+use epirig_data::sequence::Origin;
+use epirig_data::storage::{parse_record, read_text};
+
+#[derive(Serialize)]
+pub(super) struct About {
+    program: &'static str,
+    version: &'static str,
+    mode: &'static str,
+    rig: bool,
+    may_control: bool,
+    sequence: String,
+}
+
+pub(super) fn about(view: &ResultsView) -> About {
+    About {
+        program: "epirig",
+        version: env!("CARGO_PKG_VERSION"),
+        mode: "view",
+        rig: false,
+        may_control: false,
+        sequence: name(view),
+    }
+}
+
+#[derive(Serialize)]
+pub(super) struct Facts<'a> {
+    sequence: SequenceFacts<'a>,
+    results: Option<ResultsFacts<'a>>,
+    others: Vec<String>,
+    geometry: Option<GeometryFacts>,
+    surface: Option<Value>,
+    maps: Vec<MapFacts<'a>>,
+    frames: FramesFacts,
+}
+
+#[derive(Serialize)]
+struct SequenceFacts<'a> {
+    name: String,
+    uid: &'a str,
+    created: &'a str,
+    frames: usize,
+    rows: usize,
+    columns: usize,
+    bit_depth: u8,
+    ended: &'static str,
+    end_in_words: Option<String>,
+    origin: String,
+}
+
+#[derive(Serialize)]
+struct ResultsFacts<'a> {
+    name: String,
+    calibrated: bool,
+    quick: bool,
+    #[serde(flatten)]
+    summary: &'a MatchSummary,
+    tau: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct GeometryFacts {
+    pixel_mm: f64,
+    distance_mm: f64,
+}
+
+#[derive(Serialize)]
+struct FramesFacts {
+    count: usize,
+    rows: usize,
+    columns: usize,
+    bit_depth: u8,
+    reference: usize,
+    kinds: Vec<&'static str>,
+    matched: &'static str,
+}
+
+pub(super) fn results(view: &ResultsView) -> Facts<'_> {
+    let record = view.sequence.record();
+    let opened = view.results.as_ref();
+    let matched = opened.map(|opened| &opened.matched);
+    let heights = opened.and_then(|opened| opened.heights.as_ref());
+    let calibration = opened.and_then(|opened| opened.calibration.as_ref());
+    let calibrated = calibration.is_some();
+    let tau = calibration.map(|(calibration, _)| calibration.positions.tau.clone());
+    let tau = tau.or_else(|| view.sequence.tau().ok().map(|tau| tau.values().to_vec())).unwrap_or_default();
+    Facts {
+        sequence: SequenceFacts {
+            name: name(view),
+            uid: &record.uid,
+            created: &record.created,
+            frames: view.sequence.frames().len(),
+            rows: record.rows,
+            columns: record.columns,
+            bit_depth: record.bit_depth,
+            ended: view.sequence.ended(),
+            end_in_words: view.sequence.end_in_words(),
+            origin: origin(&record.origin),
+        },
+        results: matched.map(|summary| ResultsFacts {
+            name: file_name(&view.folder),
+            calibrated,
+            quick: summary.settings.quick,
+            summary,
+            tau,
+        }),
+        others: results_beside(view.sequence.folder())
+            .into_iter()
+            .filter(|name| view.sequence.folder().join(name) != view.folder)
+            .collect(),
+        geometry: heights
+            .map(|heights| GeometryFacts { pixel_mm: heights.pixel_mm(), distance_mm: heights.distance_mm }),
+        surface: surface(view),
+        maps: view.maps.facts(),
+        frames: FramesFacts {
+            count: view.sequence.frames().len(),
+            rows: record.rows,
+            columns: record.columns,
+            bit_depth: record.bit_depth,
+            reference: matched.map_or(0, |summary| summary.reference),
+            kinds: view.frames.kinds(),
+            matched: if calibrated { "rectified" } else { "raw" },
+        },
+    }
+}
+
+/// The answers of `epirig surface`, if they are there.
+fn surface(view: &ResultsView) -> Option<Value> {
+    const LARGEST: u64 = 4 << 20;
+    let text = read_text(&view.folder.join("surface/surface.json"), LARGEST).ok()?;
+    parse_record(&text).ok()
+}
+
+fn origin(origin: &Origin) -> String {
+    match origin {
+        Origin::Captured { stage, camera, .. } => format!("captured with {camera} and {stage}"),
+        Origin::Imported { folder, .. } => format!("imported from {folder}"),
+        Origin::Rectified { folder, .. } => format!("corrected and rectified frames of {folder}"),
+    }
+}
+
+/// The name of the sequence's folder.
+fn name(view: &ResultsView) -> String {
+    file_name(view.sequence.folder())
+}
+
+fn file_name(path: &std::path::Path) -> String {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    absolute.file_name().map_or_else(|| RESULTS.to_owned(), |name| name.to_string_lossy().into_owned())
+}

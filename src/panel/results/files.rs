@@ -1,0 +1,79 @@
+//! Files that can be taken away, and the pictures of the calibration.
+
+use serde::Serialize;
+
+use super::ResultsView;
+use crate::calibrate::{calibration_pictures, read_calibration_picture};
+use crate::panel::PanelError;
+use crate::results::{read_result, result_files};
+use epirig_server::{Refusal, Reply};
+
+#[derive(Serialize)]
+pub(super) struct FileFacts {
+    name: String,
+    title: String,
+    bytes: u64,
+}
+
+/// The files of the results.
+pub(super) fn downloads(view: &ResultsView) -> Vec<FileFacts> {
+    let files = result_files(&view.folder).unwrap_or_default();
+    files.into_iter().map(|(name, bytes)| FileFacts { title: title(&name), name, bytes }).collect()
+}
+
+/// One of them.
+pub(super) fn download(view: &ResultsView, name: &str) -> Result<Reply, Refusal> {
+    let bytes = read_result(&view.folder, name).map_err(PanelError::from)?;
+    let bytes =
+        bytes.ok_or_else(|| PanelError::NotThere(format!("there is no file {name} in the results")))?;
+    let media_type = match name.rsplit_once('.').map(|(_, ending)| ending) {
+        Some("png") => "image/png",
+        Some("csv") => "text/csv; charset=utf-8",
+        Some("json") => "application/json",
+        Some("tiff") => "image/tiff",
+        _ => "application/octet-stream",
+    };
+    Ok(Reply::file(media_type, bytes))
+}
+
+#[derive(Serialize)]
+pub(super) struct CalibrationFacts {
+    figures: Vec<FigureFacts>,
+    notes: Vec<String>,
+    needs: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct FigureFacts {
+    name: String,
+    title: String,
+}
+
+/// The pictures and remarks of the calibration that the results were made with.
+pub(super) fn calibration(view: &ResultsView) -> Option<CalibrationFacts> {
+    let (calibration, _) = view.results.as_ref()?.calibration.as_ref()?;
+    let names = calibration_pictures(view.sequence.folder());
+    Some(CalibrationFacts {
+        figures: names.into_iter().map(|name| FigureFacts { title: title(&name), name }).collect(),
+        notes: calibration.notes.clone(),
+        needs: calibration.needs.clone(),
+    })
+}
+
+/// A picture of the calibration, by its name with `.png`.
+pub(super) fn calibration_picture(view: &ResultsView, name: &str) -> Result<Reply, Refusal> {
+    let folder = view.sequence.folder();
+    let name = name.strip_suffix(".png").unwrap_or(name);
+    if !calibration_pictures(folder).iter().any(|known| known == name) {
+        return Err(PanelError::NotThere(format!("the calibration has no picture {name}")).into());
+    }
+    Ok(Reply::file("image/png", read_calibration_picture(folder, name).map_err(PanelError::from)?))
+}
+
+/// A name as a person reads it.
+fn title(name: &str) -> String {
+    let base = name.rsplit_once('/').map_or(name, |(_, base)| base);
+    let words = base.split_once('.').map_or(base, |(words, _)| words).replace(['-', '_'], " ");
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}

@@ -1,0 +1,110 @@
+//! Frames as pictures: raw, or corrected and rectified.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::pyramid::{Place, Pyramid, Reduction};
+use crate::calibrate::{Calibration, rectifier};
+use crate::panel::PanelError;
+use epirig_calibration::photometry::Maps;
+use epirig_calibration::rectification::Rectifier;
+use epirig_core::grid::Grid;
+use epirig_core::tau::Tau;
+use epirig_data::sequence::Sequence;
+
+/// Frames that are kept in memory, for somebody who plays them up and down.
+const KEPT: usize = 8;
+
+/// Whether a frame is as captured or rectified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Raw,
+    Rectified,
+}
+
+/// A frame that was asked for lately.
+type Kept = (usize, Kind, Arc<Pyramid>);
+
+pub(super) struct Frames {
+    sequence: Sequence,
+    calibration: Option<(Calibration, Maps)>,
+    rectifier: Mutex<Option<Arc<Rectifier>>>,
+    kept: Mutex<Vec<Kept>>,
+}
+
+impl Frames {
+    pub(super) fn new(sequence: Sequence, calibration: Option<(Calibration, Maps)>) -> Self {
+        Self { sequence, calibration, rectifier: Mutex::default(), kept: Mutex::default() }
+    }
+
+    /// The kinds that there are.
+    pub(super) fn kinds(&self) -> Vec<&'static str> {
+        if self.calibration.is_some() { vec!["raw", "rectified"] } else { vec!["raw"] }
+    }
+
+    /// The values of a tile of frame `t`, in DN.
+    ///
+    /// # Errors
+    /// [`PanelError`] if there is no such frame or tile, or it cannot be read.
+    pub(super) fn tile(&self, t: &str, kind: Option<&str>, place: Place) -> Result<Vec<f32>, PanelError> {
+        let wrong = |what: &str| PanelError::NotThere(format!("there is no {what}"));
+        let t: usize = t.parse().map_err(|_| wrong(&format!("frame {t}")))?;
+        let kind = match kind {
+            None | Some("raw") => Kind::Raw,
+            Some("rectified") if self.calibration.is_some() => Kind::Rectified,
+            Some(other) => return Err(wrong(&format!("{other} frame"))),
+        };
+        self.picture(t, kind)?.tile(place)
+    }
+
+    /// The frame as the matcher saw it.
+    ///
+    /// # Errors
+    /// As [`tile`](Self::tile).
+    pub(super) fn as_matched(&self, t: usize) -> Result<Arc<Pyramid>, PanelError> {
+        self.picture(t, if self.calibration.is_some() { Kind::Rectified } else { Kind::Raw })
+    }
+
+    fn picture(&self, t: usize, kind: Kind) -> Result<Arc<Pyramid>, PanelError> {
+        let lock = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((.., picture)) = lock().iter().find(|(index, of, _)| (*index, *of) == (t, kind)) {
+            return Ok(Arc::clone(picture));
+        }
+        let record = self.sequence.frames().get(t);
+        let record = record.ok_or_else(|| PanelError::NotThere(format!("there is no frame {t}")))?;
+        let frame = self.sequence.read(record)?;
+        let grid = match (kind, &self.calibration) {
+            (Kind::Rectified, Some((calibration, maps))) => {
+                let rectifier = self.rectifier(calibration, maps)?;
+                // A volume has two frames at least.
+                let mut volume = rectifier.volume(frame.bit_depth(), Tau::equidistant(2)?);
+                rectifier.insert(&mut volume, 0, &[frame])?;
+                let mut grid = Grid::filled(volume.rows(), volume.columns(), 0.0_f32);
+                (0..volume.rows()).for_each(|y| volume.copy_row(y, 0, grid.row_mut(y)));
+                grid
+            }
+            _ => {
+                let mut grid = Grid::filled(frame.rows(), frame.columns(), 0.0_f32);
+                frame.samples().copy_to_f32(0, grid.values_mut());
+                grid
+            }
+        };
+        let picture = Arc::new(Pyramid::new(grid, Reduction::Mean));
+        let mut kept = lock();
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push((t, kind, Arc::clone(&picture)));
+        Ok(picture)
+    }
+
+    /// Made once: it has a place for each pixel.
+    fn rectifier(&self, calibration: &Calibration, maps: &Maps) -> Result<Arc<Rectifier>, PanelError> {
+        let mut made = self.rectifier.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(rectifier) = &*made {
+            return Ok(Arc::clone(rectifier));
+        }
+        let new = Arc::new(rectifier(&self.sequence, calibration, maps)?);
+        *made = Some(Arc::clone(&new));
+        Ok(new)
+    }
+}

@@ -1,0 +1,90 @@
+//! Heights for a view in three dimensions.
+
+use serde::Serialize;
+
+use super::ResultsView;
+use super::surface::heights;
+use epirig_core::grid::Grid;
+use epirig_server::{Query, Refusal, Reply};
+
+/// Most points that are sent.
+const MOST: usize = 1_000_000;
+
+#[derive(Serialize)]
+struct MeshFacts {
+    rows: usize,
+    columns: usize,
+    step: usize,
+    pixel_mm: f64,
+    low_mm: f32,
+    high_mm: f32,
+    distance_mm: f64,
+}
+
+/// Heights, then the reference frame as brightness from 0 to 1: means of blocks, so that there are at most
+/// `most` points.
+pub(super) fn mesh(view: &ResultsView, query: &Query) -> Result<Reply, Refusal> {
+    let heights = heights(view)?;
+    let most: usize = query.value("most")?;
+    let map = view.maps.map("height").unwrap_or(&heights.height_mm);
+    let step = blocks_for(map, most);
+    let shown = means(map, step);
+    let reference = view.frames.as_matched(view.results()?.matched.reference)?;
+    let photograph = means(reference.map(), step);
+    let brightest = photograph.values().iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+    let known = || shown.values().iter().copied().filter(|value| value.is_finite());
+    let facts = MeshFacts {
+        rows: shown.rows(),
+        columns: shown.columns(),
+        step,
+        pixel_mm: heights.pixel_mm(),
+        low_mm: known().fold(f32::INFINITY, f32::min),
+        high_mm: known().fold(f32::NEG_INFINITY, f32::max),
+        distance_mm: heights.distance_mm,
+    };
+    let mut values = shown.values().to_vec();
+    values.extend(photograph.values().iter().map(|value| value / brightest));
+    Reply::framed(&facts, &values)
+}
+
+/// Side of blocks of which there are at most `most`.
+pub(super) fn blocks_for<T: Copy>(map: &Grid<T>, most: usize) -> usize {
+    let most = most.clamp(1, MOST);
+    let pixels = map.rows() * map.columns();
+    (1..).find(|step| pixels / (step * step) <= most).unwrap_or(1)
+}
+
+/// Means of the known values of blocks of `step` x `step` px; blocks that do not fit at the edges are left
+/// out.
+pub(super) fn means(map: &Grid<f32>, step: usize) -> Grid<f32> {
+    let (rows, columns) = ((map.rows() / step).max(1), (map.columns() / step).max(1));
+    let mut found = Grid::filled(rows, columns, f32::NAN);
+    for y in 0..rows {
+        for x in 0..columns {
+            let lines = (y * step..((y + 1) * step).min(map.rows())).map(|line| map.row(line));
+            let block = lines.flat_map(|row| &row[x * step..((x + 1) * step).min(row.len())]);
+            let known = block.filter(|value| !value.is_nan());
+            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+            found.row_mut(y)[x] = sum / count;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_as_large_as_they_must_be() {
+        let map = Grid::filled(1000, 2000, 1.0_f32);
+        assert_eq!(blocks_for(&map, 2_000_000), 2); // a million at most
+        assert_eq!(blocks_for(&map, 500_000), 2);
+        assert_eq!(blocks_for(&map, 499_999), 3);
+        let mut map = Grid::filled(4, 5, 2.0_f32);
+        map.row_mut(0)[0] = f32::NAN;
+        map.row_mut(0)[1] = 5.0;
+        let found = means(&map, 2);
+        assert_eq!((found.rows(), found.columns(), found.at(0, 0), found.at(1, 1)), (2, 2, 3.0, 2.0));
+    }
+}

@@ -1,0 +1,263 @@
+//! Why a pixel has its number: its line in the EPI, the intensities along it, and the cost of other lines.
+
+use serde::Serialize;
+
+use super::ResultsView;
+use super::maps::ANSWERS;
+use crate::panel::PanelError;
+use crate::pipeline::match_options;
+use epirig_core::volume::Volume;
+use epirig_matcher::lines::Lines;
+use epirig_matcher::{Answer, DisparityRange, Matcher, line_profile};
+use epirig_server::{Refusal, Reply};
+
+/// Columns of the EPI that are shown beside those that the line crosses.
+const MARGIN_PX: f64 = 24.0;
+
+#[derive(Serialize)]
+struct Explained {
+    rows: usize,
+    columns: usize,
+    x: usize,
+    y: usize,
+    x_mm: Option<f64>,
+    y_mm: Option<f64>,
+    answer: &'static str,
+    reason: &'static str,
+    values: Vec<Value>,
+    better_than: Option<f64>,
+    epi: Window,
+    tau: Vec<f64>,
+    reference: usize,
+    line: Option<Line>,
+    neighbours: Vec<Neighbour>,
+    intensity: Option<Intensity>,
+    cost: Option<Cost>,
+}
+
+#[derive(Serialize)]
+struct Value {
+    id: &'static str,
+    title: &'static str,
+    unit: &'static str,
+    value: Option<f64>,
+    sigma: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Window {
+    first_column: usize,
+    low: f32,
+    high: f32,
+}
+
+#[derive(Serialize)]
+struct Line {
+    column: usize,
+    disparity_px: f64,
+    sigma_px: f64,
+}
+
+#[derive(Serialize)]
+struct Neighbour {
+    column: usize,
+    row: usize,
+    disparity_px: f64,
+    agrees: bool,
+}
+
+/// The paper's figure 5a: DN in each frame along the line, and along the lines of the neighbours in disparity.
+#[derive(Serialize)]
+struct Intensity {
+    along: Vec<f32>,
+    left: Vec<f32>,
+    right: Vec<f32>,
+}
+
+#[derive(Serialize)]
+struct Cost {
+    disparity_px: Vec<f64>,
+    cost: Vec<f32>,
+    scale: &'static str,
+    chosen_px: Option<f64>,
+}
+
+/// Everything about the pixel at column `x` and row `y` of the reference frame.
+pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, Refusal> {
+    let opened = view.results()?;
+    let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
+    if x >= columns || y >= rows {
+        let (last_x, last_y) = (columns - 1, rows - 1);
+        let message = format!("there is no pixel ({x}, {y}); the last is ({last_x}, {last_y})");
+        return Err(PanelError::NotThere(message).into());
+    }
+    let disparity_px = f64::from(opened.disparity.at(x, y));
+    let line = disparity_px.is_finite().then(|| Line {
+        column: x,
+        disparity_px,
+        sigma_px: f64::from(opened.sigma.at(x, y)),
+    });
+    // The cost's window sees rows above and below.
+    let reach = opened.matched.settings.window_px / 2;
+    let top = y.saturating_sub(reach);
+    let volume = view.epis.rows(top..y + reach + 1)?;
+    let reference = opened.matched.reference;
+    let lines = Lines::new(volume.tau(), reference, columns);
+    let (first, end) = crossed(&lines, x, line.as_ref());
+    let window = epi(&volume, y - top, first..end);
+    let known = || window.iter().copied().filter(|value| value.is_finite());
+    let code = view.maps.map("mask").map_or(f32::NAN, |mask| mask.at(x, y));
+    let answer = ANSWERS.get(code as usize).copied().filter(|_| code.is_finite());
+    let answer = answer.unwrap_or(if line.is_some() { Answer::Found } else { Answer::Ambiguous });
+    let place = opened.heights.as_ref().map(|heights| heights.lateral_mm(x, y));
+    let explained = Explained {
+        rows: volume.frames(),
+        columns: end - first,
+        x,
+        y,
+        x_mm: place.map(|place| place.0),
+        y_mm: place.map(|place| place.1),
+        answer: name(answer),
+        reason: reason(answer),
+        values: values(view, x, y),
+        better_than: line.as_ref().map(|line| share_with_larger_sigma(view, line.sigma_px)),
+        epi: Window {
+            first_column: first,
+            low: known().fold(f32::INFINITY, f32::min),
+            high: known().fold(f32::NEG_INFINITY, f32::max),
+        },
+        tau: lines.offsets().to_vec(),
+        reference,
+        neighbours: neighbours(view, x, y),
+        intensity: line.as_ref().map(|line| intensity(&volume, &lines, x, y - top, line.disparity_px)),
+        cost: Some(cost(view, volume, x, y - top)?),
+        line,
+    };
+    Reply::framed(&explained, &window)
+}
+
+/// Columns that the line crosses, with a margin; those beside the pixel without a line.
+fn crossed(lines: &Lines, x: usize, line: Option<&Line>) -> (usize, usize) {
+    let disparity_px = line.map_or(0.0, |line| line.disparity_px);
+    let ends = [x as f64 - disparity_px * lines.tau_before(), x as f64 + disparity_px * lines.tau_after()];
+    let first = ends[0].min(ends[1]) - MARGIN_PX;
+    let end = ends[0].max(ends[1]) + MARGIN_PX + 1.0;
+    let inside = |place: f64| place.clamp(0.0, lines.columns() as f64) as usize;
+    let (first, end) = (inside(first.floor()), inside(end.ceil()));
+    // The pixel itself is always shown.
+    (first.min(x), end.max(x + 1))
+}
+
+/// Row `y` of all frames in these columns: frames x columns.
+fn epi(volume: &Volume, y: usize, columns: std::ops::Range<usize>) -> Vec<f32> {
+    let mut row = vec![0.0; volume.columns()];
+    let mut window = Vec::with_capacity(volume.frames() * columns.len());
+    for t in 0..volume.frames() {
+        volume.copy_row(y, t, &mut row);
+        window.extend_from_slice(&row[columns.clone()]);
+    }
+    window
+}
+
+fn values(view: &ResultsView, x: usize, y: usize) -> Vec<Value> {
+    let sigma = |id: &str| match id {
+        "height" | "height-measured" => view.maps.map("height-sigma"),
+        "disparity" => view.maps.map("sigma"),
+        _ => None,
+    };
+    let shown = view.maps.numbers().filter(|map| !map.id.ends_with("sigma"));
+    let shown = shown.map(|map| {
+        let value = map.value(x, y);
+        let sigma = sigma(map.id).map(|sigma| f64::from(sigma.at(x, y))).filter(|sigma| sigma.is_finite());
+        Value {
+            id: map.id,
+            title: map.title,
+            unit: map.unit,
+            value,
+            sigma: sigma.filter(|_| value.is_some()),
+        }
+    });
+    shown.collect()
+}
+
+fn share_with_larger_sigma(view: &ResultsView, sigma_px: f64) -> f64 {
+    let Some(map) = view.maps.map("sigma") else { return 0.0 };
+    let known = map.values().iter().filter(|sigma| sigma.is_finite());
+    let (larger, all) = known.fold((0_usize, 0_usize), |(larger, all), sigma| {
+        (larger + usize::from(f64::from(*sigma) > sigma_px), all + 1)
+    });
+    larger as f64 / all.max(1) as f64
+}
+
+/// The eight neighbours that have answers. One agrees if the difference is within what both sigmas explain,
+/// and a slope of one pixel in disparity per pixel.
+fn neighbours(view: &ResultsView, x: usize, y: usize) -> Vec<Neighbour> {
+    let (Some(disparity), Some(sigma)) = (view.maps.map("disparity"), view.maps.map("sigma")) else {
+        return Vec::new();
+    };
+    let own = (disparity.at(x, y), sigma.at(x, y));
+    let near = |place: usize, count: usize| place.saturating_sub(1)..(place + 2).min(count);
+    let places = near(y, disparity.rows())
+        .flat_map(|row| near(x, disparity.columns()).map(move |column| (column, row)));
+    let others = places.filter(|place| *place != (x, y));
+    let known = others.filter(|&(column, row)| disparity.at(column, row).is_finite());
+    known
+        .map(|(column, row)| {
+            let (value, sigma) = (disparity.at(column, row), sigma.at(column, row));
+            let limit = LIMIT_SIGMAS * sigma.hypot(own.1);
+            let agrees = own.0.is_nan() || (value - own.0).abs() <= limit;
+            Neighbour { column, row, disparity_px: f64::from(value), agrees }
+        })
+        .collect()
+}
+
+/// A difference beyond three standard deviations is none of chance.
+const LIMIT_SIGMAS: f32 = 3.0;
+
+/// Intensities along the line, and along those with one px less and more of disparity, which meet the last
+/// frame one column before and after: the paper's j - 1 and j + 1 with i fixed.
+fn intensity(volume: &Volume, lines: &Lines, x: usize, y: usize, disparity_px: f64) -> Intensity {
+    let along = |shift: f64| {
+        line_profile(volume, lines, x as f64 + shift * lines.tau_before(), y, disparity_px + shift)
+    };
+    Intensity { along: along(0.0), left: along(-1.0), right: along(1.0) }
+}
+
+fn cost(view: &ResultsView, volume: Volume, x: usize, y: usize) -> Result<Cost, PanelError> {
+    let opened = view.results()?;
+    let matched = &opened.matched;
+    let range = DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px };
+    let options = match_options(matched);
+    let scale = if options.method.compares_intensities() { "DN^2" } else { "1 - correlation" };
+    let matcher = Matcher::new(volume, options)?;
+    let (candidates, costs) = matcher.costs_of_row(y, matched.reference, range, matched.ordering_constraint);
+    let chosen = f64::from(opened.disparity.at(x, y));
+    Ok(Cost {
+        disparity_px: (0..costs.candidates()).map(|k| candidates.disparity_px(k as f64)).collect(),
+        cost: (0..costs.candidates()).map(|k| costs.at(k, x)).collect(),
+        scale,
+        chosen_px: chosen.is_finite().then_some(chosen),
+    })
+}
+
+fn name(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Found => "found",
+        Answer::LeavesImage => "leaves-image",
+        Answer::BeyondRange => "beyond-range",
+        Answer::NoTexture => "no-texture",
+        Answer::Occluded => "occluded",
+        Answer::Ambiguous => "ambiguous",
+    }
+}
+
+fn reason(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Found => "one line fits",
+        Answer::LeavesImage => "its line leaves the image in too many frames",
+        Answer::BeyondRange => "the best line is at an end of the range that was searched",
+        Answer::NoTexture => "too little texture",
+        Answer::Occluded => "it is occluded in too many frames, or shows two surfaces",
+        Answer::Ambiguous => "several lines fit about as well",
+    }
+}

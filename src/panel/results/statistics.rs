@@ -1,0 +1,145 @@
+//! The range and the histogram of a map.
+
+use serde::Serialize;
+
+use epirig_core::grid::Grid;
+
+/// Bars of a histogram.
+const BARS: usize = 256;
+/// Share of the values below and above the usual range.
+const TAIL: f64 = 0.005;
+/// Connected pixels beyond the usual range that are a feature and not noise.
+const FEATURE_PX: usize = 64;
+
+/// How the values of a map are spread.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Statistics {
+    /// Pixels with a value.
+    pub(super) valid: usize,
+    /// Their share.
+    pub(super) share_valid: f64,
+    /// Range that is shown at first: from 0.5 % to 99.5 % of the values, widened to take in connected pixels
+    /// beyond it. Small hollows are the result and must not be cut off.
+    pub(super) low: f32,
+    pub(super) high: f32,
+    /// The range of all values.
+    pub(super) minimum: f32,
+    pub(super) maximum: f32,
+    pub(super) histogram: Histogram,
+}
+
+/// Numbers of values in bars of equal width.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Histogram {
+    pub(super) low: f32,
+    pub(super) high: f32,
+    pub(super) counts: Vec<usize>,
+}
+
+impl Statistics {
+    /// Of the known values of `map`.
+    pub(super) fn of(map: &Grid<f32>) -> Self {
+        let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
+        let valid = known.len();
+        let share_valid = valid as f64 / map.values().len().max(1) as f64;
+        if known.is_empty() {
+            let histogram = Histogram { low: 0.0, high: 1.0, counts: vec![0; BARS] };
+            return Self { valid, share_valid, low: 0.0, high: 1.0, minimum: 0.0, maximum: 1.0, histogram };
+        }
+        let mut at = |share: f64| {
+            let index = ((valid - 1) as f64 * share).round() as usize;
+            *known.select_nth_unstable_by(index, f32::total_cmp).1
+        };
+        let (low, high) = (at(TAIL), at(1.0 - TAIL));
+        let (minimum, maximum) = (at(0.0), at(1.0));
+        let low = features(map, |value| value < low).min(low);
+        let high = -features(&map.map(|value| -value), |value| value < -high).min(-high);
+        let histogram = Histogram::of(&known, low, high);
+        Self { valid, share_valid, low, high, minimum, maximum, histogram }
+    }
+}
+
+impl Histogram {
+    /// Of `values` from half the range below `low` to half above `high`; values beyond are in the end bars.
+    fn of(values: &[f32], low: f32, high: f32) -> Self {
+        let reach = (0.5 * (high - low)).max(f32::MIN_POSITIVE);
+        let (low, high) = (low - reach, high + reach);
+        let mut counts = vec![0; BARS];
+        let scale = BARS as f32 / (high - low);
+        for value in values {
+            counts[(((value - low) * scale) as usize).min(BARS - 1)] += 1;
+        }
+        Self { low, high, counts }
+    }
+}
+
+/// The smallest value in connected pixels that fulfil `beyond`, of which there are more than
+/// [`FEATURE_PX`]; infinite if there are none.
+fn features(map: &Grid<f32>, beyond: impl Fn(f32) -> bool) -> f32 {
+    let (rows, columns) = (map.rows(), map.columns());
+    let mut open = map.map(|value| value.is_finite() && beyond(value));
+    let mut least = f32::INFINITY;
+    let mut waiting = Vec::new();
+    for start in 0..rows * columns {
+        if !open.values()[start] {
+            continue;
+        }
+        let (mut count, mut values) = (0, Vec::new());
+        waiting.push(start);
+        open.values_mut()[start] = false;
+        while let Some(index) = waiting.pop() {
+            count += 1;
+            values.push(map.values()[index]);
+            let (x, y) = (index % columns, index / columns);
+            let neighbours = [
+                (x > 0).then(|| index - 1),
+                (x + 1 < columns).then_some(index + 1),
+                (y > 0).then(|| index - columns),
+                (y + 1 < rows).then_some(index + columns),
+            ];
+            for next in neighbours.into_iter().flatten() {
+                if std::mem::take(&mut open.values_mut()[next]) {
+                    waiting.push(next);
+                }
+            }
+        }
+        if count > FEATURE_PX {
+            // One wild value in a feature is none of it.
+            let index = values.len() / 100;
+            least = least.min(*values.select_nth_unstable_by(index, f32::total_cmp).1);
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_hollow_is_in_the_range_and_wild_pixels_are_not() {
+        // 200 x 200 px of a ramp from 0 to 1, a hollow of 10 x 10 px at -3, three wild pixels.
+        let mut map =
+            Grid::from_values(200, 200, (0..40_000).map(|i| (i % 200) as f32 / 199.0).collect()).unwrap();
+        for y in 50..60 {
+            map.row_mut(y)[70..80].fill(-3.0);
+        }
+        for (y, value) in [(3, 900.0), (90, -700.0), (150, f32::NAN)] {
+            map.row_mut(y)[20] = value;
+        }
+        let found = Statistics::of(&map);
+        assert_eq!(found.valid, 39_999);
+        assert_eq!((found.low, found.minimum, found.maximum), (-3.0, -700.0, 900.0));
+        assert!((0.99..=1.0).contains(&found.high), "{found:?}");
+        assert_eq!(found.histogram.counts.iter().sum::<usize>(), 39_999);
+    }
+
+    #[test]
+    fn no_values_and_equal_values_have_a_range() {
+        let none = Statistics::of(&Grid::filled(3, 3, f32::NAN));
+        assert_eq!((none.valid, none.low, none.high), (0, 0.0, 1.0));
+        let equal = Statistics::of(&Grid::filled(30, 30, 2.5));
+        assert_eq!((equal.low, equal.high), (2.5, 2.5));
+        assert_eq!(equal.histogram.counts.iter().sum::<usize>(), 900);
+    }
+}

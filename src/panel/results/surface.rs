@@ -1,0 +1,59 @@
+//! Questions about a region of the surface.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::ResultsView;
+use crate::panel::PanelError;
+use crate::pipeline::{SurfaceQuestions, SurfaceSummary, analyse_surface, steps_options};
+use epirig_core::choice::Choice as _;
+use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    /// Two corners, in px; `null` for the whole picture.
+    region: Option<[usize; 4]>,
+    #[serde(default = "usual_trend")]
+    trend: TrendKind,
+}
+
+fn usual_trend() -> TrendKind {
+    TrendKind::Quadric
+}
+
+#[derive(Serialize)]
+pub(super) struct TrendFacts {
+    name: &'static str,
+    title: &'static str,
+}
+
+/// The forms that can be removed.
+pub(super) fn trends() -> Vec<TrendFacts> {
+    TrendKind::ALL.iter().map(|kind| TrendFacts { name: kind.name(), title: kind.help() }).collect()
+}
+
+/// Step height and roughness of a region, as `epirig surface` computes them; nothing is written.
+pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummary, PanelError> {
+    let asked: Asked = serde_json::from_value(asked.clone())
+        .map_err(|error| PanelError::Wrong(format!("the question is not understood: {error}")))?;
+    let opened = view.results()?;
+    let heights = heights(view)?;
+    let region = asked.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
+    let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
+    if region.is_some_and(|region| !region.fits(rows, columns)) {
+        return Err(PanelError::Wrong(format!("the region exceeds the picture of {columns} x {rows} px")));
+    }
+    let steps = steps_options(&opened.matched.settings, asked.trend);
+    let questions = SurfaceQuestions { steps, region, line: None, profile_width_px: 1 };
+    Ok(analyse_surface(heights, &opened.matched, &questions)?.summary)
+}
+
+/// The heights, or why there are none.
+pub(super) fn heights(view: &ResultsView) -> Result<&Heights, PanelError> {
+    view.results()?.heights.as_ref().ok_or_else(|| {
+        PanelError::NotThere(
+            "there are no heights: focal length or positions are unknown; calibrate the sequence".to_owned(),
+        )
+    })
+}

@@ -1,0 +1,112 @@
+//! Results of a sequence, read back and compared with it.
+
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::{PipelineError, geometry};
+use crate::calibrate::{Calibration, read_calibration};
+use crate::results::{MatchSummary, read_map, read_summary};
+use epirig_calibration::photometry::Maps;
+use epirig_core::grid::Grid;
+use epirig_data::sequence::Sequence;
+use epirig_matcher::surface::{Heights, heights};
+
+/// Results that do not fit their sequence.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ResultsMismatch {
+    /// Results of another sequence.
+    #[error(
+        "{} are results of another sequence; match {} again, or name its results with --results",
+        results.display(), sequence.display()
+    )]
+    OtherSequence {
+        /// The folder of the results.
+        results: PathBuf,
+        /// The folder of the sequence.
+        sequence: PathBuf,
+    },
+    /// The calibration is not the one that the results were made with.
+    #[error(
+        "{0} was calibrated again after it was matched; run `epirig match {0} --overwrite` again",
+        sequence.display()
+    )]
+    OtherCalibration {
+        /// The folder of the sequence.
+        sequence: PathBuf,
+    },
+    /// Maps of different sizes.
+    #[error("{}: disparity and sigma differ in size; match the sequence again", results.display())]
+    Sizes {
+        /// The folder of the results.
+        results: PathBuf,
+    },
+    /// The summary contradicts the maps.
+    #[error(
+        "{}: match.json has another distance ({told_mm} mm) or reference frame than maps and calibration ({found_mm} mm); match the sequence again",
+        results.display()
+    )]
+    Distance {
+        /// The folder of the results.
+        results: PathBuf,
+        /// The distance in the summary.
+        told_mm: f64,
+        /// The distance that the maps give.
+        found_mm: f64,
+    },
+}
+
+/// Results of `epirig match`, with what they were made with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OpenedResults {
+    /// The summary.
+    pub matched: MatchSummary,
+    /// The calibration that the frames were rectified with.
+    pub calibration: Option<(Calibration, Maps)>,
+    /// Disparity in px; rows x columns of the matched frames.
+    pub disparity: Grid<f32>,
+    /// Its sigma in px.
+    pub sigma: Grid<f32>,
+    /// Heights; `None` without geometry, or if no pixel has a disparity.
+    pub heights: Option<Heights>,
+    /// Whether focal length and positions are known.
+    pub has_geometry: bool,
+}
+
+/// Reads the results of `sequence` in `folder`.
+///
+/// # Errors
+/// [`PipelineError`] if they cannot be read, [`PipelineError::Mismatch`] if they do not belong to the sequence
+/// or contradict themselves.
+pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults, PipelineError> {
+    let matched = read_summary(folder)?;
+    let (sequence_folder, results) = (sequence.folder().to_owned(), folder.to_owned());
+    if matched.sequence_uid != sequence.record().uid {
+        return Err(ResultsMismatch::OtherSequence { results, sequence: sequence_folder }.into());
+    }
+    let calibration = match &matched.calibration {
+        None => None,
+        Some(hash) => match read_calibration(sequence)? {
+            Some(found) if found.0.hash() == *hash => Some(found),
+            _ => return Err(ResultsMismatch::OtherCalibration { sequence: sequence_folder }.into()),
+        },
+    };
+    let disparity = read_map(&folder.join("disparity.tiff"))?;
+    let sigma = read_map(&folder.join("sigma.tiff"))?;
+    if (disparity.rows(), disparity.columns()) != (sigma.rows(), sigma.columns()) {
+        return Err(ResultsMismatch::Sizes { results }.into());
+    }
+    let geometry = geometry(sequence, calibration.as_ref().map(|(calibration, _)| calibration));
+    let found = geometry.and_then(|geometry| heights(geometry, &disparity, &sigma));
+    if let Some(heights) = &found {
+        // The same maps with the same geometry give the same distance, except for rounding in the record.
+        let (told_mm, found_mm) = (matched.distance_mm.unwrap_or(f64::NAN), heights.distance_mm);
+        let is_told = (told_mm - found_mm).abs() <= 1e-9 * found_mm.abs();
+        if !is_told || matched.reference >= sequence.record().frames {
+            return Err(ResultsMismatch::Distance { results, told_mm, found_mm }.into());
+        }
+    }
+    let has_geometry = geometry.is_some();
+    Ok(OpenedResults { matched, calibration, disparity, sigma, heights: found, has_geometry })
+}
