@@ -38,7 +38,7 @@ struct Serving {
 impl View {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         let view = ResultsView::open(&self.seq, self.results.as_deref())?;
-        let server = Server::bind(&ServerOptions { listen: self.listen })?;
+        let server = Server::bind(&ServerOptions { listen: self.listen, ..ServerOptions::default() })?;
         let stop = server.stop_switch();
         interrupt::calls(move || stop.press());
         view.read_ahead();

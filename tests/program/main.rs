@@ -28,3 +28,4 @@ mod stage_commands;
 #[path = "../support/program.rs"]
 mod support;
 mod surface;
+mod view;

@@ -21,8 +21,6 @@ use super::site::{Query, Refusal, RefusalKind, Reply, Site};
 
 /// Largest body of a request, in bytes: orders are short.
 const LARGEST_BODY: usize = 64 << 10;
-/// Longest time for a request and its answer.
-const LONGEST: Duration = Duration::from_secs(60);
 /// Answers that are worked on at once; others wait.
 const AT_ONCE: usize = 4;
 
@@ -38,7 +36,7 @@ pub(super) struct Shared<S> {
 }
 
 /// The routes of the server.
-pub(super) fn router<S: Site>(guard: Guard, site: S) -> Router {
+pub(super) fn router<S: Site>(guard: Guard, site: S, longest: Duration) -> Router {
     let shared = Arc::new(Shared { guard, site, work: Semaphore::new(AT_ONCE) });
     let header = |name: HeaderName, value: &'static str| {
         SetResponseHeaderLayer::overriding(name, HeaderValue::from_static(value))
@@ -47,7 +45,7 @@ pub(super) fn router<S: Site>(guard: Guard, site: S) -> Router {
         .fallback(answer::<S>)
         .with_state(shared)
         .layer(RequestBodyLimitLayer::new(LARGEST_BODY))
-        .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, LONGEST))
+        .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, longest))
         .layer(header(header::CONTENT_SECURITY_POLICY, POLICY))
         .layer(header(header::X_CONTENT_TYPE_OPTIONS, "nosniff"))
         .layer(header(header::REFERRER_POLICY, "no-referrer"))

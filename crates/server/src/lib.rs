@@ -9,5 +9,5 @@ mod site;
 mod token;
 
 pub use error::ServerError;
-pub use server::{Server, ServerOptions, StopSwitch};
+pub use server::{Limits, Server, ServerOptions, StopSwitch};
 pub use site::{Query, Refusal, RefusalKind, Reply, Site};

@@ -17,28 +17,49 @@ use super::guard::Guard;
 use super::site::Site;
 use super::token::Token;
 
-/// Connections at once; more are closed as they come.
-const CONNECTIONS: usize = 128;
-/// Time for a client to send the head of a request; a connection without one is closed then.
-const HEAD_TIME: Duration = Duration::from_secs(10);
-/// Longest life of a connection. A client that reads slowly does not hold its place for ever.
-const CONNECTION_TIME: Duration = Duration::from_secs(600);
+/// What clients may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Connections at once; more are closed as they come.
+    pub connections: usize,
+    /// Time for a client to send the head of a request; a connection without one is closed then.
+    pub head_time: Duration,
+    /// Longest life of a connection. A client that reads slowly does not hold its place for ever.
+    pub connection_time: Duration,
+    /// Longest time for a request and its answer.
+    pub request_time: Duration,
+}
+
+impl Default for Limits {
+    /// Room for a dozen browsers.
+    fn default() -> Self {
+        Self {
+            connections: 128,
+            head_time: Duration::from_secs(10),
+            connection_time: Duration::from_secs(600),
+            request_time: Duration::from_secs(60),
+        }
+    }
+}
+
 /// Largest head of a request, in bytes.
 const LARGEST_HEAD: usize = 16 << 10;
 /// Threads for answers.
 const WORKERS: usize = 8;
 
-/// Where the server listens.
+/// Where the server listens, and what clients may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ServerOptions {
     /// Address and port; port 0 takes any free one.
     pub listen: SocketAddr,
+    /// What clients may take.
+    pub limits: Limits,
 }
 
 impl Default for ServerOptions {
     /// This machine alone, any free port.
     fn default() -> Self {
-        Self { listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)) }
+        Self { listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)), limits: Limits::default() }
     }
 }
 
@@ -57,6 +78,7 @@ impl StopSwitch {
 pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
+    limits: Limits,
     token: Token,
     stop: StopSwitch,
 }
@@ -72,7 +94,7 @@ impl Server {
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let stop = StopSwitch(Arc::new(watch::Sender::new(false)));
-        Ok(Self { listener, address, token: Token::new()?, stop })
+        Ok(Self { listener, address, limits: options.limits, token: Token::new()?, stop })
     }
 
     /// The address that is listened on.
@@ -101,14 +123,20 @@ impl Server {
             .max_blocking_threads(WORKERS)
             .build()
             .map_err(ServerError::Runtime)?;
-        let service = TowerToHyperService::new(router(Guard::new(self.address, self.token), site));
+        let service = TowerToHyperService::new(router(
+            Guard::new(self.address, self.token),
+            site,
+            self.limits.request_time,
+        ));
         let mut stopped = self.stop.0.subscribe();
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener).map_err(ServerError::Runtime)?;
             info!(address = %self.address, "serving");
-            let seats = Arc::new(Semaphore::new(CONNECTIONS));
+            let seats = Arc::new(Semaphore::new(self.limits.connections));
             let mut http = http1::Builder::new();
-            http.timer(TokioTimer::new()).header_read_timeout(HEAD_TIME).max_buf_size(LARGEST_HEAD);
+            http.timer(TokioTimer::new())
+                .header_read_timeout(self.limits.head_time)
+                .max_buf_size(LARGEST_HEAD);
             loop {
                 let accepted = tokio::select! {
                     accepted = listener.accept() => accepted,
@@ -128,9 +156,10 @@ impl Server {
                     continue;
                 };
                 let connection = http.serve_connection(TokioIo::new(stream), service.clone()).with_upgrades();
+                let longest = self.limits.connection_time;
                 tokio::spawn(async move {
                     let _seat = seat;
-                    if let Ok(Err(error)) = tokio::time::timeout(CONNECTION_TIME, connection).await {
+                    if let Ok(Err(error)) = tokio::time::timeout(longest, connection).await {
                         debug!(%error, "a connection ended with an error");
                     }
                 });

@@ -1,0 +1,250 @@
+//! `epirig view`: what the browser is told is what is on disk.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use epirig::panel::ResultsView;
+use epirig::results::read_map;
+use epirig_data::sequence::{Sequence, decode_grey};
+use epirig_server::{Query, RefusalKind, Reply, Site};
+use serde_json::{Value, json};
+
+use crate::small_rig;
+use crate::support::{images, names, succeeds};
+
+/// A match of a small plane, with heights.
+fn matched(folder: &Path) {
+    images(&folder.join("photos"), 9);
+    let scale = ["--step-mm", "2", "--focal-length-px", "500"];
+    succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
+    succeeds(folder, &["match", "seq"]);
+}
+
+fn get(view: &ResultsView, path: &str) -> Reply {
+    let (path, query) = path.split_once('?').unwrap_or((path, ""));
+    let parts: Vec<&str> = path.split('/').collect();
+    view.get(&parts, &Query::parse(query)).unwrap_or_else(|refusal| panic!("{path}: {}", refusal.message))
+}
+
+fn refused(view: &ResultsView, path: &str) -> RefusalKind {
+    let (path, query) = path.split_once('?').unwrap_or((path, ""));
+    let parts: Vec<&str> = path.split('/').collect();
+    view.get(&parts, &Query::parse(query)).expect_err(path).kind
+}
+
+fn json(reply: &Reply) -> Value {
+    serde_json::from_slice(&reply.bytes).unwrap()
+}
+
+fn numbers(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect()
+}
+
+/// The record and the numbers of a framed reply.
+fn framed(reply: &Reply) -> (Value, Vec<f32>) {
+    let length = u32::from_le_bytes(reply.bytes[..4].try_into().unwrap()) as usize;
+    (serde_json::from_slice(&reply.bytes[4..4 + length]).unwrap(), numbers(&reply.bytes[4 + length..]))
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let target = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+#[test]
+fn maps_pixels_and_epis_are_those_on_disk() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    let seq = folder.path().join("seq");
+    let before = names(&seq);
+    let view = ResultsView::open(&seq, None).unwrap();
+    let facts = json(&get(&view, "results"));
+    assert_eq!(facts["sequence"]["frames"], 9);
+    let ids: Vec<&str> =
+        facts["maps"].as_array().unwrap().iter().map(|map| map["id"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["height", "height-sigma", "disparity", "sigma", "confidence", "cost", "mask"]);
+
+    let disparity = read_map(&seq.join("results/disparity.tiff")).unwrap();
+    let tile = numbers(&get(&view, "maps/disparity/0/0/0").bytes);
+    let (x, y) = (20, 11);
+    assert_eq!(tile[y * 256 + x], disparity.at(x, y));
+    assert!(tile[y * 256 + 64].is_nan() && tile[24 * 256].is_nan());
+
+    // The EPI is the row of each frame as its file has it.
+    let (pixel, epi) = framed(&get(&view, &format!("pixel?x={x}&y={y}")));
+    let columns = pixel["columns"].as_u64().unwrap() as usize;
+    let first = pixel["epi"]["first_column"].as_u64().unwrap() as usize;
+    assert_eq!(epi.len(), 9 * columns);
+    for (t, record) in Sequence::open(&seq).unwrap().frames().iter().enumerate() {
+        let frame = decode_grey(&fs::read(seq.join(&record.file)).unwrap()).unwrap().frame;
+        let mut row = vec![0.0; 64];
+        frame.samples().copy_to_f32(y * 64, &mut row);
+        assert_eq!(epi[t * columns..(t + 1) * columns], row[first..first + columns], "frame {t}");
+    }
+    // The line is that of the disparity, and the lowest cost lies within a candidate of it.
+    let found = f64::from(disparity.at(x, y));
+    assert_eq!(pixel["line"]["disparity_px"].as_f64(), Some(found));
+    let list = |name: &str| -> Vec<f64> {
+        pixel["cost"][name]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|value| value.as_f64().unwrap_or(f64::NAN))
+            .collect()
+    };
+    let (candidates, costs) = (list("disparity_px"), list("cost"));
+    let best =
+        (0..costs.len()).filter(|&k| costs[k].is_finite()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+    assert!((candidates[best.unwrap()] - found).abs() <= 0.5, "{candidates:?} {costs:?} {found}");
+    // Along its line a point keeps its intensity.
+    let along = pixel["intensity"]["along"].as_array().unwrap();
+    assert_eq!(along.len(), 9);
+
+    for (path, kind) in [
+        ("maps/none/0/0/0", RefusalKind::NotFound),
+        ("maps/disparity/0/0/1", RefusalKind::NotFound),
+        ("maps/disparity/0/x/0", RefusalKind::Wrong),
+        ("pixel?x=64&y=0", RefusalKind::NotFound),
+        ("pixel?x=-1&y=0", RefusalKind::Wrong),
+        ("pixel", RefusalKind::Wrong),
+        ("frames/9/0/0/0", RefusalKind::NotFound),
+        ("frames/0/0/0/0?kind=rectified", RefusalKind::NotFound),
+        ("row-cost?y=24", RefusalKind::NotFound),
+        ("line?x0=0&y0=0&x1=70&y1=0&width=1", RefusalKind::Wrong),
+        ("line?x0=0&y0=0&x1=9&y1=0&width=0", RefusalKind::Wrong),
+        ("line?x0=nan&y0=0&x1=9&y1=0&width=1", RefusalKind::Wrong),
+        ("mesh?most=many", RefusalKind::Wrong),
+        ("compare?with=../seq/results&map=height", RefusalKind::NotFound),
+        ("download/../sequence.json", RefusalKind::NotFound),
+        ("download/surface/../match.json", RefusalKind::NotFound),
+        ("calibration/../../x.png", RefusalKind::NotFound),
+        ("", RefusalKind::NotFound),
+    ] {
+        assert_eq!(refused(&view, path), kind, "{path}");
+    }
+    assert_eq!(
+        get(&view, "download/disparity.pfm").bytes,
+        fs::read(seq.join("results/disparity.pfm")).unwrap()
+    );
+    // Nothing was added or left.
+    assert_eq!(names(&seq), before);
+}
+
+#[test]
+fn a_region_and_a_line_have_the_answers_of_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    let view = ResultsView::open(&folder.path().join("seq"), None).unwrap();
+    let asked = json!({ "region": [10, 4, 50, 20], "trend": "plane" });
+    let found = json(&view.post(&["surface"], &asked).unwrap());
+    let region =
+        ["--region", "10,4,50,20", "--trend", "plane", "--profile", "12,8,40,16", "--profile-width", "3"];
+    let told = succeeds(folder.path(), &[&["surface", "seq", "--json"], &region[..]].concat());
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(found, told);
+
+    // The same line over the surface that the command has written now.
+    let view = ResultsView::open(&folder.path().join("seq"), None).unwrap();
+    let csv = get(&view, "line.csv?x0=12&y0=8&x1=40&y1=16&width=3").bytes;
+    let written = fs::read(folder.path().join("seq/results/surface/profile.csv")).unwrap();
+    assert_eq!(String::from_utf8(csv).unwrap(), String::from_utf8(written).unwrap());
+    for wrong in
+        [json!({ "region": [0, 0, 900, 3] }), json!({ "trend": "cubic" }), json!([1]), json!({ "x": 1 })]
+    {
+        assert_eq!(view.post(&["surface"], &wrong).expect_err("wrong").kind, RefusalKind::Wrong, "{wrong}");
+    }
+}
+
+#[test]
+fn rectified_frames_are_shown_as_they_were_matched() {
+    let folder = tempfile::tempdir().unwrap();
+    let seq = folder.path().join("seq");
+    copy(&small_rig::scan().join("seq"), &seq);
+    succeeds(folder.path(), &["calibrate", "seq"]);
+    succeeds(folder.path(), &["match", "seq", "--range", "150..260", "--quick"]);
+    succeeds(
+        folder.path(),
+        &["match", "seq", "--range", "150..260", "--quick", "--method", "normalised", "--out", "seq/other"],
+    );
+    let view = ResultsView::open(&seq, None).unwrap();
+    let facts = json(&get(&view, "results"));
+    assert_eq!(facts["frames"]["kinds"], json!(["raw", "rectified"]));
+    assert_eq!(facts["others"], json!(["other"]));
+    let (x, y) = (100, 90);
+    let (pixel, epi) = framed(&get(&view, &format!("pixel?x={x}&y={y}")));
+    let columns = pixel["columns"].as_u64().unwrap() as usize;
+    let first = pixel["epi"]["first_column"].as_u64().unwrap() as usize;
+    for t in [0, 4, 8] {
+        let tile = numbers(&get(&view, &format!("frames/{t}/0/0/0?kind=rectified")).bytes);
+        let row = &tile[y * 256 + first..y * 256 + first + columns];
+        // The EPI has the frame's gain besides: one factor for the whole row.
+        let of_epi = &epi[t * columns..(t + 1) * columns];
+        let gain = of_epi.iter().sum::<f32>() / row.iter().sum::<f32>();
+        assert!((gain - 1.0).abs() < 0.1, "{gain}");
+        // A count is 1/128 DN.
+        assert!(row.iter().zip(of_epi).all(|(a, b)| (a * gain - b).abs() < 0.05), "frame {t}");
+    }
+    let (compared, values) = framed(&get(&view, "compare?with=other&map=height"));
+    assert_eq!(
+        values.len() as u64,
+        2 * compared["rows"].as_u64().unwrap() * compared["columns"].as_u64().unwrap()
+    );
+    let stage = json(&get(&view, "stage"));
+    assert_eq!(stage["frames"].as_array().unwrap().len(), 9);
+    assert!(stage["frames"][4]["measured_error_px"].is_number(), "{stage}");
+    let figures = json(&get(&view, "calibration"));
+    let name = figures["figures"][0]["name"].as_str().unwrap();
+    assert!(get(&view, &format!("calibration/{name}.png")).bytes.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_damaged_frame_is_told_and_the_maps_are_still_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    let seq = folder.path().join("seq");
+    let frame = Sequence::open(&seq).unwrap().frames()[3].file.clone();
+    fs::write(seq.join(&frame), "damaged").unwrap();
+    let view = ResultsView::open(&seq, None).unwrap();
+    assert!(!get(&view, "maps/disparity/0/0/0").bytes.is_empty());
+    let refusal = view.get(&["pixel"], &Query::parse("x=9&y=9")).expect_err("damaged");
+    assert!(refusal.message.contains(&frame), "{}", refusal.message);
+}
+
+/// Starts the program, asks it over its link, and interrupts it.
+#[test]
+#[cfg(unix)]
+fn the_link_is_printed_and_an_interruption_ends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    let mut program = Command::new(assert_cmd::cargo::cargo_bin!("epirig"))
+        .args(["view", "seq"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut link = String::new();
+    BufReader::new(program.stdout.take().unwrap()).read_line(&mut link).unwrap();
+    let (address, token) = link.trim().strip_prefix("http://").unwrap().split_once("/#token=").unwrap();
+    assert_eq!(token.len(), 32);
+    let mut stream = TcpStream::connect(address).unwrap();
+    let request = format!("GET /api/about HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 200") && answer.contains("\"mode\":\"view\""), "{answer}");
+    assert!(answer.contains("content-security-policy: default-src 'self'"), "{answer}");
+    let process = rustix::process::Pid::from_child(&program);
+    rustix::process::kill_process(process, rustix::process::Signal::INT).unwrap();
+    assert!(program.wait().unwrap().success());
+}
