@@ -146,6 +146,11 @@ fn start_threads() {
 }
 
 impl Verb {
+    /// Whether the verb asks for the same memory again and again. A view runs for hours and gives it back.
+    fn computes(&self) -> bool {
+        !matches!(self, Self::View(_))
+    }
+
     /// Whether the verb may take frames, which are logged.
     fn scans(&self) -> bool {
         matches!(self, Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Demo(_))
@@ -172,9 +177,11 @@ impl Verb {
 
 /// Runs the program with the process's arguments. Call it while there is one thread.
 pub fn main() -> ExitCode {
-    // Without it everything works, only slower.
-    keep_memory();
     let cli = Cli::parse();
+    if cli.verb.computes() {
+        // Without it everything works, only slower.
+        keep_memory();
+    }
     let talk = Talk::new(cli.json, cli.quiet);
     let listening = log::listen(&cli.log, cli.quiet, cli.verb.scans());
     if let Err(error) = interrupt::install() {

@@ -72,7 +72,9 @@ impl From<PanelError> for Refusal {
         let kind = match error {
             PanelError::Reading { .. } => RefusalKind::Busy,
             PanelError::NotThere(_) => RefusalKind::NotFound,
-            PanelError::Wrong(_) | PanelError::Surface(_) => RefusalKind::Wrong,
+            PanelError::Wrong(_)
+            | PanelError::Surface(_)
+            | PanelError::Pipeline(PipelineError::Surface(_)) => RefusalKind::Wrong,
             _ => RefusalKind::Failed,
         };
         Self::new(kind, error.to_string())

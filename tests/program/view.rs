@@ -10,14 +10,22 @@ use epirig::panel::ResultsView;
 use epirig::results::read_map;
 use epirig_data::sequence::{Sequence, decode_grey};
 use epirig_server::{Query, RefusalKind, Reply, Site};
+use epirig_simulator::{Simulator, SimulatorConfig};
 use serde_json::{Value, json};
 
 use crate::small_rig;
-use crate::support::{images, names, succeeds};
+use crate::support::{names, succeeds, write_png};
+
+const COLUMNS: usize = 128;
+const ROWS: usize = 64;
 
 /// A match of a small plane, with heights.
 fn matched(folder: &Path) {
-    images(&folder.join("photos"), 9);
+    fs::create_dir(folder.join("photos")).unwrap();
+    let simulator = Simulator::new(SimulatorConfig::textured_plane(COLUMNS, ROWS, 9)).unwrap();
+    for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
+        write_png(&folder.join(format!("photos/{index}.png")), &simulator.expose(position, index as u32));
+    }
     let scale = ["--step-mm", "2", "--focal-length-px", "500"];
     succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
     succeeds(folder, &["match", "seq"]);
@@ -78,7 +86,7 @@ fn maps_pixels_and_epis_are_those_on_disk() {
     let tile = numbers(&get(&view, "maps/disparity/0/0/0").bytes);
     let (x, y) = (20, 11);
     assert_eq!(tile[y * 256 + x], disparity.at(x, y));
-    assert!(tile[y * 256 + 64].is_nan() && tile[24 * 256].is_nan());
+    assert!(tile[y * 256 + COLUMNS].is_nan() && tile[ROWS * 256].is_nan());
 
     // The EPI is the row of each frame as its file has it.
     let (pixel, epi) = framed(&get(&view, &format!("pixel?x={x}&y={y}")));
@@ -87,8 +95,8 @@ fn maps_pixels_and_epis_are_those_on_disk() {
     assert_eq!(epi.len(), 9 * columns);
     for (t, record) in Sequence::open(&seq).unwrap().frames().iter().enumerate() {
         let frame = decode_grey(&fs::read(seq.join(&record.file)).unwrap()).unwrap().frame;
-        let mut row = vec![0.0; 64];
-        frame.samples().copy_to_f32(y * 64, &mut row);
+        let mut row = vec![0.0; COLUMNS];
+        frame.samples().copy_to_f32(y * COLUMNS, &mut row);
         assert_eq!(epi[t * columns..(t + 1) * columns], row[first..first + columns], "frame {t}");
     }
     // The line is that of the disparity, and the lowest cost lies within a candidate of it.
@@ -114,13 +122,13 @@ fn maps_pixels_and_epis_are_those_on_disk() {
         ("maps/none/0/0/0", RefusalKind::NotFound),
         ("maps/disparity/0/0/1", RefusalKind::NotFound),
         ("maps/disparity/0/x/0", RefusalKind::Wrong),
-        ("pixel?x=64&y=0", RefusalKind::NotFound),
+        ("pixel?x=128&y=0", RefusalKind::NotFound),
         ("pixel?x=-1&y=0", RefusalKind::Wrong),
         ("pixel", RefusalKind::Wrong),
         ("frames/9/0/0/0", RefusalKind::NotFound),
         ("frames/0/0/0/0?kind=rectified", RefusalKind::NotFound),
-        ("row-cost?y=24", RefusalKind::NotFound),
-        ("line?x0=0&y0=0&x1=70&y1=0&width=1", RefusalKind::Wrong),
+        ("row-cost?y=64", RefusalKind::NotFound),
+        ("line?x0=0&y0=0&x1=140&y1=0&width=1", RefusalKind::Wrong),
         ("line?x0=0&y0=0&x1=9&y1=0&width=0", RefusalKind::Wrong),
         ("line?x0=nan&y0=0&x1=9&y1=0&width=1", RefusalKind::Wrong),
         ("mesh?most=many", RefusalKind::Wrong),
@@ -145,10 +153,10 @@ fn a_region_and_a_line_have_the_answers_of_the_command() {
     let folder = tempfile::tempdir().unwrap();
     matched(folder.path());
     let view = ResultsView::open(&folder.path().join("seq"), None).unwrap();
-    let asked = json!({ "region": [10, 4, 50, 20], "trend": "plane" });
+    let asked = json!({ "region": [10, 4, 110, 60], "trend": "plane" });
     let found = json(&view.post(&["surface"], &asked).unwrap());
     let region =
-        ["--region", "10,4,50,20", "--trend", "plane", "--profile", "12,8,40,16", "--profile-width", "3"];
+        ["--region", "10,4,110,60", "--trend", "plane", "--profile", "12,8,40,16", "--profile-width", "3"];
     let told = succeeds(folder.path(), &[&["surface", "seq", "--json"], &region[..]].concat());
     let told: Value = serde_json::from_str(&told).unwrap();
     assert_eq!(found, told);

@@ -59,10 +59,7 @@ impl ResultsView {
         let wanted = results.map(Path::to_owned).or(there.then_some(usual.clone()));
         let opened = wanted.as_deref().map(|folder| open_results(&sequence, folder)).transpose()?;
         let folder = wanted.unwrap_or(usual);
-        let maps = match &opened {
-            Some(opened) => Maps::of(opened, &folder)?,
-            None => Maps::default(),
-        };
+        let maps = opened.as_ref().map_or_else(|| Ok(Maps::default()), |opened| Maps::of(opened, &folder))?;
         let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
         let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
         let frames = Frames::new(sequence.clone(), calibration);
