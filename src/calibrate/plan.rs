@@ -1,7 +1,5 @@
 //! The plan of a calibration.
 
-use serde::{Deserialize, Serialize};
-
 use epirig_calibration::lens::{Lens, LensEstimate};
 use epirig_calibration::photometry::{ExposureLevel, PhotometryOptions};
 use epirig_calibration::target::{ChessBoard, Target};
@@ -23,19 +21,20 @@ pub struct CalibrationPlan {
     pub exposures: Vec<ExposureLevel>,
 }
 
-/// Source of the position of every frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PositionSource {
-    /// From the target where it is seen, else from the stage.
-    #[default]
-    Automatic,
-    /// From the target.
-    Target,
-    /// From the object's texture, jointly with its disparity; scale and origin come from the stage.
-    Texture,
-    /// As reported by the stage.
-    Stage,
+epirig_core::choices! {
+    /// Source of the position of every frame.
+    #[derive(Default)]
+    pub enum PositionSource {
+        /// The target where it is seen, else the stage.
+        #[default]
+        Automatic = "auto",
+        /// The target.
+        Target = "target",
+        /// The object's texture; scale and origin are the stage's.
+        Texture = "texture",
+        /// The stage's report.
+        Stage = "stage",
+    }
 }
 
 /// A lens that is known without board frames.

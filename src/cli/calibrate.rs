@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
+use super::choice::choice;
 use super::linearity::read_exposures;
 use super::need::{check, close_others, frames_of};
 use super::rig::{RigArgument, calibration_plan};
@@ -70,8 +71,8 @@ pub(super) struct CalibrateVerb {
     #[arg(long, value_name = "TABLE.csv")]
     linearity: Option<PathBuf>,
     /// Source of the position of every frame
-    #[arg(long, value_enum, default_value_t = Positions::Auto)]
-    positions: Positions,
+    #[arg(long, value_parser = choice::<PositionSource>(), default_value_t = PositionSource::Automatic)]
+    positions: PositionSource,
     #[command(flatten)]
     anyway: AnywayArgument,
     #[command(flatten)]
@@ -81,18 +82,6 @@ pub(super) struct CalibrateVerb {
 /// Model of the flat field; `None` switches the correction off.
 #[derive(Debug, Clone, Copy)]
 struct FlatField(Option<FlatMethod>);
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Positions {
-    /// The target where it is seen, else the stage
-    Auto,
-    /// The target
-    Target,
-    /// The object's texture; scale and origin are the stage's
-    Texture,
-    /// The stage's report
-    Stage,
-}
 
 impl CalibrateVerb {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
@@ -143,12 +132,7 @@ impl CalibrateVerb {
         if let Some(path) = &self.linearity {
             plan.exposures = read_exposures(path, record)?;
         }
-        plan.positions = match self.positions {
-            Positions::Auto => PositionSource::Automatic,
-            Positions::Target => PositionSource::Target,
-            Positions::Texture => PositionSource::Texture,
-            Positions::Stage => PositionSource::Stage,
-        };
+        plan.positions = self.positions;
         Ok(plan)
     }
 }

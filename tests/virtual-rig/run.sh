@@ -145,7 +145,8 @@ cargo_static() {
     export RUSTFLAGS="-C target-feature=+crt-static" CARGO_TARGET_DIR="$root/target/virtual-rig/cargo"
     # Both programs lie in the guest's memory, where nobody runs a debugger.
     export CARGO_PROFILE_RELEASE_DEBUG=0 CARGO_PROFILE_RELEASE_STRIP=debuginfo
-    cargo "$@" --release --locked --features v4l2 --target "$target"
+    # What comes after "--" is for the tests.
+    cargo "$1" --release --locked --features v4l2 --target "$target" "${@:2}"
   )
 }
 
