@@ -9,7 +9,7 @@ test:
 
 # Tests that take minutes
 slow:
-    cargo test --release --test slow -- --ignored
+    cargo test --release --workspace --test slow -- --ignored
 
 # Lints, as CI has them
 lint:
