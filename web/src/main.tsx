@@ -1,0 +1,36 @@
+import { effect } from '@preact/signals';
+import { render } from 'preact';
+import { api } from './api';
+import { App } from './App';
+import { listenToKeys } from './map/keys';
+import { compareWith } from './store/comparison';
+import { watchContact } from './store/contact';
+import { followSelection } from './store/questions';
+import { load, results } from './store/results';
+import { keepInAddress, selection } from './store/selection';
+import { applyTheme } from './store/settings';
+import { takeToken } from './store/token';
+import './style/base.css';
+import './style/components.css';
+import './style/results.css';
+
+takeToken();
+applyTheme();
+keepInAddress();
+listenToKeys();
+followSelection();
+
+// What is compared follows the address; the map that is compared is the height, or else the disparity.
+let compared: string | null = null;
+effect(() => {
+    const { compare } = selection.value;
+    const maps = results.value?.maps;
+    if (!maps || compare === compared) return;
+    compared = compare;
+    void compareWith(compare, maps.some(({ id }) => id === 'height') ? 'height' : 'disparity');
+});
+
+void load();
+watchContact(api.about);
+const page = document.getElementById('page');
+if (page) render(<App />, page);

@@ -1,0 +1,35 @@
+// The questions that follow from the selection: what is at the pin, along the line, in the region.
+
+import { effect, signal } from '@preact/signals';
+import { api, type Framed, type LineInfo, type PixelInfo, type RowCost, type SurfaceSummary } from '../api';
+import type { LineSelection, Pin, Region } from './hash';
+import { latest } from './latest';
+import { results } from './results';
+import { line, panel, pin, region } from './selection';
+
+export const pixel = latest<Pin, Framed<PixelInfo>>(({ x, y }, abort) => api.pixel(x, y, abort));
+export const profile = latest<LineSelection, LineInfo>((ends, abort) => api.line({ ...ends }, abort), 150);
+export const rowCost = latest<number, Framed<RowCost>>((y, abort) => api.rowCost(y, abort), 150);
+
+export interface SurfaceQuestion {
+    region: Region | null;
+    trend: string;
+}
+
+export const surface = latest<SurfaceQuestion, SurfaceSummary>(
+    ({ region: area, trend }, abort) => api.surface(area, trend, abort),
+    200,
+);
+
+/** The form that is removed before steps and roughness are found. */
+export const trend = signal('plane');
+
+export function followSelection(): void {
+    effect(() => pixel.ask(results.value?.results ? pin.value : null));
+    effect(() => profile.ask(results.value?.results ? line.value : null));
+    effect(() => {
+        const area = region.value;
+        surface.ask(area && results.value?.geometry ? { region: area, trend: trend.value } : null);
+    });
+    effect(() => rowCost.ask(panel.value === 'row-cost' && pin.value ? pin.value.y : null));
+}
