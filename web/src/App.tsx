@@ -10,35 +10,33 @@ import { ProfilePanel } from './panels/ProfilePanel';
 import { loadError, results } from './store/results';
 
 function ResultsView() {
-    return (
-        <main class="results">
-            <div class="left">
-                <ToolBar />
-                <div class="map-row">
-                    <MapCanvas />
-                    <ColourBar />
-                </div>
-                <ValueLine />
-                <ProfilePanel />
-            </div>
-            <Panels />
-        </main>
-    );
+  return (
+    <main class="results">
+      <div class="left">
+        <ToolBar />
+        <div class="map-row">
+          <MapCanvas />
+          <ColourBar />
+        </div>
+        <ValueLine />
+        <ProfilePanel />
+      </div>
+      <Panels />
+    </main>
+  );
 }
 
 export function App() {
-    return (
-        <>
-            <AppBar />
-            <StateBanner />
-            {results.value ? (
-                <ResultsView />
-            ) : (
-                <main class="connecting">
-                    {loadError.value === null && <p role="status">connecting…</p>}
-                </main>
-            )}
-            <KeySheet />
-        </>
-    );
+  return (
+    <>
+      <AppBar />
+      <StateBanner />
+      {results.value ? (
+        <ResultsView />
+      ) : (
+        <main class="connecting">{loadError.value === null && <p role="status">connecting…</p>}</main>
+      )}
+      <KeySheet />
+    </>
+  );
 }

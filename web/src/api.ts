@@ -4,362 +4,356 @@ import { contactFailed, contactMade } from './store/contact';
 import { token } from './store/token';
 
 export interface About {
-    program: string;
-    version: string;
-    mode: 'view' | 'ui';
-    rig: boolean;
-    may_control: boolean;
-    sequence: string | null;
+  program: string;
+  version: string;
+  mode: 'view' | 'ui';
+  rig: boolean;
+  may_control: boolean;
+  sequence: string | null;
 }
 
 export interface SequenceInfo {
-    name: string;
-    uid: string;
-    created: string;
-    frames: number;
-    rows: number;
-    columns: number;
-    bit_depth: number;
-    ended: string;
-    end_in_words: string | null;
-    origin: string;
+  name: string;
+  uid: string;
+  created: string;
+  frames: number;
+  rows: number;
+  columns: number;
+  bit_depth: number;
+  ended: string;
+  end_in_words: string | null;
+  origin: string;
 }
 
 export interface MatchInfo {
-    name: string;
-    program: string;
-    positions: string;
-    calibrated: boolean;
-    reference: number;
-    quick: boolean;
-    /** Shares of all pixels, from 0 to 1. */
-    answered: number;
-    leaves_image: number;
-    beyond_range: number;
-    no_texture: number;
-    ambiguous: number;
-    occluded: number;
-    median_disparity_px: number | null;
-    median_sigma_px: number | null;
-    minimum_px: number;
-    maximum_px: number;
-    seconds: number;
-    tau: number[];
+  name: string;
+  program: string;
+  positions: string;
+  calibrated: boolean;
+  reference: number;
+  quick: boolean;
+  /** Shares of all pixels, from 0 to 1. */
+  answered: number;
+  leaves_image: number;
+  beyond_range: number;
+  no_texture: number;
+  ambiguous: number;
+  occluded: number;
+  median_disparity_px: number | null;
+  median_sigma_px: number | null;
+  minimum_px: number;
+  maximum_px: number;
+  seconds: number;
+  tau: number[];
 }
 
 export type Colours = 'viridis' | 'cividis' | 'magma' | 'grey' | 'vik' | 'mask';
 
 export interface Histogram {
-    low: number;
-    high: number;
-    counts: number[];
+  low: number;
+  high: number;
+  counts: number[];
 }
 
 export interface MapInfo {
-    id: string;
-    title: string;
-    unit: string;
-    rows: number;
-    columns: number;
-    levels: number;
-    valid: number;
-    share_valid: number;
-    low: number | null;
-    high: number | null;
-    minimum: number | null;
-    maximum: number | null;
-    histogram: Histogram;
-    colours: Colours;
-    scale: 'linear' | 'log';
+  id: string;
+  title: string;
+  unit: string;
+  rows: number;
+  columns: number;
+  levels: number;
+  valid: number;
+  share_valid: number;
+  low: number | null;
+  high: number | null;
+  minimum: number | null;
+  maximum: number | null;
+  histogram: Histogram;
+  colours: Colours;
+  scale: 'linear' | 'log';
 }
 
 export type FrameKind = 'raw' | 'rectified';
 
 export interface FramesInfo {
-    count: number;
-    rows: number;
-    columns: number;
-    bit_depth: number;
-    reference: number;
-    kinds: FrameKind[];
-    matched: FrameKind;
+  count: number;
+  rows: number;
+  columns: number;
+  bit_depth: number;
+  reference: number;
+  kinds: FrameKind[];
+  matched: FrameKind;
 }
 
 export interface Depth {
-    depth_mm: number;
-    sigma_mm: number | null;
-    half_width_95_mm: number | null;
+  depth_mm: number;
+  sigma_mm: number | null;
+  half_width_95_mm: number | null;
 }
 
 export interface Part {
-    centre_x_px: number;
-    centre_y_px: number;
-    area_px: number;
-    area_mm2: number;
-    used_px: number;
-    depth: Depth;
+  centre_x_px: number;
+  centre_y_px: number;
+  area_px: number;
+  area_mm2: number;
+  used_px: number;
+  depth: Depth;
 }
 
 export interface Roughness {
-    sa_mm: number;
-    sq_mm: number;
-    sz_mm: number;
-    sq_noise_mm: number;
-    sq_without_noise_mm: number;
-    pixels: number;
+  sa_mm: number;
+  sq_mm: number;
+  sz_mm: number;
+  sq_noise_mm: number;
+  sq_without_noise_mm: number;
+  pixels: number;
 }
 
 /** `surface.json`, as far as the page reads it. */
 export interface SurfaceSummary {
-    distance_mm: number;
-    pixel_mm: number;
-    field?: { answered_px: number; used_px: number };
-    tilt_deg?: [number, number];
-    bow_mm?: number;
-    levels: {
-        depth: Depth;
-        raised: boolean;
-        margin_px: number;
-        parts: Part[];
-        roughness: Roughness | null;
-    } | null;
-    no_levels: string | null;
-    roughness: Roughness;
+  distance_mm: number;
+  pixel_mm: number;
+  field?: { answered_px: number; used_px: number };
+  tilt_deg?: [number, number];
+  bow_mm?: number;
+  levels: {
+    depth: Depth;
+    raised: boolean;
+    margin_px: number;
+    parts: Part[];
+    roughness: Roughness | null;
+  } | null;
+  no_levels: string | null;
+  roughness: Roughness;
 }
 
 export interface Geometry {
-    pixel_mm: number;
-    distance_mm: number;
+  pixel_mm: number;
+  distance_mm: number;
 }
 
 export interface Results {
-    sequence: SequenceInfo;
-    results: MatchInfo | null;
-    others: string[];
-    geometry: Geometry | null;
-    surface: SurfaceSummary | null;
-    maps: MapInfo[];
-    frames: FramesInfo;
+  sequence: SequenceInfo;
+  results: MatchInfo | null;
+  others: string[];
+  geometry: Geometry | null;
+  surface: SurfaceSummary | null;
+  maps: MapInfo[];
+  frames: FramesInfo;
 }
 
 export type Answer = 'found' | 'leaves-image' | 'beyond-range' | 'no-texture' | 'occluded' | 'ambiguous';
 
 export interface PixelValue {
-    id: string;
-    title: string;
-    unit: string;
-    value: number | null;
-    sigma: number | null;
+  id: string;
+  title: string;
+  unit: string;
+  value: number | null;
+  sigma: number | null;
 }
 
 export interface Neighbour {
-    column: number;
-    row: number;
-    disparity_px: number;
-    agrees: boolean;
+  column: number;
+  row: number;
+  disparity_px: number;
+  agrees: boolean;
 }
 
 export interface PixelInfo {
-    rows: number;
-    columns: number;
-    x: number;
-    y: number;
-    x_mm: number | null;
-    y_mm: number | null;
-    answer: Answer;
-    reason: string;
-    values: PixelValue[];
-    better_than: number | null;
-    epi: { first_column: number; low: number; high: number };
-    tau: number[];
-    reference: number;
-    line: { column: number; disparity_px: number; sigma_px: number } | null;
-    neighbours: Neighbour[];
-    intensity: { along: (number | null)[]; left: (number | null)[]; right: (number | null)[] };
-    cost: {
-        disparity_px: number[];
-        cost: (number | null)[];
-        scale: string;
-        chosen_px: number | null;
-    } | null;
+  rows: number;
+  columns: number;
+  x: number;
+  y: number;
+  x_mm: number | null;
+  y_mm: number | null;
+  answer: Answer;
+  reason: string;
+  values: PixelValue[];
+  better_than: number | null;
+  epi: { first_column: number; low: number; high: number };
+  tau: number[];
+  reference: number;
+  line: { column: number; disparity_px: number; sigma_px: number } | null;
+  neighbours: Neighbour[];
+  intensity: { along: (number | null)[]; left: (number | null)[]; right: (number | null)[] };
+  cost: {
+    disparity_px: number[];
+    cost: (number | null)[];
+    scale: string;
+    chosen_px: number | null;
+  } | null;
 }
 
 export interface RowCost {
-    rows: number;
-    columns: number;
-    y: number;
-    first_px: number;
-    step_px: number;
-    mapping: (number | null)[];
+  rows: number;
+  columns: number;
+  y: number;
+  first_px: number;
+  step_px: number;
+  mapping: (number | null)[];
 }
 
 export interface LinePoint {
-    x_px: number;
-    y_px: number;
-    distance_mm?: number;
-    height_mm?: number | null;
-    sigma_mm?: number | null;
-    distance_px?: number;
-    disparity_px?: number | null;
-    sigma_px?: number | null;
+  x_px: number;
+  y_px: number;
+  distance_mm?: number;
+  height_mm?: number | null;
+  sigma_mm?: number | null;
+  distance_px?: number;
+  disparity_px?: number | null;
+  sigma_px?: number | null;
 }
 
 export interface LineInfo {
-    unit: 'mm' | 'px';
-    points: LinePoint[];
+  unit: 'mm' | 'px';
+  points: LinePoint[];
 }
 
 export interface Trend {
-    name: string;
-    title: string;
+  name: string;
+  title: string;
 }
 
 export interface MeshInfo {
-    rows: number;
-    columns: number;
-    step: number;
-    pixel_mm: number;
-    low_mm: number;
-    high_mm: number;
-    distance_mm: number;
+  rows: number;
+  columns: number;
+  step: number;
+  pixel_mm: number;
+  low_mm: number;
+  high_mm: number;
+  distance_mm: number;
 }
 
 export interface CompareInfo {
-    rows: number;
-    columns: number;
-    unit: string;
-    step?: number;
-    count: number;
-    mean: number | null;
-    standard_deviation: number | null;
-    median: number | null;
-    in_sigma: { one: number; two: number } | null;
+  rows: number;
+  columns: number;
+  unit: string;
+  step?: number;
+  count: number;
+  mean: number | null;
+  standard_deviation: number | null;
+  median: number | null;
+  in_sigma: { one: number; two: number } | null;
 }
 
 export interface StageFrame {
-    index: number;
-    planned_mm: number | null;
-    reported_mm: number | null;
-    error_um: number | null;
-    measured_error_px: number | null;
-    retakes: number;
-    note: string | null;
+  index: number;
+  planned_mm: number | null;
+  reported_mm: number | null;
+  error_um: number | null;
+  measured_error_px: number | null;
+  retakes: number;
+  note: string | null;
 }
 
 export interface StageInfo {
-    frames: StageFrame[];
-    retakes: { frame: number; reason: string }[];
-    events: { at: string; words: string }[];
+  frames: StageFrame[];
+  retakes: { frame: number; reason: string }[];
+  events: { at: string; words: string }[];
 }
 
 export interface CalibrationInfo {
-    figures: { name: string; title: string }[];
-    [key: string]: unknown;
+  figures: { name: string; title: string }[];
+  [key: string]: unknown;
 }
 
 export interface Download {
-    name: string;
-    title: string;
-    bytes: number;
+  name: string;
+  title: string;
+  bytes: number;
 }
 
 /** A reply of JSON followed by float32 values. */
 export interface Framed<T> {
-    head: T;
-    values: Float32Array;
+  head: T;
+  values: Float32Array;
 }
 
 /** The server answered, and its answer was a failure in words. */
 export class ApiError extends Error {
-    constructor(
-        message: string,
-        readonly status: number,
-    ) {
-        super(message);
-    }
+  constructor(
+    message: string,
+    readonly status: number,
+  ) {
+    super(message);
+  }
 }
 
 async function request(path: string, options: RequestInit = {}): Promise<Response> {
-    const headers = new Headers(options.headers);
-    if (token()) headers.set('x-epirig-token', token());
-    let reply: Response;
-    try {
-        reply = await fetch(path, { ...options, headers, cache: 'no-store' });
-    } catch (error) {
-        if (!(error instanceof DOMException && error.name === 'AbortError')) contactFailed();
-        throw error;
-    }
-    contactMade();
-    if (reply.ok) return reply;
-    const said = (await reply.json().catch(() => null)) as { error?: { message?: string } } | null;
-    throw new ApiError(
-        said?.error?.message ?? `${path}: the server answered ${reply.status}`,
-        reply.status,
-    );
+  const headers = new Headers(options.headers);
+  if (token()) headers.set('x-epirig-token', token());
+  let reply: Response;
+  try {
+    reply = await fetch(path, { ...options, headers, cache: 'no-store' });
+  } catch (error) {
+    if (!(error instanceof DOMException && error.name === 'AbortError')) contactFailed();
+    throw error;
+  }
+  contactMade();
+  if (reply.ok) return reply;
+  const said = (await reply.json().catch(() => null)) as { error?: { message?: string } } | null;
+  throw new ApiError(said?.error?.message ?? `${path}: the server answered ${reply.status}`, reply.status);
 }
 
 async function json<T>(path: string, options?: RequestInit): Promise<T> {
-    return (await (await request(path, options)).json()) as T;
+  return (await (await request(path, options)).json()) as T;
 }
 
 /** Takes a framed reply apart; see API "framed arrays". */
 export function unframe<T>(buffer: ArrayBuffer): Framed<T> {
-    const length = new DataView(buffer).getUint32(0, true);
-    const text = new TextDecoder().decode(new Uint8Array(buffer, 4, length));
-    return { head: JSON.parse(text) as T, values: new Float32Array(buffer, 4 + length) };
+  const length = new DataView(buffer).getUint32(0, true);
+  const text = new TextDecoder().decode(new Uint8Array(buffer, 4, length));
+  return { head: JSON.parse(text) as T, values: new Float32Array(buffer, 4 + length) };
 }
 
 async function framed<T>(path: string, options?: RequestInit): Promise<Framed<T>> {
-    return unframe<T>(await (await request(path, options)).arrayBuffer());
+  return unframe<T>(await (await request(path, options)).arrayBuffer());
 }
 
 async function blob(path: string): Promise<Blob> {
-    return (await request(path)).blob();
+  return (await request(path)).blob();
 }
 
 function query(values: Record<string, string | number>): string {
-    return new URLSearchParams(
-        Object.entries(values).map(([key, value]) => [key, String(value)]),
-    ).toString();
+  return new URLSearchParams(Object.entries(values).map(([key, value]) => [key, String(value)])).toString();
 }
 
 export interface LineEnds {
-    x0: number;
-    y0: number;
-    x1: number;
-    y1: number;
-    width: number;
+  x0: number;
+  y0: number;
+  x1: number;
+  y1: number;
+  width: number;
 }
 
 const part = encodeURIComponent;
 
 export const api = {
-    about: () => json<About>('api/about'),
-    results: () => json<Results>('api/results'),
-    trends: () => json<Trend[]>('api/trends'),
-    stage: () => json<StageInfo>('api/stage'),
-    calibration: () => json<CalibrationInfo | null>('api/calibration'),
-    calibrationFigure: (name: string) => blob(`api/calibration/${part(name)}.png`),
-    downloads: () => json<Download[]>('api/downloads'),
-    download: (name: string) => blob(`api/download/${part(name)}`),
-    pixel: (x: number, y: number, signal: AbortSignal) =>
-        framed<PixelInfo>(`api/pixel?${query({ x, y })}`, { signal }),
-    rowCost: (y: number, signal: AbortSignal) =>
-        framed<RowCost>(`api/row-cost?${query({ y })}`, { signal }),
-    line: (ends: LineEnds, signal: AbortSignal) =>
-        json<LineInfo>(`api/line?${query({ ...ends })}`, { signal }),
-    lineCsv: (ends: LineEnds) => blob(`api/line.csv?${query({ ...ends })}`),
-    mesh: (most: number) => framed<MeshInfo>(`api/mesh?${query({ most })}`),
-    compare: (other: string, map: string) =>
-        framed<CompareInfo>(`api/compare?${query({ with: other, map })}`),
-    surface: (region: [number, number, number, number] | null, trend: string, signal: AbortSignal) =>
-        json<SurfaceSummary>('api/surface', {
-            method: 'POST',
-            headers: { 'content-type': 'application/json' },
-            body: JSON.stringify({ region, trend }),
-            signal,
-        }),
-    /** One tile of 256 x 256 values; `path` is that of its map or frame. */
-    tile: async (path: string, signal: AbortSignal) =>
-        new Float32Array(await (await request(path, { signal })).arrayBuffer()),
+  about: () => json<About>('api/about'),
+  results: () => json<Results>('api/results'),
+  trends: () => json<Trend[]>('api/trends'),
+  stage: () => json<StageInfo>('api/stage'),
+  calibration: () => json<CalibrationInfo | null>('api/calibration'),
+  calibrationFigure: (name: string) => blob(`api/calibration/${part(name)}.png`),
+  downloads: () => json<Download[]>('api/downloads'),
+  download: (name: string) => blob(`api/download/${part(name)}`),
+  pixel: (x: number, y: number, signal: AbortSignal) =>
+    framed<PixelInfo>(`api/pixel?${query({ x, y })}`, { signal }),
+  rowCost: (y: number, signal: AbortSignal) => framed<RowCost>(`api/row-cost?${query({ y })}`, { signal }),
+  line: (ends: LineEnds, signal: AbortSignal) =>
+    json<LineInfo>(`api/line?${query({ ...ends })}`, { signal }),
+  lineCsv: (ends: LineEnds) => blob(`api/line.csv?${query({ ...ends })}`),
+  mesh: (most: number) => framed<MeshInfo>(`api/mesh?${query({ most })}`),
+  compare: (other: string, map: string) =>
+    framed<CompareInfo>(`api/compare?${query({ with: other, map })}`),
+  surface: (region: [number, number, number, number] | null, trend: string, signal: AbortSignal) =>
+    json<SurfaceSummary>('api/surface', {
+      method: 'POST',
+      headers: { 'content-type': 'application/json' },
+      body: JSON.stringify({ region, trend }),
+      signal,
+    }),
+  /** One tile of 256 x 256 values; `path` is that of its map or frame. */
+  tile: async (path: string, signal: AbortSignal) =>
+    new Float32Array(await (await request(path, { signal })).arrayBuffer()),
 };

@@ -16,18 +16,18 @@ import './style/results.css';
 
 takeToken();
 applyTheme();
-keepInAddress();
+keepInAddress(() => void load());
 listenToKeys();
 followSelection();
 
 // What is compared follows the address; the map that is compared is the height, or else the disparity.
 let compared: string | null = null;
 effect(() => {
-    const { compare } = selection.value;
-    const maps = results.value?.maps;
-    if (!maps || compare === compared) return;
-    compared = compare;
-    void compareWith(compare, maps.some(({ id }) => id === 'height') ? 'height' : 'disparity');
+  const { compare } = selection.value;
+  const maps = results.value?.maps;
+  if (!maps || compare === compared) return;
+  compared = compare;
+  void compareWith(compare, maps.some(({ id }) => id === 'height') ? 'height' : 'disparity');
 });
 
 void load();

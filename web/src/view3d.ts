@@ -1,170 +1,165 @@
 // The 3-D view: the surface as a mesh, turned with mouse or fingers. Loaded only when it is asked for.
 
 import {
-    AmbientLight,
-    BufferAttribute,
-    BufferGeometry,
-    Color,
-    DirectionalLight,
-    Line,
-    LineBasicMaterial,
-    Mesh,
-    MeshLambertMaterial,
-    PerspectiveCamera,
-    Scene,
-    Vector3,
-    WebGLRenderer,
+  AmbientLight,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  DirectionalLight,
+  Line,
+  LineBasicMaterial,
+  Mesh,
+  MeshLambertMaterial,
+  PerspectiveCamera,
+  Scene,
+  Vector3,
+  WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import type { MeshInfo } from './api';
 
 export interface View3dState {
-    exaggeration: number;
-    colour: 'height' | 'photograph';
-    table: Uint8Array;
-    low_mm: number;
-    high_mm: number;
-    pin: { x: number; y: number } | null;
-    ground: string;
-    ink: string;
+  exaggeration: number;
+  colour: 'height' | 'photograph';
+  table: Uint8Array;
+  low_mm: number;
+  high_mm: number;
+  pin: { x: number; y: number } | null;
+  ground: string;
+  ink: string;
 }
 
 /** Triangles of all squares whose four corners have heights. */
 function trianglesOf(heights: Float32Array, rows: number, columns: number): Uint32Array {
-    const triangles: number[] = [];
-    for (let row = 0; row + 1 < rows; row += 1) {
-        for (let column = 0; column + 1 < columns; column += 1) {
-            const corner = row * columns + column;
-            const corners = [corner, corner + 1, corner + columns, corner + columns + 1] as const;
-            if (corners.some((index) => !Number.isFinite(heights[index]))) continue;
-            triangles.push(corners[0], corners[2], corners[1], corners[1], corners[2], corners[3]);
-        }
+  const triangles: number[] = [];
+  for (let row = 0; row + 1 < rows; row += 1) {
+    for (let column = 0; column + 1 < columns; column += 1) {
+      const corner = row * columns + column;
+      const corners = [corner, corner + 1, corner + columns, corner + columns + 1] as const;
+      if (corners.some((index) => !Number.isFinite(heights[index]))) continue;
+      triangles.push(corners[0], corners[2], corners[1], corners[1], corners[2], corners[3]);
     }
-    return new Uint32Array(triangles);
+  }
+  return new Uint32Array(triangles);
 }
 
 export class View3d {
-    private readonly renderer: WebGLRenderer;
-    private readonly scene = new Scene();
-    private readonly camera = new PerspectiveCamera(35, 1, 0.01, 1e5);
-    private readonly controls: OrbitControls;
-    private readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
-    private readonly post: Line<BufferGeometry, LineBasicMaterial>;
-    private readonly heights: Float32Array;
-    private readonly photograph: Float32Array;
-    private readonly side: number;
-    private waiting = false;
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(35, 1, 0.01, 1e5);
+  private readonly controls: OrbitControls;
+  private readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
+  private readonly post: Line<BufferGeometry, LineBasicMaterial>;
+  private readonly heights: Float32Array;
+  private readonly photograph: Float32Array;
+  private readonly side: number;
+  private waiting = false;
 
-    constructor(
-        canvas: HTMLCanvasElement,
-        private readonly head: MeshInfo,
-        values: Float32Array,
-    ) {
-        const size = head.rows * head.columns;
-        this.heights = values.subarray(0, size);
-        this.photograph = values.subarray(size, 2 * size);
-        this.side = head.step * head.pixel_mm;
-        this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'low-power' });
-        this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-        const geometry = new BufferGeometry();
-        geometry.setAttribute('position', new BufferAttribute(new Float32Array(size * 3), 3));
-        geometry.setAttribute('color', new BufferAttribute(new Float32Array(size * 3), 3));
-        geometry.setIndex(new BufferAttribute(trianglesOf(this.heights, head.rows, head.columns), 1));
-        this.mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: 2 }));
-        this.post = new Line(new BufferGeometry(), new LineBasicMaterial());
-        const light = new DirectionalLight(0xffffff, 2);
-        light.position.set(-1, 1, 1.6);
-        this.scene.add(this.mesh, this.post, light, new AmbientLight(0xffffff, 1.2));
-        this.controls = new OrbitControls(this.camera, canvas);
-        this.controls.addEventListener('change', () => this.redraw());
-        const extent = Math.max(head.rows, head.columns) * this.side;
-        this.camera.position.set(0, -extent * 1.1, extent * 1.1);
-        this.camera.up.set(0, 0, 1);
-        this.controls.update();
-    }
+  constructor(
+    canvas: HTMLCanvasElement,
+    private readonly head: MeshInfo,
+    values: Float32Array,
+  ) {
+    const size = head.rows * head.columns;
+    this.heights = values.subarray(0, size);
+    this.photograph = values.subarray(size, 2 * size);
+    this.side = head.step * head.pixel_mm;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'low-power' });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(size * 3), 3));
+    geometry.setAttribute('color', new BufferAttribute(new Float32Array(size * 3), 3));
+    geometry.setIndex(new BufferAttribute(trianglesOf(this.heights, head.rows, head.columns), 1));
+    this.mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: 2 }));
+    this.post = new Line(new BufferGeometry(), new LineBasicMaterial());
+    const light = new DirectionalLight(0xffffff, 2);
+    light.position.set(-1, 1, 1.6);
+    this.scene.add(this.mesh, this.post, light, new AmbientLight(0xffffff, 1.2));
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.redraw());
+    const extent = Math.max(head.rows, head.columns) * this.side;
+    this.camera.position.set(0, -extent * 1.1, extent * 1.1);
+    this.camera.up.set(0, 0, 1);
+    this.controls.update();
+  }
 
-    /** Brings mesh, colours and post up to date. */
-    show(state: View3dState): void {
-        const { rows, columns } = this.head;
-        const { geometry } = this.mesh;
-        const position = geometry.getAttribute('position') as BufferAttribute;
-        const colours = geometry.getAttribute('color') as BufferAttribute;
-        const middle = (state.low_mm + state.high_mm) / 2;
-        const colour = new Color();
-        for (let index = 0; index < rows * columns; index += 1) {
-            const height = this.heights[index] ?? NaN;
-            const x = ((index % columns) - (columns - 1) / 2) * this.side;
-            const y = ((rows - 1) / 2 - Math.floor(index / columns)) * this.side;
-            position.setXYZ(
-                index,
-                x,
-                y,
-                Number.isFinite(height) ? (height - middle) * state.exaggeration : 0,
-            );
-            if (state.colour === 'photograph') {
-                const grey = this.photograph[index] ?? 0;
-                colour.setRGB(grey, grey, grey, 'srgb');
-            } else {
-                const at = (height - state.low_mm) / Math.max(state.high_mm - state.low_mm, 1e-9);
-                const entry = Math.round(Math.min(Math.max(at || 0, 0), 1) * 255) * 4;
-                const part = (channel: number): number => (state.table[entry + channel] ?? 0) / 255;
-                colour.setRGB(part(0), part(1), part(2), 'srgb');
-            }
-            colours.setXYZ(index, colour.r, colour.g, colour.b);
-        }
-        position.needsUpdate = true;
-        colours.needsUpdate = true;
-        geometry.computeVertexNormals();
-        geometry.computeBoundingSphere();
-        this.scene.background = new Color(state.ground);
-        this.placePost(state, middle);
-        this.redraw();
+  /** Brings mesh, colours and post up to date. */
+  show(state: View3dState): void {
+    const { rows, columns } = this.head;
+    const { geometry } = this.mesh;
+    const position = geometry.getAttribute('position') as BufferAttribute;
+    const colours = geometry.getAttribute('color') as BufferAttribute;
+    const middle = (state.low_mm + state.high_mm) / 2;
+    const colour = new Color();
+    for (let index = 0; index < rows * columns; index += 1) {
+      const height = this.heights[index] ?? NaN;
+      const x = ((index % columns) - (columns - 1) / 2) * this.side;
+      const y = ((rows - 1) / 2 - Math.floor(index / columns)) * this.side;
+      position.setXYZ(index, x, y, Number.isFinite(height) ? (height - middle) * state.exaggeration : 0);
+      if (state.colour === 'photograph') {
+        const grey = this.photograph[index] ?? 0;
+        colour.setRGB(grey, grey, grey, 'srgb');
+      } else {
+        const at = (height - state.low_mm) / Math.max(state.high_mm - state.low_mm, 1e-9);
+        const entry = Math.round(Math.min(Math.max(at || 0, 0), 1) * 255) * 4;
+        const part = (channel: number): number => (state.table[entry + channel] ?? 0) / 255;
+        colour.setRGB(part(0), part(1), part(2), 'srgb');
+      }
+      colours.setXYZ(index, colour.r, colour.g, colour.b);
     }
+    position.needsUpdate = true;
+    colours.needsUpdate = true;
+    geometry.computeVertexNormals();
+    geometry.computeBoundingSphere();
+    this.scene.background = new Color(state.ground);
+    this.placePost(state, middle);
+    this.redraw();
+  }
 
-    /** A thin post stands on the pin. */
-    private placePost(state: View3dState, middle: number): void {
-        this.post.visible = state.pin !== null;
-        if (!state.pin) return;
-        const { rows, columns, step } = this.head;
-        const column = Math.min(Math.round(state.pin.x / step), columns - 1);
-        const row = Math.min(Math.round(state.pin.y / step), rows - 1);
-        const x = (column - (columns - 1) / 2) * this.side;
-        const y = ((rows - 1) / 2 - row) * this.side;
-        const height = this.heights[row * columns + column] ?? NaN;
-        const z = Number.isFinite(height) ? (height - middle) * state.exaggeration : 0;
-        const length = Math.max(rows, columns) * this.side * 0.08;
-        this.post.geometry.setFromPoints([new Vector3(x, y, z), new Vector3(x, y, z + length)]);
-        this.post.material.color.set(state.ink);
-    }
+  /** A thin post stands on the pin. */
+  private placePost(state: View3dState, middle: number): void {
+    this.post.visible = state.pin !== null;
+    if (!state.pin) return;
+    const { rows, columns, step } = this.head;
+    const column = Math.min(Math.round(state.pin.x / step), columns - 1);
+    const row = Math.min(Math.round(state.pin.y / step), rows - 1);
+    const x = (column - (columns - 1) / 2) * this.side;
+    const y = ((rows - 1) / 2 - row) * this.side;
+    const height = this.heights[row * columns + column] ?? NaN;
+    const z = Number.isFinite(height) ? (height - middle) * state.exaggeration : 0;
+    const length = Math.max(rows, columns) * this.side * 0.08;
+    this.post.geometry.setFromPoints([new Vector3(x, y, z), new Vector3(x, y, z + length)]);
+    this.post.material.color.set(state.ink);
+  }
 
-    resize(width: number, height: number): void {
-        this.renderer.setSize(width, height, false);
-        this.camera.aspect = width / Math.max(height, 1);
-        this.camera.updateProjectionMatrix();
-        this.redraw();
-    }
+  resize(width: number, height: number): void {
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / Math.max(height, 1);
+    this.camera.updateProjectionMatrix();
+    this.redraw();
+  }
 
-    /** Turns the view with the keyboard. */
-    turn(degrees: number, zoom: number): void {
-        const angle = (degrees / 180) * Math.PI;
-        this.camera.position.applyAxisAngle(new Vector3(0, 0, 1), angle).multiplyScalar(zoom);
-        this.controls.update();
-        this.redraw();
-    }
+  /** Turns the view with the keyboard. */
+  turn(degrees: number, zoom: number): void {
+    const angle = (degrees / 180) * Math.PI;
+    this.camera.position.applyAxisAngle(new Vector3(0, 0, 1), angle).multiplyScalar(zoom);
+    this.controls.update();
+    this.redraw();
+  }
 
-    private redraw(): void {
-        if (this.waiting) return;
-        this.waiting = true;
-        requestAnimationFrame(() => {
-            this.waiting = false;
-            this.renderer.render(this.scene, this.camera);
-        });
-    }
+  private redraw(): void {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
 
-    end(): void {
-        this.controls.dispose();
-        this.mesh.geometry.dispose();
-        this.mesh.material.dispose();
-        this.renderer.dispose();
-    }
+  end(): void {
+    this.controls.dispose();
+    this.mesh.geometry.dispose();
+    this.mesh.material.dispose();
+    this.renderer.dispose();
+  }
 }

@@ -2,72 +2,74 @@ import { useState } from 'preact/hooks';
 import { editable, readNumber } from '../format/number';
 
 interface Props {
-    label: string;
-    value: number;
-    onChange: (value: number) => void;
-    minimum?: number;
-    maximum?: number;
-    step?: number;
-    unit?: string;
-    /** With buttons for less and more. */
-    buttons?: boolean;
-    /** The label is read out but not shown. */
-    quiet?: boolean;
-    disabled?: boolean;
+  label: string;
+  value: number;
+  onChange: (value: number) => void;
+  minimum?: number;
+  maximum?: number;
+  step?: number;
+  unit?: string;
+  /** The digits shown resolve a thousandth of it. */
+  span?: number;
+  /** With buttons for less and more. */
+  buttons?: boolean;
+  /** The label is read out but not shown. */
+  quiet?: boolean;
+  disabled?: boolean;
 }
 
 /** A number that is typed or stepped. What is typed counts on Enter or when the field is left. */
 export function NumberField(props: Props) {
-    const { label, value, onChange, minimum = -Infinity, maximum = Infinity, step = 1, unit } = props;
-    const [typed, setTyped] = useState<string | null>(null);
-    const set = (next: number): void => onChange(Math.min(Math.max(next, minimum), maximum));
-    const take = (): void => {
-        const next = typed === null ? null : readNumber(typed);
-        setTyped(null);
-        if (next !== null) set(next);
-    };
-    return (
-        <label class="number">
-            <span class={props.quiet ? 'unseen' : ''}>{label}</span>
-            {props.buttons && (
-                <button
-                    type="button"
-                    disabled={props.disabled}
-                    onClick={() => set(value - step)}
-                    aria-label={`Less: ${label}`}
-                >
-                    {'\u2212'}
-                </button>
-            )}
-            <input
-                inputMode="decimal"
-                role="spinbutton"
-                aria-valuenow={value}
-                aria-label={unit ? `${label} in ${unit}` : label}
-                disabled={props.disabled}
-                value={typed ?? editable(value).replace('-', '\u2212')}
-                onInput={(event) => setTyped(event.currentTarget.value)}
-                onBlur={take}
-                onKeyDown={(event) => {
-                    if (event.key === 'Enter') take();
-                    if (event.key === 'ArrowUp' || event.key === 'ArrowDown') {
-                        event.preventDefault();
-                        setTyped(null);
-                        set(value + (event.key === 'ArrowUp' ? step : -step));
-                    }
-                }}
-            />
-            {unit && <span class="unit">{unit}</span>}
-            {props.buttons && (
-                <button
-                    type="button"
-                    disabled={props.disabled}
-                    onClick={() => set(value + step)}
-                    aria-label={`More: ${label}`}
-                >
-                    +
-                </button>
-            )}
-        </label>
-    );
+  const { label, value, onChange, minimum = -Infinity, maximum = Infinity, step = 1, unit } = props;
+  const [typed, setTyped] = useState<string | null>(null);
+  const set = (next: number): void => onChange(Math.min(Math.max(next, minimum), maximum));
+  const take = (): void => {
+    const next = typed === null ? null : readNumber(typed);
+    setTyped(null);
+    if (next !== null) set(next);
+  };
+  return (
+    <label class="number">
+      <span class={props.quiet ? 'unseen' : ''}>{label}</span>
+      {props.buttons && (
+        <button
+          type="button"
+          disabled={props.disabled}
+          onClick={() => set(value - step)}
+          aria-label={`Less: ${label}`}
+        >
+          {'\u2212'}
+        </button>
+      )}
+      <input
+        inputMode="decimal"
+        role="spinbutton"
+        aria-valuenow={value}
+        aria-label={unit ? `${label} in ${unit}` : label}
+        disabled={props.disabled}
+        value={typed ?? editable(value, props.span)}
+        onInput={(event) => setTyped(event.currentTarget.value)}
+        onBlur={take}
+        onKeyDown={(event) => {
+          if (event.key === 'Enter') take();
+          if (event.key === 'ArrowUp' || event.key === 'ArrowDown') {
+            event.preventDefault();
+            setTyped(null);
+            set(value + (event.key === 'ArrowUp' ? step : -step));
+          }
+        }}
+      />
+      {unit && <span class="unit">{unit}</span>}
+      {props.buttons && (
+        <button
+          type="button"
+          disabled={props.disabled}
+          onClick={() => set(value + step)}
+          aria-label={`More: ${label}`}
+        >
+          +
+        </button>
+      )}
+    </label>
+  );
 }

@@ -1,7 +1,6 @@
 import { CHOICES, COLOUR_NAMES } from '../colours/tables';
 import type { Colours } from '../api';
 import { field, shownColours } from '../map/field';
-import { handleOf } from '../map/handle';
 import { comparison } from '../store/comparison';
 import { results } from '../store/results';
 import { select, selection, selectMap, tool } from '../store/selection';
@@ -9,130 +8,119 @@ import { hillshade, maskHatch, photo } from '../store/settings';
 import { NumberField } from './NumberField';
 
 function MapMenu() {
-    const maps = results.value?.maps ?? [];
-    const held = comparison.value;
-    return (
-        <label>
-            <span class="unseen">Map</span>
-            <select
-                value={selection.value.frame === null ? (selection.value.map ?? '') : 'frame'}
-                onChange={(event) => {
-                    const { value } = event.currentTarget;
-                    if (value === 'frame')
-                        select({ frame: results.peek()?.frames.reference ?? 0, range: { mode: 'auto' } });
-                    else selectMap(value);
-                }}
-            >
-                {maps.map((map) => (
-                    <option key={map.id} value={map.id}>
-                        {map.unit ? `${map.title} (${map.unit})` : map.title}
-                    </option>
-                ))}
-                {held && <option value="difference">Difference to {held.other}</option>}
-                {held && <option value="difference-sigma">Difference / sigma</option>}
-                <option value="frame">Frames</option>
-            </select>
-        </label>
-    );
+  const maps = results.value?.maps ?? [];
+  const held = comparison.value;
+  return (
+    <label>
+      <span class="unseen">Map</span>
+      <select
+        value={selection.value.frame === null ? (selection.value.map ?? '') : 'frame'}
+        onChange={(event) => {
+          const { value } = event.currentTarget;
+          if (value === 'frame')
+            select({ frame: results.peek()?.frames.reference ?? 0, range: { mode: 'auto' } });
+          else selectMap(value);
+        }}
+      >
+        {maps.map((map) => (
+          <option key={map.id} value={map.id}>
+            {map.unit ? `${map.title} (${map.unit})` : map.title}
+          </option>
+        ))}
+        {held && <option value="difference">Difference to {held.other}</option>}
+        {held && <option value="difference-sigma">Difference / sigma</option>}
+        <option value="frame">Frames</option>
+      </select>
+    </label>
+  );
 }
 
 function Overlays() {
-    const shown = field.value;
-    const coded = !!shown?.codes;
-    return (
-        <>
-            {!coded && (
-                <label>
-                    <span class="unseen">Colours</span>
-                    <select
-                        value={shownColours.value}
-                        onChange={(event) => select({ colours: event.currentTarget.value as Colours })}
-                    >
-                        {CHOICES.map((name) => (
-                            <option key={name} value={name}>
-                                {COLOUR_NAMES[name]}
-                            </option>
-                        ))}
-                    </select>
-                </label>
-            )}
-            <label class="check">
-                <input
-                    type="checkbox"
-                    checked={maskHatch.value}
-                    onChange={(event) => (maskHatch.value = event.currentTarget.checked)}
-                />
-                mask
-            </label>
-            <label class="check">
-                <input
-                    type="checkbox"
-                    checked={hillshade.value}
-                    onChange={(event) => (hillshade.value = event.currentTarget.checked)}
-                />
-                hillshade
-            </label>
-            <span class="photo">
-                <input
-                    type="range"
-                    min="0"
-                    max="100"
-                    aria-label="Photograph over the map"
-                    value={Math.round(photo.value * 100)}
-                    onInput={(event) => (photo.value = Number(event.currentTarget.value) / 100)}
-                />
-                <NumberField
-                    label="photo"
-                    unit="%"
-                    minimum={0}
-                    maximum={100}
-                    step={10}
-                    value={Math.round(photo.value * 100)}
-                    onChange={(value) => (photo.value = value / 100)}
-                />
-            </span>
-        </>
-    );
+  const shown = field.value;
+  const coded = !!shown?.codes;
+  return (
+    <>
+      {!coded && (
+        <label>
+          <span class="unseen">Colours</span>
+          <select
+            value={shownColours.value}
+            onChange={(event) => select({ colours: event.currentTarget.value as Colours })}
+          >
+            {CHOICES.map((name) => (
+              <option key={name} value={name}>
+                {COLOUR_NAMES[name]}
+              </option>
+            ))}
+          </select>
+        </label>
+      )}
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={maskHatch.value}
+          onChange={(event) => (maskHatch.value = event.currentTarget.checked)}
+        />
+        mask
+      </label>
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={hillshade.value}
+          onChange={(event) => (hillshade.value = event.currentTarget.checked)}
+        />
+        hillshade
+      </label>
+      <span class="photo">
+        <input
+          type="range"
+          min="0"
+          max="100"
+          aria-label="Photograph over the map"
+          value={Math.round(photo.value * 100)}
+          onInput={(event) => (photo.value = Number(event.currentTarget.value) / 100)}
+        />
+        <NumberField
+          label="photo"
+          unit="%"
+          minimum={0}
+          maximum={100}
+          step={10}
+          value={Math.round(photo.value * 100)}
+          onChange={(value) => (photo.value = value / 100)}
+        />
+      </span>
+    </>
+  );
 }
 
 function Tools() {
-    const toggle = (name: 'line' | 'region'): void => {
-        tool.value = tool.peek() === name ? 'pin' : name;
-    };
-    return (
-        <span class="tools">
-            <button type="button" aria-pressed={tool.value === 'line'} onClick={() => toggle('line')}>
-                Draw line
-            </button>
-            <button type="button" aria-pressed={tool.value === 'region'} onClick={() => toggle('region')}>
-                Draw region
-            </button>
-            <span class="zoom" role="group" aria-label="Zoom">
-                <button type="button" aria-label="Zoom out" onClick={() => handleOf.value?.zoomBy(1 / 1.5)}>
-                    {'\u2212'}
-                </button>
-                <button type="button" aria-label="Show all" onClick={() => handleOf.value?.fit()}>
-                    all
-                </button>
-                <button type="button" aria-label="Zoom in" onClick={() => handleOf.value?.zoomBy(1.5)}>
-                    +
-                </button>
-            </span>
-        </span>
-    );
+  const toggle = (name: 'line' | 'region'): void => {
+    tool.value = tool.peek() === name ? 'pin' : name;
+  };
+  return (
+    <span class="tools">
+      <button type="button" aria-pressed={tool.value === 'line'} onClick={() => toggle('line')}>
+        Draw line
+      </button>
+      <button type="button" aria-pressed={tool.value === 'region'} onClick={() => toggle('region')}>
+        Draw region
+      </button>
+    </span>
+  );
 }
 
 export function ToolBar() {
-    return (
-        <div class="toolbar" role="toolbar" aria-label="Map">
-            <MapMenu />
-            <details class="overlays" open={innerWidth > 700}>
-                <summary>more</summary>
-                <div>
-                    <Overlays />
-                </div>
-            </details>
-            <Tools />
+  return (
+    <div class="toolbar" role="toolbar" aria-label="Map">
+      <MapMenu />
+      <details class="overlays" open={innerWidth > 700}>
+        <summary>more</summary>
+        <div>
+          <Overlays />
         </div>
-    );
+      </details>
+      <Tools />
+    </div>
+  );
 }

@@ -18,258 +18,248 @@ const WIDE: Gutter = { left: 46, top: 22, right: 46, bottom: 24 };
 const NARROW: Gutter = { left: 40, top: 4, right: 0, bottom: 24 };
 
 export class MapController implements MapHandle {
-    private renderer: Renderer | null = null;
-    private readonly tiles = new Tiles(() => this.redraw());
-    private readonly context: CanvasRenderingContext2D;
-    private size: Size = { width: 1, height: 1 };
-    private gutter = WIDE;
-    private waiting = false;
-    private loupe: { x: number; y: number } | null = null;
-    private readonly endings: (() => void)[] = [];
+  private renderer: Renderer | null = null;
+  private readonly tiles = new Tiles(() => this.redraw());
+  private readonly context: CanvasRenderingContext2D;
+  private size: Size = { width: 1, height: 1 };
+  private gutter = WIDE;
+  private waiting = false;
+  private loupe: { x: number; y: number } | null = null;
+  private readonly endings: (() => void)[] = [];
 
-    constructor(
-        private readonly gl: HTMLCanvasElement,
-        private readonly marks: HTMLCanvasElement,
-        private readonly failed: (message: string) => void,
-    ) {
-        const context = marks.getContext('2d');
-        if (!context) throw new Error('This browser has no 2-D canvas.');
-        this.context = context;
-        this.begin();
-        gl.addEventListener('webglcontextlost', (event) => event.preventDefault());
-        gl.addEventListener('webglcontextrestored', () => this.begin());
-        const observer = new ResizeObserver(() => this.measure());
-        observer.observe(marks);
-        this.endings.push(() => observer.disconnect());
-        this.listen();
-        this.endings.push(
-            effect(() => {
-                // Whatever the picture depends on.
-                void [
-                    selection.value,
-                    hover.value,
-                    field.value,
-                    shownRange.value,
-                    palette.value,
-                    results.value,
-                ];
-                void [hillshade.value, maskHatch.value, photo.value, frameRange.value, handleMoves.value];
-                this.redraw();
-            }),
-        );
-        handleOf.value = this;
-    }
-
-    end(): void {
-        handleOf.value = null;
-        for (const ending of this.endings) ending();
-    }
-
-    private begin(): void {
-        try {
-            this.renderer = new Renderer(this.gl);
-            this.redraw();
-        } catch (error) {
-            this.failed(error instanceof Error ? error.message : String(error));
-        }
-    }
-
-    private measure(): void {
-        const box = this.marks.getBoundingClientRect();
-        this.gutter = box.width < 520 ? NARROW : WIDE;
-        const { left, top, right, bottom } = this.gutter;
-        this.size = {
-            width: Math.max(Math.round(box.width - left - right), 1),
-            height: Math.max(Math.round(box.height - top - bottom), 1),
-        };
-        Object.assign(this.gl.style, {
-            left: `${left}px`,
-            top: `${top}px`,
-            width: `${this.size.width}px`,
-            height: `${this.size.height}px`,
-        });
+  constructor(
+    private readonly gl: HTMLCanvasElement,
+    private readonly marks: HTMLCanvasElement,
+    private readonly failed: (message: string) => void,
+  ) {
+    const context = marks.getContext('2d');
+    if (!context) throw new Error('This browser has no 2-D canvas.');
+    this.context = context;
+    this.begin();
+    gl.addEventListener('webglcontextlost', (event) => event.preventDefault());
+    gl.addEventListener('webglcontextrestored', () => this.begin());
+    const observer = new ResizeObserver(() => this.measure());
+    observer.observe(marks);
+    this.endings.push(() => observer.disconnect());
+    this.listen();
+    this.endings.push(
+      effect(() => {
+        // Whatever the picture depends on.
+        void [selection.value, hover.value, field.value, shownRange.value, palette.value, results.value];
+        void [hillshade.value, maskHatch.value, photo.value, frameRange.value, handleMoves.value];
         this.redraw();
-    }
+      }),
+    );
+    handleOf.value = this;
+  }
 
-    private image(): Size {
-        const frames = results.value?.frames;
-        return { width: frames?.columns ?? 1, height: frames?.rows ?? 1 };
-    }
+  end(): void {
+    handleOf.value = null;
+    for (const ending of this.endings) ending();
+  }
 
-    view(): View {
-        return selection.peek().view ?? fitted(this.image(), this.size);
+  private begin(): void {
+    try {
+      this.renderer = new Renderer(this.gl);
+      this.redraw();
+    } catch (error) {
+      this.failed(error instanceof Error ? error.message : String(error));
     }
+  }
 
-    private look(view: View): void {
-        select({ view: bounded(view, this.image(), this.size) });
-    }
+  private measure(): void {
+    const box = this.marks.getBoundingClientRect();
+    this.gutter = box.width < 520 ? NARROW : WIDE;
+    const { left, top, right, bottom } = this.gutter;
+    this.size = {
+      width: Math.max(Math.round(box.width - left - right), 1),
+      height: Math.max(Math.round(box.height - top - bottom), 1),
+    };
+    Object.assign(this.gl.style, {
+      left: `${left}px`,
+      top: `${top}px`,
+      width: `${this.size.width}px`,
+      height: `${this.size.height}px`,
+    });
+    this.redraw();
+  }
 
-    zoomBy(factor: number): void {
-        const at = selection.peek().pin;
-        const { width, height } = this.size;
+  private image(): Size {
+    const frames = results.value?.frames;
+    return { width: frames?.columns ?? 1, height: frames?.rows ?? 1 };
+  }
+
+  view(): View {
+    return selection.peek().view ?? fitted(this.image(), this.size);
+  }
+
+  private look(view: View): void {
+    select({ view: bounded(view, this.image(), this.size) });
+  }
+
+  zoomBy(factor: number): void {
+    const at = selection.peek().pin;
+    const { width, height } = this.size;
+    const view = this.view();
+    const centred = at ? showing(view, this.size, at) : view;
+    const x = at ? (at.x + 0.5 - centred.x) * centred.zoom + width / 2 : width / 2;
+    const y = at ? (at.y + 0.5 - centred.y) * centred.zoom + height / 2 : height / 2;
+    this.look(zoomedAt(centred, this.size, factor, x, y));
+  }
+
+  fit(): void {
+    select({ view: null });
+  }
+
+  movePin(dx: number, dy: number): void {
+    const image = this.image();
+    const view = this.view();
+    const from = selection.peek().pin ?? { x: Math.floor(view.x) - dx, y: Math.floor(view.y) - dy };
+    const moved = {
+      x: Math.min(Math.max(from.x + dx, 0), image.width - 1),
+      y: Math.min(Math.max(from.y + dy, 0), image.height - 1),
+    };
+    select({ pin: moved });
+    if (selection.peek().view) this.look(showing(view, this.size, moved));
+  }
+
+  /** The value of a pixel of the shown map, read from the tiles; null if it is not here. */
+  read(x: number, y: number): number | null {
+    const shown = field.value;
+    return shown ? this.tiles.read(shown.source, x, y) : null;
+  }
+
+  private listen(): void {
+    const at = (x: number, y: number): { x: number; y: number } | null =>
+      pixelAt(this.view(), this.size, this.image(), x, y);
+    // Ends of a drawing may lie beside the image; they stop at its edge.
+    const within = ({ x, y }: { x: number; y: number }): { x: number; y: number } => {
+      const view = this.view();
+      const image = this.image();
+      const [column, row] = [
+        Math.floor((x - this.size.width / 2) / view.zoom + view.x),
+        Math.floor((y - this.size.height / 2) / view.zoom + view.y),
+      ];
+      return {
+        x: Math.min(Math.max(column, 0), image.width - 1),
+        y: Math.min(Math.max(row, 0), image.height - 1),
+      };
+    };
+    listenToPointers(this.marks, () => ({ x: this.gutter.left, y: this.gutter.top }), {
+      pin: (x, y) => {
+        const pixel = at(x, y);
+        if (pixel) select({ pin: pixel });
+      },
+      hover: (place) => (hover.value = place && at(place.x, place.y)),
+      pan: (dx, dy) => {
         const view = this.view();
-        const centred = at ? showing(view, this.size, at) : view;
-        const x = at ? (at.x + 0.5 - centred.x) * centred.zoom + width / 2 : width / 2;
-        const y = at ? (at.y + 0.5 - centred.y) * centred.zoom + height / 2 : height / 2;
-        this.look(zoomedAt(centred, this.size, factor, x, y));
-    }
+        this.look({ ...view, x: view.x - dx / view.zoom, y: view.y - dy / view.zoom });
+      },
+      zoom: (factor, x, y) => this.look(zoomedAt(this.view(), this.size, factor, x, y)),
+      draw: (kind, from, to) => {
+        const [first, last] = [within(from), within(to)];
+        if (kind === 'line') {
+          const width = selection.peek().line?.width ?? 5;
+          select({ line: { x0: first.x, y0: first.y, x1: last.x, y1: last.y, width } });
+        } else {
+          select({
+            region: [
+              Math.min(first.x, last.x),
+              Math.min(first.y, last.y),
+              Math.max(first.x, last.x) + 1,
+              Math.max(first.y, last.y) + 1,
+            ],
+          });
+        }
+      },
+      drawn: () => {
+        if (selection.peek().region && tool.peek() === 'region') select({ panel: 'steps' });
+        tool.value = 'pin';
+      },
+      loupe: (place) => {
+        this.loupe = place;
+        this.redraw();
+      },
+      tool: () => tool.peek(),
+    });
+  }
 
-    fit(): void {
-        select({ view: null });
-    }
+  redraw(): void {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw();
+    });
+  }
 
-    movePin(dx: number, dy: number): void {
-        const image = this.image();
-        const view = this.view();
-        const from = selection.peek().pin ?? { x: Math.floor(view.x) - dx, y: Math.floor(view.y) - dy };
-        const moved = {
-            x: Math.min(Math.max(from.x + dx, 0), image.width - 1),
-            y: Math.min(Math.max(from.y + dy, 0), image.height - 1),
-        };
-        select({ pin: moved });
-        if (selection.peek().view) this.look(showing(view, this.size, moved));
-    }
+  private scene(): Scene | null {
+    const shown = field.value;
+    const held = results.value;
+    if (!shown || !held) return null;
+    const share = shown.id === 'frame' ? 0 : photo.value;
+    const behind = share > 0 ? frameField(held.frames.reference, held.frames.matched) : null;
+    const mask =
+      maskHatch.value && !shown.codes && shown.id !== 'frame'
+        ? held.maps.find(({ id }) => id === 'mask')
+        : null;
+    return {
+      view: this.view(),
+      canvas: this.size,
+      image: this.image(),
+      devicePixels: Math.min(devicePixelRatio, 2),
+      source: shown.source,
+      range: shownRange.value,
+      log: shown.scale === 'log',
+      colours: shownColours.value,
+      codes: shown.codes,
+      hillshade: hillshade.value && shown.id !== 'frame',
+      fast: handleMoves.value,
+      photo: behind && { source: behind.source, share, low: behind.low, high: behind.high },
+      mask: mask ? mapSource(mask.id, mask.levels) : null,
+    };
+  }
 
-    /** The value of a pixel of the shown map, read from the tiles; null if it is not here. */
-    read(x: number, y: number): number | null {
-        const shown = field.value;
-        return shown ? this.tiles.read(shown.source, x, y) : null;
-    }
+  private draw(): void {
+    const scene = this.scene();
+    if (!scene || !this.renderer) return;
+    this.tiles.want(this.renderer.draw(scene, this.tiles));
+    this.holdFrameRange();
+    const { devicePixels } = scene;
+    const box = this.marks.getBoundingClientRect();
+    const [width, height] = [Math.round(box.width * devicePixels), Math.round(box.height * devicePixels)];
+    if (this.marks.width !== width) this.marks.width = width;
+    if (this.marks.height !== height) this.marks.height = height;
+    const marks: Marks = {
+      view: scene.view,
+      canvas: this.size,
+      gutter: this.gutter,
+      image: scene.image,
+      pixel_mm: results.value?.geometry?.pixel_mm ?? null,
+      palette: palette.value,
+      pin: selection.value.pin,
+      hover: hover.value,
+      line: selection.value.line,
+      region: selection.value.region,
+    };
+    drawMarks(this.context, marks, devicePixels);
+    if (this.loupe) drawLoupe(this.context, this.gl, this.loupe, marks, devicePixels);
+  }
 
-    private listen(): void {
-        const at = (x: number, y: number): { x: number; y: number } | null =>
-            pixelAt(this.view(), this.size, this.image(), x, y);
-        // Ends of a drawing may lie beside the image; they stop at its edge.
-        const within = ({ x, y }: { x: number; y: number }): { x: number; y: number } => {
-            const view = this.view();
-            const image = this.image();
-            const [column, row] = [
-                Math.floor((x - this.size.width / 2) / view.zoom + view.x),
-                Math.floor((y - this.size.height / 2) / view.zoom + view.y),
-            ];
-            return {
-                x: Math.min(Math.max(column, 0), image.width - 1),
-                y: Math.min(Math.max(row, 0), image.height - 1),
-            };
-        };
-        listenToPointers(this.marks, () => ({ x: this.gutter.left, y: this.gutter.top }), {
-            pin: (x, y) => {
-                const pixel = at(x, y);
-                if (pixel) select({ pin: pixel });
-            },
-            hover: (place) => (hover.value = place && at(place.x, place.y)),
-            pan: (dx, dy) => {
-                const view = this.view();
-                this.look({ ...view, x: view.x - dx / view.zoom, y: view.y - dy / view.zoom });
-            },
-            zoom: (factor, x, y) => this.look(zoomedAt(this.view(), this.size, factor, x, y)),
-            draw: (kind, from, to) => {
-                const [first, last] = [within(from), within(to)];
-                if (kind === 'line') {
-                    const width = selection.peek().line?.width ?? 5;
-                    select({ line: { x0: first.x, y0: first.y, x1: last.x, y1: last.y, width } });
-                } else {
-                    select({
-                        region: [
-                            Math.min(first.x, last.x),
-                            Math.min(first.y, last.y),
-                            Math.max(first.x, last.x) + 1,
-                            Math.max(first.y, last.y) + 1,
-                        ],
-                    });
-                }
-            },
-            drawn: () => {
-                if (selection.peek().region && tool.peek() === 'region') select({ panel: 'steps' });
-                tool.value = 'pin';
-            },
-            loupe: (place) => {
-                this.loupe = place;
-                this.redraw();
-            },
-            tool: () => tool.peek(),
-        });
-    }
-
-    redraw(): void {
-        if (this.waiting) return;
-        this.waiting = true;
-        requestAnimationFrame(() => {
-            this.waiting = false;
-            this.draw();
-        });
-    }
-
-    private scene(): Scene | null {
-        const shown = field.value;
-        const held = results.value;
-        if (!shown || !held) return null;
-        const share = shown.id === 'frame' ? 0 : photo.value;
-        const behind = share > 0 ? frameField(held.frames.reference, held.frames.matched) : null;
-        const mask =
-            maskHatch.value && !shown.codes && shown.id !== 'frame'
-                ? held.maps.find(({ id }) => id === 'mask')
-                : null;
-        return {
-            view: this.view(),
-            canvas: this.size,
-            image: this.image(),
-            devicePixels: Math.min(devicePixelRatio, 2),
-            source: shown.source,
-            range: shownRange.value,
-            log: shown.scale === 'log',
-            colours: shownColours.value,
-            codes: shown.codes,
-            hillshade: hillshade.value && shown.id !== 'frame',
-            fast: handleMoves.value,
-            photo: behind && { source: behind.source, share, low: behind.low, high: behind.high },
-            mask: mask ? mapSource(mask.id, mask.levels) : null,
-        };
-    }
-
-    private draw(): void {
-        const scene = this.scene();
-        if (!scene || !this.renderer) return;
-        this.tiles.want(this.renderer.draw(scene, this.tiles));
-        this.holdFrameRange();
-        const { devicePixels } = scene;
-        const box = this.marks.getBoundingClientRect();
-        const [width, height] = [
-            Math.round(box.width * devicePixels),
-            Math.round(box.height * devicePixels),
-        ];
-        if (this.marks.width !== width) this.marks.width = width;
-        if (this.marks.height !== height) this.marks.height = height;
-        const marks: Marks = {
-            view: scene.view,
-            canvas: this.size,
-            gutter: this.gutter,
-            image: scene.image,
-            pixel_mm: results.value?.geometry?.pixel_mm ?? null,
-            palette: palette.value,
-            pin: selection.value.pin,
-            hover: hover.value,
-            line: selection.value.line,
-            region: selection.value.region,
-        };
-        drawMarks(this.context, marks, devicePixels);
-        if (this.loupe) drawLoupe(this.context, this.gl, this.loupe, marks, devicePixels);
-    }
-
-    /** Finds the grey range of frames from the coarsest tile, once per kind. */
-    private holdFrameRange(): void {
-        const frames = results.value?.frames;
-        const kind =
-            selection.value.frame === null ? frames?.matched : (selection.value.kind ?? frames?.matched);
-        if (!frames || !kind || frameRange.value[kind]) return;
-        const shown = frameField(selection.value.frame ?? frames.reference, kind);
-        if (!shown) return;
-        const tile = this.tiles.coarsest(shown.source);
-        if (!tile) return;
-        const grey = tile.filter((value) => value > NO_DATA / 10).sort();
-        const at = (share: number): number => grey[Math.round(share * (grey.length - 1))] ?? 0;
-        const low = at(0.005);
-        const high = Math.max(at(0.995), low + 1);
-        frameRange.value = { ...frameRange.value, [kind]: { low, high } };
-    }
+  /** Finds the grey range of frames from the coarsest tile, once per kind. */
+  private holdFrameRange(): void {
+    const frames = results.value?.frames;
+    const kind =
+      selection.value.frame === null ? frames?.matched : (selection.value.kind ?? frames?.matched);
+    if (!frames || !kind || frameRange.value[kind]) return;
+    const shown = frameField(selection.value.frame ?? frames.reference, kind);
+    if (!shown) return;
+    const tile = this.tiles.coarsest(shown.source);
+    if (!tile) return;
+    const grey = tile.filter((value) => value > NO_DATA / 10).sort();
+    const at = (share: number): number => grey[Math.round(share * (grey.length - 1))] ?? 0;
+    const low = at(0.005);
+    const high = Math.max(at(0.995), low + 1);
+    frameRange.value = { ...frameRange.value, [kind]: { low, high } };
+  }
 }

@@ -10,138 +10,138 @@ import { selection } from '../store/selection';
 import { arraySource, frameSource, mapSource, type TileSource } from './source';
 
 export interface Field {
-    id: string;
-    title: string;
-    unit: string;
-    colours: Colours;
-    scale: Scale;
-    /** Range of mode "auto" and of mode "full". */
-    low: number;
-    high: number;
-    minimum: number;
-    maximum: number;
-    histogram: Histogram | null;
-    codes: Code[] | null;
-    source: TileSource;
-    /** What the mode "auto" is called. */
-    autoName: string;
+  id: string;
+  title: string;
+  unit: string;
+  colours: Colours;
+  scale: Scale;
+  /** Range of mode "auto" and of mode "full". */
+  low: number;
+  high: number;
+  minimum: number;
+  maximum: number;
+  histogram: Histogram | null;
+  codes: Code[] | null;
+  source: TileSource;
+  /** What the mode "auto" is called. */
+  autoName: string;
 }
 
 /** Grey range of frames of a kind: found once on the reference frame and then held, so frames compare. */
 export const frameRange = signal<Record<string, { low: number; high: number }>>({});
 
 function ofMap(map: MapInfo): Field {
-    const log = map.scale === 'log';
-    const minimum = map.minimum ?? 0;
-    const maximum = map.maximum ?? 1;
-    const least = log ? Math.max(minimum, maximum * 1e-6) : minimum;
-    const low = map.low ?? least;
-    const high = map.high ?? maximum;
-    return {
-        id: map.id,
-        title: map.title,
-        unit: map.unit,
-        colours: map.colours,
-        scale: map.scale,
-        low: log ? Math.max(low, least) : low,
-        high: high > low ? high : low + 1e-6,
-        minimum: least,
-        maximum: maximum > least ? maximum : least + 1e-6,
-        histogram: map.histogram,
-        codes: codesOf(map.id),
-        source: mapSource(map.id, map.levels),
-        autoName: 'auto 0.5\u201399.5 %',
-    };
+  const log = map.scale === 'log';
+  const minimum = map.minimum ?? 0;
+  const maximum = map.maximum ?? 1;
+  const least = log ? Math.max(minimum, maximum * 1e-6) : minimum;
+  const low = map.low ?? least;
+  const high = map.high ?? maximum;
+  return {
+    id: map.id,
+    title: map.title,
+    unit: map.unit,
+    colours: map.colours,
+    scale: map.scale,
+    low: log ? Math.max(low, least) : low,
+    high: high > low ? high : low + 1e-6,
+    minimum: least,
+    maximum: maximum > least ? maximum : least + 1e-6,
+    histogram: map.histogram,
+    codes: codesOf(map.id),
+    source: mapSource(map.id, map.levels),
+    autoName: 'auto 0.5\u201399.5 %',
+  };
 }
 
 function levelsOf(rows: number, columns: number): number {
-    let levels = 1;
-    while (Math.max(rows, columns) / 2 ** (levels - 1) > 256) levels += 1;
-    return levels;
+  let levels = 1;
+  while (Math.max(rows, columns) / 2 ** (levels - 1) > 256) levels += 1;
+  return levels;
 }
 
 /** The frame `index`; null if there is none. */
 export function frameField(index: number, kind: string): Field | null {
-    const frames = results.value?.frames;
-    if (!frames || index < 0 || index >= frames.count) return null;
-    const full = 2 ** frames.bit_depth - 1;
-    const range = frameRange.value[kind] ?? { low: 0, high: full };
-    return {
-        id: 'frame',
-        title: `Frame ${index} (${kind})`,
-        unit: 'DN',
-        colours: 'grey',
-        scale: 'linear',
-        low: range.low,
-        high: range.high,
-        minimum: 0,
-        maximum: full,
-        histogram: null,
-        codes: null,
-        source: frameSource(index, kind, levelsOf(frames.rows, frames.columns)),
-        autoName: 'held from the reference',
-    };
+  const frames = results.value?.frames;
+  if (!frames || index < 0 || index >= frames.count) return null;
+  const full = 2 ** frames.bit_depth - 1;
+  const range = frameRange.value[kind] ?? { low: 0, high: full };
+  return {
+    id: 'frame',
+    title: `Frame ${index} (${kind})`,
+    unit: 'DN',
+    colours: 'grey',
+    scale: 'linear',
+    low: range.low,
+    high: range.high,
+    minimum: 0,
+    maximum: full,
+    histogram: null,
+    codes: null,
+    source: frameSource(index, kind, levelsOf(frames.rows, frames.columns)),
+    autoName: 'held from the reference',
+  };
 }
 
 function differenceField(inSigma: boolean): Field | null {
-    const held = comparison.value;
-    if (!held) return null;
-    const values = inSigma ? held.inSigma : held.difference;
-    const sizes = values.filter(Number.isFinite).map(Math.abs).sort();
-    const greatest = sizes[sizes.length - 1] ?? 1;
-    const high = inSigma ? 3 : (sizes[Math.floor(sizes.length * 0.99)] ?? 1) || 1e-6;
-    const name = inSigma ? 'difference-sigma' : 'difference';
-    const title = inSigma
-        ? `Difference / sigma, to ${held.other}`
-        : `Difference of ${held.map} to ${held.other}`;
-    return {
-        id: name,
-        title,
-        unit: inSigma ? '' : held.info.unit,
-        colours: 'vik',
-        scale: 'linear',
-        low: -high,
-        high,
-        minimum: -greatest,
-        maximum: greatest,
-        histogram: histogramOf(values, -greatest, greatest),
-        codes: null,
-        source: arraySource(
-            `${name}/${held.other}/${held.map}`,
-            values,
-            held.info.columns,
-            held.info.step ?? Math.ceil((results.value?.frames.columns ?? 1) / held.info.columns),
-        ),
-        autoName: inSigma ? '\u00b13 sigma' : '99 %, about zero',
-    };
+  const held = comparison.value;
+  if (!held) return null;
+  const values = inSigma ? held.inSigma : held.difference;
+  const sizes = values.filter(Number.isFinite).map(Math.abs).sort();
+  const greatest = sizes[sizes.length - 1] ?? 1;
+  const high = inSigma ? 3 : (sizes[Math.floor(sizes.length * 0.99)] ?? 1) || 1e-6;
+  const name = inSigma ? 'difference-sigma' : 'difference';
+  const title = inSigma
+    ? `Difference / sigma, to ${held.other}`
+    : `Difference of ${held.map} to ${held.other}`;
+  return {
+    id: name,
+    title,
+    unit: inSigma ? '' : held.info.unit,
+    colours: 'vik',
+    scale: 'linear',
+    low: -high,
+    high,
+    minimum: -greatest,
+    maximum: greatest,
+    histogram: histogramOf(values, -greatest, greatest),
+    codes: null,
+    source: arraySource(
+      `${name}/${held.other}/${held.map}`,
+      values,
+      held.info.columns,
+      held.info.step ?? Math.ceil((results.value?.frames.columns ?? 1) / held.info.columns),
+    ),
+    autoName: inSigma ? '\u00b13 sigma' : '99 %, about zero',
+  };
 }
 
 const difference = computed(() => differenceField(false));
 const differenceInSigma = computed(() => differenceField(true));
 
 export const field = computed<Field | null>(() => {
-    const { frame, kind, map } = selection.value;
-    const held = results.value;
-    if (!held) return null;
-    if (frame !== null) return frameField(frame, kind ?? held.frames.matched);
-    if (map === 'difference') return difference.value;
-    if (map === 'difference-sigma') return differenceInSigma.value;
-    const info = held.maps.find((one) => one.id === map);
-    return info ? ofMap(info) : null;
+  const { frame, kind, map } = selection.value;
+  const held = results.value;
+  if (!held) return null;
+  if (frame !== null) return frameField(frame, kind ?? held.frames.matched);
+  if (map === 'difference') return difference.value;
+  if (map === 'difference-sigma') return differenceInSigma.value;
+  const info = held.maps.find((one) => one.id === map);
+  return info ? ofMap(info) : null;
 });
 
 /** The colours that are shown: those chosen, or those of the field. */
 export const shownColours = computed<Colours>(
-    () => selection.value.colours ?? field.value?.colours ?? 'viridis',
+  () => selection.value.colours ?? field.value?.colours ?? 'viridis',
 );
 
 /** The range that is shown. */
 export const shownRange = computed<{ low: number; high: number }>(() => {
-    const { range } = selection.value;
-    const held = field.value;
-    if (range.mode === 'hand') return { low: range.low, high: range.high };
-    if (!held) return { low: 0, high: 1 };
-    return range.mode === 'full'
-        ? { low: held.minimum, high: held.maximum }
-        : { low: held.low, high: held.high };
+  const { range } = selection.value;
+  const held = field.value;
+  if (range.mode === 'hand') return { low: range.low, high: range.high };
+  if (!held) return { low: 0, high: 1 };
+  return range.mode === 'full'
+    ? { low: held.minimum, high: held.maximum }
+    : { low: held.low, high: held.high };
 });

@@ -4,11 +4,11 @@ import { signal } from '@preact/signals';
 import type { View } from './view';
 
 export interface MapHandle {
-    view: () => View;
-    zoomBy: (factor: number) => void;
-    fit: () => void;
-    movePin: (dx: number, dy: number) => void;
-    read: (x: number, y: number) => number | null;
+  view: () => View;
+  zoomBy: (factor: number) => void;
+  fit: () => void;
+  movePin: (dx: number, dy: number) => void;
+  read: (x: number, y: number) => number | null;
 }
 
 /** The map that is on the screen. */

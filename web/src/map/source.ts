@@ -9,53 +9,53 @@ export const NO_DATA = -3e38;
 export const NOT_LOADED = -2e38;
 
 export interface TileSource {
-    /** Names the source in the cache. */
-    key: string;
-    levels: number;
-    /** Image px per value of level 0; 1 for maps and frames. */
-    step: number;
-    load: (level: number, row: number, column: number, abort: AbortSignal) => Promise<Float32Array>;
+  /** Names the source in the cache. */
+  key: string;
+  levels: number;
+  /** Image px per value of level 0; 1 for maps and frames. */
+  step: number;
+  load: (level: number, row: number, column: number, abort: AbortSignal) => Promise<Float32Array>;
 }
 
 function marked(values: Float32Array): Float32Array {
-    for (let index = 0; index < values.length; index += 1) {
-        const value = values[index] as number;
-        if (!Number.isFinite(value)) values[index] = NO_DATA;
-    }
-    return values;
+  for (let index = 0; index < values.length; index += 1) {
+    const value = values[index] as number;
+    if (!Number.isFinite(value)) values[index] = NO_DATA;
+  }
+  return values;
 }
 
 export function mapSource(id: string, levels: number): TileSource {
-    return {
-        key: `map/${id}`,
-        levels,
-        step: 1,
-        load: async (level, row, column, abort) =>
-            marked(await api.tile(`api/maps/${encodeURIComponent(id)}/${level}/${row}/${column}`, abort)),
-    };
+  return {
+    key: `map/${id}`,
+    levels,
+    step: 1,
+    load: async (level, row, column, abort) =>
+      marked(await api.tile(`api/maps/${encodeURIComponent(id)}/${level}/${row}/${column}`, abort)),
+  };
 }
 
 export function frameSource(frame: number, kind: string, levels: number): TileSource {
-    return {
-        key: `frame/${kind}/${frame}`,
-        levels,
-        step: 1,
-        load: async (level, row, column, abort) =>
-            marked(await api.tile(`api/frames/${frame}/${level}/${row}/${column}?kind=${kind}`, abort)),
-    };
+  return {
+    key: `frame/${kind}/${frame}`,
+    levels,
+    step: 1,
+    load: async (level, row, column, abort) =>
+      marked(await api.tile(`api/frames/${frame}/${level}/${row}/${column}?kind=${kind}`, abort)),
+  };
 }
 
 /** An array of `columns` values a row, each of which stands for `step` x `step` px. */
 export function arraySource(key: string, values: Float32Array, columns: number, step: number): TileSource {
-    const rows = values.length / columns;
-    const load = (_level: number, row: number, column: number): Promise<Float32Array> => {
-        const tile = new Float32Array(TILE * TILE).fill(NO_DATA);
-        const width = Math.min(TILE, columns - column * TILE);
-        for (let y = 0; y < Math.min(TILE, rows - row * TILE); y += 1) {
-            const start = (row * TILE + y) * columns + column * TILE;
-            tile.set(values.subarray(start, start + width), y * TILE);
-        }
-        return Promise.resolve(marked(tile));
-    };
-    return { key, levels: 1, step, load };
+  const rows = values.length / columns;
+  const load = (_level: number, row: number, column: number): Promise<Float32Array> => {
+    const tile = new Float32Array(TILE * TILE).fill(NO_DATA);
+    const width = Math.min(TILE, columns - column * TILE);
+    for (let y = 0; y < Math.min(TILE, rows - row * TILE); y += 1) {
+      const start = (row * TILE + y) * columns + column * TILE;
+      tile.set(values.subarray(start, start + width), y * TILE);
+    }
+    return Promise.resolve(marked(tile));
+  };
+  return { key, levels: 1, step, load };
 }

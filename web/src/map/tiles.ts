@@ -4,10 +4,10 @@ import { NO_DATA, type TileSource } from './source';
 import { TILE } from './pyramid';
 
 export interface TileName {
-    source: TileSource;
-    level: number;
-    row: number;
-    column: number;
+  source: TileSource;
+  level: number;
+  row: number;
+  column: number;
 }
 
 /** 160 tiles of 256 KiB are 40 MiB. */
@@ -16,87 +16,87 @@ const MOST_REQUESTS = 6;
 const RETRY_MS = 2000;
 
 function keyOf({ source, level, row, column }: TileName): string {
-    return `${source.key}/${level}/${row}/${column}`;
+  return `${source.key}/${level}/${row}/${column}`;
 }
 
 export class Tiles {
-    private readonly ready = new Map<string, Float32Array>();
-    private readonly running = new Map<string, AbortController>();
-    private readonly failed = new Map<string, number>();
-    private wanted: TileName[] = [];
+  private readonly ready = new Map<string, Float32Array>();
+  private readonly running = new Map<string, AbortController>();
+  private readonly failed = new Map<string, number>();
+  private wanted: TileName[] = [];
 
-    constructor(private readonly arrived: () => void) {}
+  constructor(private readonly arrived: () => void) {}
 
-    get(name: TileName): Float32Array | null {
-        const key = keyOf(name);
-        const tile = this.ready.get(key);
-        if (!tile) return null;
-        // Last used is last in the map, so the first is dropped first.
-        this.ready.delete(key);
-        this.ready.set(key, tile);
-        return tile;
+  get(name: TileName): Float32Array | null {
+    const key = keyOf(name);
+    const tile = this.ready.get(key);
+    if (!tile) return null;
+    // Last used is last in the map, so the first is dropped first.
+    this.ready.delete(key);
+    this.ready.set(key, tile);
+    return tile;
+  }
+
+  /** Says which tiles the screen wants, the most wanted first. What else was waiting is forgotten. */
+  want(names: TileName[]): void {
+    this.wanted = names;
+    const keys = new Set(names.map(keyOf));
+    for (const [key, request] of this.running) if (!keys.has(key)) request.abort();
+    this.pump();
+  }
+
+  /** The value of a pixel from the finest tile that is here; null if none is, NaN if there is no data. */
+  read(source: TileSource, x: number, y: number): number | null {
+    for (let level = 0; level < source.levels; level += 1) {
+      const scale = source.step * 2 ** level;
+      const [column, row] = [Math.floor(x / scale), Math.floor(y / scale)];
+      const place = { source, level, row: Math.floor(row / TILE), column: Math.floor(column / TILE) };
+      const tile = this.ready.get(keyOf(place));
+      if (tile) {
+        const value = tile[(row % TILE) * TILE + (column % TILE)] ?? NO_DATA;
+        return value === Math.fround(NO_DATA) ? NaN : value;
+      }
     }
+    return null;
+  }
 
-    /** Says which tiles the screen wants, the most wanted first. What else was waiting is forgotten. */
-    want(names: TileName[]): void {
-        this.wanted = names;
-        const keys = new Set(names.map(keyOf));
-        for (const [key, request] of this.running) if (!keys.has(key)) request.abort();
-        this.pump();
+  /** Any tile of the source's coarsest level that is here, for a look at its values as a whole. */
+  coarsest(source: TileSource): Float32Array | null {
+    for (let level = source.levels - 1; level >= 0; level -= 1) {
+      const tile = this.ready.get(keyOf({ source, level, row: 0, column: 0 }));
+      if (tile) return tile;
     }
+    return null;
+  }
 
-    /** The value of a pixel from the finest tile that is here; null if none is, NaN if there is no data. */
-    read(source: TileSource, x: number, y: number): number | null {
-        for (let level = 0; level < source.levels; level += 1) {
-            const scale = source.step * 2 ** level;
-            const [column, row] = [Math.floor(x / scale), Math.floor(y / scale)];
-            const place = { source, level, row: Math.floor(row / TILE), column: Math.floor(column / TILE) };
-            const tile = this.ready.get(keyOf(place));
-            if (tile) {
-                const value = tile[(row % TILE) * TILE + (column % TILE)] ?? NO_DATA;
-                return value === Math.fround(NO_DATA) ? NaN : value;
-            }
-        }
-        return null;
+  private pump(): void {
+    for (const name of this.wanted) {
+      if (this.running.size >= MOST_REQUESTS) return;
+      const key = keyOf(name);
+      const resting = (this.failed.get(key) ?? 0) > Date.now() - RETRY_MS;
+      if (!this.ready.has(key) && !this.running.has(key) && !resting) void this.load(name, key);
     }
+  }
 
-    /** Any tile of the source's coarsest level that is here, for a look at its values as a whole. */
-    coarsest(source: TileSource): Float32Array | null {
-        for (let level = source.levels - 1; level >= 0; level -= 1) {
-            const tile = this.ready.get(keyOf({ source, level, row: 0, column: 0 }));
-            if (tile) return tile;
-        }
-        return null;
+  private async load(name: TileName, key: string): Promise<void> {
+    const request = new AbortController();
+    this.running.set(key, request);
+    try {
+      const tile = await name.source.load(name.level, name.row, name.column, request.signal);
+      this.ready.set(key, tile);
+      this.failed.delete(key);
+      for (const old of this.ready.keys()) {
+        if (this.ready.size <= MOST_TILES) break;
+        this.ready.delete(old);
+      }
+      this.arrived();
+    } catch {
+      if (!request.signal.aborted) {
+        this.failed.set(key, Date.now());
+        setTimeout(() => this.pump(), RETRY_MS + 50);
+      }
     }
-
-    private pump(): void {
-        for (const name of this.wanted) {
-            if (this.running.size >= MOST_REQUESTS) return;
-            const key = keyOf(name);
-            const resting = (this.failed.get(key) ?? 0) > Date.now() - RETRY_MS;
-            if (!this.ready.has(key) && !this.running.has(key) && !resting) void this.load(name, key);
-        }
-    }
-
-    private async load(name: TileName, key: string): Promise<void> {
-        const request = new AbortController();
-        this.running.set(key, request);
-        try {
-            const tile = await name.source.load(name.level, name.row, name.column, request.signal);
-            this.ready.set(key, tile);
-            this.failed.delete(key);
-            for (const old of this.ready.keys()) {
-                if (this.ready.size <= MOST_TILES) break;
-                this.ready.delete(old);
-            }
-            this.arrived();
-        } catch {
-            if (!request.signal.aborted) {
-                this.failed.set(key, Date.now());
-                setTimeout(() => this.pump(), RETRY_MS + 50);
-            }
-        }
-        this.running.delete(key);
-        this.pump();
-    }
+    this.running.delete(key);
+    this.pump();
+  }
 }

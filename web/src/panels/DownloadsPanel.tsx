@@ -5,50 +5,50 @@ import { bytes } from '../format/number';
 import { save, say } from '../store/actions';
 
 function Item({ item }: { item: Download }) {
-    const busy = useSignal(false);
-    const fetchAndSave = async (): Promise<void> => {
-        busy.value = true;
-        try {
-            save(await api.download(item.name), item.name.split('/').pop() ?? item.name);
-        } catch (fault) {
-            say(fault instanceof Error ? fault.message : String(fault));
-        }
-        busy.value = false;
-    };
-    return (
-        <li>
-            <button type="button" disabled={busy.value} onClick={() => void fetchAndSave()}>
-                {busy.value ? 'loading…' : 'Save'}
-            </button>
-            <span>
-                {item.title}
-                <br />
-                <small class="muted">
-                    {item.name}, {bytes(item.bytes)}
-                </small>
-            </span>
-        </li>
-    );
+  const busy = useSignal(false);
+  const fetchAndSave = async (): Promise<void> => {
+    busy.value = true;
+    try {
+      save(await api.download(item.name), item.name.split('/').pop() ?? item.name);
+    } catch (fault) {
+      say(fault instanceof Error ? fault.message : String(fault));
+    }
+    busy.value = false;
+  };
+  return (
+    <li>
+      <button type="button" disabled={busy.value} onClick={() => void fetchAndSave()}>
+        {busy.value ? 'loading…' : 'Save'}
+      </button>
+      <span>
+        {item.title}
+        <br />
+        <small class="muted">
+          {item.name}, {bytes(item.bytes)}
+        </small>
+      </span>
+    </li>
+  );
 }
 
 /** Files of the results. They are fetched by the page, since links cannot send the token. */
 export function DownloadsPanel() {
-    return (
-        <div>
-            <h2>Downloads</h2>
-            <Loaded ask={api.downloads}>
-                {(items) =>
-                    items.length === 0 ? (
-                        <p class="hint">There are no files.</p>
-                    ) : (
-                        <ul class="downloads">
-                            {items.map((item) => (
-                                <Item key={item.name} item={item} />
-                            ))}
-                        </ul>
-                    )
-                }
-            </Loaded>
-        </div>
-    );
+  return (
+    <div>
+      <h2>Downloads</h2>
+      <Loaded ask={api.downloads}>
+        {(items) =>
+          items.length === 0 ? (
+            <p class="hint">There are no files.</p>
+          ) : (
+            <ul class="downloads">
+              {items.map((item) => (
+                <Item key={item.name} item={item} />
+              ))}
+            </ul>
+          )
+        }
+      </Loaded>
+    </div>
+  );
 }

@@ -5,31 +5,31 @@ import { Key } from '../components/Key';
 
 /** Grey values along the fitted line and along its two neighbours, frame by frame (figure 5a of the paper). */
 export function IntensityPanel({ head }: { head: PixelInfo }) {
-    const { along, left, right } = head.intensity;
-    const x = useMemo(() => head.tau.map((_, frame) => frame), [head]);
-    const curves = useMemo<Curve[]>(
-        () => [
-            { label: 'along the line', values: along, tone: 'first', width: 2 },
-            { label: 'left', values: left, tone: 'second', dash: [6, 3] },
-            { label: 'right', values: right, tone: 'muted', dash: [2, 3] },
-        ],
-        [head],
-    );
-    if (along.length === 0) return null;
-    return (
-        <section>
-            <h3>
-                Intensity along the line<span class="muted">, {head.rows} frames</span>
-            </h3>
-            <Key curves={curves} />
-            <CurvePanel
-                name="Intensity along the fitted line, and one pixel to its left and right"
-                xLabel="frame"
-                yLabel="intensity (DN)"
-                x={x}
-                curves={curves}
-                height={140}
-            />
-        </section>
-    );
+  const { along, left, right } = head.intensity;
+  const x = useMemo(() => head.tau.map((_, frame) => frame), [head]);
+  const curves = useMemo<Curve[]>(
+    () => [
+      { label: 'along the line', values: along, tone: 'first', width: 2 },
+      { label: 'left', values: left, tone: 'second', dash: [6, 3] },
+      { label: 'right', values: right, tone: 'muted', dash: [2, 3] },
+    ],
+    [head],
+  );
+  if (along.length === 0) return null;
+  return (
+    <section>
+      <h3>
+        Intensity along the line<span class="muted">, {head.rows} frames</span>
+      </h3>
+      <Key curves={curves} />
+      <CurvePanel
+        name="Intensity along the fitted line, and one pixel to its left and right"
+        xLabel="frame"
+        yLabel="intensity (DN)"
+        x={x}
+        curves={curves}
+        height={140}
+      />
+    </section>
+  );
 }

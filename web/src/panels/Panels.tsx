@@ -12,52 +12,52 @@ import { SummaryPanel } from './SummaryPanel';
 import { View3dPanel } from './View3dPanel';
 
 const PANELS: [id: string, title: string, panel: ComponentType][] = [
-    ['pixel', 'Pixel', PixelPanel],
-    ['steps', 'Steps', StepsPanel],
-    ['3d', '3-D', View3dPanel],
-    ['row-cost', 'Row cost', RowCostPanel],
-    ['frames', 'Frames', FramesPanel],
-    ['compare', 'Compare', ComparePanel],
-    ['stage', 'Stage', StagePanel],
-    ['calibration', 'Calibration', CalibrationPanel],
-    ['downloads', 'Downloads', DownloadsPanel],
-    ['about', 'About', SummaryPanel],
+  ['pixel', 'Pixel', PixelPanel],
+  ['steps', 'Steps', StepsPanel],
+  ['3d', '3-D', View3dPanel],
+  ['row-cost', 'Row cost', RowCostPanel],
+  ['frames', 'Frames', FramesPanel],
+  ['compare', 'Compare', ComparePanel],
+  ['stage', 'Stage', StagePanel],
+  ['calibration', 'Calibration', CalibrationPanel],
+  ['downloads', 'Downloads', DownloadsPanel],
+  ['about', 'About', SummaryPanel],
 ];
 
 /** Tabs as screen readers know them: arrow keys move between them. */
 function onTabKey(event: KeyboardEvent): void {
-    const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    if (by === undefined) return;
-    event.preventDefault();
-    const now = PANELS.findIndex(([id]) => id === panel.peek());
-    const next = PANELS[(now + by + PANELS.length) % PANELS.length]!;
-    select({ panel: next[0] });
-    document.getElementById(`tab-${next[0]}`)?.focus();
+  const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+  if (by === undefined) return;
+  event.preventDefault();
+  const now = PANELS.findIndex(([id]) => id === panel.peek());
+  const next = PANELS[(now + by + PANELS.length) % PANELS.length]!;
+  select({ panel: next[0] });
+  document.getElementById(`tab-${next[0]}`)?.focus();
 }
 
 export function Panels() {
-    const [id, title, Shown] = PANELS.find(([name]) => name === panel.value) ?? PANELS[0]!;
-    return (
-        <div class="panels">
-            <div class="tabs" role="tablist" aria-label="Panels" onKeyDown={onTabKey}>
-                {PANELS.map(([name, words]) => (
-                    <button
-                        key={name}
-                        type="button"
-                        role="tab"
-                        id={`tab-${name}`}
-                        aria-selected={name === id}
-                        aria-controls="panel"
-                        tabIndex={name === id ? 0 : -1}
-                        onClick={() => select({ panel: name })}
-                    >
-                        {words}
-                    </button>
-                ))}
-            </div>
-            <div class="panel" role="tabpanel" id="panel" aria-label={title} tabIndex={0}>
-                <Shown key={id} />
-            </div>
-        </div>
-    );
+  const [id, title, Shown] = PANELS.find(([name]) => name === panel.value) ?? PANELS[0]!;
+  return (
+    <div class="panels">
+      <div class="tabs" role="tablist" aria-label="Panels" onKeyDown={onTabKey}>
+        {PANELS.map(([name, words]) => (
+          <button
+            key={name}
+            type="button"
+            role="tab"
+            id={`tab-${name}`}
+            aria-selected={name === id}
+            aria-controls="panel"
+            tabIndex={name === id ? 0 : -1}
+            onClick={() => select({ panel: name })}
+          >
+            {words}
+          </button>
+        ))}
+      </div>
+      <div class="panel" role="tabpanel" id="panel" aria-label={title} tabIndex={0}>
+        <Shown key={id} />
+      </div>
+    </div>
+  );
 }

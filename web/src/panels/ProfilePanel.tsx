@@ -8,124 +8,121 @@ import { lengths, results } from '../store/results';
 import { hover, line, select } from '../store/selection';
 
 interface Columns {
-    x: number[];
-    curves: Curve[];
-    points: LinePoint[];
+  x: number[];
+  curves: Curve[];
+  points: LinePoint[];
 }
 
 /** The points as columns for the plot, in the unit of the result. */
 function columnsOf(info: LineInfo, factor: number): Columns {
-    const inMm = info.unit === 'mm';
-    const scale = inMm ? factor : 1;
-    const value = (point: LinePoint): number | null =>
-        (inMm ? point.height_mm : point.disparity_px) ?? null;
-    const sigma = (point: LinePoint): number | null => (inMm ? point.sigma_mm : point.sigma_px) ?? null;
-    const shifted =
-        (sign: number) =>
-        (point: LinePoint): number | null => {
-            const [middle, half] = [value(point), sigma(point)];
-            return middle === null || half === null ? null : (middle + sign * half) * scale;
-        };
-    return {
-        x: info.points.map((point) => (inMm ? point.distance_mm : point.distance_px) ?? 0),
-        points: info.points,
-        curves: [
-            { label: 'value + sigma', values: info.points.map(shifted(1)), tone: 'muted', width: 0.5 },
-            { label: 'value − sigma', values: info.points.map(shifted(-1)), tone: 'muted', width: 0.5 },
-            {
-                label: inMm ? 'height' : 'disparity',
-                values: info.points.map((point) => {
-                    const middle = value(point);
-                    return middle === null ? null : middle * scale;
-                }),
-                tone: 'first',
-                width: 1.8,
-            },
-        ],
+  const inMm = info.unit === 'mm';
+  const scale = inMm ? factor : 1;
+  const value = (point: LinePoint): number | null => (inMm ? point.height_mm : point.disparity_px) ?? null;
+  const sigma = (point: LinePoint): number | null => (inMm ? point.sigma_mm : point.sigma_px) ?? null;
+  const shifted =
+    (sign: number) =>
+    (point: LinePoint): number | null => {
+      const [middle, half] = [value(point), sigma(point)];
+      return middle === null || half === null ? null : (middle + sign * half) * scale;
     };
+  return {
+    x: info.points.map((point) => (inMm ? point.distance_mm : point.distance_px) ?? 0),
+    points: info.points,
+    curves: [
+      { label: 'value + sigma', values: info.points.map(shifted(1)), tone: 'muted', width: 0.5 },
+      { label: 'value − sigma', values: info.points.map(shifted(-1)), tone: 'muted', width: 0.5 },
+      {
+        label: inMm ? 'height' : 'disparity',
+        values: info.points.map((point) => {
+          const middle = value(point);
+          return middle === null ? null : middle * scale;
+        }),
+        tone: 'first',
+        width: 1.8,
+      },
+    ],
+  };
 }
 
 /** The point of the line nearest to the pixel under the pointer, if that is close to the line. */
 function nearest(points: LinePoint[], at: { x: number; y: number } | null): number | null {
-    if (!at) return null;
-    let best: number | null = null;
-    let least = 12;
-    points.forEach((point, index) => {
-        const distance = Math.hypot(point.x_px - at.x, point.y_px - at.y);
-        if (distance < least) [best, least] = [index, distance];
-    });
-    return best;
+  if (!at) return null;
+  let best: number | null = null;
+  let least = 12;
+  points.forEach((point, index) => {
+    const distance = Math.hypot(point.x_px - at.x, point.y_px - at.y);
+    if (distance < least) [best, least] = [index, distance];
+  });
+  return best;
 }
 
 export function ProfilePanel() {
-    const ends = line.value;
-    const { value: info, error, loading } = profile.state.value;
-    const { label, factor } = lengths.value;
-    const columns = useMemo(() => info && columnsOf(info, factor), [info, factor]);
-    if (!results.value?.results) return null;
-    if (!ends) {
-        return (
-            <section class="profile" aria-label="Profile">
-                <p class="hint">Profile: Shift + drag on the map, or "Draw line", draws a line A–B.</p>
-            </section>
-        );
-    }
-    const csv = async (): Promise<void> => {
-        try {
-            save(await api.lineCsv({ ...ends }), 'profile.csv');
-        } catch (fault) {
-            say(fault instanceof Error ? fault.message : String(fault));
-        }
-    };
-    const unit = info?.unit === 'px' ? 'px' : label;
+  const ends = line.value;
+  const { value: info, error, loading } = profile.state.value;
+  const { label, factor } = lengths.value;
+  const columns = useMemo(() => info && columnsOf(info, factor), [info, factor]);
+  if (!results.value?.results) return null;
+  if (!ends) {
     return (
-        <section class="profile" aria-label="Profile">
-            <div class="profile-head">
-                <h3>
-                    Profile A–B
-                    <span class="muted">
-                        {' '}
-                        ({ends.x0}, {ends.y0}) to ({ends.x1}, {ends.y1}) px; band ± sigma (k = 1)
-                    </span>
-                </h3>
-                <NumberField
-                    label="width"
-                    unit="px"
-                    buttons
-                    minimum={1}
-                    maximum={128}
-                    step={2}
-                    value={ends.width}
-                    onChange={(width) => select({ line: { ...ends, width: Math.round(width) } })}
-                />
-                <button type="button" onClick={() => void csv()}>
-                    CSV
-                </button>
-                <button type="button" onClick={() => select({ line: null })}>
-                    Clear
-                </button>
-            </div>
-            {error && <p class="fault">{error}</p>}
-            {columns && (
-                <div class={loading ? 'loading' : ''}>
-                    <CurvePanel
-                        name={`Profile from A to B, ${info?.unit === 'px' ? 'disparity' : 'height'} in ${unit}`}
-                        xLabel={`distance (${info?.unit ?? 'mm'})`}
-                        yLabel={`${info?.unit === 'px' ? 'disparity' : 'height'} (${unit})`}
-                        x={columns.x}
-                        curves={columns.curves}
-                        band={[0, 1]}
-                        height={150}
-                        cursor={nearest(columns.points, hover.value)}
-                        onCursor={(index) => {
-                            const point = index === null ? undefined : columns.points[index];
-                            hover.value = point
-                                ? { x: Math.round(point.x_px), y: Math.round(point.y_px) }
-                                : null;
-                        }}
-                    />
-                </div>
-            )}
-        </section>
+      <section class="profile" aria-label="Profile">
+        <p class="hint">Profile: Shift + drag on the map, or "Draw line", draws a line A–B.</p>
+      </section>
     );
+  }
+  const csv = async (): Promise<void> => {
+    try {
+      save(await api.lineCsv({ ...ends }), 'profile.csv');
+    } catch (fault) {
+      say(fault instanceof Error ? fault.message : String(fault));
+    }
+  };
+  const unit = info?.unit === 'px' ? 'px' : label;
+  return (
+    <section class="profile" aria-label="Profile">
+      <div class="profile-head">
+        <h3>
+          Profile A–B
+          <span class="muted">
+            {' '}
+            ({ends.x0}, {ends.y0}) to ({ends.x1}, {ends.y1}) px; band ± sigma (k = 1)
+          </span>
+        </h3>
+        <NumberField
+          label="width"
+          unit="px"
+          buttons
+          minimum={1}
+          maximum={128}
+          step={2}
+          value={ends.width}
+          onChange={(width) => select({ line: { ...ends, width: Math.round(width) } })}
+        />
+        <button type="button" onClick={() => void csv()}>
+          CSV
+        </button>
+        <button type="button" onClick={() => select({ line: null })}>
+          Clear
+        </button>
+      </div>
+      {error && <p class="fault">{error}</p>}
+      {columns && (
+        <div class={loading ? 'loading' : ''}>
+          <CurvePanel
+            name={`Profile from A to B, ${info?.unit === 'px' ? 'disparity' : 'height'} in ${unit}`}
+            xLabel={`distance (${info?.unit ?? 'mm'})`}
+            yLabel={`${info?.unit === 'px' ? 'disparity' : 'height'} (${unit})`}
+            x={columns.x}
+            curves={columns.curves}
+            band={[0, 1]}
+            height={150}
+            cursor={nearest(columns.points, hover.value)}
+            onCursor={(index) => {
+              const point = index === null ? undefined : columns.points[index];
+              hover.value = point ? { x: Math.round(point.x_px), y: Math.round(point.y_px) } : null;
+            }}
+          />
+        </div>
+      )}
+    </section>
+  );
 }

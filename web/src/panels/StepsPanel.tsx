@@ -6,172 +6,162 @@ import { lengths, results, trends } from '../store/results';
 import { region, select, tool } from '../store/selection';
 
 function interval(depth: Depth): string {
-    const { label, factor } = lengths.value;
-    if (depth.half_width_95_mm === null) return 'interval unknown: too few independent parts';
-    const texts = valueAndSigma(depth.depth_mm * factor, depth.half_width_95_mm * factor);
-    return `95 % coverage interval: ${texts.value} ± ${texts.sigma} ${label}`;
+  const { label, factor } = lengths.value;
+  if (depth.half_width_95_mm === null) return 'interval unknown: too few independent parts';
+  const texts = valueAndSigma(depth.depth_mm * factor, depth.half_width_95_mm * factor);
+  return `95 % coverage interval: ${texts.value} ± ${texts.sigma} ${label}`;
 }
 
 function StepHeight({ of }: { of: SurfaceSummary }) {
-    const { label, factor } = lengths.value;
-    if (!of.levels) return <p>No two levels: {of.no_levels ?? 'one level only'}</p>;
-    const { depth, raised, margin_px, parts } = of.levels;
-    const sigma = depth.sigma_mm === null ? null : depth.sigma_mm * factor;
-    return (
-        <>
-            <p class="key-number">{measured(depth.depth_mm * factor, sigma, label)}</p>
-            <p>{interval(depth)}</p>
-            <p class="muted">
-                Step height between the two levels; {raised ? 'parts are raised' : 'parts are hollows'};{' '}
-                {margin_px} px beside the walls are left out.
-            </p>
-            {parts.length > 1 && <Parts of={of} />}
-        </>
-    );
+  const { label, factor } = lengths.value;
+  if (!of.levels) return <p>No two levels: {of.no_levels ?? 'one level only'}</p>;
+  const { depth, raised, margin_px, parts } = of.levels;
+  const sigma = depth.sigma_mm === null ? null : depth.sigma_mm * factor;
+  return (
+    <>
+      <p class="key-number">{measured(depth.depth_mm * factor, sigma, label)}</p>
+      <p>{interval(depth)}</p>
+      <p class="muted">
+        Step height between the two levels; {raised ? 'parts are raised' : 'parts are hollows'}; {margin_px}{' '}
+        px beside the walls are left out.
+      </p>
+      {parts.length > 1 && <Parts of={of} />}
+    </>
+  );
 }
 
 function Parts({ of }: { of: SurfaceSummary }) {
-    const { label, factor } = lengths.value;
-    return (
-        <div class="wide">
-            <table class="list">
-                <caption>Parts, depth in {label}</caption>
-                <thead>
-                    <tr>
-                        <th scope="col">centre (px)</th>
-                        <th scope="col">area (mm²)</th>
-                        <th scope="col">depth ({label})</th>
-                    </tr>
-                </thead>
-                <tbody>
-                    {of.levels?.parts.map((part) => {
-                        const sigma = part.depth.sigma_mm === null ? null : part.depth.sigma_mm * factor;
-                        const texts = valueAndSigma(part.depth.depth_mm * factor, sigma);
-                        const [x, y] = [Math.round(part.centre_x_px), Math.round(part.centre_y_px)];
-                        return (
-                            <tr key={`${x},${y}`}>
-                                <td>
-                                    <button
-                                        type="button"
-                                        class="plain"
-                                        onClick={() => select({ pin: { x, y } })}
-                                    >
-                                        {x}, {y}
-                                    </button>
-                                </td>
-                                <td>{part.area_mm2.toFixed(2)}</td>
-                                <td>
-                                    {texts.sigma === null ? texts.value : `${texts.value} ± ${texts.sigma}`}
-                                </td>
-                            </tr>
-                        );
-                    })}
-                </tbody>
-            </table>
-        </div>
-    );
+  const { label, factor } = lengths.value;
+  return (
+    <div class="wide">
+      <table class="list">
+        <caption>Parts, depth in {label}</caption>
+        <thead>
+          <tr>
+            <th scope="col">centre (px)</th>
+            <th scope="col">area (mm²)</th>
+            <th scope="col">depth ({label})</th>
+          </tr>
+        </thead>
+        <tbody>
+          {of.levels?.parts.map((part) => {
+            const sigma = part.depth.sigma_mm === null ? null : part.depth.sigma_mm * factor;
+            const texts = valueAndSigma(part.depth.depth_mm * factor, sigma);
+            const [x, y] = [Math.round(part.centre_x_px), Math.round(part.centre_y_px)];
+            return (
+              <tr key={`${x},${y}`}>
+                <td>
+                  <button type="button" class="plain" onClick={() => select({ pin: { x, y } })}>
+                    {x}, {y}
+                  </button>
+                </td>
+                <td>{part.area_mm2.toFixed(2)}</td>
+                <td>{texts.sigma === null ? texts.value : `${texts.value} ± ${texts.sigma}`}</td>
+              </tr>
+            );
+          })}
+        </tbody>
+      </table>
+    </div>
+  );
 }
 
 function RoughnessTable({ of }: { of: Roughness }) {
-    const { label, factor } = lengths.value;
-    const digits = label === 'mm' ? 4 : 1;
-    const rows: [name: string, words: string, value_mm: number][] = [
-        ['Sa', 'mean distance from the mean height', of.sa_mm],
-        ['Sq', 'root mean square', of.sq_mm],
-        ['Sz', 'lowest to highest pixel', of.sz_mm],
-        ['Sq noise', 'what the sigmas of the pixels predict for a flat surface', of.sq_noise_mm],
-        ['Sq without noise', 'root of the difference of squares', of.sq_without_noise_mm],
-    ];
-    return (
-        <table class="list">
-            <caption>
-                Roughness after removal of the form (ISO 25178-2), {count(of.pixels)} pixels, in {label}
-            </caption>
-            <tbody>
-                {rows.map(([name, words, value]) => (
-                    <tr key={name}>
-                        <th scope="row" title={words}>
-                            {name}
-                        </th>
-                        <td>{(value * factor).toFixed(digits)}</td>
-                        <td class="muted">{words}</td>
-                    </tr>
-                ))}
-            </tbody>
-        </table>
-    );
+  const { label, factor } = lengths.value;
+  const digits = label === 'mm' ? 4 : 1;
+  const rows: [name: string, words: string, value_mm: number][] = [
+    ['Sa', 'mean distance from the mean height', of.sa_mm],
+    ['Sq', 'root mean square', of.sq_mm],
+    ['Sz', 'lowest to highest pixel', of.sz_mm],
+    ['Sq noise', 'what the sigmas of the pixels predict for a flat surface', of.sq_noise_mm],
+    ['Sq without noise', 'root of the difference of squares', of.sq_without_noise_mm],
+  ];
+  return (
+    <table class="list">
+      <caption>
+        Roughness after removal of the form (ISO 25178-2), {count(of.pixels)} pixels, in {label}
+      </caption>
+      <tbody>
+        {rows.map(([name, words, value]) => (
+          <tr key={name}>
+            <th scope="row" title={words}>
+              {name}
+            </th>
+            <td>{(value * factor).toFixed(digits)}</td>
+            <td class="muted">{words}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
 }
 
 function RegionFields() {
-    const area = region.value;
-    if (!area) return null;
-    const names = ['x from', 'y from', 'x to', 'y to'];
-    return (
-        <div class="fields">
-            {area.map((value, index) => (
-                <NumberField
-                    key={index}
-                    label={names[index]!}
-                    unit="px"
-                    value={value}
-                    minimum={0}
-                    onChange={(next) => {
-                        const changed = area.slice() as typeof area;
-                        changed[index] = Math.round(next);
-                        if (changed[0] < changed[2] && changed[1] < changed[3]) select({ region: changed });
-                    }}
-                />
-            ))}
-            <button type="button" onClick={() => select({ region: null })}>
-                Clear
-            </button>
-        </div>
-    );
+  const area = region.value;
+  if (!area) return null;
+  const names = ['x from', 'y from', 'x to', 'y to'];
+  return (
+    <div class="fields">
+      {area.map((value, index) => (
+        <NumberField
+          key={index}
+          label={names[index]!}
+          unit="px"
+          value={value}
+          minimum={0}
+          onChange={(next) => {
+            const changed = area.slice() as typeof area;
+            changed[index] = Math.round(next);
+            if (changed[0] < changed[2] && changed[1] < changed[3]) select({ region: changed });
+          }}
+        />
+      ))}
+      <button type="button" onClick={() => select({ region: null })}>
+        Clear
+      </button>
+    </div>
+  );
 }
 
 /** Step height and roughness of a region, or of the whole map as `surface` found them. */
 export function StepsPanel() {
-    const { value, error, loading } = surface.state.value;
-    const held = results.value;
-    if (!held?.geometry)
-        return <p class="hint">Heights need a calibration, so there are no steps in mm.</p>;
-    const shown = region.value ? value : held.surface;
-    return (
-        <div class={loading ? 'loading' : ''}>
-            <h2>{region.value ? 'Steps and roughness of the region' : 'Steps and roughness of the map'}</h2>
-            <RegionFields />
-            {region.value ? (
-                <label>
-                    form{' '}
-                    <select
-                        value={trend.value}
-                        onChange={(event) => (trend.value = event.currentTarget.value)}
-                    >
-                        {trends.value.map(({ name, title }) => (
-                            <option key={name} value={name}>
-                                {title}
-                            </option>
-                        ))}
-                    </select>
-                </label>
-            ) : (
-                <p class="hint">
-                    Alt + drag on the map, or{' '}
-                    <button type="button" onClick={() => (tool.value = 'region')}>
-                        Draw region
-                    </button>{' '}
-                    asks for a part of it.
-                </p>
-            )}
-            {error && <p class="fault">{error}</p>}
-            {loading && !shown && <p class="hint">computing…</p>}
-            {!region.value && !shown && <p>epirig surface was not run on these results.</p>}
-            {shown && (
-                <>
-                    <StepHeight of={shown} />
-                    <RoughnessTable of={shown.roughness} />
-                </>
-            )}
-        </div>
-    );
+  const { value, error, loading } = surface.state.value;
+  const held = results.value;
+  if (!held?.geometry) return <p class="hint">Heights need a calibration, so there are no steps in mm.</p>;
+  const shown = region.value ? value : held.surface;
+  return (
+    <div class={loading ? 'loading' : ''}>
+      <h2>{region.value ? 'Steps and roughness of the region' : 'Steps and roughness of the map'}</h2>
+      <RegionFields />
+      {region.value ? (
+        <label>
+          form{' '}
+          <select value={trend.value} onChange={(event) => (trend.value = event.currentTarget.value)}>
+            {trends.value.map(({ name, title }) => (
+              <option key={name} value={name}>
+                {title}
+              </option>
+            ))}
+          </select>
+        </label>
+      ) : (
+        <p class="hint">
+          Alt + drag on the map, or{' '}
+          <button type="button" onClick={() => (tool.value = 'region')}>
+            Draw region
+          </button>{' '}
+          asks for a part of it.
+        </p>
+      )}
+      {error && <p class="fault">{error}</p>}
+      {loading && !shown && <p class="hint">computing…</p>}
+      {!region.value && !shown && <p>epirig surface was not run on these results.</p>}
+      {shown && (
+        <>
+          <StepHeight of={shown} />
+          <RoughnessTable of={shown.roughness} />
+        </>
+      )}
+    </div>
+  );
 }

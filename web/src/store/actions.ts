@@ -11,28 +11,28 @@ export const notice = signal<string | null>(null);
 let timer: ReturnType<typeof setTimeout> | undefined;
 
 export function say(words: string): void {
-    notice.value = words;
-    clearTimeout(timer);
-    timer = setTimeout(() => (notice.value = null), 4000);
+  notice.value = words;
+  clearTimeout(timer);
+  timer = setTimeout(() => (notice.value = null), 4000);
 }
 
 export async function copyLink(): Promise<void> {
-    const text = link();
-    try {
-        await navigator.clipboard.writeText(text);
-        say('Link copied. It shows this view; it holds no token.');
-    } catch {
-        // Pages that are not on https or loopback may not write to the clipboard.
-        prompt('Copy this link:', text);
-    }
+  const text = link();
+  try {
+    await navigator.clipboard.writeText(text);
+    say('Link copied. It shows this view; it holds no token.');
+  } catch {
+    // Pages that are not on https or loopback may not write to the clipboard.
+    prompt('Copy this link:', text);
+  }
 }
 
 /** Hands a blob to the browser's download. */
 export function save(blob: Blob, name: string): void {
-    const address = URL.createObjectURL(blob);
-    const anchor = document.createElement('a');
-    anchor.href = address;
-    anchor.download = name;
-    anchor.click();
-    setTimeout(() => URL.revokeObjectURL(address), 10_000);
+  const address = URL.createObjectURL(blob);
+  const anchor = document.createElement('a');
+  anchor.href = address;
+  anchor.download = name;
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
 }

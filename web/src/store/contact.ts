@@ -8,21 +8,21 @@ export const lostSince = signal<number | null>(null);
 let lastHeard = Date.now();
 
 export function contactMade(): void {
-    lastHeard = Date.now();
-    if (lostSince.peek() !== null) lostSince.value = null;
+  lastHeard = Date.now();
+  if (lostSince.peek() !== null) lostSince.value = null;
 }
 
 export function contactFailed(): void {
-    if (lostSince.peek() === null) lostSince.value = lastHeard;
+  if (lostSince.peek() === null) lostSince.value = lastHeard;
 }
 
 /** Asks the server now and then whether it is there: often while it is lost. */
 export function watchContact(ask: () => Promise<unknown>): void {
-    const again = async (): Promise<void> => {
-        const rest = lostSince.peek() === null ? 5000 : 2000;
-        await new Promise((resolve) => setTimeout(resolve, rest));
-        if (document.visibilityState === 'visible') await ask().catch(() => undefined);
-        void again();
-    };
+  const again = async (): Promise<void> => {
+    const rest = lostSince.peek() === null ? 5000 : 2000;
+    await new Promise((resolve) => setTimeout(resolve, rest));
+    if (document.visibilityState === 'visible') await ask().catch(() => undefined);
     void again();
+  };
+  void again();
 }

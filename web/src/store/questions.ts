@@ -12,24 +12,24 @@ export const profile = latest<LineSelection, LineInfo>((ends, abort) => api.line
 export const rowCost = latest<number, Framed<RowCost>>((y, abort) => api.rowCost(y, abort), 150);
 
 export interface SurfaceQuestion {
-    region: Region | null;
-    trend: string;
+  region: Region | null;
+  trend: string;
 }
 
 export const surface = latest<SurfaceQuestion, SurfaceSummary>(
-    ({ region: area, trend }, abort) => api.surface(area, trend, abort),
-    200,
+  ({ region: area, trend }, abort) => api.surface(area, trend, abort),
+  200,
 );
 
 /** The form that is removed before steps and roughness are found. */
 export const trend = signal('plane');
 
 export function followSelection(): void {
-    effect(() => pixel.ask(results.value?.results ? pin.value : null));
-    effect(() => profile.ask(results.value?.results ? line.value : null));
-    effect(() => {
-        const area = region.value;
-        surface.ask(area && results.value?.geometry ? { region: area, trend: trend.value } : null);
-    });
-    effect(() => rowCost.ask(panel.value === 'row-cost' && pin.value ? pin.value.y : null));
+  effect(() => pixel.ask(results.value?.results ? pin.value : null));
+  effect(() => profile.ask(results.value?.results ? line.value : null));
+  effect(() => {
+    const area = region.value;
+    surface.ask(area && results.value?.geometry ? { region: area, trend: trend.value } : null);
+  });
+  effect(() => rowCost.ask(panel.value === 'row-cost' && pin.value ? pin.value.y : null));
 }

@@ -4,10 +4,10 @@ import { computed, effect, signal, type Signal } from '@preact/signals';
 import { PALETTES } from '../components/palette';
 
 function kept<T extends string>(key: string, values: readonly T[], start: T): Signal<T> {
-    const stored = localStorage.getItem(key) as T | null;
-    const state = signal<T>(stored && values.includes(stored) ? stored : start);
-    effect(() => localStorage.setItem(key, state.value));
-    return state;
+  const stored = localStorage.getItem(key) as T | null;
+  const state = signal<T>(stored && values.includes(stored) ? stored : start);
+  effect(() => localStorage.setItem(key, state.value));
+  return state;
 }
 
 export const themeChoice = kept('epirig-theme', ['system', 'dark', 'light'] as const, 'system');
@@ -25,20 +25,19 @@ const dark = signal(systemDark.matches);
 systemDark.addEventListener('change', (event) => (dark.value = event.matches));
 
 export const theme = computed<'dark' | 'light'>(() =>
-    themeChoice.value === 'system' ? (dark.value ? 'dark' : 'light') : themeChoice.value,
+  themeChoice.value === 'system' ? (dark.value ? 'dark' : 'light') : themeChoice.value,
 );
 
 /** Colours for canvases; style sheets read the same ones as variables. */
 export const palette = computed(() => PALETTES[theme.value]);
 
 export function applyTheme(): void {
-    effect(() => {
-        const root = document.documentElement;
-        root.dataset.theme = theme.value;
-        root.style.colorScheme = theme.value;
-        for (const [name, colour] of Object.entries(palette.value))
-            root.style.setProperty(`--${name}`, colour);
-    });
+  effect(() => {
+    const root = document.documentElement;
+    root.dataset.theme = theme.value;
+    root.style.colorScheme = theme.value;
+    for (const [name, colour] of Object.entries(palette.value)) root.style.setProperty(`--${name}`, colour);
+  });
 }
 
 export const calm = matchMedia('(prefers-reduced-motion: reduce)');

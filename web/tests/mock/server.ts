@@ -9,136 +9,136 @@ import { frameAt } from './truth';
 export const TOKEN = 'mock-token-1234';
 const PAGE = fileURLToPath(new URL('../../../crates/server/page/', import.meta.url));
 const POLICY =
-    "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; worker-src 'self' blob:";
+  "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; worker-src 'self' blob:";
 const TYPES: Record<string, string> = { html: 'text/html', js: 'text/javascript', css: 'text/css' };
 
 function sendJson(reply: ServerResponse, value: unknown, status = 200): void {
-    const text = JSON.stringify(value, (_key, one: unknown) =>
-        typeof one === 'number' && !Number.isFinite(one) ? null : one,
-    );
-    reply.writeHead(status, { 'content-type': 'application/json' }).end(text);
+  const text = JSON.stringify(value, (_key, one: unknown) =>
+    typeof one === 'number' && !Number.isFinite(one) ? null : one,
+  );
+  reply.writeHead(status, { 'content-type': 'application/json' }).end(text);
 }
 
 function sendBytes(reply: ServerResponse, bytes: Uint8Array, type = 'application/octet-stream'): void {
-    reply.writeHead(200, { 'content-type': type }).end(bytes);
+  reply.writeHead(200, { 'content-type': type }).end(bytes);
 }
 
 function sendFramed(reply: ServerResponse, [head, values]: [object, Float32Array]): void {
-    let text = JSON.stringify(head);
-    while ((4 + Buffer.byteLength(text)) % 4 !== 0) text += ' ';
-    const length = Buffer.alloc(4);
-    length.writeUInt32LE(Buffer.byteLength(text));
-    sendBytes(reply, Buffer.concat([length, Buffer.from(text), Buffer.from(values.buffer)]));
+  let text = JSON.stringify(head);
+  while ((4 + Buffer.byteLength(text)) % 4 !== 0) text += ' ';
+  const length = Buffer.alloc(4);
+  length.writeUInt32LE(Buffer.byteLength(text));
+  sendBytes(reply, Buffer.concat([length, Buffer.from(text), Buffer.from(values.buffer)]));
 }
 
 function sendTile(reply: ServerResponse, values: Float32Array | null): void {
-    if (values) sendBytes(reply, Buffer.from(values.buffer));
-    else sendJson(reply, { error: { message: 'There is no such map.' } }, 404);
+  if (values) sendBytes(reply, Buffer.from(values.buffer));
+  else sendJson(reply, { error: { message: 'There is no such map.' } }, 404);
 }
 
 // The smallest PNG: one grey pixel.
 const PNG = Buffer.from(
-    'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==',
-    'base64',
+  'iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==',
+  'base64',
 );
 
 function answer(path: string, query: URLSearchParams, reply: ServerResponse): void {
-    const number = (name: string): number => Number(query.get(name));
-    const parts = path.split('/').slice(2);
-    const numbers = parts.map(Number);
-    switch (parts[0]) {
-        case 'about':
-            return sendJson(reply, {
-                program: 'epirig',
-                version: '0.0.0',
-                mode: 'view',
-                rig: false,
-                may_control: false,
-                sequence: 'mock-0042',
-            });
-        case 'results':
-            return sendJson(reply, replies.results());
-        case 'maps':
-            return sendTile(reply, replies.mapTile(parts[1]!, numbers[2]!, numbers[3]!, numbers[4]!));
-        case 'frames': {
-            const at = (x: number, y: number): number => frameAt(numbers[1]!, x, y);
-            return sendTile(reply, replies.tile(at, false, numbers[2]!, numbers[3]!, numbers[4]!));
-        }
-        case 'pixel':
-            return sendFramed(reply, replies.pixel(number('x'), number('y')));
-        case 'row-cost':
-            return sendFramed(reply, replies.rowCost(number('y')));
-        case 'line':
-            return sendJson(reply, replies.line(number('x0'), number('y0'), number('x1'), number('y1')));
-        case 'line.csv': {
-            const info = replies.line(number('x0'), number('y0'), number('x1'), number('y1'));
-            return sendBytes(reply, Buffer.from(replies.lineCsv(info)), 'text/csv');
-        }
-        case 'surface':
-            return sendJson(reply, replies.SURFACE);
-        case 'trends':
-            return sendJson(reply, [
-                { name: 'constant', title: 'level' },
-                { name: 'plane', title: 'level and tilt' },
-                { name: 'quadric', title: 'level, tilt and bow' },
-            ]);
-        case 'mesh':
-            return sendFramed(reply, replies.mesh());
-        case 'compare':
-            return sendFramed(reply, replies.compare());
-        case 'stage':
-            return sendJson(reply, replies.stage());
-        case 'calibration':
-            if (parts[1]) return sendBytes(reply, PNG, 'image/png');
-            return sendJson(reply, {
-                figures: [{ name: 'lens', title: 'Distortion of the lens' }],
-                lens: { focal_length_px: 3210.52, residual_rms_px: 0.199, distortion: [-0.112, 0.031] },
-            });
-        case 'downloads':
-            return sendJson(reply, [
-                { name: 'height.tiff', title: 'Height map, float TIFF', bytes: 1228800 },
-                { name: 'match.json', title: 'Settings and results in numbers', bytes: 5120 },
-            ]);
-        case 'download':
-            return sendBytes(reply, Buffer.from(`contents of ${parts[1]}`));
-        default:
-            return sendJson(reply, { error: { message: `There is no ${path}.` } }, 404);
+  const number = (name: string): number => Number(query.get(name));
+  const parts = path.split('/').slice(2);
+  const numbers = parts.map(Number);
+  switch (parts[0]) {
+    case 'about':
+      return sendJson(reply, {
+        program: 'epirig',
+        version: '0.0.0',
+        mode: 'view',
+        rig: false,
+        may_control: false,
+        sequence: 'mock-0042',
+      });
+    case 'results':
+      return sendJson(reply, replies.results());
+    case 'maps':
+      return sendTile(reply, replies.mapTile(parts[1]!, numbers[2]!, numbers[3]!, numbers[4]!));
+    case 'frames': {
+      const at = (x: number, y: number): number => frameAt(numbers[1]!, x, y);
+      return sendTile(reply, replies.tile(at, false, numbers[2]!, numbers[3]!, numbers[4]!));
     }
+    case 'pixel':
+      return sendFramed(reply, replies.pixel(number('x'), number('y')));
+    case 'row-cost':
+      return sendFramed(reply, replies.rowCost(number('y')));
+    case 'line':
+      return sendJson(reply, replies.line(number('x0'), number('y0'), number('x1'), number('y1')));
+    case 'line.csv': {
+      const info = replies.line(number('x0'), number('y0'), number('x1'), number('y1'));
+      return sendBytes(reply, Buffer.from(replies.lineCsv(info)), 'text/csv');
+    }
+    case 'surface':
+      return sendJson(reply, replies.SURFACE);
+    case 'trends':
+      return sendJson(reply, [
+        { name: 'constant', title: 'level' },
+        { name: 'plane', title: 'level and tilt' },
+        { name: 'quadric', title: 'level, tilt and bow' },
+      ]);
+    case 'mesh':
+      return sendFramed(reply, replies.mesh());
+    case 'compare':
+      return sendFramed(reply, replies.compare());
+    case 'stage':
+      return sendJson(reply, replies.stage());
+    case 'calibration':
+      if (parts[1]) return sendBytes(reply, PNG, 'image/png');
+      return sendJson(reply, {
+        figures: [{ name: 'lens', title: 'Distortion of the lens' }],
+        lens: { focal_length_px: 3210.52, residual_rms_px: 0.199, distortion: [-0.112, 0.031] },
+      });
+    case 'downloads':
+      return sendJson(reply, [
+        { name: 'height.tiff', title: 'Height map, float TIFF', bytes: 1228800 },
+        { name: 'match.json', title: 'Settings and results in numbers', bytes: 5120 },
+      ]);
+    case 'download':
+      return sendBytes(reply, Buffer.from(`contents of ${parts[1]}`));
+    default:
+      return sendJson(reply, { error: { message: `There is no ${path}.` } }, 404);
+  }
 }
 
 async function sendPage(path: string, reply: ServerResponse): Promise<void> {
-    const name = path === '/' ? 'index.html' : path.slice(1);
-    const type = TYPES[name.split('.').pop() ?? ''];
-    if (!type || name.includes('/')) {
-        reply.writeHead(404).end();
-        return;
-    }
-    try {
-        const bytes = await readFile(PAGE + name);
-        reply.writeHead(200, { 'content-type': type, 'content-security-policy': POLICY }).end(bytes);
-    } catch {
-        reply.writeHead(404).end();
-    }
+  const name = path === '/' ? 'index.html' : path.slice(1);
+  const type = TYPES[name.split('.').pop() ?? ''];
+  if (!type || name.includes('/')) {
+    reply.writeHead(404).end();
+    return;
+  }
+  try {
+    const bytes = await readFile(PAGE + name);
+    reply.writeHead(200, { 'content-type': type, 'content-security-policy': POLICY }).end(bytes);
+  } catch {
+    reply.writeHead(404).end();
+  }
 }
 
 function handle(request: IncomingMessage, reply: ServerResponse): void {
-    const address = new URL(request.url ?? '/', 'http://mock');
-    if (!address.pathname.startsWith('/api/')) {
-        void sendPage(address.pathname, reply);
-        return;
-    }
-    if (request.headers['x-epirig-token'] !== TOKEN) {
-        sendJson(
-            reply,
-            { error: { message: 'The token is missing. Open the link that epirig printed.' } },
-            401,
-        );
-        return;
-    }
-    answer(address.pathname, address.searchParams, reply);
+  const address = new URL(request.url ?? '/', 'http://mock');
+  if (!address.pathname.startsWith('/api/')) {
+    void sendPage(address.pathname, reply);
+    return;
+  }
+  if (request.headers['x-epirig-token'] !== TOKEN) {
+    sendJson(
+      reply,
+      { error: { message: 'The token is missing. Open the link that epirig printed.' } },
+      401,
+    );
+    return;
+  }
+  answer(address.pathname, address.searchParams, reply);
 }
 
 export function startMock(port: number): Promise<Server> {
-    const server = createServer(handle);
-    return new Promise((resolve) => server.listen(port, '127.0.0.1', () => resolve(server)));
+  const server = createServer(handle);
+  return new Promise((resolve) => server.listen(port, '127.0.0.1', () => resolve(server)));
 }

@@ -4,43 +4,43 @@ import { fromHash, NOTHING, toHash, type Selection } from '../../src/store/hash'
 import { splitToken } from '../../src/store/token';
 
 const full: Selection = {
-    map: 'height-sigma',
-    pin: { x: 512, y: 430 },
-    line: { x0: 100, y0: 430, x1: 900, y1: 430, width: 5 },
-    region: [10, 20, 300, 400],
-    view: { x: 512.5, y: 430.25, zoom: 2 },
-    colours: 'cividis',
-    range: { mode: 'hand', low: -0.3, high: 1.2 },
-    frame: 37,
-    kind: 'rectified',
-    compare: 'look & see',
-    panel: 'pixel',
+  map: 'height-sigma',
+  pin: { x: 512, y: 430 },
+  line: { x0: 100, y0: 430, x1: 900, y1: 430, width: 5 },
+  region: [10, 20, 300, 400],
+  view: { x: 512.5, y: 430.25, zoom: 2 },
+  colours: 'cividis',
+  range: { mode: 'hand', low: -0.3, high: 1.2 },
+  frame: 37,
+  kind: 'rectified',
+  compare: 'look & see',
+  panel: 'pixel',
 };
 
 test('a selection survives the address', () => {
-    assert.deepEqual(fromHash(toHash(full)), full);
-    assert.deepEqual(fromHash(toHash({ ...NOTHING, map: 'height' })), { ...NOTHING, map: 'height' });
+  assert.deepEqual(fromHash(toHash(full)), full);
+  assert.deepEqual(fromHash(toHash({ ...NOTHING, map: 'height' })), { ...NOTHING, map: 'height' });
 });
 
 test('addresses are short', () => {
-    assert.ok(toHash(full).length < 300);
+  assert.ok(toHash(full).length < 300);
 });
 
 test('nonsense in an address is left out', () => {
-    const read = fromHash('#results/height?p=1,x&l=1,2&v=1,2,-3&r=5,2&f=&m=jet');
-    assert.deepEqual(read, { ...NOTHING, map: 'height' });
-    assert.deepEqual(fromHash('#elsewhere'), NOTHING);
+  const read = fromHash('#results/height?p=1,x&l=1,2&v=1,2,-3&r=5,2&f=&m=jet');
+  assert.deepEqual(read, { ...NOTHING, map: 'height' });
+  assert.deepEqual(fromHash('#elsewhere'), NOTHING);
 });
 
 test('the token leaves the address and the rest stays', () => {
-    assert.deepEqual(splitToken('#token=abc'), { token: 'abc', rest: '' });
-    assert.deepEqual(splitToken('#results/height?p=1,2&token=abc'), {
-        token: 'abc',
-        rest: '#results/height?p=1,2',
-    });
-    assert.deepEqual(splitToken('#results/height?token=abc&p=1,2'), {
-        token: 'abc',
-        rest: '#results/height?p=1,2',
-    });
-    assert.deepEqual(splitToken('#results/height'), { token: null, rest: '#results/height' });
+  assert.deepEqual(splitToken('#token=abc'), { token: 'abc', rest: '' });
+  assert.deepEqual(splitToken('#results/height?p=1,2&token=abc'), {
+    token: 'abc',
+    rest: '#results/height?p=1,2',
+  });
+  assert.deepEqual(splitToken('#results/height?token=abc&p=1,2'), {
+    token: 'abc',
+    rest: '#results/height?p=1,2',
+  });
+  assert.deepEqual(splitToken('#results/height'), { token: null, rest: '#results/height' });
 });

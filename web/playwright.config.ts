@@ -1,0 +1,33 @@
+import { defineConfig } from '@playwright/test';
+
+// With EPIRIG_URL (the link that `epirig view` prints) the tests run against the real program.
+const real = process.env.EPIRIG_URL;
+
+export default defineConfig({
+  testDir: 'tests/browser',
+  workers: 1,
+  timeout: 40_000,
+  expect: { timeout: 15_000 },
+  reporter: 'list',
+  use: {
+    actionTimeout: 8_000,
+    viewport: { width: 1280, height: 720 },
+    colorScheme: 'dark',
+    contextOptions: { reducedMotion: 'reduce' },
+    launchOptions: {
+      executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+      args: [
+        '--no-sandbox',
+        '--use-gl=angle',
+        '--use-angle=swiftshader',
+        '--disable-background-networking',
+        '--disable-component-update',
+        '--disable-sync',
+        '--no-first-run',
+      ],
+    },
+  },
+  webServer: real
+    ? undefined
+    : { command: 'npm run mock', url: 'http://127.0.0.1:8765/', reuseExistingServer: true },
+});

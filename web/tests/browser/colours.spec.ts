@@ -1,0 +1,50 @@
+import { expect, test, type Page } from '@playwright/test';
+import { colourTable } from '../../src/colours/tables';
+import { heightAt } from '../mock/truth';
+import { centre, open, REAL } from './page';
+
+test.skip(!!REAL, 'the truth is that of the mock server');
+
+/** The colour of the screen at a point. */
+async function colourAt(page: Page, x: number, y: number): Promise<number[]> {
+  const png = await page.screenshot({ clip: { x, y, width: 1, height: 1 } });
+  return page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+    const image = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+    const canvas = document.createElement('canvas');
+    const context = canvas.getContext('2d')!;
+    context.drawImage(image, 0, 0);
+    return [...context.getImageData(0, 0, 1, 1).data.slice(0, 3)];
+  }, png.toString('base64'));
+}
+
+test('a pixel has the colour of its value', async ({ page }) => {
+  await open(page, 'results/height?v=452.5,150.5,32&r=-0.3,0.1');
+  await page.getByRole('tab', { name: 'About' }).click();
+  const { x, y } = await centre(page);
+  const entry = Math.round(((heightAt(452, 150) + 0.3) / 0.4) * 255) * 4;
+  const wanted = [...colourTable('viridis').slice(entry, entry + 3)];
+  await expect
+    .poll(async () => {
+      const got = await colourAt(page, x, y);
+      return Math.max(...got.map((value, index) => Math.abs(value - wanted[index]!)));
+    })
+    .toBeLessThanOrEqual(3);
+});
+
+test('no data is a checkerboard of two greys', async ({ page }) => {
+  await open(page, 'results/height?v=630,240,32');
+  await page.getByLabel('mask').uncheck();
+  const { x, y } = await centre(page);
+  const seen = new Set<string>();
+  for (let by = 0; by < 16; by += 4) seen.add(String(await colourAt(page, x + by, y + 4)));
+  expect([...seen].sort()).toEqual(['107,116,128', '58,66,77']);
+});
+
+test('values beyond the range are black and white stripes', async ({ page }) => {
+  await open(page, 'results/height?v=452.5,150.5,32&r=0.5,0.6');
+  const { x, y } = await centre(page);
+  const seen = new Set<string>();
+  for (let by = -6; by < 6; by += 1) seen.add(String(await colourAt(page, x, y + by)));
+  expect([...seen].sort()).toEqual(['0,0,0', '255,255,255']);
+});

@@ -1,0 +1,35 @@
+// Pictures of every panel at three sizes in both themes, for people to look at: `npm run look`.
+
+import { test } from '@playwright/test';
+import { foundPixel, open, resultsOf } from './page';
+
+test.skip(!process.env.LOOK, 'set LOOK=1 to take pictures');
+
+const SIZES = [
+  ['wide', 1280, 720],
+  ['tablet', 820, 1180],
+  ['phone', 390, 844],
+] as const;
+
+for (const [size, width, height] of SIZES) {
+  for (const theme of ['dark', 'light'] as const) {
+    test(`look at ${size}, ${theme}`, async ({ page }) => {
+      await page.setViewportSize({ width, height });
+      await page.emulateMedia({ colorScheme: theme });
+      await open(page);
+      const at = await foundPixel(page);
+      const { frames, maps } = await resultsOf(page);
+      const line = [0.2, 0.35, 0.85, 0.35].map((share, index) =>
+        Math.round(share * (index % 2 ? frames.rows : frames.columns)),
+      );
+      await open(page, `results/${maps[0]!.id}?p=${at.x},${at.y}&l=${line.join(',')},5`);
+      const names = await page.getByRole('tab').allTextContents();
+      for (const name of names) {
+        await page.getByRole('tab', { name }).click();
+        await page.waitForTimeout(name === '3-D' ? 2500 : 700);
+        const path = `screenshots/${size}-${theme}-${name.toLowerCase().replace(' ', '-')}.png`;
+        await page.screenshot({ path });
+      }
+    });
+  }
+}

@@ -1,0 +1,64 @@
+// What the tests share: the link, the truth, and where pixels are on the screen.
+
+import { expect, type Locator, type Page } from '@playwright/test';
+import { TOKEN } from '../mock/server';
+import type { PixelInfo, Results } from '../../src/api';
+
+export const REAL = process.env.EPIRIG_URL;
+const LINK = new URL(REAL ?? `http://127.0.0.1:8765/#token=${TOKEN}`);
+export const ORIGIN = LINK.origin;
+export const SECRET = LINK.hash.replace('#token=', '');
+
+/** Opens the page with the printed link, and a selection if one is given. */
+export async function open(page: Page, selection = ''): Promise<void> {
+  const token = `token=${SECRET}`;
+  const hash = selection ? `#${selection}${selection.includes('?') ? '&' : '?'}${token}` : `#${token}`;
+  await page.goto(`${ORIGIN}/${hash}`);
+  await expect(mapOf(page)).toBeVisible();
+}
+
+export function mapOf(page: Page): Locator {
+  return page.locator('#map');
+}
+
+export function valueOf(page: Page): Locator {
+  return page.getByRole('status', { name: 'Value at pixel' });
+}
+
+async function get(page: Page, path: string): Promise<Buffer> {
+  const reply = await page.request.get(`${ORIGIN}/api/${path}`, {
+    headers: { 'x-epirig-token': SECRET },
+  });
+  expect(reply.ok()).toBe(true);
+  return reply.body();
+}
+
+export async function resultsOf(page: Page): Promise<Results> {
+  return JSON.parse((await get(page, 'results')).toString()) as Results;
+}
+
+export async function pixelOf(page: Page, x: number, y: number): Promise<PixelInfo> {
+  const bytes = await get(page, `pixel?x=${x}&y=${y}`);
+  return JSON.parse(bytes.subarray(4, 4 + bytes.readUInt32LE(0)).toString()) as PixelInfo;
+}
+
+export async function text(page: Page, path: string): Promise<string> {
+  return (await get(page, path)).toString();
+}
+
+/** A pixel near the middle that has a value. */
+export async function foundPixel(page: Page): Promise<{ x: number; y: number }> {
+  const { frames } = await resultsOf(page);
+  for (let by = 0; by < 40; by += 1) {
+    const at = { x: Math.floor(frames.columns * 0.4) + by * 3, y: Math.floor(frames.rows * 0.45) };
+    if ((await pixelOf(page, at.x, at.y)).answer === 'found') return at;
+  }
+  throw new Error('no pixel with a value near the middle');
+}
+
+/** Zooms to `zoom` about a pixel by the address, and returns where that pixel is on the screen. */
+export async function centre(page: Page): Promise<{ x: number; y: number }> {
+  const box = await page.locator('.map-values').boundingBox();
+  if (!box) throw new Error('the map is not on the screen');
+  return { x: box.x + Math.round(box.width) / 2, y: box.y + Math.round(box.height) / 2 };
+}

@@ -1,0 +1,177 @@
+import { expect, test } from '@playwright/test';
+import { readFile } from 'node:fs/promises';
+import { measured } from '../../src/format/number';
+import { lengthUnit } from '../../src/format/lengths';
+import { codeAt, heightAt, sigmaMmAt } from '../mock/truth';
+import { centre, foundPixel, mapOf, open, pixelOf, REAL, resultsOf, SECRET, text, valueOf } from './page';
+
+test('a click pins exactly the pixel under the pointer and shows its value', async ({ page }) => {
+  await open(page);
+  const at = await foundPixel(page);
+  const { maps } = await resultsOf(page);
+  await open(page, `results/${maps[0]!.id}?v=${at.x + 0.5},${at.y + 0.5},16`);
+  const middle = await centre(page);
+  // Close to each corner of the zoomed pixel.
+  for (const [dx, dy] of [
+    [-7, -7],
+    [7, -7],
+    [-7, 7],
+    [7, 7],
+  ] as const) {
+    await page.mouse.click(middle.x + dx, middle.y + dy);
+    await expect(valueOf(page)).toContainText(`(${at.x}, ${at.y})`);
+  }
+  const reply = await pixelOf(page, at.x, at.y);
+  const first = reply.values[0]!;
+  const height = maps.find(({ id }) => id === 'height');
+  const unit =
+    first.unit === 'mm' ? lengthUnit(height!.low, height!.high) : { label: first.unit, factor: 1 };
+  const sigma = first.sigma === null ? null : first.sigma * unit.factor;
+  await expect(valueOf(page)).toContainText(measured(first.value! * unit.factor, sigma, unit.label));
+});
+
+test('disparity and sigma of a pixel of known truth', async ({ page }) => {
+  test.skip(!!REAL, 'the truth is that of the mock server');
+  await open(page, 'results/height?p=452,150');
+  const panel = page.getByRole('tabpanel');
+  await expect(panel).toContainText('At (452, 150)');
+  await expect(panel).toContainText('= 11.300, 3.750 mm');
+  await expect(panel).toContainText(measured(heightAt(452, 150), sigmaMmAt(452, 150), 'mm'));
+  await expect(panel).toContainText(measured(20 + 6 * heightAt(452, 150), 6 * sigmaMmAt(452, 150), 'px'));
+  await expect(panel).toContainText('sigma here is better than 78 % of the map');
+});
+
+test('a pixel without a value says why', async ({ page }) => {
+  test.skip(!!REAL, 'the truth is that of the mock server');
+  expect(codeAt(520, 380)).toBe(3);
+  await open(page, 'results/height?p=520,380');
+  await expect(valueOf(page)).toContainText('no value: too little texture');
+});
+
+test('the pin moves with the keyboard', async ({ page }) => {
+  await open(page);
+  const at = await foundPixel(page);
+  await open(page, `results/${(await resultsOf(page)).maps[0]!.id}?p=${at.x},${at.y}`);
+  await mapOf(page).focus();
+  await page.keyboard.press('ArrowRight');
+  await page.keyboard.press('Shift+ArrowDown');
+  await expect(valueOf(page)).toContainText(`(${at.x + 1}, ${at.y + 10})`);
+  await page.keyboard.press('m');
+  await expect(page.getByLabel('Map', { exact: true })).toHaveValue((await resultsOf(page)).maps[1]!.id);
+});
+
+test('letters do nothing while a person types', async ({ page }) => {
+  await open(page);
+  const first = (await resultsOf(page)).maps[0]!.id;
+  await page.getByRole('spinbutton', { name: 'Upper end' }).focus();
+  await page.keyboard.press('m');
+  await expect(page.getByLabel('Map', { exact: true })).toHaveValue(first);
+});
+
+test('a line shows its profile, and its CSV is that of the server', async ({ page }) => {
+  await open(page);
+  const middle = await centre(page);
+  await page.keyboard.down('Shift');
+  await page.mouse.move(middle.x - 120, middle.y);
+  await page.mouse.down();
+  await page.mouse.move(middle.x, middle.y + 10, { steps: 4 });
+  await page.mouse.move(middle.x + 100, middle.y + 20, { steps: 4 });
+  await page.mouse.up();
+  await page.keyboard.up('Shift');
+  await expect(page.getByRole('img', { name: /^Profile from A to B/ })).toBeVisible();
+  await expect.poll(() => page.evaluate(() => location.hash)).toMatch(/l=\d/);
+  const ends = /l=([^&]*)/.exec(await page.evaluate(() => location.hash))![1]!.split(',');
+  const [saved] = await Promise.all([
+    page.waitForEvent('download'),
+    page.getByRole('button', { name: 'CSV' }).click(),
+  ]);
+  const [x0, y0, x1, y1, width] = ends;
+  const wanted = await text(page, `line.csv?x0=${x0}&y0=${y0}&x1=${x1}&y1=${y1}&width=${width}`);
+  expect(await readFile(await saved.path(), 'utf8')).toBe(wanted);
+  expect(wanted.split('\n').length).toBeGreaterThan(10);
+});
+
+test('a region asks for steps and roughness', async ({ page }) => {
+  test.skip((await (async () => (await open(page), resultsOf(page)))()).geometry === null, 'needs heights');
+  await page.getByRole('button', { name: 'Draw region' }).first().click();
+  const middle = await centre(page);
+  await page.mouse.move(middle.x - 120, middle.y - 80);
+  await page.mouse.down();
+  await page.mouse.move(middle.x + 100, middle.y + 70, { steps: 4 });
+  await page.mouse.up();
+  const panel = page.getByRole('tabpanel');
+  await expect(panel).toContainText('Steps and roughness of the region');
+  await expect(panel).toContainText('Sq');
+  await expect(panel).toContainText(/95 % coverage interval|No two levels/);
+});
+
+test('the range can be set by keys, by numbers and back', async ({ page }) => {
+  await open(page);
+  const upper = page.getByRole('slider', { name: 'Upper end of the range' });
+  const before = Number(await upper.getAttribute('aria-valuenow'));
+  await upper.focus();
+  await page.keyboard.press('PageDown');
+  await expect(page.getByLabel('Range', { exact: true })).toHaveValue('hand');
+  expect(Number(await upper.getAttribute('aria-valuenow'))).toBeLessThan(before);
+  await expect(page.locator('.beyond').first()).toContainText(/over \d/);
+  await page.getByLabel('Range', { exact: true }).selectOption('auto');
+  expect(Number(await upper.getAttribute('aria-valuenow'))).toBeCloseTo(before, 9);
+});
+
+test('the address restores the view and never holds the token', async ({ page, context }) => {
+  await open(page);
+  const at = await foundPixel(page);
+  const { maps } = await resultsOf(page);
+  const map = maps[1]!.id;
+  await open(page, `results/${map}?p=${at.x},${at.y}&v=${at.x},${at.y},3&m=cividis`);
+  expect(page.url()).not.toContain(SECRET);
+  await expect(valueOf(page)).toContainText(`(${at.x}, ${at.y})`);
+  await page.keyboard.press('+');
+  await expect.poll(() => page.url()).toContain('v=');
+  await expect.poll(() => page.url()).not.toContain('token');
+  const link = page.url();
+  expect(link.length).toBeLessThan(300);
+
+  await context.grantPermissions(['clipboard-read', 'clipboard-write']);
+  await page.getByRole('button', { name: 'Copy link' }).click();
+  await expect(page.getByRole('status', { name: 'Notice' })).toContainText('Link copied');
+  expect(await page.evaluate(() => navigator.clipboard.readText())).toBe(link);
+
+  // A reload of the tab still has the token, since results load.
+  await page.goto('about:blank');
+  await page.goto(link);
+  await expect(page.getByLabel('Map', { exact: true })).toHaveValue(map);
+  await expect(valueOf(page)).toContainText(`(${at.x}, ${at.y})`);
+  expect(page.url()).toBe(link);
+});
+
+test('a lost server is said, and the page recovers', async ({ page, context }) => {
+  await open(page);
+  await context.setOffline(true);
+  await page.mouse.click((await centre(page)).x, (await centre(page)).y);
+  await expect(page.getByRole('alert')).toContainText('Server gone: no contact for');
+  await context.setOffline(false);
+  await page.getByRole('button', { name: 'Retry' }).click();
+  await expect(page.getByRole('alert')).toHaveCount(0);
+});
+
+test('no request leaves the server, and nothing is refused', async ({ page }) => {
+  const foreign: string[] = [];
+  const faults: string[] = [];
+  page.on('request', (request) => {
+    if (!/^(blob:|data:)/.test(request.url()) && !request.url().startsWith(new URL(page.url()).origin)) {
+      foreign.push(request.url());
+    }
+  });
+  page.on('console', (message) => message.type() === 'error' && faults.push(message.text()));
+  page.on('pageerror', (error) => faults.push(String(error)));
+  await open(page);
+  foreign.length = 0;
+  const names = await page.getByRole('tab').allTextContents();
+  for (const name of names) {
+    await page.getByRole('tab', { name }).click();
+    await page.waitForTimeout(300);
+  }
+  expect(foreign).toEqual([]);
+  expect(faults).toEqual([]);
+});
