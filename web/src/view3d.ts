@@ -77,8 +77,7 @@ export class View3d {
     this.scene.add(this.mesh, this.post, light, new AmbientLight(0xffffff, 1.2));
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.redraw());
-    const extent = Math.max(head.rows, head.columns) * this.side;
-    this.camera.position.set(0, -extent * 1.1, extent * 1.1);
+    this.camera.position.set(0, -1, 1).multiplyScalar(Math.max(head.rows, head.columns) * this.side);
     this.camera.up.set(0, 0, 1);
     this.controls.update();
   }
@@ -134,8 +133,12 @@ export class View3d {
 
   resize(width: number, height: number): void {
     this.renderer.setSize(width, height, false);
+    const before = Math.min(this.camera.aspect, 1.5);
     this.camera.aspect = width / Math.max(height, 1);
     this.camera.updateProjectionMatrix();
+    // A narrower picture is looked at from further away, so that all of the surface stays in it.
+    this.camera.position.multiplyScalar(before / Math.min(this.camera.aspect, 1.5));
+    this.controls.update();
     this.redraw();
   }
 

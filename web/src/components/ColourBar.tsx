@@ -98,24 +98,22 @@ function Handle({ end, shown, span, range }: HandleProps) {
 function RangeMenu({ shown }: { shown: Field }) {
   const { mode } = selection.value.range;
   return (
-    <label>
-      <span class="unseen">Range</span>
-      <select
-        class="range-menu"
-        value={mode}
-        onChange={(event) => {
-          const { value } = event.currentTarget;
-          const { low, high } = shownRange.peek();
-          select({
-            range: value === 'hand' ? { mode: 'hand', low, high } : { mode: value as 'auto' | 'full' },
-          });
-        }}
-      >
-        <option value="auto">{shown.autoName}</option>
-        <option value="full">full</option>
-        <option value="hand">by hand</option>
-      </select>
-    </label>
+    <select
+      aria-label="Range"
+      class="range-menu"
+      value={mode}
+      onChange={(event) => {
+        const { value } = event.currentTarget;
+        const { low, high } = shownRange.peek();
+        select({
+          range: value === 'hand' ? { mode: 'hand', low, high } : { mode: value as 'auto' | 'full' },
+        });
+      }}
+    >
+      <option value="auto">{shown.autoName}</option>
+      <option value="full">full</option>
+      <option value="hand">by hand</option>
+    </select>
   );
 }
 

@@ -48,6 +48,7 @@ function axisOf(label: string, colours: Palette, vertical: boolean): uPlot.Axis 
     labelSize: 18,
     labelGap: 0,
     gap: 3,
+    space: vertical ? 24 : 60,
     size: vertical
       ? (_plot, values) => 14 + 7 * Math.max(2, ...(values ?? []).map((text) => text.length))
       : 26,

@@ -11,27 +11,25 @@ function MapMenu() {
   const maps = results.value?.maps ?? [];
   const held = comparison.value;
   return (
-    <label>
-      <span class="unseen">Map</span>
-      <select
-        value={selection.value.frame === null ? (selection.value.map ?? '') : 'frame'}
-        onChange={(event) => {
-          const { value } = event.currentTarget;
-          if (value === 'frame')
-            select({ frame: results.peek()?.frames.reference ?? 0, range: { mode: 'auto' } });
-          else selectMap(value);
-        }}
-      >
-        {maps.map((map) => (
-          <option key={map.id} value={map.id}>
-            {map.unit ? `${map.title} (${map.unit})` : map.title}
-          </option>
-        ))}
-        {held && <option value="difference">Difference to {held.other}</option>}
-        {held && <option value="difference-sigma">Difference / sigma</option>}
-        <option value="frame">Frames</option>
-      </select>
-    </label>
+    <select
+      aria-label="Map"
+      value={selection.value.frame === null ? (selection.value.map ?? '') : 'frame'}
+      onChange={(event) => {
+        const { value } = event.currentTarget;
+        if (value === 'frame')
+          select({ frame: results.peek()?.frames.reference ?? 0, range: { mode: 'auto' } });
+        else selectMap(value);
+      }}
+    >
+      {maps.map((map) => (
+        <option key={map.id} value={map.id}>
+          {map.unit ? `${map.title} (${map.unit})` : map.title}
+        </option>
+      ))}
+      {held && <option value="difference">Difference to {held.other}</option>}
+      {held && <option value="difference-sigma">Difference / sigma</option>}
+      <option value="frame">Frames</option>
+    </select>
   );
 }
 
@@ -41,19 +39,17 @@ function Overlays() {
   return (
     <>
       {!coded && (
-        <label>
-          <span class="unseen">Colours</span>
-          <select
-            value={shownColours.value}
-            onChange={(event) => select({ colours: event.currentTarget.value as Colours })}
-          >
-            {CHOICES.map((name) => (
-              <option key={name} value={name}>
-                {COLOUR_NAMES[name]}
-              </option>
-            ))}
-          </select>
-        </label>
+        <select
+          aria-label="Colours"
+          value={shownColours.value}
+          onChange={(event) => select({ colours: event.currentTarget.value as Colours })}
+        >
+          {CHOICES.map((name) => (
+            <option key={name} value={name}>
+              {COLOUR_NAMES[name]}
+            </option>
+          ))}
+        </select>
       )}
       <label class="check">
         <input
@@ -112,7 +108,7 @@ function Tools() {
 
 export function ToolBar() {
   return (
-    <div class="toolbar" role="toolbar" aria-label="Map">
+    <div class="toolbar" role="toolbar" aria-label="Map tools">
       <MapMenu />
       <details class="overlays" open={innerWidth > 700}>
         <summary>more</summary>

@@ -103,11 +103,15 @@ function drawRegion(context: Context, { view, canvas }: Marks, region: Region): 
   stroke(context, [6, 4]);
 }
 
-function scaleBar(context: Context, { view, canvas, pixel_mm }: Marks): void {
+function scaleBar(context: Context, { view, canvas, image, pixel_mm }: Marks): void {
   const unit_px = pixel_mm === null ? 1 : 1 / pixel_mm;
   const length = roundBelow(Math.min(140, canvas.width / 4) / view.zoom / unit_px);
   const width = length * unit_px * view.zoom;
-  const [x, y] = [14, canvas.height - 14];
+  // It lies on the image, where there is one.
+  const left = toScreen(view, canvas, 0, 0).x;
+  const bottom = toScreen(view, canvas, 0, image.height).y;
+  const x = Math.min(Math.max(left, 0), canvas.width / 2) + 14;
+  const y = Math.min(Math.max(bottom, canvas.height / 2), canvas.height) - 14;
   context.beginPath();
   context.moveTo(x, y - 5);
   context.lineTo(x, y + 5);

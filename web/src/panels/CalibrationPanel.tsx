@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 import { api, type CalibrationInfo } from '../api';
 import { Loaded } from '../components/Loaded';
-import { significant } from '../format/number';
+import { withMinus } from '../format/number';
 
 /** A picture of the server; an `img` cannot send the token, so it is fetched. */
 function Figure({ name, title }: { name: string; title: string }) {
@@ -40,7 +40,7 @@ function Numbers({ info }: { info: CalibrationInfo }) {
   );
   const words = (key: string): string => key.replace(/_/g, ' ');
   const text = (value: unknown): string => {
-    if (typeof value === 'number') return significant(value, 6);
+    if (typeof value === 'number') return withMinus(String(Number(value.toPrecision(6))));
     if (Array.isArray(value)) return value.map(text).join(', ');
     return value === null || value === undefined ? 'unknown' : String(value);
   };

@@ -76,19 +76,17 @@ export function FramesPanel() {
         />
         <NumberField label="frame" value={now} minimum={0} maximum={frames.count - 1} onChange={show} />
         {frames.kinds.length > 1 && (
-          <label>
-            <span class="unseen">Kind of frame</span>
-            <select
-              value={kind ?? frames.matched}
-              onChange={(event) => select({ kind: event.currentTarget.value as FrameKind, frame: now })}
-            >
-              {frames.kinds.map((name) => (
-                <option key={name} value={name}>
-                  {name}
-                </option>
-              ))}
-            </select>
-          </label>
+          <select
+            aria-label="Kind of frame"
+            value={kind ?? frames.matched}
+            onChange={(event) => select({ kind: event.currentTarget.value as FrameKind, frame: now })}
+          >
+            {frames.kinds.map((name) => (
+              <option key={name} value={name}>
+                {name}
+              </option>
+            ))}
+          </select>
         )}
       </div>
       {frame === null && <p class="hint">Play, step or scrub to see frames in place of the map.</p>}

@@ -1,4 +1,5 @@
 import type { ComponentType } from 'preact';
+import { useEffect, useRef } from 'preact/hooks';
 import { panel, select } from '../store/selection';
 import { CalibrationPanel } from './CalibrationPanel';
 import { ComparePanel } from './ComparePanel';
@@ -36,10 +37,18 @@ function onTabKey(event: KeyboardEvent): void {
 }
 
 export function Panels() {
+  // On narrow screens the tabs scroll sideways.
+  const list = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const shown = list.current?.querySelector<HTMLElement>('[aria-selected=true]');
+    if (!list.current || !shown) return;
+    list.current.scrollLeft = shown.offsetLeft - (list.current.clientWidth - shown.offsetWidth) / 2;
+  }, [panel.value]);
+
   const [id, title, Shown] = PANELS.find(([name]) => name === panel.value) ?? PANELS[0]!;
   return (
     <div class="panels">
-      <div class="tabs" role="tablist" aria-label="Panels" onKeyDown={onTabKey}>
+      <div ref={list} class="tabs" role="tablist" aria-label="Panels" onKeyDown={onTabKey}>
         {PANELS.map(([name, words]) => (
           <button
             key={name}

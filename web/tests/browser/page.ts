@@ -56,9 +56,15 @@ export async function foundPixel(page: Page): Promise<{ x: number; y: number }> 
   throw new Error('no pixel with a value near the middle');
 }
 
-/** Zooms to `zoom` about a pixel by the address, and returns where that pixel is on the screen. */
+/** The middle of the map on the screen. */
 export async function centre(page: Page): Promise<{ x: number; y: number }> {
   const box = await page.locator('.map-values').boundingBox();
   if (!box) throw new Error('the map is not on the screen');
   return { x: box.x + Math.round(box.width) / 2, y: box.y + Math.round(box.height) / 2 };
+}
+
+/** The address, once the page has written the selection into it: it does so at most every 200 ms. */
+export async function settledLink(page: Page): Promise<string> {
+  await page.waitForTimeout(500);
+  return page.url();
 }

@@ -3,7 +3,19 @@ import { readFile } from 'node:fs/promises';
 import { measured } from '../../src/format/number';
 import { lengthUnit } from '../../src/format/lengths';
 import { codeAt, heightAt, sigmaMmAt } from '../mock/truth';
-import { centre, foundPixel, mapOf, open, pixelOf, REAL, resultsOf, SECRET, text, valueOf } from './page';
+import {
+  centre,
+  foundPixel,
+  mapOf,
+  open,
+  pixelOf,
+  REAL,
+  resultsOf,
+  SECRET,
+  settledLink,
+  text,
+  valueOf,
+} from './page';
 
 test('a click pins exactly the pixel under the pointer and shows its value', async ({ page }) => {
   await open(page);
@@ -79,8 +91,7 @@ test('a line shows its profile, and its CSV is that of the server', async ({ pag
   await page.mouse.up();
   await page.keyboard.up('Shift');
   await expect(page.getByRole('img', { name: /^Profile from A to B/ })).toBeVisible();
-  await expect.poll(() => page.evaluate(() => location.hash)).toMatch(/l=\d/);
-  const ends = /l=([^&]*)/.exec(await page.evaluate(() => location.hash))![1]!.split(',');
+  const ends = /l=([^&]*)/.exec(new URL(await settledLink(page)).hash)![1]!.split(',');
   const [saved] = await Promise.all([
     page.waitForEvent('download'),
     page.getByRole('button', { name: 'CSV' }).click(),
@@ -127,9 +138,7 @@ test('the address restores the view and never holds the token', async ({ page, c
   expect(page.url()).not.toContain(SECRET);
   await expect(valueOf(page)).toContainText(`(${at.x}, ${at.y})`);
   await page.keyboard.press('+');
-  await expect.poll(() => page.url()).toContain('v=');
-  await expect.poll(() => page.url()).not.toContain('token');
-  const link = page.url();
+  const link = await settledLink(page);
   expect(link.length).toBeLessThan(300);
 
   await context.grantPermissions(['clipboard-read', 'clipboard-write']);
