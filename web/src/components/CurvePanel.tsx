@@ -1,8 +1,6 @@
-import { useEffect, useRef } from 'preact/hooks';
-import uPlot from 'uplot';
-import 'uplot/dist/uPlot.min.css';
+import { useEffect, useRef, useState } from 'preact/hooks';
+import type uPlot from 'uplot';
 import { palette } from '../store/settings';
-import type { Palette } from './palette';
 
 export interface Curve {
   label: string;
@@ -14,7 +12,7 @@ export interface Curve {
   points?: boolean;
 }
 
-interface Props {
+export interface CurveProps {
   /** What the picture shows, for those who do not see it. */
   name: string;
   xLabel: string;
@@ -33,97 +31,30 @@ interface Props {
   legend?: boolean;
 }
 
-function tick(values: number[]): string[] {
-  return values.map((value) => String(Number(value.toPrecision(6))).replace('-', '\u2212'));
-}
+/** Height in px of the page, unless told otherwise. */
+export const HEIGHT = 160;
 
-function axisOf(label: string, colours: Palette, vertical: boolean): uPlot.Axis {
-  return {
-    label,
-    stroke: colours.muted,
-    grid: { stroke: colours.hair, width: 1 },
-    ticks: { stroke: colours.edge, width: 1, size: 4 },
-    font: '12px system-ui, sans-serif',
-    labelFont: '12px system-ui, sans-serif',
-    labelSize: 18,
-    labelGap: 0,
-    gap: 3,
-    space: vertical ? 24 : 60,
-    size: vertical
-      ? (_plot, values) => 14 + 7 * Math.max(2, ...(values ?? []).map((text) => text.length))
-      : 26,
-    values: (_plot, values) => tick(values),
-  };
-}
-
-function drawMark(plot: uPlot, mark: { at: number; half: number }, colours: Palette): void {
-  const { ctx: context, bbox } = plot;
-  const at = plot.valToPos(mark.at, 'x', true);
-  const half = Math.abs(plot.valToPos(mark.at + mark.half, 'x', true) - at);
-  context.save();
-  context.fillStyle = `${colours.second}44`;
-  context.fillRect(at - half, bbox.top, 2 * half, bbox.height);
-  context.strokeStyle = colours.text;
-  context.lineWidth = devicePixelRatio;
-  context.setLineDash([6 * devicePixelRatio, 3 * devicePixelRatio]);
-  context.beginPath();
-  context.moveTo(at, bbox.top);
-  context.lineTo(at, bbox.top + bbox.height);
-  context.stroke();
-  context.restore();
-}
-
-function optionsOf(props: Props, width: number, colours: Palette): uPlot.Options {
-  const series = props.curves.map((curve): uPlot.Series => {
-    const colour = curve.tone === 'muted' ? colours.muted : colours[curve.tone];
-    return {
-      label: curve.label,
-      stroke: colour,
-      width: curve.width ?? 1.5,
-      ...(curve.dash ? { dash: curve.dash } : {}),
-      points: { show: curve.points ?? false, size: 5, fill: colour },
-      spanGaps: false,
-      value: (_plot, value) => (value === null ? '' : tick([value])[0]!),
-    };
-  });
-  const xSeries: uPlot.Series = {
-    label: props.xLabel,
-    value: (_plot, value) => (value === null ? '' : tick([value])[0]!),
-  };
-  return {
-    width,
-    height: props.height ?? 160,
-    padding: [8, 10, 0, 0],
-    scales: { x: { time: false } },
-    axes: [axisOf(props.xLabel, colours, false), axisOf(props.yLabel, colours, true)],
-    series: [xSeries, ...series],
-    bands: props.band
-      ? [{ series: [props.band[0] + 1, props.band[1] + 1], fill: `${colours.first}40` }]
-      : [],
-    legend: { show: props.legend ?? false, live: false },
-    cursor: { y: false, drag: { setScale: false, x: false, y: false }, points: { size: 7 } },
-    hooks: {
-      draw: [(plot) => props.mark && drawMark(plot, props.mark, colours)],
-      setCursor: [(plot) => props.onCursor?.(plot.cursor.left! >= 0 ? (plot.cursor.idx ?? null) : null)],
-    },
-  };
-}
+type Drawing = typeof import('../curves');
 
 /** Curves with units on both axes. uPlot owns what is inside. */
-export function CurvePanel(props: Props) {
+export function CurvePanel(props: CurveProps) {
   const place = useRef<HTMLDivElement>(null);
   const plot = useRef<uPlot | null>(null);
+  const [drawing, setDrawing] = useState<Drawing | null>(null);
+  useEffect(() => {
+    // If the server is gone the banner says so; the place stays empty.
+    import('../curves').then(setDrawing, () => undefined);
+  }, []);
   const colours = palette.value;
   const { x, curves, mark, height, cursor } = props;
 
   useEffect(() => {
     const box = place.current;
-    if (!box) return undefined;
-    const data = [x, ...curves.map((curve) => curve.values)] as uPlot.AlignedData;
-    const made = new uPlot(optionsOf(props, Math.max(box.clientWidth, 100), colours), data, box);
+    if (!box || !drawing) return undefined;
+    const made = drawing.plotCurves(box, props, colours);
     plot.current = made;
     const observer = new ResizeObserver(() => {
-      made.setSize({ width: Math.max(box.clientWidth, 100), height: props.height ?? 160 });
+      made.setSize({ width: Math.max(box.clientWidth, 100), height: props.height ?? HEIGHT });
     });
     observer.observe(box);
     return () => {
@@ -131,7 +62,7 @@ export function CurvePanel(props: Props) {
       made.destroy();
       plot.current = null;
     };
-  }, [x, curves, mark?.at, mark?.half, height, colours]);
+  }, [drawing, x, curves, mark?.at, mark?.half, height, colours]);
 
   useEffect(() => {
     const held = plot.current;
@@ -139,7 +70,15 @@ export function CurvePanel(props: Props) {
     const left = cursor === null ? -10 : held.valToPos(x[cursor] ?? 0, 'x');
     // Without the hook, or both panes would answer each other.
     held.setCursor({ left, top: 10 }, false);
-  }, [cursor, x]);
+  }, [drawing, cursor, x]);
 
-  return <div ref={place} class="curve" role="img" aria-label={props.name} />;
+  return (
+    <div
+      ref={place}
+      class="curve"
+      role="img"
+      aria-label={props.name}
+      style={{ minHeight: `${height ?? HEIGHT}px` }}
+    />
+  );
 }

@@ -1,0 +1,88 @@
+// Curves, drawn by uPlot. A chunk of its own, so that the map is there before the curves are.
+
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import { HEIGHT, type CurveProps } from './components/CurvePanel';
+import type { Palette } from './components/palette';
+
+function tick(values: number[]): string[] {
+  return values.map((value) => String(Number(value.toPrecision(6))).replace('-', '\u2212'));
+}
+
+function axisOf(label: string, colours: Palette, vertical: boolean): uPlot.Axis {
+  return {
+    label,
+    stroke: colours.muted,
+    grid: { stroke: colours.hair, width: 1 },
+    ticks: { stroke: colours.edge, width: 1, size: 4 },
+    font: '12px system-ui, sans-serif',
+    labelFont: '12px system-ui, sans-serif',
+    labelSize: 18,
+    labelGap: 0,
+    gap: 3,
+    space: vertical ? 24 : 60,
+    size: vertical
+      ? (_plot, values) => 14 + 7 * Math.max(2, ...(values ?? []).map((text) => text.length))
+      : 26,
+    values: (_plot, values) => tick(values),
+  };
+}
+
+function drawMark(plot: uPlot, mark: { at: number; half: number }, colours: Palette): void {
+  const { ctx: context, bbox } = plot;
+  const at = plot.valToPos(mark.at, 'x', true);
+  const half = Math.abs(plot.valToPos(mark.at + mark.half, 'x', true) - at);
+  context.save();
+  context.fillStyle = `${colours.second}44`;
+  context.fillRect(at - half, bbox.top, 2 * half, bbox.height);
+  context.strokeStyle = colours.text;
+  context.lineWidth = devicePixelRatio;
+  context.setLineDash([6 * devicePixelRatio, 3 * devicePixelRatio]);
+  context.beginPath();
+  context.moveTo(at, bbox.top);
+  context.lineTo(at, bbox.top + bbox.height);
+  context.stroke();
+  context.restore();
+}
+
+function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Options {
+  const series = props.curves.map((curve): uPlot.Series => {
+    const colour = curve.tone === 'muted' ? colours.muted : colours[curve.tone];
+    return {
+      label: curve.label,
+      stroke: colour,
+      width: curve.width ?? 1.5,
+      ...(curve.dash ? { dash: curve.dash } : {}),
+      points: { show: curve.points ?? false, size: 5, fill: colour },
+      spanGaps: false,
+      value: (_plot, value) => (value === null ? '' : tick([value])[0]!),
+    };
+  });
+  const xSeries: uPlot.Series = {
+    label: props.xLabel,
+    value: (_plot, value) => (value === null ? '' : tick([value])[0]!),
+  };
+  return {
+    width,
+    height: props.height ?? HEIGHT,
+    padding: [8, 10, 0, 0],
+    scales: { x: { time: false } },
+    axes: [axisOf(props.xLabel, colours, false), axisOf(props.yLabel, colours, true)],
+    series: [xSeries, ...series],
+    bands: props.band
+      ? [{ series: [props.band[0] + 1, props.band[1] + 1], fill: `${colours.first}40` }]
+      : [],
+    legend: { show: props.legend ?? false, live: false },
+    cursor: { y: false, drag: { setScale: false, x: false, y: false }, points: { size: 7 } },
+    hooks: {
+      draw: [(plot) => props.mark && drawMark(plot, props.mark, colours)],
+      setCursor: [(plot) => props.onCursor?.(plot.cursor.left! >= 0 ? (plot.cursor.idx ?? null) : null)],
+    },
+  };
+}
+
+/** Draws the curves into `box`. */
+export function plotCurves(box: HTMLElement, props: CurveProps, colours: Palette): uPlot {
+  const data = [props.x, ...props.curves.map((curve) => curve.values)] as uPlot.AlignedData;
+  return new uPlot(optionsOf(props, Math.max(box.clientWidth, 100), colours), data, box);
+}
