@@ -1,8 +1,25 @@
-import { defineConfig } from 'vite';
+import { readFileSync } from 'node:fs';
+import { defineConfig, type Plugin } from 'vite';
+
+const BUNDLED = ['preact', '@preact/signals', '@preact/signals-core', 'uplot', 'three'];
+
+/** The licences of what is in the bundle ask to be passed on with it. */
+function licences(): Plugin {
+  const text = (name: string): string =>
+    `${name}\n\n${readFileSync(`node_modules/${name}/LICENSE`, 'utf8').trim()}\n`;
+  return {
+    name: 'licences',
+    generateBundle() {
+      const source = BUNDLED.map(text).join(`\n${'-'.repeat(80)}\n\n`);
+      this.emitFile({ type: 'asset', fileName: 'licences.txt', source });
+    },
+  };
+}
 
 // The server embeds the bundle, so names are fixed (no hashes) and the same sources give the same bytes.
 export default defineConfig({
   base: './',
+  plugins: [licences()],
   build: {
     outDir: '../crates/server/page',
     emptyOutDir: true,

@@ -46,7 +46,7 @@ function trianglesOf(heights: Float32Array, rows: number, columns: number): Uint
 export class View3d {
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
-  private readonly camera = new PerspectiveCamera(35, 1, 0.01, 1e5);
+  private readonly camera = new PerspectiveCamera(35, 1.5, 0.01, 1e5);
   private readonly controls: OrbitControls;
   private readonly mesh: Mesh<BufferGeometry, MeshLambertMaterial>;
   private readonly post: Line<BufferGeometry, LineBasicMaterial>;

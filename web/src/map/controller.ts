@@ -10,7 +10,9 @@ import { drawMarks, type Gutter, type Marks } from './marks';
 import { listenToPointers } from './pointer';
 import { Renderer, type Scene } from './renderer';
 import { mapSource, NO_DATA } from './source';
-import { Tiles } from './tiles';
+import { coarseWindow } from './pyramid';
+import { tilesOf } from './layer';
+import { Tiles, type TileName } from './tiles';
 import { handleOf, handleMoves, type MapHandle } from './handle';
 import { bounded, fitted, pixelAt, showing, zoomedAt, type Size, type View } from './view';
 
@@ -223,7 +225,7 @@ export class MapController implements MapHandle {
   private draw(): void {
     const scene = this.scene();
     if (!scene || !this.renderer) return;
-    this.tiles.want(this.renderer.draw(scene, this.tiles));
+    this.tiles.want([...this.renderer.draw(scene, this.tiles), ...this.framesAhead(scene)]);
     this.holdFrameRange();
     const { devicePixels } = scene;
     const box = this.marks.getBoundingClientRect();
@@ -244,6 +246,17 @@ export class MapController implements MapHandle {
     };
     drawMarks(this.context, marks, devicePixels);
     if (this.loupe) drawLoupe(this.context, this.gl, this.loupe, marks, devicePixels);
+  }
+
+  /** While a frame is shown, coarse tiles of the next ones are loaded, so that they play smoothly. */
+  private framesAhead({ image }: Scene): TileName[] {
+    const { frame, kind } = selection.value;
+    const frames = results.value?.frames;
+    if (frame === null || !frames) return [];
+    return [1, 2, 3].flatMap((by) => {
+      const ahead = frameField((frame + by) % frames.count, kind ?? frames.matched);
+      return ahead ? tilesOf(ahead.source, coarseWindow(image, ahead.source.levels)) : [];
+    });
   }
 
   /** Finds the grey range of frames from the coarsest tile, once per kind. */

@@ -79,7 +79,7 @@ export function frameField(index: number, kind: string): Field | null {
     histogram: null,
     codes: null,
     source: frameSource(index, kind, levelsOf(frames.rows, frames.columns)),
-    autoName: 'held from the reference',
+    autoName: 'held',
   };
 }
 

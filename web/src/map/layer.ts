@@ -42,24 +42,15 @@ class TileTexture {
       this.clear(window.columns * TILE, window.rows * TILE);
     }
     const wanted: TileName[] = [];
-    for (let row = 0; row < window.rows; row += 1) {
-      for (let column = 0; column < window.columns; column += 1) {
-        const name = {
-          source,
-          level: window.level,
-          row: window.row + row,
-          column: window.column + column,
-        };
-        const index = row * window.columns + column;
-        const tile = tiles.get(name);
-        if (!tile) wanted.push(name);
-        if (!tile || this.filled.has(index)) continue;
-        gl.bindTexture(gl.TEXTURE_2D, this.texture);
-        const [x, y] = [column * TILE, row * TILE];
-        gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, TILE, TILE, gl.RED, gl.FLOAT, tile);
-        this.filled.add(index);
-      }
-    }
+    tilesOf(source, window).forEach((name, index) => {
+      const tile = tiles.get(name);
+      if (!tile) wanted.push(name);
+      if (!tile || this.filled.has(index)) return;
+      const [x, y] = [(name.column - window.column) * TILE, (name.row - window.row) * TILE];
+      gl.bindTexture(gl.TEXTURE_2D, this.texture);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, x, y, TILE, TILE, gl.RED, gl.FLOAT, tile);
+      this.filled.add(index);
+    });
     return wanted;
   }
 
@@ -70,7 +61,31 @@ class TileTexture {
   }
 }
 
+/** What of the image is in sight. */
+export interface Sight {
+  view: View;
+  canvas: Size;
+  image: Size;
+  devicePixels: number;
+}
+
+/** Size of the image in values of the source. */
+function sizeOf(source: TileSource, image: Size): Size {
+  return { width: image.width / source.step, height: image.height / source.step };
+}
+
+/** The tiles of a window. */
+export function tilesOf(source: TileSource, window: Window): TileName[] {
+  return Array.from({ length: window.rows * window.columns }, (_, index) => ({
+    source,
+    level: window.level,
+    row: window.row + Math.floor(index / window.columns),
+    column: window.column + (index % window.columns),
+  }));
+}
+
 export class Layer {
+  private shown: TileSource | null = null;
   private readonly fine: TileTexture;
   private readonly coarse: TileTexture;
 
@@ -84,19 +99,23 @@ export class Layer {
   }
 
   /** Brings the textures up to date; returns the tiles that are wanted, coarse ones first. */
-  update(
-    source: TileSource,
-    view: View,
-    canvas: Size,
-    image: Size,
-    devicePixels: number,
-    tiles: Tiles,
-  ): TileName[] {
-    const own = { width: image.width / source.step, height: image.height / source.step };
+  update(source: TileSource, sight: Sight, tiles: Tiles): TileName[] {
+    const coarse = coarseWindow(sizeOf(source, sight.image), source.levels);
+    const missing = tilesOf(source, coarse).filter((name) => !tiles.get(name));
+    if (missing.length > 0 && this.shown && source.group && this.shown.group === source.group) {
+      // The frame before stays on the screen until this one has come: no flicker.
+      return [...missing, ...this.updateTo(this.shown, coarse, sight, tiles)];
+    }
+    this.shown = source;
+    return this.updateTo(source, coarse, sight, tiles);
+  }
+
+  private updateTo(source: TileSource, coarse: Window, sight: Sight, tiles: Tiles): TileName[] {
+    const { view, canvas, devicePixels } = sight;
+    const own = sizeOf(source, sight.image);
     const scaled = { x: view.x / source.step, y: view.y / source.step, zoom: view.zoom * source.step };
     const level = levelFor(scaled.zoom, devicePixels, source.levels);
     const fine = windowFor(scaled, canvas, own, level);
-    const coarse = coarseWindow(own, source.levels);
     return [...this.coarse.update(source, coarse, tiles), ...this.fine.update(source, fine, tiles)];
   }
 

@@ -3,17 +3,12 @@
 import { colourTable } from '../colours/tables';
 import type { Code } from '../colours/codes';
 import type { Colours } from '../api';
-import { Layer } from './layer';
+import { Layer, type Sight } from './layer';
 import { FRAGMENT, VERTEX } from './shaders';
 import type { TileSource } from './source';
 import type { TileName, Tiles } from './tiles';
-import type { Size, View } from './view';
 
-export interface Scene {
-  view: View;
-  canvas: Size;
-  image: Size;
-  devicePixels: number;
+export interface Scene extends Sight {
   source: TileSource;
   range: { low: number; high: number };
   log: boolean;
@@ -100,8 +95,7 @@ export class Renderer {
     const [width, height] = [canvas.width, canvas.height].map((side) => Math.round(side * devicePixels));
     if (this.canvas.width !== width) this.canvas.width = width!;
     if (this.canvas.height !== height) this.canvas.height = height!;
-    const update = (layer: Layer, source: TileSource): TileName[] =>
-      layer.update(source, view, canvas, image, devicePixels, tiles);
+    const update = (layer: Layer, source: TileSource): TileName[] => layer.update(source, scene, tiles);
     const wanted = update(this.value, scene.source);
     if (scene.photo) wanted.push(...update(this.photo, scene.photo.source));
     if (scene.mask) wanted.push(...update(this.mask, scene.mask));

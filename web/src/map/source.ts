@@ -12,6 +12,8 @@ export interface TileSource {
   /** Names the source in the cache. */
   key: string;
   levels: number;
+  /** Sources of one group may stand in for each other while tiles are on their way, as frames do. */
+  group?: string;
   /** Image px per value of level 0; 1 for maps and frames. */
   step: number;
   load: (level: number, row: number, column: number, abort: AbortSignal) => Promise<Float32Array>;
@@ -38,6 +40,7 @@ export function mapSource(id: string, levels: number): TileSource {
 export function frameSource(frame: number, kind: string, levels: number): TileSource {
   return {
     key: `frame/${kind}/${frame}`,
+    group: `frame/${kind}`,
     levels,
     step: 1,
     load: async (level, row, column, abort) =>

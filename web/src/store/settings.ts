@@ -39,5 +39,3 @@ export function applyTheme(): void {
     for (const [name, colour] of Object.entries(palette.value)) root.style.setProperty(`--${name}`, colour);
   });
 }
-
-export const calm = matchMedia('(prefers-reduced-motion: reduce)');

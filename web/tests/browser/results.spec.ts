@@ -1,6 +1,6 @@
 import { expect, test } from '@playwright/test';
 import { readFile } from 'node:fs/promises';
-import { measured } from '../../src/format/number';
+import { measured, significant } from '../../src/format/number';
 import { lengthUnit } from '../../src/format/lengths';
 import { codeAt, heightAt, sigmaMmAt } from '../mock/truth';
 import {
@@ -183,4 +183,53 @@ test('no request leaves the server, and nothing is refused', async ({ page }) =>
   }
   expect(foreign).toEqual([]);
   expect(faults).toEqual([]);
+});
+
+test('the pointer reads values from the tiles, without a request', async ({ page }) => {
+  test.skip(!!REAL, 'the truth is that of the mock server');
+  await open(page, 'results/height?v=452.5,150.5,16');
+  const { x, y } = await centre(page);
+  await page.waitForTimeout(500);
+  const asked: string[] = [];
+  page.on('request', (request) => asked.push(request.url()));
+  await page.mouse.move(x, y);
+  await expect(page.locator('.at-pointer')).toContainText('pointer (452, 150)');
+  await expect(page.locator('.at-pointer')).toContainText(significant(heightAt(452, 150), 4));
+  expect(asked.filter((address) => !address.endsWith('/about'))).toEqual([]);
+});
+
+test('frames are shown in the map, and the map comes back', async ({ page }) => {
+  await open(page);
+  await page.getByRole('tab', { name: 'Frames' }).click();
+  await page.getByRole('button', { name: 'Next frame' }).click();
+  await expect(page.getByRole('img', { name: /^Frame \d+/ })).toBeVisible();
+  await page.getByRole('button', { name: 'Play' }).click();
+  const frame = page.getByRole('slider', { name: 'Frame', exact: true });
+  const before = await frame.inputValue();
+  await expect.poll(() => frame.inputValue()).not.toBe(before);
+  await page.getByRole('button', { name: 'Pause' }).click();
+  await page.getByRole('button', { name: 'Back to the map' }).click();
+  await expect(page.getByRole('img', { name: /^Frame \d+/ })).toHaveCount(0);
+});
+
+test('the difference to other results is a map and numbers', async ({ page }) => {
+  await open(page);
+  const { others } = await resultsOf(page);
+  test.skip(others.length === 0, 'there are no other results');
+  await page.getByRole('tab', { name: 'Compare' }).click();
+  await page.getByRole('tabpanel').getByRole('combobox').selectOption(others[0]!);
+  await page.getByRole('button', { name: 'Show difference', exact: true }).click();
+  await expect(page.getByRole('img', { name: /^Difference of/ })).toBeVisible();
+  await expect(page.getByRole('tabpanel')).toContainText('standard deviation');
+});
+
+test.describe('touch', () => {
+  test.use({ hasTouch: true, viewport: { width: 390, height: 844 } });
+
+  test('a tap sets the pin', async ({ page }) => {
+    await open(page);
+    const { x, y } = await centre(page);
+    await page.touchscreen.tap(x, y);
+    await expect(valueOf(page)).toContainText(/^\(\d+, \d+\)/);
+  });
 });
