@@ -12,6 +12,7 @@ import { applyTheme } from './store/settings';
 import { takeToken } from './store/token';
 import './style/base.css';
 import './style/components.css';
+import './style/map.css';
 import './style/results.css';
 
 takeToken();

@@ -84,7 +84,7 @@ float shade(vec2 at, float value) {
   if (missing(around.y)) around.y = value;
   if (missing(around.z)) around.z = value;
   if (missing(around.w)) around.w = value;
-  vec2 slope = (around.yw - around.xz) / (2.0 * side) / (u_range.y - u_range.x) * 12.0;
+  vec2 slope = (around.yw - around.xz) / (2.0 * side) / (u_range.y - u_range.x) * 30.0;
   vec3 normal = normalize(vec3(-slope, 1.0));
   return clamp(dot(normal, normalize(vec3(-1.0, -1.0, 1.6))) / 0.75, 0.25, 1.25);
 }

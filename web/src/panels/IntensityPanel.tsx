@@ -3,7 +3,7 @@ import type { PixelInfo } from '../api';
 import { CurvePanel, type Curve } from '../components/CurvePanel';
 import { Key } from '../components/Key';
 
-/** Grey values along the fitted line and along its two neighbours, frame by frame (figure 5a of the paper). */
+/** Grey values along the fitted line and its two neighbours, frame by frame (figure 5a of the paper). */
 export function IntensityPanel({ head }: { head: PixelInfo }) {
   const { along, left, right } = head.intensity;
   const x = useMemo(() => head.tau.map((_, frame) => frame), [head]);

@@ -22,8 +22,8 @@ function StepHeight({ of }: { of: SurfaceSummary }) {
       <p class="key-number">{measured(depth.depth_mm * factor, sigma, label)}</p>
       <p>{interval(depth)}</p>
       <p class="muted">
-        Step height between the two levels; {raised ? 'parts are raised' : 'parts are hollows'}; {margin_px}{' '}
-        px beside the walls are left out.
+        Step height between the two levels; parts are {raised ? 'raised' : 'hollows'}; {margin_px} px beside
+        the walls are left out.
       </p>
       {parts.length > 1 && <Parts of={of} />}
     </>

@@ -3,7 +3,7 @@
 import { computed, signal } from '@preact/signals';
 import { api, type About, type Results, type Trend } from '../api';
 import { lengthUnit, shownUnit, type LengthUnit } from '../format/lengths';
-import { pin, select, selection } from './selection';
+import { select, selection } from './selection';
 
 export const about = signal<About | null>(null);
 export const results = signal<Results | null>(null);
@@ -21,18 +21,26 @@ export function unitOf(unit: string): { label: string; factor: number } {
   return shownUnit(unit, lengths.value);
 }
 
+/** An address may name what these results do not have: such parts are dropped. */
+function keepWithin({ maps, frames, others }: Results): void {
+  const { map, pin, frame, compare } = selection.peek();
+  const inside = pin && pin.x >= 0 && pin.y >= 0 && pin.x < frames.columns && pin.y < frames.rows;
+  const other = compare && others.includes(compare) ? compare : null;
+  const known = maps.some(({ id }) => id === map) || (other && map?.startsWith('difference'));
+  select({
+    map: known ? map : (maps[0]?.id ?? null),
+    pin: inside ? pin : null,
+    frame: frame !== null && frame >= 0 && frame < frames.count ? frame : null,
+    compare: other,
+  });
+}
+
 export async function load(): Promise<void> {
   try {
     loadError.value = null;
     about.value = await api.about();
     results.value = await api.results();
-    const ids = results.value.maps.map((map) => map.id);
-    const wanted = selection.peek().map;
-    const local = wanted === 'difference' || wanted === 'difference-sigma';
-    if (!wanted || (!ids.includes(wanted) && !local)) select({ map: ids[0] ?? null });
-    const { rows, columns } = results.value.frames;
-    const at = pin.peek();
-    if (at && (at.x < 0 || at.y < 0 || at.x >= columns || at.y >= rows)) select({ pin: null });
+    keepWithin(results.value);
     trends.value = results.value.geometry ? await api.trends() : [];
   } catch (error) {
     loadError.value = error instanceof Error ? error.message : String(error);
