@@ -159,6 +159,13 @@ export interface Neighbour {
   agrees: boolean;
 }
 
+/** DN per frame along the fitted line and its neighbours; null where out of view. */
+export interface Intensity {
+  along: (number | null)[];
+  left: (number | null)[];
+  right: (number | null)[];
+}
+
 export interface PixelInfo {
   rows: number;
   columns: number;
@@ -175,7 +182,7 @@ export interface PixelInfo {
   reference: number;
   line: { column: number; disparity_px: number; sigma_px: number } | null;
   neighbours: Neighbour[];
-  intensity: { along: (number | null)[]; left: (number | null)[]; right: (number | null)[] };
+  intensity: Intensity | null;
   cost: {
     disparity_px: number[];
     cost: (number | null)[];
@@ -243,7 +250,7 @@ export interface StageFrame {
   error_um: number | null;
   measured_error_px: number | null;
   retakes: number;
-  note: string | null;
+  note?: string | null;
 }
 
 export interface StageInfo {
@@ -254,6 +261,8 @@ export interface StageInfo {
 
 export interface CalibrationInfo {
   figures: { name: string; title: string }[];
+  notes?: string[];
+  needs?: string[];
   [key: string]: unknown;
 }
 
@@ -336,7 +345,7 @@ export const api = {
   calibration: () => json<CalibrationInfo | null>('api/calibration'),
   calibrationFigure: (name: string) => blob(`api/calibration/${part(name)}.png`),
   downloads: () => json<Download[]>('api/downloads'),
-  download: (name: string) => blob(`api/download/${part(name)}`),
+  download: (name: string) => blob(`api/download/${name.split('/').map(part).join('/')}`),
   pixel: (x: number, y: number, signal: AbortSignal) =>
     framed<PixelInfo>(`api/pixel?${query({ x, y })}`, { signal }),
   rowCost: (y: number, signal: AbortSignal) => framed<RowCost>(`api/row-cost?${query({ y })}`, { signal }),

@@ -1,24 +1,22 @@
-import type { Histogram } from '../api';
+import type { MatchInfo } from '../api';
 import type { Code } from '../colours/codes';
 import { percent } from '../format/number';
+import { results } from '../store/results';
+
+/** Shares of the codes of the mask; other maps of codes have none. */
+function sharesOf(mapId: string, matched: MatchInfo | null | undefined): (number | undefined)[] {
+  if (mapId !== 'mask' || !matched) return [];
+  const { answered, leaves_image, beyond_range, no_texture, occluded, ambiguous } = matched;
+  return [answered, leaves_image, beyond_range, no_texture, occluded, ambiguous];
+}
 
 /** What the patterns of a map of codes mean, and how often each occurs. */
-export function CodeLegend({ codes, histogram }: { codes: Code[]; histogram: Histogram | null }) {
-  const total = histogram?.counts.reduce((sum, count) => sum + count, 0) ?? 0;
-  const shareOf = (code: number): number | null => {
-    if (!histogram || total === 0) return null;
-    const width = (histogram.high - histogram.low) / histogram.counts.length;
-    let sum = 0;
-    histogram.counts.forEach((count, bin) => {
-      const middle = histogram.low + (bin + 0.5) * width;
-      if (Math.round(middle) === code) sum += count;
-    });
-    return sum / total;
-  };
+export function CodeLegend({ mapId, codes }: { mapId: string; codes: Code[] }) {
+  const shares = sharesOf(mapId, results.value?.results);
   return (
     <ul class="legend" aria-label="Codes">
       {codes.map(({ code, words, pattern, grey }) => {
-        const share = shareOf(code);
+        const share = shares[code];
         return (
           <li key={code}>
             <span
@@ -27,7 +25,7 @@ export function CodeLegend({ codes, histogram }: { codes: Code[]; histogram: His
             />
             <span>
               {words}
-              {share !== null && <small> {percent(share)}</small>}
+              {share !== undefined && <small> {percent(share)}</small>}
             </span>
           </li>
         );

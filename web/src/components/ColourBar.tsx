@@ -120,7 +120,7 @@ function RangeMenu({ shown }: { shown: Field }) {
 export function ColourBar() {
   const shown = field.value;
   if (!shown) return null;
-  if (shown.codes) return <CodeLegend codes={shown.codes} histogram={shown.histogram} />;
+  if (shown.codes) return <CodeLegend mapId={shown.id} codes={shown.codes} />;
   const range = shownRange.value;
   const span = spanOf(shown, range.low, range.high);
   const { label, factor } = unitOf(shown.unit);

@@ -65,6 +65,20 @@ function Numbers({ info }: { info: CalibrationInfo }) {
   );
 }
 
+function Remarks({ title, of }: { title: string; of: string[] | undefined }) {
+  if (!of || of.length === 0) return null;
+  return (
+    <>
+      <h3>{title}</h3>
+      <ul>
+        {of.map((remark) => (
+          <li key={remark}>{remark}</li>
+        ))}
+      </ul>
+    </>
+  );
+}
+
 export function CalibrationPanel() {
   return (
     <div>
@@ -75,6 +89,8 @@ export function CalibrationPanel() {
             <p class="hint">These results were matched without a calibration.</p>
           ) : (
             <>
+              <Remarks title="Notes" of={info.notes} />
+              <Remarks title="What is missing" of={info.needs} />
               <Numbers info={info} />
               {info.figures.map(({ name, title }) => (
                 <Figure key={name} name={name} title={title} />

@@ -5,17 +5,17 @@ import { Key } from '../components/Key';
 
 /** Grey values along the fitted line and its two neighbours, frame by frame (figure 5a of the paper). */
 export function IntensityPanel({ head }: { head: PixelInfo }) {
-  const { along, left, right } = head.intensity;
+  const { intensity } = head;
   const x = useMemo(() => head.tau.map((_, frame) => frame), [head]);
   const curves = useMemo<Curve[]>(
     () => [
-      { label: 'along the line', values: along, tone: 'first', width: 2 },
-      { label: 'left', values: left, tone: 'second', dash: [6, 3] },
-      { label: 'right', values: right, tone: 'muted', dash: [2, 3] },
+      { label: 'along the line', values: intensity?.along ?? [], tone: 'first', width: 2 },
+      { label: 'left', values: intensity?.left ?? [], tone: 'second', dash: [6, 3] },
+      { label: 'right', values: intensity?.right ?? [], tone: 'muted', dash: [2, 3] },
     ],
     [head],
   );
-  if (along.length === 0) return null;
+  if (!intensity) return null;
   return (
     <section>
       <h3>

@@ -64,7 +64,7 @@ function Errors({ info }: { info: StageInfo }) {
 }
 
 function Retakes({ info }: { info: StageInfo }) {
-  const notes = info.frames.filter(({ note }) => note !== null);
+  const notes = info.frames.filter(({ note }) => note);
   return (
     <>
       <h3>Retakes</h3>

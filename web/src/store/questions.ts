@@ -22,7 +22,7 @@ export const surface = latest<SurfaceQuestion, SurfaceSummary>(
 );
 
 /** The form that is removed before steps and roughness are found. */
-export const trend = signal('plane');
+export const trend = signal('quadric');
 
 export function followSelection(): void {
   effect(() => pixel.ask(results.value?.results ? pin.value : null));

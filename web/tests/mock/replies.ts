@@ -226,9 +226,7 @@ export function pixel(x: number, y: number): [PixelInfo, Float32Array] {
       reference: REFERENCE,
       line: found ? { column: x, disparity_px: disparity, sigma_px: truth.sigmaPxAt(x, y) } : null,
       neighbours: found ? neighbours : [],
-      intensity: found
-        ? { along: alongLine(0), left: alongLine(-1), right: alongLine(1) }
-        : { along: [], left: [], right: [] },
+      intensity: found ? { along: alongLine(0), left: alongLine(-1), right: alongLine(1) } : null,
       cost: {
         disparity_px: candidates,
         cost: candidates.map((at) => 225 + 60000 * (1 - Math.exp(-(((at - disparity) / 0.8) ** 2)))),
