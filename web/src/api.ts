@@ -130,6 +130,8 @@ export interface SurfaceSummary {
 export interface Geometry {
   pixel_mm: number;
   distance_mm: number;
+  /** The pixel whose x and y are 0 mm, if the server tells it. */
+  origin_px?: [x: number, y: number];
 }
 
 export interface Results {

@@ -66,7 +66,7 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
     width,
     height: props.height ?? HEIGHT,
     padding: [8, 10, 0, 0],
-    scales: { x: { time: false } },
+    scales: { x: { time: false }, y: { range: spanOf } },
     axes: [axisOf(props.xLabel, colours, false), axisOf(props.yLabel, colours, true)],
     series: [xSeries, ...series],
     bands: props.band
@@ -79,6 +79,13 @@ function optionsOf(props: CurveProps, width: number, colours: Palette): uPlot.Op
       setCursor: [(plot) => props.onCursor?.(plot.cursor.left! >= 0 ? (plot.cursor.idx ?? null) : null)],
     },
   };
+}
+
+/** The range of y; a flat curve lies in the middle of a small one. */
+function spanOf(_plot: uPlot, low: number | null, high: number | null): uPlot.Range.MinMax {
+  if (low === null || high === null) return [0, 1];
+  if (low === high) return [low - 1, high + 1];
+  return uPlot.rangeNum(low, high, 0.1, false);
 }
 
 /** Draws the curves into `box`. */

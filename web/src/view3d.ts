@@ -77,9 +77,26 @@ export class View3d {
     this.scene.add(this.mesh, this.post, light, new AmbientLight(0xffffff, 1.2));
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.redraw());
-    this.camera.position.set(0, -1, 1).multiplyScalar(Math.max(head.rows, head.columns) * this.side);
+    this.lookAtSurface();
     this.camera.up.set(0, 0, 1);
     this.controls.update();
+  }
+
+  /** Stands the camera before the part that has heights. */
+  private lookAtSurface(): void {
+    const { rows, columns } = this.head;
+    let [left, right, top, bottom] = [columns, 0, rows, 0];
+    this.heights.forEach((height, index) => {
+      if (!Number.isFinite(height)) return;
+      const [column, row] = [index % columns, Math.floor(index / columns)];
+      [left, right] = [Math.min(left, column), Math.max(right, column)];
+      [top, bottom] = [Math.min(top, row), Math.max(bottom, row)];
+    });
+    if (right <= left || bottom <= top) [left, right, top, bottom] = [0, columns, 0, rows];
+    const middle = new Vector3((left + right - columns) / 2, (rows - top - bottom) / 2, 0);
+    const extent = Math.max(right - left, bottom - top) * this.side;
+    this.controls.target.copy(middle.multiplyScalar(this.side));
+    this.camera.position.copy(this.controls.target).add(new Vector3(0, -extent, extent));
   }
 
   /** Brings mesh, colours and post up to date. */
@@ -137,7 +154,7 @@ export class View3d {
     this.camera.aspect = width / Math.max(height, 1);
     this.camera.updateProjectionMatrix();
     // A narrower picture is looked at from further away, so that all of the surface stays in it.
-    this.camera.position.multiplyScalar(before / Math.min(this.camera.aspect, 1.5));
+    this.moveNearer(before / Math.min(this.camera.aspect, 1.5));
     this.controls.update();
     this.redraw();
   }
@@ -145,9 +162,20 @@ export class View3d {
   /** Turns the view with the keyboard. */
   turn(degrees: number, zoom: number): void {
     const angle = (degrees / 180) * Math.PI;
-    this.camera.position.applyAxisAngle(new Vector3(0, 0, 1), angle).multiplyScalar(zoom);
+    const { target } = this.controls;
+    this.camera.position
+      .sub(target)
+      .applyAxisAngle(new Vector3(0, 0, 1), angle)
+      .add(target);
+    this.moveNearer(zoom);
     this.controls.update();
     this.redraw();
+  }
+
+  /** Changes the distance to what is looked at by a factor. */
+  private moveNearer(factor: number): void {
+    const { target } = this.controls;
+    this.camera.position.sub(target).multiplyScalar(factor).add(target);
   }
 
   private redraw(): void {

@@ -36,13 +36,14 @@ export function sharesBeyond(
   return { under: below(low) / total, over: 1 - below(high) / total };
 }
 
-/** The histogram of an array, for what the server sends no histogram of. */
+/** The histogram of an array; values beyond are in the end bins, as in those of the server. */
 export function histogramOf(values: ArrayLike<number>, low: number, high: number): Histogram {
   const counts = new Array<number>(256).fill(0);
   for (let index = 0; index < values.length; index += 1) {
     const value = values[index] ?? NaN;
-    const bin = Math.min(Math.floor(((value - low) / (high - low)) * 256), 255);
-    if (bin >= 0) counts[bin] = (counts[bin] ?? 0) + 1;
+    if (Number.isNaN(value)) continue;
+    const bin = Math.min(Math.max(Math.floor(((value - low) / (high - low)) * 256), 0), 255);
+    counts[bin] = (counts[bin] ?? 0) + 1;
   }
   return { low, high, counts };
 }

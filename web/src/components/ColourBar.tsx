@@ -33,9 +33,13 @@ function histogramPath(shown: Field, span: { low: number; high: number }): strin
   const sums = new Array<number>(bars).fill(0);
   const width = (held.high - held.low) / held.counts.length;
   held.counts.forEach((count, bin) => {
-    const middle = held.low + (bin + 0.5) * width;
-    const at = Math.floor(positionOf(middle, span.low, span.high, shown.scale) * bars);
-    if (at >= 0 && at < bars) sums[at] = (sums[at] ?? 0) + count;
+    // A bin may cover several bars, or a part of one: its count is spread evenly.
+    const place = (value: number): number => positionOf(value, span.low, span.high, shown.scale) * bars;
+    const [from, to] = [Math.max(place(held.low + bin * width), 0), place(held.low + (bin + 1) * width)];
+    for (let bar = Math.floor(from); bar < Math.min(to, bars); bar += 1) {
+      const share = (Math.min(to, bar + 1) - Math.max(from, bar)) / Math.max(to - from, 1e-9);
+      sums[bar] = (sums[bar] ?? 0) + count * share;
+    }
   });
   const most = Math.sqrt(Math.max(...sums, 1));
   return sums

@@ -10,7 +10,7 @@ export interface Frame {
   height: number;
 }
 
-export const MARGIN = { left: 48, top: 4, bottom: 36, right: 12 };
+export const MARGIN = { left: 54, top: 4, bottom: 36, right: 12 };
 
 /** One axis: the value at the first row or column, the step to the next, and how many there are. */
 export interface PictureAxis {

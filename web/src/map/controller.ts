@@ -2,6 +2,7 @@
 
 import { effect } from '@preact/signals';
 import { hover, select, selection, tool } from '../store/selection';
+import { origin_px } from '../store/questions';
 import { results } from '../store/results';
 import { hillshade, maskHatch, palette, photo } from '../store/settings';
 import { field, frameField, frameRange, shownColours, shownRange } from './field';
@@ -48,7 +49,14 @@ export class MapController implements MapHandle {
       effect(() => {
         // Whatever the picture depends on.
         void [selection.value, hover.value, field.value, shownRange.value, palette.value, results.value];
-        void [hillshade.value, maskHatch.value, photo.value, frameRange.value, handleMoves.value];
+        void [
+          hillshade.value,
+          maskHatch.value,
+          photo.value,
+          frameRange.value,
+          handleMoves.value,
+          origin_px.value,
+        ];
         this.redraw();
       }),
     );
@@ -238,6 +246,7 @@ export class MapController implements MapHandle {
       gutter: this.gutter,
       image: scene.image,
       pixel_mm: results.value?.geometry?.pixel_mm ?? null,
+      origin_px: origin_px.value,
       palette: palette.value,
       pin: selection.value.pin,
       hover: hover.value,

@@ -104,7 +104,7 @@ function differenceField(inSigma: boolean): Field | null {
     high,
     minimum: -greatest,
     maximum: greatest,
-    histogram: histogramOf(values, -greatest, greatest),
+    histogram: histogramOf(values, -1.5 * high, 1.5 * high),
     codes: null,
     source: arraySource(
       `${name}/${held.other}/${held.map}`,

@@ -19,6 +19,8 @@ export interface Marks {
   gutter: Gutter;
   image: Size;
   pixel_mm: number | null;
+  /** The pixel at 0 mm; null if it is unknown, and then there are no axes in mm. */
+  origin_px: [x: number, y: number] | null;
   palette: Palette;
   pin: Pin | null;
   hover: Pin | null;
@@ -131,13 +133,15 @@ function scaleBar(context: Context, { view, canvas, image, pixel_mm }: Marks): v
 function axis(context: Context, marks: Marks, side: 'left' | 'bottom' | 'top' | 'right'): void {
   const { view, canvas, gutter, image, palette } = marks;
   const along = side === 'left' || side === 'right' ? 'y' : 'x';
-  const factor = side === 'left' || side === 'bottom' ? 1 : (marks.pixel_mm ?? 1);
+  const inPx = side === 'left' || side === 'bottom';
+  const factor = inPx ? 1 : (marks.pixel_mm ?? 1);
+  const zero = inPx ? 0 : (marks.origin_px?.[along === 'x' ? 0 : 1] ?? 0);
   const first = toImage(view, canvas, 0, 0)[along];
   const last = toImage(view, canvas, canvas.width, canvas.height)[along];
   const length = along === 'x' ? image.width : image.height;
   const spacing = ((along === 'x' ? 64 : 44) / view.zoom) * factor;
-  const low = Math.max(first, 0) * factor;
-  const high = Math.min(last, length) * factor;
+  const low = (Math.max(first, 0) - zero) * factor;
+  const high = (Math.min(last, length) - zero) * factor;
   const step = roundAbove(spacing);
   context.fillStyle = palette.muted;
   context.strokeStyle = palette.edge;
@@ -147,8 +151,8 @@ function axis(context: Context, marks: Marks, side: 'left' | 'bottom' | 'top' | 
   context.textBaseline = along === 'y' ? 'middle' : side === 'top' ? 'bottom' : 'top';
   context.beginPath();
   for (const value of ticks(low, high, spacing)) {
-    // A tick of pixel n is at the centre of that pixel.
-    const image_ = value / factor + (factor === 1 ? 0.5 : 0);
+    // A pixel's number, and its place in mm, are those of its centre.
+    const image_ = value / factor + zero + 0.5;
     const at = toScreen(view, canvas, image_, image_)[along];
     const text = tickText(value, step);
     if (at > (along === 'x' ? canvas.width : canvas.height)) continue;
@@ -178,7 +182,7 @@ function axes(context: Context, marks: Marks): void {
   context.textAlign = 'left';
   context.textBaseline = 'top';
   context.fillText('px', 4, gutter.top + canvas.height + 6);
-  if (marks.pixel_mm === null || gutter.right === 0) return;
+  if (marks.pixel_mm === null || marks.origin_px === null || gutter.right === 0) return;
   axis(context, marks, 'top');
   axis(context, marks, 'right');
   context.fillStyle = palette.muted;

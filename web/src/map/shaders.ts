@@ -109,15 +109,20 @@ void main() {
     return;
   }
   float value = value_at(at);
+  float code = -1.0;
+  if (u_hatch) code = either(u_mask, u_mask_place, u_mask_coarse, u_mask_coarse_place, at);
   vec3 shown;
   if (unloaded(value)) {
     shown = vec3(0.36, 0.39, 0.43);
+  } else if (missing(value) && code > 0.5) {
+    // The hatch below says why; with a checkerboard under it nobody could read it.
+    shown = vec3(0.227, 0.259, 0.302);
   } else if (missing(value)) {
     vec2 square = floor(screen / (8.0 * u_dot));
     shown = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.420, 0.455, 0.502) : vec3(0.227, 0.259, 0.302);
   } else if (u_coded) {
-    int code = clamp(int(value + 0.5), 0, 5);
-    shown = mix(vec3(u_codes[code].x), vec3(0.0), pattern(int(u_codes[code].y), screen));
+    vec2 look_of = u_codes[clamp(int(value + 0.5), 0, 5)];
+    shown = mix(vec3(look_of.x), vec3(0.0), pattern(int(look_of.y), screen));
   } else {
     if (u_smooth) value = smooth_at(at, value);
     float band = 6.0 * u_dot;
@@ -136,9 +141,6 @@ void main() {
     float grey = clamp((light - u_photo_range.x) / (u_photo_range.y - u_photo_range.x), 0.0, 1.0);
     if (!missing(light)) shown = mix(shown, vec3(grey), u_photo_share);
   }
-  if (u_hatch) {
-    float code = either(u_mask, u_mask_place, u_mask_coarse, u_mask_coarse_place, at);
-    if (!missing(code)) shown = mix(shown, vec3(0.96), pattern(int(code + 0.5), screen) * 0.85);
-  }
+  if (code > 0.5) shown = mix(shown, vec3(0.75), pattern(int(code + 0.5), screen));
   colour = vec4(shown, 1.0);
 }`;

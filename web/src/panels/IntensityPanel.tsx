@@ -23,7 +23,7 @@ export function IntensityPanel({ head }: { head: PixelInfo }) {
       </h3>
       <Key curves={curves} />
       <CurvePanel
-        name="Intensity along the fitted line, and one pixel to its left and right"
+        name="Intensity along the fitted line, and along lines of one px less and more of disparity"
         xLabel="frame"
         yLabel="intensity (DN)"
         x={x}

@@ -1,6 +1,6 @@
 import type { PixelInfo, PixelValue } from '../api';
 import { codesOf } from '../colours/codes';
-import { measured, percent, significant, spoken } from '../format/number';
+import { measured, percent, significant, spoken, withMinus } from '../format/number';
 import { pixel } from '../store/questions';
 import { results, unitOf } from '../store/results';
 import { CostPanel } from './CostPanel';
@@ -65,7 +65,7 @@ export function PixelPanel() {
         At ({head.x}, {head.y}){' '}
         {head.x_mm !== null && head.y_mm !== null && (
           <span class="muted">
-            = {head.x_mm.toFixed(digits)}, {head.y_mm.toFixed(digits)} mm
+            = {withMinus(head.x_mm.toFixed(digits))}, {withMinus(head.y_mm.toFixed(digits))} mm
           </span>
         )}
       </h2>

@@ -49,7 +49,6 @@ for (const [size, width, height] of SIZES) {
       }
       await page.evaluate(() => document.querySelector('.results')?.scrollTo(0, 0));
       for (const [name, hash] of statesOf(results, line)) {
-        await page.goto('about:blank');
         await open(page, hash);
         await page.waitForTimeout(1200);
         await page.screenshot({ path: `screenshots/${size}-${theme}-map-${name}.png` });

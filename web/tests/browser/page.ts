@@ -13,6 +13,8 @@ export const SECRET = LINK.hash.replace('#token=', '');
 export async function open(page: Page, selection = ''): Promise<void> {
   const token = `token=${SECRET}`;
   const hash = selection ? `#${selection}${selection.includes('?') ? '&' : '?'}${token}` : `#${token}`;
+  // Another fragment alone would not load the page anew.
+  await page.goto('about:blank');
   await page.goto(`${ORIGIN}/${hash}`);
   await expect(mapOf(page)).toBeVisible();
 }

@@ -162,7 +162,7 @@ export function results(): Results {
       tau: TAU.map((tau) => tau + 0.5),
     },
     others: ['look'],
-    geometry: { pixel_mm: PIXEL_MM, distance_mm: 300 },
+    geometry: { pixel_mm: PIXEL_MM, distance_mm: 300, origin_px: [0, 0] },
     surface: SURFACE,
     maps: truth.MAPS.map(infoOf),
     frames: {

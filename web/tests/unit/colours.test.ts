@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { colourTable } from '../../src/colours/tables';
-import { positionOf, sharesBeyond, valueAt } from '../../src/colours/range';
+import { histogramOf, positionOf, sharesBeyond, valueAt } from '../../src/colours/range';
 
 const at = (name: 'viridis' | 'cividis' | 'magma' | 'vik' | 'grey', entry: number): number[] => [
   ...colourTable(name).slice(entry * 4, entry * 4 + 3),
@@ -45,4 +45,9 @@ test('shares beyond the ends follow the histogram', () => {
   const shares = sharesBeyond({ low: 0, high: 1, counts }, 0.1, 0.75);
   assert.ok(Math.abs(shares.under - 0.1) < 1e-9);
   assert.ok(Math.abs(shares.over - 0.25) < 1e-9);
+});
+
+test('values beyond a histogram are in its end bins', () => {
+  const { counts } = histogramOf([-9, 0.5, 9, NaN], 0, 1);
+  assert.deepEqual([counts[0], counts[128], counts[255]], [1, 1, 1]);
 });
