@@ -19,7 +19,9 @@ const FILES: &[PageFile] = page! {
     "/" = "index.html", "text/html; charset=utf-8";
     "/app.js" = "app.js", "text/javascript; charset=utf-8";
     "/app.css" = "app.css", "text/css; charset=utf-8";
+    "/curves.js" = "curves.js", "text/javascript; charset=utf-8";
     "/view3d.js" = "view3d.js", "text/javascript; charset=utf-8";
+    "/licences.txt" = "licences.txt", "text/plain; charset=utf-8";
 };
 
 /// The file at this path.
