@@ -69,6 +69,8 @@ struct ResultsFacts<'a> {
 struct GeometryFacts {
     pixel_mm: f64,
     distance_mm: f64,
+    /// The place whose lateral coordinates are zero: where the optical axis meets the image.
+    origin_px: [f64; 2],
 }
 
 #[derive(Serialize)]
