@@ -19,6 +19,10 @@ lint:
 format:
     cargo fmt --all
 
+# The page of `epirig view`, from web/ into crates/server/page, with its tests
+page:
+    cd web && npm ci && npm run format:check && npm test && npm run build && npm run test:browser
+
 # Documentation: the book, its links, its commands, its words
 docs program="target/release/epirig":
     python3 docs/check.py {{program}}

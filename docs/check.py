@@ -32,7 +32,7 @@ PAGES = [
     *sorted((ROOT / "docs").glob("**/*.md")),
     *sorted(ROOT.glob("crates/**/README.md")),
     *(ROOT / name for name in ["firmware-protocol/PROTOCOL.md", "firmware-protocol/uno/README.md"]),
-    *(ROOT / name for name in ["fuzz/README.md", "benches/peers/README.md"]),
+    *(ROOT / name for name in ["fuzz/README.md", "benches/peers/README.md", "web/README.md"]),
 ]
 LONGEST_LINE = 100
 LONGEST_SENTENCE = 25

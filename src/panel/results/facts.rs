@@ -118,7 +118,11 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
             .filter(|name| view.sequence.folder().join(name) != view.folder)
             .collect(),
         geometry: heights
-            .map(|heights| GeometryFacts { pixel_mm: heights.pixel_mm(), distance_mm: heights.distance_mm }),
+            .map(|heights| GeometryFacts {
+                pixel_mm: heights.pixel_mm(),
+                distance_mm: heights.distance_mm,
+                origin_px: [heights.geometry.principal_point_x_px, heights.geometry.principal_point_y_px],
+            }),
         surface: surface(view),
         maps: view.maps.facts(),
         frames: FramesFacts {
