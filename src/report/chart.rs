@@ -1,6 +1,7 @@
 //! Charts of lines and dots, and their numbers as a table.
 
 use image::RgbImage;
+use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -18,7 +19,13 @@ const MANY: usize = 1000;
 /// Colour of the line along zero: darker than the grid below it.
 const ZERO: RGBColor = RGBColor(90, 90, 90);
 
-type Axes<'a, 'b> = ChartContext<'a, BitMapBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Share of a line's colour in its band.
+const BAND: f64 = 0.25;
+/// Length of dashes and of the gaps between them, in px.
+const DASH: i32 = 8;
+const GAP: i32 = 5;
+
+type Axes<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// How a series is drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,6 +33,11 @@ pub enum Marks {
     /// A line through the points, interrupted where y is NaN.
     #[default]
     Line,
+    /// The same, dashed.
+    Dashed,
+    /// A line in a band of one standard uncertainty to both sides: in the unit of y, one for each point; NaN
+    /// for no band.
+    Band(Vec<f64>),
     /// A dot for each point.
     Dots,
     /// A dot for each point with an error bar of one standard uncertainty to both sides: in the unit of y,
@@ -60,8 +72,10 @@ impl Series {
     /// Standard uncertainty of a point; NaN if there is none.
     fn sigma(&self, index: usize) -> f64 {
         match &self.marks {
-            Marks::DotsWithBars(sigmas) => sigmas.get(index).copied().unwrap_or(f64::NAN),
-            Marks::Line | Marks::Dots => f64::NAN,
+            Marks::DotsWithBars(sigmas) | Marks::Band(sigmas) => {
+                sigmas.get(index).copied().unwrap_or(f64::NAN)
+            }
+            Marks::Line | Marks::Dashed | Marks::Dots => f64::NAN,
         }
     }
 
@@ -74,6 +88,8 @@ impl Series {
     fn entry(&self, colour: RGBColor) -> Entry {
         let sample = match self.marks {
             Marks::Line => Sample::Line(18),
+            Marks::Dashed => Sample::Dashed(2 * DASH + GAP),
+            Marks::Band(_) => Sample::Band(18),
             Marks::Dots => Sample::Dot,
             Marks::DotsWithBars(_) => Sample::DotWithBar,
         };
@@ -106,16 +122,33 @@ impl Chart {
     pub fn picture(&self) -> Result<RgbImage, ReportError> {
         register_font();
         let mut raw = vec![255; (WIDTH * HEIGHT * 3) as usize];
-        self.draw(&mut raw).map_err(|reason| ReportError::new(&self.title, reason))?;
+        let area = BitMapBackend::with_buffer(&mut raw, (WIDTH, HEIGHT)).into_drawing_area();
+        self.draw(&area).map_err(|reason| ReportError::new(&self.title, reason))?;
+        drop(area);
         RgbImage::from_raw(WIDTH, HEIGHT, raw)
             .ok_or_else(|| ReportError::new(&self.title, "its size is wrong"))
+    }
+
+    /// The chart as SVG.
+    ///
+    /// # Errors
+    /// As [`picture`](Self::picture).
+    pub fn svg(&self) -> Result<String, ReportError> {
+        register_font();
+        let mut text = String::new();
+        let area = SVGBackend::with_string(&mut text, (WIDTH, HEIGHT)).into_drawing_area();
+        area.fill(&WHITE).map_err(|reason| ReportError::new(&self.title, reason))?;
+        self.draw(&area).map_err(|reason| ReportError::new(&self.title, reason))?;
+        drop(area);
+        Ok(text)
     }
 
     /// The numbers of the chart: one line per point with series, x, y, and the standard uncertainty if any is
     /// shown; `nan` where unknown.
     pub fn csv(&self) -> String {
         let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
-        let bars = self.series.iter().any(|series| matches!(series.marks, Marks::DotsWithBars(_)));
+        let uncertain = |series: &Series| matches!(series.marks, Marks::DotsWithBars(_) | Marks::Band(_));
+        let bars = self.series.iter().any(uncertain);
         let last = if bars { ",standard deviation" } else { "" };
         let mut text = format!("series,{},{}{last}\n", quoted(&self.x_label), quoted(&self.y_label));
         for series in &self.series {
@@ -130,7 +163,10 @@ impl Chart {
         text
     }
 
-    fn draw(&self, raw: &mut [u8]) -> Result<(), String> {
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String>
+    where
+        B::ErrorType: 'static,
+    {
         let known = || self.series.iter().flat_map(Series::known);
         let x_range = span(known().map(|(_, point, _)| point.0), 0.0)?;
         let zero = if self.zero_line { known().next().map(|_| 0.0) } else { None };
@@ -142,8 +178,7 @@ impl Chart {
             0 | 1 => Vec::new(),
             _ => coloured().map(|(series, colour)| series.entry(colour)).collect(),
         };
-        let area = BitMapBackend::with_buffer(raw, (WIDTH, HEIGHT)).into_drawing_area();
-        draw_heading(&area, &self.title, &legend, LEFT)?;
+        draw_heading(area, &self.title, &legend, LEFT)?;
         let (_, body) = area.split_vertically(heading_height(&legend));
         let mut axes = ChartBuilder::on(&body)
             .margin(12)
@@ -175,13 +210,12 @@ impl Chart {
 }
 
 impl Series {
-    fn draw(&self, axes: &mut Axes<'_, '_>, colour: RGBColor) -> Result<(), String> {
-        if self.marks == Marks::Line {
-            for piece in self.points.split(|point| point.1.is_nan()).filter(|piece| !piece.is_empty()) {
-                let line = LineSeries::new(piece.iter().copied(), colour.stroke_width(2));
-                axes.draw_series(line).map_err(say)?;
-            }
-            return Ok(());
+    fn draw<B: DrawingBackend>(&self, axes: &mut Axes<'_, B>, colour: RGBColor) -> Result<(), String>
+    where
+        B::ErrorType: 'static,
+    {
+        if let Marks::Line | Marks::Dashed | Marks::Band(_) = self.marks {
+            return self.draw_lines(axes, colour);
         }
         let bars = self.known().filter(|(_, _, sigma)| *sigma > 0.0).map(|(_, (x, y), sigma)| {
             PathElement::new(vec![(x, y - sigma), (x, y + sigma)], colour.stroke_width(1))
@@ -193,8 +227,45 @@ impl Series {
         Ok(())
     }
 
+    fn draw_lines<B: DrawingBackend>(&self, axes: &mut Axes<'_, B>, colour: RGBColor) -> Result<(), String>
+    where
+        B::ErrorType: 'static,
+    {
+        let mut known = self.known().peekable();
+        while let Some((first, point, sigma)) = known.next() {
+            let mut piece = vec![(point, sigma)];
+            let mut last = first;
+            while let Some((index, point, sigma)) = known.next_if(|(index, ..)| *index == last + 1) {
+                piece.push((point, sigma));
+                last = index;
+            }
+            let line = || piece.iter().map(|(point, _)| *point);
+            let style = colour.stroke_width(2);
+            match self.marks {
+                Marks::Dashed => axes.draw_series(DashedLineSeries::new(line(), DASH, GAP, style)).map(drop),
+                _ => axes.draw_series(LineSeries::new(line(), style)).map(drop),
+            }
+            .map_err(say)?;
+            let upper = piece.iter().map(|((x, y), sigma)| (*x, y + sigma));
+            let lower = piece.iter().rev().map(|((x, y), sigma)| (*x, y - sigma));
+            if piece.iter().any(|(_, sigma)| *sigma > 0.0) {
+                let band = Polygon::new(upper.chain(lower).collect::<Vec<_>>(), colour.mix(BAND).filled());
+                axes.draw_series([band]).map_err(say)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Labels are right of their points; left of them beyond `turn`.
-    fn draw_labels(&self, axes: &mut Axes<'_, '_>, colour: RGBColor, turn: f64) -> Result<(), String> {
+    fn draw_labels<B: DrawingBackend>(
+        &self,
+        axes: &mut Axes<'_, B>,
+        colour: RGBColor,
+        turn: f64,
+    ) -> Result<(), String>
+    where
+        B::ErrorType: 'static,
+    {
         let labels = self.known().filter_map(|(index, point, _)| {
             let (side, aside) = if point.0 > turn { (HPos::Right, -7) } else { (HPos::Left, 7) };
             let style = TextStyle::from((FONT, 14)).color(&colour).pos(Pos::new(side, VPos::Center));
@@ -320,6 +391,36 @@ mod tests {
             .map(|(x, _, _)| x)
             .collect();
         assert!(changed.len() > 20 && changed.iter().all(|&x| x > WIDTH - 100), "{changed:?}");
+    }
+
+    #[test]
+    fn a_band_reaches_a_standard_deviation_to_both_sides_and_dashes_have_gaps() {
+        let points = vec![(0.0, 0.0), (1.0, 0.0), (2.0, f64::NAN), (3.0, 0.0), (4.0, 10.0)];
+        let sigmas = vec![1.0, 1.0, 1.0, 2.0, f64::NAN];
+        let band = Series { marks: Marks::Band(sigmas), ..Series::line("a", points.clone()) };
+        let band = chart(vec![band]);
+        assert!(band.csv().ends_with("\"a\",3,0,2\n\"a\",4,10,nan\n"));
+        let picture = band.picture().unwrap();
+        // The axis spans 12 with 8 % of air over 384 rows; between the first two points the band is 2 high, of
+        // which the line takes 2 or 3 rows.
+        let is_mixed = |pixel: &image::Rgb<u8>| pixel.0[0] > 0 && pixel.0[2] > pixel.0[0].saturating_add(20);
+        let rows = (60..HEIGHT).filter(|&y| is_mixed(picture.get_pixel(150, y))).count();
+        assert!((54..=60).contains(&rows), "{rows}");
+        let svg = band.svg().unwrap();
+        assert!(svg.starts_with("<svg") && svg.contains("<polygon") && svg.trim_end().ends_with("</svg>"));
+        let line =
+            |marks: Marks| chart(vec![Series { marks, ..Series::line("a", vec![(0.0, 0.0), (1.0, 0.0)]) }]);
+        let inked = |marks: Marks| count(&line(marks).picture().unwrap(), COLOURS[0]);
+        let (whole, dashed) = (inked(Marks::Line), inked(Marks::Dashed));
+        assert!(dashed > whole / 2 && dashed < 3 * whole / 4, "{dashed} of {whole}");
+    }
+
+    #[test]
+    fn svg_escapes_what_it_is_given() {
+        let hostile =
+            Chart { title: "<script>&\"".to_owned(), ..chart(vec![Series::line("s", vec![(0.0, 1.0)])]) };
+        let svg = hostile.svg().unwrap();
+        assert!(!svg.contains("<script>") && svg.contains("&lt;script&gt;&amp;"), "{svg}");
     }
 
     #[test]

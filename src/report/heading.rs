@@ -27,6 +27,10 @@ const AFTER_NAME: i32 = 26;
 pub(super) enum Sample {
     /// A line of this length, in px.
     Line(i32),
+    /// A dashed line of this length, in px.
+    Dashed(i32),
+    /// A line of this length in a band, in px.
+    Band(i32),
     /// A dot.
     Dot,
     /// A circle.
@@ -49,8 +53,8 @@ pub(super) fn heading_height(legend: &[Entry]) -> u32 {
 }
 
 /// Draws title and legend at the top of `area`; names begin at column `left`.
-pub(super) fn draw_heading(
-    area: &DrawingArea<BitMapBackend<'_>, Shift>,
+pub(super) fn draw_heading<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
     title: &str,
     legend: &[Entry],
     left: i32,
@@ -63,13 +67,22 @@ pub(super) fn draw_heading(
     let mut x = left;
     for Entry { name, sample, colour } in legend {
         let width = match sample {
-            Sample::Line(length) => *length,
+            Sample::Line(length) | Sample::Dashed(length) | Sample::Band(length) => *length,
             Sample::Dot | Sample::Ring | Sample::DotWithBar => 8,
         };
         let centre = (x + width / 2, middle);
         let path = |points: Vec<(i32, i32)>| PathElement::new(points, colour.stroke_width(2));
         match sample {
             Sample::Line(_) => area.draw(&path(vec![(x, middle), (x + width, middle)])),
+            Sample::Dashed(_) => {
+                area.draw(&path(vec![(x, middle), (x + 2 * width / 5, middle)])).map_err(say)?;
+                area.draw(&path(vec![(x + 3 * width / 5, middle), (x + width, middle)]))
+            }
+            Sample::Band(_) => {
+                let corners = [(x, middle - 5), (x + width, middle + 5)];
+                area.draw(&Rectangle::new(corners, colour.mix(0.25).filled())).map_err(say)?;
+                area.draw(&path(vec![(x, middle), (x + width, middle)]))
+            }
             Sample::Dot => area.draw(&Circle::new(centre, 3, colour.filled())),
             Sample::Ring => area.draw(&Circle::new(centre, 4, colour.stroke_width(1))),
             Sample::DotWithBar => {
