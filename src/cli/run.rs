@@ -13,11 +13,12 @@ use super::need::check_match;
 use super::rig::RigArguments;
 use super::rig::{calibration_plan, can_be_calibrated};
 use super::scan::{Captured, Course, Devices, scan};
+use super::surface::{describe as describe_surface, measure_surface};
 use super::{CliError, Talk};
 use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
-use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
+use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, refuse_existing};
 use epirig_matcher::MatchOptions;
@@ -29,10 +30,12 @@ use epirig_matcher::MatchOptions;
   epirig run --out tile-0042 --rig sim --set plan.frames=51     no hardware needed
   epirig run --out tile-0042 --reference middle
 
-Runs `epirig doctor --short`, `capture`, `calibrate` and `match`, one after another. DIR is the
-sequence; DIR/results holds the results. Frames are calibrated if the profile plans dark, flat or
-board frames, or describes a target on the object. If the scan is interrupted, run `epirig resume
-DIR`, `epirig calibrate DIR` and `epirig match DIR`.")]
+Runs `epirig doctor --short`, `capture`, `calibrate`, `match` and `surface`, one after another. DIR
+is the sequence; DIR/results holds the results, and DIR/results/surface/report.html shows them on
+one page. Frames are calibrated if the profile plans dark, flat or board frames, or describes a
+target on the object. If the surface cannot be measured, for example without a focal length, a note
+says why. If the scan is interrupted, run `epirig resume DIR`, `epirig calibrate DIR`, `epirig match
+DIR` and `epirig surface DIR`.")]
 pub(super) struct Run {
     /// Folder of the new sequence and its results
     #[arg(long, value_name = "DIR")]
@@ -50,6 +53,8 @@ pub(super) struct Run {
 struct RunOutput<'a> {
     captured: &'a Captured,
     summary: &'a MatchSummary,
+    /// The numbers of the surface, if it could be measured.
+    surface: Option<&'a SurfaceSummary>,
 }
 
 /// A measurement whose results are not yet moved into place.
@@ -85,10 +90,27 @@ impl Run {
         let Measured { captured, measurement, results } = measured;
         results.commit()?;
         advise(&measurement, talk);
-        let output = RunOutput { captured: &captured, summary: &measurement.summary };
+        let results = self.out.join("results");
+        // The results are in place, so a surface that cannot be measured does not fail the run.
+        let surface = Sequence::open(&self.out)
+            .map_err(CliError::from)
+            .and_then(|sequence| measure_surface(&sequence, &results, talk))
+            .inspect_err(|error| {
+                talk.say(&format!("note: the surface was not measured: {}", error.in_words()))
+            })
+            .ok();
+        let found = surface.as_ref();
+        let summary = &measurement.summary;
+        let output = RunOutput { captured: &captured, summary, surface: found.map(|(surface, _)| surface) };
         talk.result(&output, || {
-            let picture = self.out.join("results").join("disparity.png");
-            format!("{}{}look at {}\n", captured.describe(), describe(&measurement), picture.display())
+            let picture = found.map_or_else(|| results.join("disparity.png"), |(_, report)| report.clone());
+            let surface = found.map_or(String::new(), |(surface, _)| describe_surface(surface));
+            format!(
+                "{}{}{surface}look at {}\n",
+                captured.describe(),
+                describe(&measurement),
+                picture.display()
+            )
         })
     }
 }

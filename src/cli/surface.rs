@@ -1,6 +1,6 @@
 //! `epirig surface`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
@@ -10,11 +10,15 @@ use super::need::{check, close_others};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::pipeline::{
-    SurfaceQuestions, SurfaceSummary, inspect_surface, open_results, steps_options, surface_need,
+    MeasuredSurface, OpenedResults, SurfaceQuestions, inspect_surface, open_results, steps_options,
+    surface_need,
 };
-use crate::results::{ResultsFolder, ResultsKind};
+use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{Rectangle, TrendKind};
+use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
+
+/// The report in the folder of the surface.
+const REPORT: &str = "report.html";
 
 /// Measure the depth of hollows in a surface, and its roughness
 ///
@@ -31,7 +35,8 @@ use epirig_matcher::surface::{Rectangle, TrendKind};
   epirig surface seq --trend plane --overwrite
 
 All values belong to the largest connected region, without outliers, very uncertain heights and
-its rim. The folder results/surface holds height_mm.tiff and height.gsf (the region after removal of
+its rim. The folder results/surface holds report.html (the whole measurement on one page, which
+prints and needs no network), height_mm.tiff and height.gsf (the region after removal of
 the form), surface.ply (all points as measured), hollows.csv, profile.csv, surface.json, and
 pictures. In used.png, white pixels were used, light grey ones are walls and outliers, and dark grey
 ones were left out."
@@ -70,18 +75,8 @@ impl Surface {
         self.anyway.check(&sequence, talk)?;
         let results = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
         let opened = open_results(&sequence, &results)?;
+        let heights = heights(&opened, &sequence, &results, talk)?;
         let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
-        check("analysing the surface", surface_need(rows, columns), talk, close_others)?;
-        let heights = opened.heights.as_ref().ok_or_else(|| match opened.has_geometry {
-            false => CliError::Usage(format!(
-                "{}: no heights: focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
-                self.seq.display()
-            )),
-            true => CliError::Integrity(format!(
-                "{}: no pixel has a disparity; look at mask.png there",
-                results.display()
-            )),
-        })?;
         let line = self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1)));
         let region = self.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
         if region.is_some_and(|region| !region.fits(rows, columns)) {
@@ -96,12 +91,51 @@ impl Surface {
             SurfaceQuestions { steps, region, line, profile_width_px: self.profile_width as usize };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
-        let summary = inspect_surface(heights, &opened.matched, &questions, &folder)?;
+        let measured = MeasuredSurface { sequence: &sequence, results: &results, opened: &opened, heights };
+        let summary = inspect_surface(measured, &questions, &folder)?;
         folder.commit()?;
-        talk.result(&summary, || {
-            format!("{}look at {}\n", describe(&summary), out.join("profile.png").display())
-        })
+        talk.result(&summary, || format!("{}look at {}\n", describe(&summary), out.join(REPORT).display()))
     }
+}
+
+/// The heights of `opened`, or why there are none; refuses what does not fit into memory.
+fn heights<'a>(
+    opened: &'a OpenedResults,
+    sequence: &Sequence,
+    results: &Path,
+    talk: &Talk,
+) -> Result<&'a Heights, CliError> {
+    let need = surface_need(opened.disparity.rows(), opened.disparity.columns());
+    check("analysing the surface", need, talk, close_others)?;
+    opened.heights.as_ref().ok_or_else(|| match opened.has_geometry {
+        false => CliError::Usage(format!(
+            "{}: no heights: focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
+            sequence.folder().display()
+        )),
+        true => CliError::Integrity(format!(
+            "{}: no pixel has a disparity; look at mask.png there",
+            results.display()
+        )),
+    })
+}
+
+/// Measures the surface of new results as `epirig surface` does without options: the summary, and where the
+/// report is.
+pub(super) fn measure_surface(
+    sequence: &Sequence,
+    results: &Path,
+    talk: &Talk,
+) -> Result<(SurfaceSummary, PathBuf), CliError> {
+    let opened = open_results(sequence, results)?;
+    let heights = heights(&opened, sequence, results, talk)?;
+    let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
+    let questions = SurfaceQuestions { steps, region: None, line: None, profile_width_px: 1 };
+    let out = results.join("surface");
+    let folder = ResultsFolder::create(&out, ResultsKind::Surface, false)?;
+    let measured = MeasuredSurface { sequence, results, opened: &opened, heights };
+    let summary = inspect_surface(measured, &questions, &folder)?;
+    folder.commit()?;
+    Ok((summary, out.join(REPORT)))
 }
 
 /// Parses four numbers separated by commas.
@@ -112,7 +146,7 @@ fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
         .ok_or_else(|| "give two points as X0,Y0,X1,Y1, such as 100,512,900,512".to_owned())
 }
 
-fn describe(summary: &SurfaceSummary) -> String {
+pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let field = &summary.field;
     let mut text = format!(
         "field              {:.1} % of {} heights; left out: {} uncertain, {} apart from it, {} at its rim (used.png)\n\

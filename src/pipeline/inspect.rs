@@ -1,16 +1,17 @@
 //! Analyses a surface, and writes files and pictures.
 
-use serde::Serialize;
-
 use super::PipelineError;
-use crate::report::{Chart, Series, ValueRange, map_picture};
-use crate::results::{MatchSettings, MatchSummary, ResultsFolder};
+use crate::report::{Chart, Marks, Series, ValueRange, map_picture};
+use crate::results::{
+    FieldSummary, LevelsSummary, MatchSettings, MatchSummary, ResultsFolder, SurfaceSummary,
+};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{Vertex, gsf, ply};
+
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
-    Depth, DepthAtMargin, Extent, Heights, Line, Part, Profile, Rectangle, Roughness, Steps, StepsOptions,
-    SurfaceError, Trend, TrendKind, find_extent, find_steps, fit_trend, profile, roughness,
+    Extent, Heights, Line, Profile, Rectangle, Steps, StepsOptions, SurfaceError, TrendKind, find_extent,
+    find_steps, fit_trend, profile, roughness,
 };
 
 /// Version of `surface.json`.
@@ -27,74 +28,6 @@ pub struct SurfaceQuestions {
     pub line: Option<((f64, f64), (f64, f64))>,
     /// Width over which the profile is averaged, across the line, in px.
     pub profile_width_px: usize,
-}
-
-/// Contents of `surface.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SurfaceSummary {
-    /// Version of the format.
-    pub format: u32,
-    /// Version of the program.
-    pub program: String,
-    /// Uid of the sequence.
-    pub sequence_uid: String,
-    /// How the scan had ended when it was matched, as in `match.json`.
-    pub scan_ended: String,
-    /// Distance that is the zero of heights, in mm.
-    pub distance_mm: f64,
-    /// Width of a pixel at that distance, in mm.
-    pub pixel_mm: f64,
-    /// The heights that were used.
-    pub field: FieldSummary,
-    /// Form that was removed from the heights: that of the upper level if there are two, else of the whole
-    /// region.
-    pub trend: Trend,
-    /// Its tilt along x and y, in deg.
-    pub tilt_deg: (f64, f64),
-    /// Its bow over the region, in mm.
-    pub bow_mm: f64,
-    /// The two levels, if there are two.
-    pub levels: Option<LevelsSummary>,
-    /// Why there are no levels.
-    pub no_levels: Option<String>,
-    /// Roughness of the region after removal of the form; hollows are included.
-    pub roughness: Roughness,
-}
-
-/// Use of the heights, as in `used.png`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct FieldSummary {
-    /// Region of the picture, if one was given.
-    pub region: Option<Rectangle>,
-    /// Pixels of it that have a height.
-    pub answered_px: usize,
-    /// Pixels of the largest connected region; all other numbers refer to it.
-    pub used_px: usize,
-    /// Pixels left out because their sigma is much larger than usual.
-    pub uncertain_px: usize,
-    /// Pixels left out because they are not connected to the region.
-    pub apart_px: usize,
-    /// Pixels left out at the rim of the region.
-    pub rim_px: usize,
-}
-
-/// The two levels of a surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LevelsSummary {
-    /// Depth of the lower level below the upper.
-    pub depth: Depth,
-    /// Whether parts rise from the lower level.
-    pub raised: bool,
-    /// Distance from the walls that was left out, in px.
-    pub margin_px: usize,
-    /// Depth at other distances. If it still grows, windows reach across the walls.
-    pub by_margin: Vec<DepthAtMargin>,
-    /// Errors of pixels further apart than this are independent, in px.
-    pub correlation_reach_px: usize,
-    /// Roughness of the levels away from the walls, with the noise that sigma predicts.
-    pub roughness: Option<Roughness>,
-    /// Each part.
-    pub parts: Vec<Part>,
 }
 
 /// The options of the search for two levels in results that were matched with `settings`.
@@ -124,23 +57,6 @@ pub struct SurfaceAnswers {
     /// Grey values of `used.png`: 0 no height; 80 a height that is not used; 160 used, but not for the levels
     /// (too near to a wall, or an outlier); 255 used.
     pub used: Grid<u8>,
-}
-
-/// Answers `questions` about the heights of the results `matched`, and writes the answers into `folder`,
-/// which the caller commits.
-///
-/// # Errors
-/// As [`analyse_surface`]; and [`PipelineError::Results`] if they cannot be written.
-pub fn inspect_surface(
-    heights: &Heights,
-    matched: &MatchSummary,
-    questions: &SurfaceQuestions,
-    folder: &ResultsFolder,
-) -> Result<SurfaceSummary, PipelineError> {
-    let SurfaceAnswers { summary, rest_mm, profile, used } = analyse_surface(heights, matched, questions)?;
-    write(folder, heights, &rest_mm, &profile, &summary)?;
-    folder.write_grey("used.png", &used)?;
-    Ok(summary)
 }
 
 /// Answers `questions` about the heights of the results `matched`.
@@ -233,13 +149,13 @@ fn levels(steps: &Steps, rest_mm: &Grid<f32>, heights: &Heights) -> LevelsSummar
     }
 }
 
-fn write(
+/// Writes the files of `answers` about `heights` into `folder`.
+pub(super) fn write_answers(
     folder: &ResultsFolder,
     heights: &Heights,
-    rest_mm: &Grid<f32>,
-    profile: &Profile,
-    summary: &SurfaceSummary,
+    answers: &SurfaceAnswers,
 ) -> Result<(), PipelineError> {
+    let SurfaceAnswers { summary, rest_mm, profile, used } = answers;
     folder.write_map("height_mm.tiff", rest_mm)?;
     let title = format!("Height after the trend, sequence {}", summary.sequence_uid);
     folder.write("height.gsf", &gsf(rest_mm, summary.pixel_mm, &title))?;
@@ -251,6 +167,7 @@ fn write(
     let range = ValueRange::of(rest_mm, 0.01);
     folder.write_picture("height.png", &map_picture(rest_mm, "Height after the trend", "mm", range)?)?;
     folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
+    folder.write_grey("used.png", used)?;
     folder.write_json("surface.json", summary)?;
     Ok(())
 }
@@ -324,15 +241,25 @@ fn parts_csv(levels: &LevelsSummary) -> String {
 }
 
 /// The profile between the two levels, as in the paper's last figure.
-fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
+pub(super) fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
     let along = |height: &dyn Fn(f64) -> f64| {
         profile.points.iter().map(|point| (point.distance_mm, height(point.height_mm))).collect()
     };
-    let mut series = vec![Series::line("height", along(&|height| height))];
+    let mut series = Vec::new();
+    // The profile is drawn over the levels.
     if let Some(levels) = &summary.levels {
-        series.push(Series::line("upper level", along(&|_| 0.0)));
-        series.push(Series::line("lower level", along(&|_| -levels.depth.depth_mm)));
+        let level = |name, height_mm: f64| Series {
+            marks: Marks::Dashed,
+            ..Series::line(name, along(&|_| height_mm))
+        };
+        series.push(level("upper level", 0.0));
+        series.push(level("lower level", -levels.depth.depth_mm));
     }
+    let sigmas = profile.points.iter().map(|point| point.sigma_mm).collect();
+    series.push(Series {
+        marks: Marks::Band(sigmas),
+        ..Series::line("height, with one standard uncertainty to both sides", along(&|height| height))
+    });
     let ((from_x, from_y), (to_x, to_y)) = (profile.line.from_px, profile.line.to_px);
     Chart {
         title: format!("Height after the trend from ({from_x}, {from_y}) to ({to_x}, {to_y}) px"),

@@ -6,6 +6,7 @@ mod inspect;
 mod need;
 mod opened;
 mod rectified;
+mod reported;
 
 use epirig_core::statistics::upper_median;
 use std::time::Instant;
@@ -16,6 +17,7 @@ use tracing::{info, info_span};
 pub use calibration::calibrate_sequence;
 
 use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
+use crate::report::html::ScaleSigma;
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
 use crate::results::{
     FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, ResultsError, ResultsFolder,
@@ -32,16 +34,14 @@ use epirig_matcher::{
     OrderingUsed, ReferenceFrame,
 };
 
-pub use inspect::{
-    FieldSummary, LevelsSummary, SurfaceAnswers, SurfaceQuestions, SurfaceSummary, analyse_surface,
-    inspect_surface, profile_csv, steps_options,
-};
+pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
 pub use need::{
     Frames, calibration_need, capture_need, frames_that_fit, import_need, match_need, rectification_need,
     surface_need,
 };
 pub use opened::{OpenedResults, ResultsMismatch, open_results};
 pub use rectified::rectify_sequence;
+pub use reported::{MeasuredSurface, inspect_surface};
 
 /// Errors of calibration, matching and results.
 #[derive(Debug, Error)]
@@ -168,18 +168,29 @@ pub fn geometry(sequence: &Sequence, calibration: Option<&Calibration>) -> Optio
         let camera = calibration.mapping.camera;
         let positions = &calibration.positions;
         let baseline_mm = positions.baseline_mm?;
-        let lens = &calibration.lens;
-        let focal_length = lens.estimate.sigma()[0] / lens.estimate.lens.focal_length_x_px;
-        let baseline = positions.baseline_sigma_mm.unwrap_or(0.0) / baseline_mm;
+        let scale = scale_sigma(calibration);
+        let (focal_length, baseline) = (scale.focal_length.unwrap_or(0.0), scale.baseline.unwrap_or(0.0));
         let point = (camera.principal_point_x_px, camera.principal_point_y_px);
         let exact = Geometry::exact(camera.focal_length_px, baseline_mm, point);
-        return (lens.source != LensSource::Unknown).then(|| exact.with_scale_sigma(focal_length, baseline));
+        let known = calibration.lens.source != LensSource::Unknown;
+        return known.then(|| exact.with_scale_sigma(focal_length, baseline));
     }
     let positions = sequence.positions_mm()?;
     let baseline_mm = positions.last()? - positions.first()?;
     let intrinsics = sequence.record().intrinsics?;
     let point = (intrinsics.principal_point_x_px, intrinsics.principal_point_y_px);
     Some(Geometry::exact(intrinsics.focal_length_px, baseline_mm, point))
+}
+
+/// Relative standard uncertainties of focal length and baseline, as far as the calibration knows them.
+fn scale_sigma(calibration: &Calibration) -> ScaleSigma {
+    let relative = |sigma: f64, value: f64| (sigma > 0.0).then_some((sigma / value).abs());
+    let (lens, positions) = (&calibration.lens.estimate, &calibration.positions);
+    let baseline = positions.baseline_sigma_mm.zip(positions.baseline_mm);
+    ScaleSigma {
+        focal_length: relative(lens.sigma()[0], lens.lens.focal_length_x_px),
+        baseline: baseline.and_then(|(sigma_mm, baseline_mm)| relative(sigma_mm, baseline_mm)),
+    }
 }
 
 fn positions_name(source: Option<PositionSource>) -> String {

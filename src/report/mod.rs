@@ -6,6 +6,7 @@ mod cost_image;
 mod figures;
 mod frame_picture;
 mod heading;
+pub mod html;
 mod map_picture;
 
 use thiserror::Error;

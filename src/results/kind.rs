@@ -47,6 +47,7 @@ const SURFACE: &[&str] = &[
     "hollows.csv",
     "profile.csv",
     "profile.png",
+    "report.html",
     "used.png",
 ];
 

@@ -4,6 +4,7 @@ mod error;
 mod kind;
 mod place;
 mod read;
+mod surface;
 mod write;
 
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,7 @@ pub use kind::ResultsKind;
 pub use read::{
     read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
 };
+pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, mask_value};
 
 use epirig_matcher::interpolation::Interpolation;

@@ -154,7 +154,7 @@ fn origin(origin: &Origin) -> String {
 
 /// The name of the sequence's folder.
 fn name(view: &ResultsView) -> String {
-    file_name(view.sequence.folder())
+    view.sequence.name()
 }
 
 fn file_name(path: &std::path::Path) -> String {

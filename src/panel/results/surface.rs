@@ -5,7 +5,8 @@ use serde_json::Value;
 
 use super::ResultsView;
 use crate::panel::PanelError;
-use crate::pipeline::{SurfaceQuestions, SurfaceSummary, analyse_surface, steps_options};
+use crate::pipeline::{SurfaceQuestions, analyse_surface, steps_options};
+use crate::results::SurfaceSummary;
 use epirig_core::choice::Choice as _;
 use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
 

@@ -5,7 +5,7 @@ mod cells;
 mod lens;
 mod stage_axis;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use super::{Figure, ReportError};
 use crate::calibrate::Calibrated;

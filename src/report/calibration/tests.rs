@@ -119,7 +119,7 @@ fn positioning_error(random: &mut ChaCha8Rng) -> PositioningError {
     }
 }
 
-fn bare() -> Calibrated {
+pub(in crate::report) fn bare() -> Calibrated {
     let estimate = LensEstimate::independent(ROWS, COLUMNS, Lens::pinhole(1000.0, 319.5, 239.5), [0.0; 9]);
     let mapping = Mapping::fitting(estimate.lens, 0.0, 0.0, ROWS, COLUMNS).unwrap();
     let nothing = String::new;

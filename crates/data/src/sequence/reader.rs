@@ -70,6 +70,13 @@ impl Sequence {
         &self.folder
     }
 
+    /// Name of the folder, as a person calls the sequence.
+    pub fn name(&self) -> String {
+        let absolute = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        let name = absolute.file_name().map(|name| name.to_string_lossy().into_owned());
+        name.unwrap_or_else(|| absolute.display().to_string())
+    }
+
     /// The start record.
     pub fn record(&self) -> &SequenceRecord {
         &self.record

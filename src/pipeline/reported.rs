@@ -1,0 +1,91 @@
+//! Analyses a surface, and writes files, pictures and the report.
+
+use std::path::Path;
+
+use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, write_answers};
+use super::{OpenedResults, PipelineError, scale_sigma};
+use crate::calibrate::{calibration_pictures, read_calibration_picture};
+use crate::report::html::{CalibrationPart, Maps, Report, ScaleSigma, Scan};
+use crate::results::{ResultsFolder, SurfaceSummary, read_result};
+use epirig_data::sequence::{Sequence, now};
+use epirig_matcher::surface::Heights;
+
+/// The maps that heights are computed from.
+const SOURCES: [&str; 2] = ["disparity.tiff", "sigma.tiff"];
+
+/// Results of a sequence that have heights.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredSurface<'a> {
+    /// The sequence.
+    pub sequence: &'a Sequence,
+    /// The folder of its results.
+    pub results: &'a Path,
+    /// What is in it.
+    pub opened: &'a OpenedResults,
+    /// The heights.
+    pub heights: &'a Heights,
+}
+
+/// Answers `questions` about a surface, and writes the answers into `folder`, which the caller commits: maps,
+/// pictures, numbers, and the report.
+///
+/// # Errors
+/// As [`analyse_surface`]; and [`PipelineError::Results`] if they cannot be written.
+pub fn inspect_surface(
+    measured: MeasuredSurface<'_>,
+    questions: &SurfaceQuestions,
+    folder: &ResultsFolder,
+) -> Result<SurfaceSummary, PipelineError> {
+    let answers = analyse_surface(measured.heights, &measured.opened.matched, questions)?;
+    folder.write("report.html", surface_report(measured, &answers)?.as_bytes())?;
+    write_answers(folder, measured.heights, &answers)?;
+    Ok(answers.summary)
+}
+
+/// The report of `answers` about a surface, as HTML.
+fn surface_report(measured: MeasuredSurface<'_>, answers: &SurfaceAnswers) -> Result<String, PipelineError> {
+    let MeasuredSurface { sequence, results, opened, heights } = measured;
+    let mut map_hashes = Vec::new();
+    for name in SOURCES {
+        let hash = read_result(results, name)?.map(|bytes| blake3::hash(&bytes).to_hex().to_string());
+        map_hashes.extend(hash.map(|hash| (name, hash)));
+    }
+    // The report does without a frame or a picture that is no longer there; it says so.
+    let frame = sequence.frames().get(opened.matched.reference);
+    let photograph = frame.and_then(|record| sequence.read(record).ok());
+    let folder = sequence.folder();
+    let picture = |name: String| {
+        let bytes = read_calibration_picture(folder, &name).ok()?;
+        Some((name, bytes))
+    };
+    let calibration = opened.calibration.as_ref().map(|(record, _)| CalibrationPart {
+        record,
+        pictures: calibration_pictures(folder).into_iter().filter_map(picture).collect(),
+    });
+    let scale = calibration.as_ref().map_or(ScaleSigma::default(), |part| scale_sigma(part.record));
+    let report = Report {
+        name: sequence.name(),
+        made: now(),
+        scan: Scan {
+            record: sequence.record(),
+            frames: sequence.frames(),
+            events: sequence.events(),
+            stop: sequence.stop(),
+            end_in_words: sequence.end_in_words(),
+        },
+        matched: &opened.matched,
+        map_hashes,
+        calibration,
+        scale,
+        surface: &answers.summary,
+        profile: &chart(&answers.profile, &answers.summary),
+        maps: Maps {
+            photograph: photograph.as_ref(),
+            rest_mm: &answers.rest_mm,
+            sigma_mm: &heights.sigma_mm,
+            disparity_px: &opened.disparity,
+            used: &answers.used,
+        },
+    };
+    Ok(report.html()?)
+}

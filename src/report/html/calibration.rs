@@ -1,0 +1,230 @@
+//! The calibration: photometry before and after, lens, stage axis, rows, positions.
+
+use super::contents::{CalibrationPart, Report};
+use super::markup::{Markup, element, joined, list, pairs, paragraph, table};
+use super::number::{fixed, percent, sigma, significant, with_sigma};
+use super::picture::Picture;
+use crate::calibrate::{Calibration, PositionSource, PositionsRecord, StageAxisRecord};
+use epirig_calibration::photometry::{DarkModel, DarkRecord, FlatField, FlatModel, FrameGains, Outcome};
+
+pub(super) fn calibration(report: &Report<'_>) -> Markup {
+    let Some(part) = &report.calibration else {
+        return paragraph(
+            "The frames were matched as captured, without a calibration. So vignetting, distortion, the direction \
+             of the stage axis and the true positions were neither measured nor corrected.",
+        );
+    };
+    let found = part.record;
+    let remarks = |title: &str, sentences: &[String]| match sentences.is_empty() {
+        true => Markup::default(),
+        false => {
+            joined([paragraph(title), list(sentences.iter().map(|sentence| Markup::from(sentence.as_str())))])
+        }
+    };
+    joined([
+        photometry(found),
+        lens(found),
+        found.stage_axis.as_ref().map_or_else(Markup::default, rows),
+        positions(&found.positions),
+        remarks("Notes of the calibration:", &found.notes),
+        remarks("What would improve it:", &found.needs),
+        element("h3", "Pictures of the calibration"),
+        pictures(part),
+    ])
+}
+
+fn photometry(found: &Calibration) -> Markup {
+    let photometry = &found.photometry;
+    let defective =
+        |pixels: &Vec<_>| (format!("{} pixels", pixels.len()), "replaced by neighbours".to_owned());
+    let rows = [
+        outcome("dark level", &photometry.dark, dark),
+        outcome("flat field", &photometry.flat_field, flat_field),
+        outcome("defective pixels", &photometry.defective_pixels, defective),
+        outcome("brightness of the frames", &found.frame_gains, gains),
+    ];
+    let linearity = found.linearity.as_ref().map(|linearity| {
+        paragraph(format!(
+            "Linearity of the sensor: largest departure {} % of full scale, limit {} %.",
+            significant(linearity.largest_departure_percent, 2),
+            significant(linearity.limit_percent, 2)
+        ))
+    });
+    joined([
+        table("Photometry before and after the correction", &["part", "before", "after"], rows),
+        linearity.unwrap_or_default(),
+    ])
+}
+
+/// A row: what was there before, and what is left after; or why nothing was corrected.
+fn outcome<T>(name: &str, outcome: &Outcome<T>, both: impl Fn(&T) -> (String, String)) -> Vec<Markup> {
+    let (before, after) = match outcome {
+        Outcome::Applied(found) => both(found),
+        Outcome::SwitchedOff => ("not measured".to_owned(), "not corrected: switched off".to_owned()),
+        Outcome::NotApplied(reason) => ("not measured".to_owned(), format!("not corrected: {reason}")),
+    };
+    vec![name.into(), before.into(), after.into()]
+}
+
+fn dark(dark: &DarkRecord) -> (String, String) {
+    let dn = |value: Option<f64>| value.map_or("not known".to_owned(), |value| sigma(value, "DN"));
+    let before = format!("{} DN, fixed pattern {}", fixed(dark.level_dn, 2), dn(dark.pattern_dn));
+    let how = match dark.model {
+        DarkModel::LevelDn(_) => "one level subtracted",
+        DarkModel::Map => "a map subtracted",
+        DarkModel::CutOff(_) => "nothing subtracted: the level is cut off",
+    };
+    (before, format!("{how}; read noise {}; {} dark frames", dn(dark.noise_dn), dark.frames))
+}
+
+fn flat_field(field: &FlatField) -> (String, String) {
+    let after = match &field.model {
+        FlatModel::Polynomial(polynomial) => format!(
+            "divided by a polynomial of order {}; residuals in cells of the flat frames {} % rms",
+            polynomial.order(),
+            significant(field.residual_rms_percent, 2)
+        ),
+        // Residuals against the mean of the same frames say nothing.
+        FlatModel::PerPixel => "divided by a gain for every pixel".to_owned(),
+    };
+    let noise = field.sigma_percent.map_or(String::new(), |percent| {
+        format!("; standard uncertainty by noise {} %", significant(percent, 2))
+    });
+    (
+        format!("vignetting {} %", fixed(field.vignetting_percent, 1)),
+        format!("{after}{noise}; {} flat frames", field.frames),
+    )
+}
+
+fn gains(gains: &FrameGains) -> (String, String) {
+    let squares: f64 = gains.sigma.iter().map(|sigma| sigma * sigma).sum();
+    let sigma = (squares / gains.sigma.len().max(1) as f64).sqrt();
+    let after = match gains.significant {
+        true => {
+            format!("each frame divided by its gain, with a standard uncertainty of {} rms", percent(sigma))
+        }
+        false => format!("nothing divided: no larger than its uncertainty of {} rms", percent(sigma)),
+    };
+    (format!("flicker {} rms", percent(gains.flicker)), after)
+}
+
+fn lens(found: &Calibration) -> Markup {
+    let estimate = &found.lens.estimate;
+    let sigmas = estimate.sigma();
+    let value = |value: f64, sigma: f64| with_sigma(value, (sigma > 0.0).then_some(sigma), "px").into();
+    let camera = &found.mapping.camera;
+    let mut rows: Vec<(&str, Markup)> = vec![
+        ("focal length along x", value(estimate.lens.focal_length_x_px, sigmas[0])),
+        ("focal length after rectification", format!("{} px", fixed(camera.focal_length_px, 2)).into()),
+        ("size after rectification", format!("{} x {} px", camera.columns, camera.rows).into()),
+    ];
+    if let Some(views) = &found.lens.board_frames {
+        let points: usize = views.views.iter().map(|view| view.points).sum();
+        rows.push((
+            "board frames",
+            format!(
+                "{} views, {points} points, {} rejected; residuals {} rms",
+                views.views.len(),
+                views.rejected.len(),
+                sigma(views.rms_px, "px")
+            )
+            .into(),
+        ));
+        rows.push((
+            "coverage of the frame",
+            format!(
+                "{} of the cells, {} of the radius",
+                percent(views.coverage.cells),
+                percent(views.coverage.radius)
+            )
+            .into(),
+        ));
+        if !views.warnings.is_empty() {
+            let warnings = views.warnings.iter().map(|warning| Markup::from(warning.to_string()));
+            rows.push(("warnings", list(warnings)));
+        }
+    }
+    pairs("Lens", rows)
+}
+
+fn rows(axis: &StageAxisRecord) -> Markup {
+    pairs(
+        "Stage axis and rectification",
+        [
+            ("roll", with_sigma(axis.roll_deg, Some(axis.roll_sigma_deg), "deg").into()),
+            ("pan", with_sigma(axis.pan_deg, Some(axis.pan_sigma_deg), "deg").into()),
+            ("distance of corners from their rows", format!("{} rms", sigma(axis.rows_rms_px, "px")).into()),
+            ("standard uncertainty of a corner", sigma(axis.corner_sigma_px, "px").into()),
+            (
+                "observations",
+                format!(
+                    "{} of {} corners in {} frames; {} rejected",
+                    axis.observations,
+                    axis.corners,
+                    axis.frames,
+                    axis.rejected.len()
+                )
+                .into(),
+            ),
+        ],
+    )
+}
+
+fn positions(positions: &PositionsRecord) -> Markup {
+    let source = match positions.source {
+        PositionSource::Target => "measured by the target",
+        PositionSource::Texture => "measured by the texture of the object",
+        PositionSource::Stage | PositionSource::Automatic => "as the stage reported",
+    };
+    let mut rows: Vec<(&str, Markup)> = vec![("positions of the frames", source.into())];
+    if let Some(error) = &positions.positioning_error {
+        let outliers: Vec<String> = error
+            .outliers
+            .iter()
+            .map(|&frame| format!("{frame} ({} um)", fixed(error.error_um(frame), 1)))
+            .collect();
+        rows.push(("measured minus reported", format!("{} um rms", fixed(error.rms_um, 2)).into()));
+        rows.push(("largest", format!("{} um", fixed(error.largest_um, 1)).into()));
+        let named = if outliers.is_empty() { "none".to_owned() } else { outliers.join(", ") };
+        rows.push(("frames with outliers", named.into()));
+    }
+    if let Some(scale) = &positions.target_scale {
+        let difference = 100.0 * scale.contradiction();
+        rows.push((
+            "baseline by the target's squares minus by the stage",
+            format!("{} %", significant(difference, 2)).into(),
+        ));
+    }
+    pairs("Positions", rows)
+}
+
+/// The picture that says nothing if every pixel has a gain of its own.
+const RESIDUALS: &str = "flat-field-residuals";
+
+/// What the pictures of a calibration show, by their names.
+const PICTURES: [(&str, &str); 7] = [
+    ("flat-field", "Map of the flat field: brightness over its mean, in %"),
+    (RESIDUALS, "Residuals of the flat field in cells of the frame, in %"),
+    ("frame-gains", "Chart of the brightness of every frame before the correction, in %"),
+    ("lens-residuals", "Residuals of the lens: observed minus predicted corners, magnified"),
+    ("lens-coverage", "Number of the board's corners in each cell of the frame"),
+    ("rows", "Chart of the distance of every corner from its row after rectification, in px"),
+    ("positioning-error", "Chart of the stage's error in every frame: measured minus reported, in um"),
+];
+
+fn pictures(part: &CalibrationPart<'_>) -> Markup {
+    let flat_field = part.record.photometry.flat_field.applied();
+    let per_pixel = flat_field.is_some_and(|field| field.model == FlatModel::PerPixel);
+    let shown: Vec<Markup> = PICTURES
+        .iter()
+        .filter(|(name, _)| !(per_pixel && *name == RESIDUALS))
+        .filter_map(|(name, words)| {
+            let (_, png) = part.pictures.iter().find(|(there, _)| there == name)?;
+            Some(Picture::drawn(png)?.figure(words, format!("{words}.")))
+        })
+        .collect();
+    match shown.is_empty() {
+        true => paragraph("The folder of the calibration holds no pictures."),
+        false => joined(shown),
+    }
+}

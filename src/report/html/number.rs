@@ -1,0 +1,130 @@
+//! Numbers as a person reads them: an uncertainty to two significant digits, its value to the same place.
+
+/// What stands for a number that is not known.
+pub(super) const UNKNOWN: &str = "unknown";
+
+/// Digits of a value whose uncertainty is unknown.
+const DIGITS: i32 = 3;
+
+/// Decimals that show `value` with this number of significant digits; below 0 tens and hundreds are rounded.
+/// Rounding counts: 0.0996 is 0.10.
+fn decimals(value: f64, digits: i32) -> i32 {
+    if value == 0.0 {
+        return digits - 1;
+    }
+    let by = |value: f64| digits - 1 - value.abs().log10().floor() as i32;
+    let first = by(value);
+    by(round_to(value, first))
+}
+
+fn round_to(value: f64, decimals: i32) -> f64 {
+    let scale = 10_f64.powi(decimals.abs());
+    if decimals >= 0 { (value * scale).round() / scale } else { (value / scale).round() * scale }
+}
+
+/// With this many decimals, and a real minus sign; zero has none.
+pub(super) fn fixed(value: f64, decimals: i32) -> String {
+    if !value.is_finite() {
+        return UNKNOWN.to_owned();
+    }
+    let rounded = if decimals < 0 { round_to(value, decimals) } else { value };
+    let text = format!("{:.*}", decimals.max(0) as usize, rounded.abs());
+    let is_zero = text.chars().all(|letter| letter == '0' || letter == '.');
+    if value < 0.0 && !is_zero { format!("\u{2212}{text}") } else { text }
+}
+
+/// With a number of significant digits.
+pub(super) fn significant(value: f64, digits: i32) -> String {
+    if value.is_finite() { fixed(value, decimals(value, digits)) } else { UNKNOWN.to_owned() }
+}
+
+/// An uncertainty alone, with its unit: two significant digits.
+pub(super) fn sigma(value: f64, unit: &str) -> String {
+    if value.is_finite() { format!("{} {unit}", significant(value, 2)) } else { UNKNOWN.to_owned() }
+}
+
+/// A value with an uncertainty of any coverage, which the caller names.
+pub(super) fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
+    match sigma {
+        _ if !value.is_finite() => UNKNOWN.to_owned(),
+        Some(sigma) if sigma.is_finite() && sigma > 0.0 => {
+            let decimals = decimals(sigma, 2);
+            format!("{} {unit} \u{b1} {} {unit}", fixed(value, decimals), fixed(sigma, decimals))
+        }
+        _ => format!("{} {unit}, uncertainty unknown", significant(value, DIGITS)),
+    }
+}
+
+/// A value that is stated without an uncertainty, with its unit.
+pub(super) fn plain(value: f64, unit: &str) -> String {
+    if value.is_finite() { format!("{} {unit}", significant(value, DIGITS)) } else { UNKNOWN.to_owned() }
+}
+
+/// A share in per cent: two digits, and a decimal from 10 % on, where a share of 99.9 % is not all.
+pub(super) fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    match value.abs() >= 9.95 {
+        true => format!("{} %", fixed(value, 1)),
+        false => format!("{} %", significant(value, 2)),
+    }
+}
+
+/// A time stamp as in RFC 3339, to the second.
+pub(super) fn moment(stamp: &str) -> String {
+    let (seconds, rest) = stamp.split_once('.').unwrap_or((stamp, ""));
+    let zone = rest.trim_start_matches(|letter: char| letter.is_ascii_digit());
+    format!("{}{zone}", seconds.replacen('T', " ", 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_value_ends_where_its_uncertainty_ends() {
+        let cases = [
+            (0.20034, 0.0012, "0.2003 mm \u{b1} 0.0012 mm"),
+            (20.441_71, 0.006_26, "20.4417 mm \u{b1} 0.0063 mm"),
+            (0.2, 0.0996, "0.20 mm \u{b1} 0.10 mm"),
+            (-0.0512, 0.0104, "\u{2212}0.051 mm \u{b1} 0.010 mm"),
+            (0.001, 0.25, "0.00 mm \u{b1} 0.25 mm"),
+            (-0.001, 0.25, "0.00 mm \u{b1} 0.25 mm"),
+            (1234.0, 187.0, "1230 mm \u{b1} 190 mm"),
+            (987.4, 12.3, "987 mm \u{b1} 12 mm"),
+            (4.0, 99.6, "0 mm \u{b1} 100 mm"),
+        ];
+        for (value, sigma, shown) in cases {
+            assert_eq!(with_sigma(value, Some(sigma), "mm"), shown);
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_is_said() {
+        assert_eq!(with_sigma(0.2, None, "mm"), "0.200 mm, uncertainty unknown");
+        assert_eq!(with_sigma(0.2, Some(f64::NAN), "mm"), "0.200 mm, uncertainty unknown");
+        assert_eq!(with_sigma(f64::NAN, Some(0.1), "mm"), UNKNOWN);
+        assert_eq!(
+            (plain(f64::INFINITY, "mm"), sigma(f64::NAN, "mm")),
+            (UNKNOWN.to_owned(), UNKNOWN.to_owned())
+        );
+    }
+
+    #[test]
+    fn stamps_end_at_the_second() {
+        assert_eq!(moment("2026-11-24T13:48:36.768908489Z"), "2026-11-24 13:48:36Z");
+        assert_eq!(moment("2026-11-24T13:48:36+01:00"), "2026-11-24 13:48:36+01:00");
+        assert_eq!(moment("2026-11-24T13:48:36.7+01:00"), "2026-11-24 13:48:36+01:00");
+        assert_eq!(moment("yesterday"), "yesterday");
+    }
+
+    #[test]
+    fn digits_are_significant() {
+        assert_eq!(significant(0.0996, 2), "0.10");
+        assert_eq!(significant(0.0, 2), "0.0");
+        assert_eq!(significant(1530.0, 3), "1530");
+        assert_eq!(
+            (percent(0.999), percent(0.0123), percent(0.0), percent(1.0)),
+            ("99.9 %".to_owned(), "1.2 %".to_owned(), "0.0 %".to_owned(), "100.0 %".to_owned())
+        );
+    }
+}

@@ -1,0 +1,222 @@
+//! Step heights, their uncertainty budget, form and roughness.
+
+use super::budget::{Combined, Contribution, Evaluation, combined, contributions};
+use super::contents::{Report, ScaleSigma};
+use super::markup::{Markup, data, element, joined, list, pairs, paragraph, table};
+use super::number::{fixed, percent, plain, sigma, significant, with_sigma};
+use crate::results::LevelsSummary;
+use epirig_core::choice::Choice as _;
+use epirig_matcher::surface::{Depth, Roughness};
+
+pub(super) fn steps(report: &Report<'_>) -> Markup {
+    let levels = match &report.surface.levels {
+        Some(levels) => joined([
+            depths(levels),
+            element("h3", "Uncertainty budget"),
+            budget(&levels.depth, report.scale),
+            left_out(report),
+            margins(levels),
+        ]),
+        None => {
+            let reason = report.surface.no_levels.as_deref().unwrap_or("the reason is not recorded");
+            paragraph(format!("There is no step height: {reason}."))
+        }
+    };
+    joined([levels, element("h3", "Form and roughness"), form(report), roughness(report)])
+}
+
+fn depths(levels: &LevelsSummary) -> Markup {
+    let (what, step, caption) = match levels.raised {
+        true => ("part", "height, 95 % coverage", "Height of the raised parts over the level around them"),
+        false => ("hollow", "depth, 95 % coverage", "Depth of the hollows below the level around them"),
+    };
+    let depth =
+        |depth: &Depth| data(depth.depth_mm, with_sigma(depth.depth_mm, depth.half_width_95_mm, "mm"));
+    let used: usize = levels.parts.iter().map(|part| part.used_px).sum();
+    let all = vec![
+        "all together".into(),
+        depth(&levels.depth),
+        "".into(),
+        significant(levels.parts.iter().map(|part| part.area_mm2).sum(), 4).into(),
+        used.to_string().into(),
+    ];
+    let parts = levels.parts.iter().enumerate().map(|(index, part)| {
+        vec![
+            (index + 1).to_string().into(),
+            depth(&part.depth),
+            format!("{}, {}", fixed(part.centre_x_px, 0), fixed(part.centre_y_px, 0)).into(),
+            significant(part.area_mm2, 4).into(),
+            part.used_px.to_string().into(),
+        ]
+    });
+    joined([
+        table(
+            caption,
+            &[what, step, "middle (px)", "area (mm\u{b2})", "pixels used"],
+            std::iter::once(all).chain(parts),
+        ),
+        paragraph(format!(
+            "The intervals hold the depth with 95 % coverage (Student's t). They come from the scatter between \
+             independent parts of the field; the scale is not in them. Errors of pixels more than {} px apart are \
+             independent. Pixels nearer than {} px to a wall are left out.",
+            levels.correlation_reach_px, levels.margin_px
+        )),
+    ])
+}
+
+fn budget(depth: &Depth, scale: ScaleSigma) -> Markup {
+    let sum = combined(depth, scale);
+    let parts = contributions(depth, scale);
+    let mut rows: Vec<Vec<Markup>> = parts.iter().map(|part| contribution(part, sum.as_ref())).collect();
+    if let Some(sum) = &sum {
+        rows.push(vec![
+            "combined standard uncertainty".into(),
+            "".into(),
+            sigma(sum.sigma_mm, "mm").into(),
+            "100.0 %".into(),
+        ]);
+    }
+    let expanded = match &sum {
+        Some(sum) => format!(
+            "Depth with all contributions of this table: {} (95 % coverage, k = {}, {} effective degrees of freedom).",
+            with_sigma(depth.depth_mm, Some(sum.expanded_mm()), "mm"),
+            fixed(sum.coverage_factor, 2),
+            fixed(sum.degrees_of_freedom, 0)
+        ),
+        None => "The scatter is not known: the field has too few independent parts. So there is no combined \
+                 uncertainty."
+            .to_owned(),
+    };
+    joined([
+        table(
+            "Contributions to the uncertainty of the depth over all parts",
+            &["contribution", "type", "standard uncertainty", "share of the variance"],
+            rows,
+        ),
+        paragraph(expanded),
+    ])
+}
+
+fn contribution(part: &Contribution, sum: Option<&Combined>) -> Vec<Markup> {
+    let kind = match part.evaluation {
+        Evaluation::A => "A",
+        Evaluation::B => "B",
+    };
+    let unknown = match part.evaluation {
+        Evaluation::A => "not known",
+        Evaluation::B => "not known; taken as exact",
+    };
+    let share = part.sigma_mm.zip(sum).map(|(sigma_mm, sum)| percent((sigma_mm / sum.sigma_mm).powi(2)));
+    vec![
+        part.name.into(),
+        kind.into(),
+        part.sigma_mm.map_or(unknown.to_owned(), |sigma_mm| sigma(sigma_mm, "mm")).into(),
+        share.unwrap_or_else(|| "not known".to_owned()).into(),
+    ]
+}
+
+/// What the budget does not hold.
+fn left_out(report: &Report<'_>) -> Markup {
+    let mut items: Vec<Markup> = vec![
+        "errors that are the same in all parts of the field: for example of the form under the step, or of a \
+         distortion that is left"
+            .into(),
+        "the choice of the margin at the walls: see the table below".into(),
+        "differences between scans: this is one scan".into(),
+    ];
+    if report.scale.focal_length.is_none() {
+        items.push("the focal length: its uncertainty is not known".into());
+    }
+    if report.scale.baseline.is_none() {
+        items.push("the length of the baseline: the stage's own scale is taken as exact".into());
+    } else {
+        items.push("the stage's own scale (its lead screw): the length of the baseline is in its mm".into());
+    }
+    if report.calibration.is_none() {
+        items.push(
+            "distortion, vignetting, and the direction of the stage axis: the frames were matched as captured, \
+             without a calibration"
+                .into(),
+        );
+    }
+    let locking = report.matched.pixel_locking.as_ref();
+    if let Some(locking) = locking.filter(|found| found.worst_bias_px > 0.0) {
+        let bias_mm = locking.worst_bias_px * height_per_px(report);
+        items.push(
+            format!(
+                "pixel locking, which is in the uncertainty of single heights: its largest predicted bias of a height is {}",
+                sigma(bias_mm, "mm")
+            )
+            .into(),
+        );
+    }
+    joined([paragraph("Not in this budget:"), list(items)])
+}
+
+/// Height of one pixel of disparity, in mm.
+fn height_per_px(report: &Report<'_>) -> f64 {
+    report
+        .matched
+        .median_disparity_px
+        .map_or(f64::NAN, |disparity_px| (report.surface.distance_mm / disparity_px).abs())
+}
+
+fn margins(levels: &LevelsSummary) -> Markup {
+    let rows = levels.by_margin.iter().map(|at| {
+        let used = if at.margin_px == levels.margin_px { " (used)" } else { "" };
+        vec![
+            format!("{} px{used}", at.margin_px).into(),
+            data(at.depth_mm, with_sigma(at.depth_mm, at.half_width_95_mm, "mm")),
+            at.used_px.to_string().into(),
+        ]
+    });
+    joined([
+        table(
+            "Depth for other distances from the walls",
+            &["left out at the walls", "depth, 95 % coverage", "pixels used"],
+            rows,
+        ),
+        paragraph(
+            "If the depth still grows with the distance, windows of the matcher reach across the walls, and the \
+             depth is too small.",
+        ),
+    ])
+}
+
+fn form(report: &Report<'_>) -> Markup {
+    let surface = report.surface;
+    let (along_x, along_y) = surface.tilt_deg;
+    pairs(
+        "Form that was removed",
+        [
+            ("form", surface.trend.kind.name().into()),
+            ("tilt along x, along y", format!("{} deg, {} deg", fixed(along_x, 4), fixed(along_y, 4)).into()),
+            ("bow over the field", plain(surface.bow_mm, "mm").into()),
+            (
+                "pixels fitted, left out",
+                format!("{}, {}", surface.trend.pixels, surface.trend.outliers).into(),
+            ),
+        ],
+    )
+}
+
+fn roughness(report: &Report<'_>) -> Markup {
+    let row = |name: &str, rough: &Roughness| {
+        let mm = |value: f64| fixed(value, 4).into();
+        vec![name.into(), mm(rough.sa_mm), mm(rough.sq_mm), mm(rough.sz_mm), mm(rough.sq_noise_mm)]
+    };
+    let mut rows = vec![row("whole field, hollows included", &report.surface.roughness)];
+    let about = report.surface.levels.as_ref().and_then(|levels| levels.roughness.as_ref());
+    rows.extend(about.map(|rough| row("about the two levels", rough)));
+    joined([
+        table(
+            "Roughness after removal of the form (ISO 25178-2), in mm",
+            &["region", "Sa", "Sq", "Sz", "Sq by noise alone"],
+            rows,
+        ),
+        paragraph(
+            "No S-filter and no L-filter were applied: the values hold noise and waviness. A single wrong pixel \
+             is in Sz.",
+        ),
+    ])
+}

@@ -1,0 +1,260 @@
+//! The page of a measurement whose records are hostile or have gaps.
+
+use serde_json::json;
+
+use super::{CalibrationPart, Maps, Report, ScaleSigma, Scan};
+use crate::report::{Chart, Series};
+use crate::results::{FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
+use epirig_core::grid::Grid;
+use epirig_data::sequence::{Event, FrameRecord, SequenceRecord, StopRecord};
+use epirig_matcher::surface::{Depth, DepthAtMargin, Part, Roughness, Trend, TrendKind};
+
+const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=alert(2)>&\"";
+
+struct Records {
+    record: SequenceRecord,
+    frames: Vec<FrameRecord>,
+    events: Vec<Event>,
+    stop: StopRecord,
+    matched: MatchSummary,
+    surface: SurfaceSummary,
+    profile: Chart,
+    map: Grid<f32>,
+    used: Grid<u8>,
+}
+
+fn from<T: serde::de::DeserializeOwned>(value: serde_json::Value) -> T {
+    serde_json::from_value(value).unwrap()
+}
+
+fn frame(index: usize) -> serde_json::Value {
+    json!({
+        "event": "frame", "index": index, "file": format!("frames/{index:04}.png"), "blake3": "00", "bytes": 1,
+        "commanded_mm": index, "reported_mm": index as f64 + 0.001, "written": "t", "mean_dn": 100.0, "saturated": 0
+    })
+}
+
+fn depth(depth_mm: f64) -> Depth {
+    Depth {
+        depth_mm,
+        sigma_mm: Some(0.0008),
+        degrees_of_freedom: Some(60.0),
+        half_width_95_mm: Some(0.0016),
+        scale_sigma_mm: 0.0001,
+    }
+}
+
+fn rough() -> Roughness {
+    Roughness {
+        sa_mm: 0.01,
+        sq_mm: 0.02,
+        sz_mm: f64::NAN,
+        ssk: 0.0,
+        sku: 3.0,
+        sq_noise_mm: 0.01,
+        sq_without_noise_mm: 0.01,
+        pixels: 100,
+    }
+}
+
+impl Records {
+    fn new() -> Self {
+        let retake = json!({"event": "retake", "index": 1, "attempt": 1, "reason": HOSTILE, "at": "t"});
+        let resumed = json!({"event": "resumed", "after": HOSTILE, "at": "t"});
+        let settings = json!({
+            "method": "variance", "window_px": 3, "search": "factorised", "quick": false, "semi_global": false,
+            "interpolation": "linear", "disparity_step_px": 0.5, "minimum_visible": 0.5, "occlusion": "auto", "fit": true,
+            "fit_window_px": 5, "maximum_sigma_px": 1.0, "minimum_confidence": 0.1
+        });
+        Self {
+            record: from(json!({
+                "format": 2, "uid": "uid-1", "program": HOSTILE, "created": "2026-01-02T03:04:05Z",
+                "origin": {
+                    "kind": "captured", "stage": HOSTILE, "camera": HOSTILE,
+                    "configuration": {
+                        "format": "GREY", "columns": 8, "rows": 8, "controls": {(HOSTILE): 3}, "averaged": 1
+                    }
+                },
+                "rows": 8, "columns": 8, "bit_depth": 8, "frames": 3, "positions_mm": [0.0, 1.0, 2.0], "intrinsics": null
+            })),
+            frames: (0..2).map(|index| from(frame(index))).collect(),
+            events: [frame(0), retake, resumed, frame(1)].map(from).to_vec(),
+            stop: from(json!({
+                "format": 2, "exit_status": "not-closed", "frames": 2, "reason": HOSTILE, "stopped": "t",
+                "closure": {"home_shift_mm": -0.5}
+            })),
+            matched: from(json!({
+                "format": 3, "program": "epirig 0", "sequence_uid": "uid-1", "scan_ended": "not-closed", "positions": "stage",
+                "settings": settings, "reference": 1, "tau_before": 0.5, "tau_after": 0.5, "minimum_px": -1.0,
+                "maximum_px": 1.0, "range_found": true, "ordering_constraint": "on", "order_violations": 0,
+                "answered": 0.999, "leaves_image": 0.0, "beyond_range": 0.0, "no_texture": 0.001, "ambiguous": 0.0,
+                "occluded": 0.0, "median_disparity_px": 400.0, "median_sigma_px": 0.01, "seconds": 1.0
+            })),
+            surface: SurfaceSummary {
+                format: 3,
+                program: "epirig 0".to_owned(),
+                sequence_uid: "uid-1".to_owned(),
+                scan_ended: "not-closed".to_owned(),
+                distance_mm: 900.0,
+                pixel_mm: 0.3,
+                field: FieldSummary {
+                    region: None,
+                    answered_px: 64,
+                    used_px: 60,
+                    uncertain_px: 1,
+                    apart_px: 1,
+                    rim_px: 2,
+                },
+                trend: Trend {
+                    kind: TrendKind::Quadric,
+                    centre_mm: (0.0, 0.0),
+                    coefficients: vec![0.0; 6],
+                    sigmas: vec![None; 6],
+                    pixels: 60,
+                    outliers: 0,
+                    half_extent_mm: (1.0, 1.0),
+                },
+                tilt_deg: (0.1, -0.1),
+                bow_mm: 0.2,
+                levels: Some(LevelsSummary {
+                    depth: depth(0.200_412_3),
+                    raised: false,
+                    margin_px: 3,
+                    by_margin: vec![DepthAtMargin {
+                        margin_px: 3,
+                        depth_mm: 0.2,
+                        half_width_95_mm: None,
+                        used_px: 60,
+                    }],
+                    correlation_reach_px: 4,
+                    roughness: None,
+                    parts: vec![Part {
+                        centre_x_px: 3.0,
+                        centre_y_px: 4.0,
+                        area_px: 20,
+                        area_mm2: 1.8,
+                        used_px: 10,
+                        depth: depth(0.201),
+                    }],
+                }),
+                no_levels: None,
+                roughness: rough(),
+            },
+            profile: Chart {
+                title: "Height after the trend".to_owned(),
+                series: vec![Series::line("height", vec![(0.0, 0.0), (1.0, f64::NAN), (2.0, 1.0)])],
+                ..Chart::default()
+            },
+            map: Grid::from_values(
+                8,
+                8,
+                (0..64).map(|index| if index % 9 == 0 { f32::NAN } else { index as f32 }).collect(),
+            )
+            .unwrap(),
+            used: Grid::filled(8, 8, 255),
+        }
+    }
+
+    fn report(&self) -> Report<'_> {
+        Report {
+            name: HOSTILE.to_owned(),
+            made: "2026-01-02T03:04:06Z".to_owned(),
+            scan: Scan {
+                record: &self.record,
+                frames: &self.frames,
+                events: &self.events,
+                stop: Some(&self.stop),
+                end_in_words: Some(format!("positions are wrong ({HOSTILE})")),
+            },
+            matched: &self.matched,
+            map_hashes: vec![("disparity.tiff", "ab12".to_owned())],
+            calibration: None,
+            scale: ScaleSigma { focal_length: Some(0.0005), baseline: None },
+            surface: &self.surface,
+            profile: &self.profile,
+            maps: Maps {
+                photograph: None,
+                rest_mm: &self.map,
+                sigma_mm: &self.map,
+                disparity_px: &self.map,
+                used: &self.used,
+            },
+        }
+    }
+}
+
+/// The text that a person reads, without markup.
+fn read(html: &str) -> String {
+    let mut text = String::new();
+    let mut outside = true;
+    for letter in html.chars() {
+        match letter {
+            '<' => outside = false,
+            '>' => outside = true,
+            letter if outside => text.push(letter),
+            _ => {}
+        }
+    }
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn hostile_records_stay_text() {
+    let records = Records::new();
+    let html = records.report().html().unwrap();
+    assert!(!html.contains("<script") && !html.contains("<img src=x"), "{html}");
+    // In heading, title, stage, camera, control, version, retake, interruption, end.
+    assert!(html.matches("&lt;script&gt;alert(&#39;1&#39;)").count() >= 9);
+}
+
+#[test]
+fn the_verdict_names_depth_interval_and_a_scan_that_is_not_closed() {
+    let records = Records::new();
+    let html = records.report().html().unwrap();
+    let text = read(&html);
+    let verdict =
+        "Depth of the hollows 0.2004 mm \u{b1} 0.0016 mm (95 % coverage; the scale adds u = 0.00010 mm)";
+    assert!(text.contains(verdict), "{text}");
+    assert!(html.contains("<data value=\"0.2004123\">"));
+    assert!(text.contains("Warning: positions are wrong") && text.contains("the scan ended as not-closed"));
+    assert!(html.contains("class=\"bad\""));
+    for sentence in ["positions are wrong", "uid-1", "ab12", "0.0008", "disparity_step_px 0.5"] {
+        assert!(text.contains(sentence), "{sentence}: {text}");
+    }
+}
+
+#[test]
+fn what_is_not_known_is_said_and_never_a_number() {
+    let mut records = Records::new();
+    let levels = records.surface.levels.as_mut().unwrap();
+    levels.depth = Depth { sigma_mm: None, degrees_of_freedom: None, half_width_95_mm: None, ..levels.depth };
+    let html = records.report().html().unwrap();
+    let text = read(&html);
+    assert!(text.contains("0.200 mm, uncertainty unknown (too few independent parts)"), "{text}");
+    assert!(text.contains("there is no combined uncertainty"), "{text}");
+    assert!(text.contains("unknown") && !text.contains("NaN") && !text.contains(" inf "), "{text}");
+    records.surface.levels = None;
+    records.surface.no_levels = Some("the heights have one level".to_owned());
+    let text = read(&records.report().html().unwrap());
+    assert!(text.contains("One level only: the heights have one level"), "{text}");
+    assert!(text.contains("There is no step height: the heights have one level."), "{text}");
+}
+
+#[test]
+fn a_calibration_tells_what_it_did_not_correct() {
+    let records = Records::new();
+    let mut found = crate::report::calibration::tests::bare().calibration;
+    found.notes = vec![HOSTILE.to_owned()];
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbImage::new(2, 2).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let pictures = ["rows", "other"].map(|name| (name.to_owned(), png.get_ref().clone()));
+    let part = CalibrationPart { record: &found, pictures: pictures.to_vec() };
+    let report = Report { calibration: Some(part), ..records.report() };
+    let html = report.html().unwrap();
+    let text = read(&html);
+    assert!(text.contains("brightness of the frames not measured not corrected: switched off"), "{text}");
+    // The picture that has no name here is not shown.
+    let shown = html.matches("alt=\"Chart of the distance of every corner from its row").count();
+    assert_eq!((shown, html.matches("class=\"chart\"").count()), (1, 4));
+    assert!(!html.contains("<script"));
+}

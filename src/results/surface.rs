@@ -1,0 +1,73 @@
+//! Contents of `surface.json`.
+
+use serde::Serialize;
+
+use epirig_matcher::surface::{Depth, DepthAtMargin, Part, Rectangle, Roughness, Trend};
+
+/// Contents of `surface.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SurfaceSummary {
+    /// Version of the format.
+    pub format: u32,
+    /// Version of the program.
+    pub program: String,
+    /// Uid of the sequence.
+    pub sequence_uid: String,
+    /// How the scan had ended when it was matched, as in `match.json`.
+    pub scan_ended: String,
+    /// Distance that is the zero of heights, in mm.
+    pub distance_mm: f64,
+    /// Width of a pixel at that distance, in mm.
+    pub pixel_mm: f64,
+    /// The heights that were used.
+    pub field: FieldSummary,
+    /// Form that was removed from the heights: that of the upper level if there are two, else of the whole
+    /// region.
+    pub trend: Trend,
+    /// Its tilt along x and y, in deg.
+    pub tilt_deg: (f64, f64),
+    /// Its bow over the region, in mm.
+    pub bow_mm: f64,
+    /// The two levels, if there are two.
+    pub levels: Option<LevelsSummary>,
+    /// Why there are no levels.
+    pub no_levels: Option<String>,
+    /// Roughness of the region after removal of the form; hollows are included.
+    pub roughness: Roughness,
+}
+
+/// Use of the heights, as in `used.png`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FieldSummary {
+    /// Region of the picture, if one was given.
+    pub region: Option<Rectangle>,
+    /// Pixels of it that have a height.
+    pub answered_px: usize,
+    /// Pixels of the largest connected region; all other numbers refer to it.
+    pub used_px: usize,
+    /// Pixels left out because their sigma is much larger than usual.
+    pub uncertain_px: usize,
+    /// Pixels left out because they are not connected to the region.
+    pub apart_px: usize,
+    /// Pixels left out at the rim of the region.
+    pub rim_px: usize,
+}
+
+/// The two levels of a surface.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LevelsSummary {
+    /// Depth of the lower level below the upper.
+    pub depth: Depth,
+    /// Whether parts rise from the lower level.
+    pub raised: bool,
+    /// Distance from the walls that was left out, in px.
+    pub margin_px: usize,
+    /// Depth at other distances. If it still grows, windows reach across the walls.
+    pub by_margin: Vec<DepthAtMargin>,
+    /// Errors of pixels further apart than this are independent, in px.
+    pub correlation_reach_px: usize,
+    /// Roughness of the levels away from the walls, with the noise that sigma predicts.
+    pub roughness: Option<Roughness>,
+    /// Each part.
+    pub parts: Vec<Part>,
+}
