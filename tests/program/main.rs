@@ -18,6 +18,7 @@ mod pixel_locking;
 #[path = "../../crates/matcher/tests/promises/promises.rs"]
 mod promises;
 mod real_frames;
+mod report;
 mod rig_profiles;
 #[path = "../support/scans.rs"]
 mod scans;
