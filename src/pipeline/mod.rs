@@ -20,7 +20,7 @@ use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, 
 use crate::report::html::ScaleSigma;
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
 use crate::results::{
-    FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, ResultsError, ResultsFolder,
+    FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, ResultsError, ResultsFolder, ResultsMismatch,
 };
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
@@ -39,7 +39,7 @@ pub use need::{
     Frames, calibration_need, capture_need, frames_that_fit, import_need, match_need, rectification_need,
     surface_need,
 };
-pub use opened::{OpenedResults, ResultsMismatch, open_results};
+pub use opened::{OpenedResults, open_results};
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
 

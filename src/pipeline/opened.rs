@@ -1,61 +1,14 @@
 //! Results of a sequence, read back and compared with it.
 
-use std::path::{Path, PathBuf};
-
-use thiserror::Error;
+use std::path::Path;
 
 use super::{PipelineError, geometry};
 use crate::calibrate::{Calibration, read_calibration};
-use crate::results::{MatchSummary, read_map, read_summary};
+use crate::results::{MatchSummary, ResultsMismatch, read_map, read_summary};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::surface::{Heights, heights};
-
-/// Results that do not fit their sequence.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ResultsMismatch {
-    /// Results of another sequence.
-    #[error(
-        "{} are results of another sequence; match {} again, or name its results with --results",
-        results.display(), sequence.display()
-    )]
-    OtherSequence {
-        /// The folder of the results.
-        results: PathBuf,
-        /// The folder of the sequence.
-        sequence: PathBuf,
-    },
-    /// The calibration is not the one that the results were made with.
-    #[error(
-        "{0} was calibrated again after it was matched; run `epirig match {0} --overwrite` again",
-        sequence.display()
-    )]
-    OtherCalibration {
-        /// The folder of the sequence.
-        sequence: PathBuf,
-    },
-    /// Maps of different sizes.
-    #[error("{}: disparity and sigma differ in size; match the sequence again", results.display())]
-    Sizes {
-        /// The folder of the results.
-        results: PathBuf,
-    },
-    /// The summary contradicts the maps.
-    #[error(
-        "{}: match.json has another distance ({told_mm} mm) or reference frame than maps and calibration ({found_mm} mm); match the sequence again",
-        results.display()
-    )]
-    Distance {
-        /// The folder of the results.
-        results: PathBuf,
-        /// The distance in the summary.
-        told_mm: f64,
-        /// The distance that the maps give.
-        found_mm: f64,
-    },
-}
 
 /// Results of `epirig match`, with what they were made with.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,6 +2,7 @@
 
 mod error;
 mod kind;
+mod mismatch;
 mod place;
 mod read;
 mod surface;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 pub use error::ResultsError;
 pub use kind::ResultsKind;
+pub use mismatch::ResultsMismatch;
 pub use read::{
     read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
 };

@@ -1,5 +1,7 @@
 //! The server as a client meets it, over real sockets, with what a hostile one would try.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
+
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::ResultsView;
 use super::mesh::{blocks_for, means};
+use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::{OpenedResults, open_results};
 use crate::results::results_beside;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::ResultsView;
+use super::view::ResultsView;
 use epirig_data::sequence::Event;
 
 #[derive(Serialize)]

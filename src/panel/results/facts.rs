@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{RESULTS, ResultsView};
+use super::view::{RESULTS, ResultsView};
 use crate::panel::results::maps::MapFacts;
 use crate::results::{MatchSummary, results_beside};
 use epirig_data::sequence::Origin;
@@ -117,12 +117,11 @@ pub(super) fn results(view: &ResultsView) -> Facts<'_> {
             .into_iter()
             .filter(|name| view.sequence.folder().join(name) != view.folder)
             .collect(),
-        geometry: heights
-            .map(|heights| GeometryFacts {
-                pixel_mm: heights.pixel_mm(),
-                distance_mm: heights.distance_mm,
-                origin_px: [heights.geometry.principal_point_x_px, heights.geometry.principal_point_y_px],
-            }),
+        geometry: heights.map(|heights| GeometryFacts {
+            pixel_mm: heights.pixel_mm(),
+            distance_mm: heights.distance_mm,
+            origin_px: [heights.geometry.principal_point_x_px, heights.geometry.principal_point_y_px],
+        }),
         surface: surface(view),
         maps: view.maps.facts(),
         frames: FramesFacts {

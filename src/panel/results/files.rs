@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::ResultsView;
+use super::view::ResultsView;
 use crate::calibrate::{calibration_pictures, read_calibration_picture};
 use crate::panel::PanelError;
 use crate::results::{read_result, result_files};

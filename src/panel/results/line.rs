@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::ResultsView;
+use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::profile_csv;
 use epirig_matcher::surface::{Line, Profile, profile};

@@ -85,7 +85,7 @@ impl Maps {
         }
         let mask = folder.join("mask.png");
         if is_there(&mask).unwrap_or(false) {
-            let codes = read_grey(&mask)?.map(|value| code(value));
+            let codes = read_grey(&mask)?.map(code);
             maps.add("mask", "Whether there is an answer", "", codes, size);
         }
         let used = surface.join("used.png");

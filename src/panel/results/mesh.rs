@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::ResultsView;
 use super::surface::heights;
+use super::view::ResultsView;
 use epirig_core::grid::Grid;
 use epirig_server::{Query, Refusal, Reply};
 

@@ -14,71 +14,13 @@ mod pyramid;
 mod row_cost;
 mod statistics;
 mod surface;
-
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+mod view;
 
 use serde_json::Value;
 
-use super::PanelError;
-use crate::pipeline::{OpenedResults, open_results};
-use epirig_data::sequence::Sequence;
-use epirig_data::storage::is_there;
 use epirig_server::{Query, Refusal, Reply, Site};
 
-use epis::Epis;
-use frames::Frames;
-use maps::Maps;
-
-/// Name of the usual folder of results.
-const RESULTS: &str = "results";
-
-/// A sequence with its results, ready to be looked at.
-pub struct ResultsView {
-    sequence: Sequence,
-    /// Folder of the results.
-    folder: PathBuf,
-    /// `None` if the sequence has not been matched.
-    results: Option<OpenedResults>,
-    maps: Maps,
-    frames: Frames,
-    epis: Arc<Epis>,
-}
-
-impl ResultsView {
-    /// Opens the sequence in `folder` with its results in `results`; by default those in its folder
-    /// `results`, if there are any.
-    ///
-    /// # Errors
-    /// [`PanelError`] if the sequence or the results cannot be read, or do not belong together.
-    pub fn open(folder: &Path, results: Option<&Path>) -> Result<Self, PanelError> {
-        let sequence = Sequence::open(folder)?;
-        sequence.check_records()?;
-        let usual = folder.join(RESULTS);
-        let there = is_there(&usual.join("match.json")).unwrap_or(false);
-        let wanted = results.map(Path::to_owned).or(there.then_some(usual.clone()));
-        let opened = wanted.as_deref().map(|folder| open_results(&sequence, folder)).transpose()?;
-        let folder = wanted.unwrap_or(usual);
-        let maps = opened.as_ref().map_or_else(|| Ok(Maps::default()), |opened| Maps::of(opened, &folder))?;
-        let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
-        let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
-        let frames = Frames::new(sequence.clone(), calibration);
-        Ok(Self { sequence, folder, results: opened, maps, frames, epis })
-    }
-
-    /// Reads the frames in the background, so that EPIs are there at once when they are asked for.
-    pub fn read_ahead(&self) {
-        let epis = Arc::clone(&self.epis);
-        std::thread::spawn(move || epis.read());
-    }
-
-    fn results(&self) -> Result<&OpenedResults, PanelError> {
-        self.results.as_ref().ok_or_else(|| {
-            let folder = self.sequence.folder().display();
-            PanelError::NotThere(format!("{folder} has no results; run `epirig match {folder}`"))
-        })
-    }
-}
+pub use view::ResultsView;
 
 /// The questions that are answered: a line for each.
 impl Site for ResultsView {

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::ResultsView;
 use super::maps::ANSWERS;
+use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::match_options;
 use epirig_core::volume::Volume;

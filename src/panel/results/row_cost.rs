@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::ResultsView;
+use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::match_options;
 use epirig_matcher::{DisparityRange, Matcher};

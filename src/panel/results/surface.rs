@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::ResultsView;
+use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::{SurfaceQuestions, analyse_surface, steps_options};
 use crate::results::SurfaceSummary;

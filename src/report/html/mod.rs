@@ -1,7 +1,7 @@
 //! The report of a measurement: one HTML file that needs nothing from outside.
 //!
 //! One file for each section; each takes records as they are and says in words what they hold. Text from
-//! outside, such as names of folders and cameras, gets in through [`markup`] only, which escapes it.
+//! outside, such as names of folders and cameras, gets in through `markup` only, which escapes it.
 
 mod budget;
 mod calibration;

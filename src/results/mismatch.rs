@@ -1,0 +1,50 @@
+//! Results and the sequence that they claim to be of.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Results that do not fit their sequence.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ResultsMismatch {
+    /// Results of another sequence.
+    #[error(
+        "{} are results of another sequence; match {} again, or name its results with --results",
+        results.display(), sequence.display()
+    )]
+    OtherSequence {
+        /// The folder of the results.
+        results: PathBuf,
+        /// The folder of the sequence.
+        sequence: PathBuf,
+    },
+    /// The calibration is not the one that the results were made with.
+    #[error(
+        "{0} was calibrated again after it was matched; run `epirig match {0} --overwrite` again",
+        sequence.display()
+    )]
+    OtherCalibration {
+        /// The folder of the sequence.
+        sequence: PathBuf,
+    },
+    /// Maps of different sizes.
+    #[error("{}: disparity and sigma differ in size; match the sequence again", results.display())]
+    Sizes {
+        /// The folder of the results.
+        results: PathBuf,
+    },
+    /// The summary contradicts the maps.
+    #[error(
+        "{}: match.json has another distance ({told_mm} mm) or reference frame than maps and calibration ({found_mm} mm); match the sequence again",
+        results.display()
+    )]
+    Distance {
+        /// The folder of the results.
+        results: PathBuf,
+        /// The distance in the summary.
+        told_mm: f64,
+        /// The distance that the maps give.
+        found_mm: f64,
+    },
+}
