@@ -47,8 +47,22 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
     };
     let disparity = read_map(&folder.join("disparity.tiff"))?;
     let sigma = read_map(&folder.join("sigma.tiff"))?;
-    if (disparity.rows(), disparity.columns()) != (sigma.rows(), sigma.columns()) {
+    let (rows, columns) = (disparity.rows(), disparity.columns());
+    if (rows, columns) != (sigma.rows(), sigma.columns()) {
         return Err(ResultsMismatch::Sizes { results }.into());
+    }
+    let record = sequence.record();
+    let (frame_rows, frame_columns) =
+        calibration.as_ref().map_or((record.rows, record.columns), |(calibration, _)| {
+            (calibration.mapping.camera.rows, calibration.mapping.camera.columns)
+        });
+    if (rows, columns) != (frame_rows, frame_columns) {
+        let mismatch = ResultsMismatch::FrameSize { results, rows, columns, frame_rows, frame_columns };
+        return Err(mismatch.into());
+    }
+    let (reference, frames) = (matched.reference, sequence.frames().len());
+    if reference >= frames {
+        return Err(ResultsMismatch::Reference { results, reference, frames }.into());
     }
     let geometry = geometry(sequence, calibration.as_ref().map(|(calibration, _)| calibration));
     let found = geometry.and_then(|geometry| heights(geometry, &disparity, &sigma));
@@ -56,7 +70,7 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
         // The same maps with the same geometry give the same distance, except for rounding in the record.
         let (told_mm, found_mm) = (matched.distance_mm.unwrap_or(f64::NAN), heights.distance_mm);
         let is_told = (told_mm - found_mm).abs() <= 1e-9 * found_mm.abs();
-        if !is_told || matched.reference >= sequence.record().frames {
+        if !is_told {
             return Err(ResultsMismatch::Distance { results, told_mm, found_mm }.into());
         }
     }

@@ -34,9 +34,39 @@ pub enum ResultsMismatch {
         /// The folder of the results.
         results: PathBuf,
     },
+    /// Maps of another size than the frames.
+    #[error(
+        "{}: the maps have {columns} x {rows} px, the matched frames {frame_columns} x {frame_rows}; match the sequence again",
+        results.display()
+    )]
+    FrameSize {
+        /// The folder of the results.
+        results: PathBuf,
+        /// Rows of the maps.
+        rows: usize,
+        /// Columns of the maps.
+        columns: usize,
+        /// Rows of the frames.
+        frame_rows: usize,
+        /// Columns of the frames.
+        frame_columns: usize,
+    },
+    /// There is no such reference frame.
+    #[error(
+        "{}: match.json names frame {reference} as reference, but there are {frames} frames; match the sequence again",
+        results.display()
+    )]
+    Reference {
+        /// The folder of the results.
+        results: PathBuf,
+        /// The frame that is named.
+        reference: usize,
+        /// Number of frames.
+        frames: usize,
+    },
     /// The summary contradicts the maps.
     #[error(
-        "{}: match.json has another distance ({told_mm} mm) or reference frame than maps and calibration ({found_mm} mm); match the sequence again",
+        "{}: match.json has another distance ({told_mm} mm) than maps and calibration ({found_mm} mm); match the sequence again",
         results.display()
     )]
     Distance {

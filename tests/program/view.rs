@@ -8,6 +8,8 @@ use std::process::{Command, Stdio};
 
 use epirig::panel::ResultsView;
 use epirig::results::read_map;
+use epirig_core::grid::Grid;
+use epirig_data::formats::MapFormat;
 use epirig_data::sequence::{Sequence, decode_grey};
 use epirig_server::{Query, RefusalKind, Reply, Site};
 use epirig_simulator::{Simulator, SimulatorConfig};
@@ -255,4 +257,25 @@ fn the_link_is_printed_and_an_interruption_ends_it() {
     let process = rustix::process::Pid::from_child(&program);
     rustix::process::kill_process(process, rustix::process::Signal::INT).unwrap();
     assert!(program.wait().unwrap().success());
+}
+
+#[test]
+fn results_that_do_not_fit_their_frames_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    matched(folder.path());
+    let seq = folder.path().join("seq");
+    let summary = fs::read_to_string(seq.join("results/match.json")).unwrap();
+    let refused = |words: &str| {
+        let error = ResultsView::open(&seq, None).err().unwrap().to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    fs::write(seq.join("results/match.json"), summary.replace("\"reference\": 0", "\"reference\": 9"))
+        .unwrap();
+    refused("frame 9 as reference, but there are 9 frames");
+    fs::write(seq.join("results/match.json"), summary).unwrap();
+    let small = MapFormat::Tiff.encode(&Grid::filled(ROWS, COLUMNS - 1, 470.0)).unwrap();
+    fs::write(seq.join("results/disparity.tiff"), &small).unwrap();
+    refused("differ in size");
+    fs::write(seq.join("results/sigma.tiff"), &small).unwrap();
+    refused("the maps have 127 x 64 px, the matched frames 128 x 64");
 }
