@@ -310,6 +310,16 @@ async function json<T>(path: string, options?: RequestInit): Promise<T> {
   return (await (await request(path, options)).json()) as T;
 }
 
+export const get = <T>(path: string): Promise<T> => json<T>(path);
+
+export const post = <T>(path: string, asked: object, signal?: AbortSignal): Promise<T> =>
+  json<T>(path, {
+    method: 'POST',
+    headers: { 'content-type': 'application/json' },
+    body: JSON.stringify(asked),
+    signal: signal ?? null,
+  });
+
 /** Takes a framed reply apart; see API "framed arrays". */
 export function unframe<T>(buffer: ArrayBuffer): Framed<T> {
   const length = new DataView(buffer).getUint32(0, true);
@@ -358,12 +368,7 @@ export const api = {
   compare: (other: string, map: string) =>
     framed<CompareInfo>(`api/compare?${query({ with: other, map })}`),
   surface: (region: [number, number, number, number] | null, trend: string, signal: AbortSignal) =>
-    json<SurfaceSummary>('api/surface', {
-      method: 'POST',
-      headers: { 'content-type': 'application/json' },
-      body: JSON.stringify({ region, trend }),
-      signal,
-    }),
+    post<SurfaceSummary>('api/surface', { region, trend }, signal),
   /** One tile of 256 x 256 values; `path` is that of its map or frame. */
   tile: async (path: string, signal: AbortSignal) =>
     new Float32Array(await (await request(path, { signal })).arrayBuffer()),
