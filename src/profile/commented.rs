@@ -1,6 +1,6 @@
 //! A profile that lists every key with its explanation, as a template.
 
-use super::schema::{CONTROLS, Key, SECTIONS, Section, camera, stage};
+use super::schema::{CONTROLS, Key, SECTIONS, camera, stage};
 use super::value::line;
 use epirig_core::settings::quantity::Quantity;
 
@@ -31,6 +31,16 @@ pub struct FoundCamera {
 /// are listed for a choice. Every other key is commented out, with its meaning, its allowed values, its
 /// default and an example. [`Profile::read`](super::Profile::read) accepts the text as it is.
 pub fn commented(findings: &Findings) -> String {
+    template(findings, &|_| None, &[])
+}
+
+/// The same with values: `set` gives that of a key, as it is written, or `None` for a key that stays commented
+/// out; `controls` are those of the camera.
+pub(super) fn template(
+    findings: &Findings,
+    set: &dyn Fn(&Key) -> Option<String>,
+    controls: &[(String, String)],
+) -> String {
     let mut text = Lines::default();
     text.comment("A rig and a scan, for epirig. Lines that begin with # are comments: take the # away from a key to set it.");
     text.comment(
@@ -56,7 +66,12 @@ pub fn commented(findings: &Findings) -> String {
         text.line(&format!("[{}]", section.name));
         for key in section.keys() {
             text.blank();
-            text.key(section, key, findings);
+            text.key(key, findings, set(key));
+            // The table of controls follows all keys of its section: keys after its heading would be controls.
+            let is_last = section.keys().last().is_some_and(|last| std::ptr::eq(*last, key));
+            if section.name == "camera" && is_last {
+                text.controls(controls);
+            }
         }
     }
     text.0
@@ -98,7 +113,7 @@ impl Lines {
         self.line(&line);
     }
 
-    fn key(&mut self, section: &Section, key: &'static Key, findings: &Findings) {
+    fn key(&mut self, key: &'static Key, findings: &Findings, set: Option<String>) {
         self.comment(&format!("{}.", key.meaning));
         let mut facts = format!("Value: {}", key.kind.allowed());
         if let Some(default) = key.default {
@@ -116,17 +131,24 @@ impl Lines {
         } else {
             None
         };
-        match found {
+        match set.as_deref().or(found) {
             Some(value) => self.line(&line(key, &escaped(value))),
             None => self.line(&format!("# {}", line(key, key.default.unwrap_or(key.example)))),
         }
-        // The table of controls follows all keys of its section: keys after its heading would be controls.
-        let is_last = section.keys().last().is_some_and(|last| std::ptr::eq(*last, key));
-        if section.name == "camera" && is_last {
-            self.blank();
-            self.comment("Controls of the camera, with the names that `epirig camera get` lists. Values: a number, true, false or text.");
-            self.line(&format!("[camera.{CONTROLS}]"));
+    }
+
+    fn controls(&mut self, controls: &[(String, String)]) {
+        self.blank();
+        self.comment("Controls of the camera, with the names that `epirig camera get` lists. Values: a number, true, false or text.");
+        self.line(&format!("[camera.{CONTROLS}]"));
+        if controls.is_empty() {
             self.line("# gain = 10");
+        }
+        for (name, value) in controls {
+            // Numbers and truth values stand without quotes; anything else is text.
+            let is_plain = value.parse::<i64>().is_ok() || matches!(value.as_str(), "true" | "false");
+            let quote = if is_plain { "" } else { "\"" };
+            self.line(&format!("{name} = {quote}{}{quote}", escaped(value)));
         }
     }
 
@@ -186,6 +208,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::Profile;
+    use super::super::schema::Section;
     use super::super::value::example;
     use super::*;
 

@@ -33,6 +33,11 @@ pub enum Place {
         /// The source of the override: `--set`, or the name of an environment variable.
         from: String,
     },
+    /// In a [`Draft`](super::Draft).
+    Draft {
+        /// The key, with its section.
+        key: String,
+    },
 }
 
 impl Place {
@@ -40,7 +45,7 @@ impl Place {
     /// environment, and the environment before the file.
     pub(super) fn rank(&self) -> u8 {
         match self {
-            Self::Line { .. } => 0,
+            Self::Line { .. } | Self::Draft { .. } => 0,
             Self::Override { from } if from.starts_with("EPIRIG_") => 1,
             Self::Override { .. } => 2,
         }
@@ -52,6 +57,7 @@ impl fmt::Display for Place {
         match self {
             Self::Line { source, line } => write!(to, "{source}, line {line}"),
             Self::Override { from } => write!(to, "{from}"),
+            Self::Draft { key } => write!(to, "{key}"),
         }
     }
 }

@@ -6,6 +6,7 @@
 //! and keys.
 
 mod commented;
+mod draft;
 mod error;
 mod given;
 mod over;
@@ -20,6 +21,7 @@ mod value;
 mod whole;
 
 pub use commented::{Findings, FoundCamera, commented};
+pub use draft::{Draft, DraftKey, DraftSection};
 pub use error::{Mistake, Place, Problem, ProfileError};
 pub use overrides::{Override, overrides_from_environment};
 pub use parts::{

@@ -43,8 +43,15 @@ pub(super) fn read(mut settings: Settings) -> (Profile, Vec<Mistake>) {
     (profile, reader.mistakes)
 }
 
+/// The settings that count: without those of a replaced driver, camera or scene.
+pub(super) fn settled(settings: Settings) -> Settings {
+    let mut reader = Reader { settings, mistakes: Vec::new() };
+    reader.leave_out_what_was_overridden();
+    reader.settings
+}
+
 /// Whether the key belongs to the simulator, and neither stage nor camera is simulated.
-fn is_of_no_simulator(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
+pub(super) fn is_of_no_simulator(key: &Key, stage: &StageProfile, camera: &CameraProfile) -> bool {
     key.section == "sim" && !stage.is_simulated() && !camera.is_simulated()
 }
 

@@ -16,7 +16,7 @@ const MOST_MISTAKES: usize = 50;
 const MOST_CONTROLS: usize = 1000;
 
 /// A key with its value.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Setting {
     pub(super) key: &'static Key,
     /// The unit in the name of the key.
@@ -26,7 +26,7 @@ pub(super) struct Setting {
 }
 
 /// A control of the camera with its value.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct ControlSetting {
     /// As in commands.
     pub(super) name: String,
@@ -35,7 +35,7 @@ pub(super) struct ControlSetting {
 }
 
 /// All settings.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Settings {
     pub(super) settings: Vec<Setting>,
     pub(super) controls: Vec<ControlSetting>,
