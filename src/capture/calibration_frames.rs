@@ -69,6 +69,7 @@ impl Scan<'_, '_> {
                     ..FrameFacts::default()
                 };
                 info!(sequence = facts.camera_sequence, "calibration frame taken");
+                self.rig.watcher.frame(kind, index, &frame, &facts);
                 archive.frame(kind, index, frame, facts)?;
                 if self.rig.pause.pressed() {
                     return Err(CaptureError::Paused);
@@ -105,7 +106,7 @@ impl Scan<'_, '_> {
 
     /// Asks for an arrangement, and waits until the picture is steady.
     fn arrange(&mut self, arrangement: Arrangement) -> Result<(), CaptureError> {
-        if !self.rig.assistant.arrange(arrangement) {
+        if !self.rig.assistant.arrange(arrangement, self.rig.camera) {
             return Err(CaptureError::NotArranged { what: arrangement.words() });
         }
         Ok(self.camera().start()?)

@@ -18,6 +18,7 @@ mod resume;
 mod rig;
 mod scan;
 mod step;
+mod watch;
 
 use std::path::Path;
 
@@ -34,6 +35,7 @@ pub use pause::PauseSwitch;
 pub use plan::{CaptureLimits, CapturePlan};
 pub use resume::resume;
 pub use rig::{Arrangement, Assistant, Rig, Unattended};
+pub use watch::{Awaited, ScanWatcher, Unwatched};
 
 use calibration_frames::Present;
 use records::camera_record;

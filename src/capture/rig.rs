@@ -1,8 +1,8 @@
 //! The parts of a rig that a scan uses.
 
-use super::PauseSwitch;
+use super::{PauseSwitch, ScanWatcher};
 use epirig_core::progress::Progress;
-use epirig_devices::camera::Camera;
+use epirig_devices::camera::{Camera, SimView};
 use epirig_devices::stage::StageSource;
 
 /// The arrangement in front of the camera.
@@ -39,6 +39,16 @@ const PLACES: [&str; 9] = [
 const TILTS: [&str; 4] = ["left side", "upper side", "right side", "lower side"];
 
 impl Arrangement {
+    /// What a simulated camera sees then.
+    pub fn simulated(self) -> SimView {
+        match self {
+            Self::Object => SimView::Scene,
+            Self::Dark => SimView::Dark,
+            Self::Flat => SimView::Flat,
+            Self::Board { pose, .. } => SimView::Board(pose),
+        }
+    }
+
     /// The arrangement as an instruction for the operator.
     pub fn words(self) -> String {
         match self {
@@ -61,8 +71,8 @@ pub trait Assistant {
     /// Whether an operator is present.
     fn is_there(&self) -> bool;
 
-    /// Asks for an arrangement; returns whether it is confirmed.
-    fn arrange(&mut self, arrangement: Arrangement) -> bool;
+    /// Asks for an arrangement; returns whether it is confirmed. Meanwhile it may look through the camera.
+    fn arrange(&mut self, arrangement: Arrangement, camera: &mut dyn Camera) -> bool;
 }
 
 /// No operator: only the object can be in front of the camera.
@@ -74,7 +84,7 @@ impl Assistant for Unattended {
         false
     }
 
-    fn arrange(&mut self, arrangement: Arrangement) -> bool {
+    fn arrange(&mut self, arrangement: Arrangement, _camera: &mut dyn Camera) -> bool {
         arrangement == Arrangement::Object
     }
 }
@@ -91,6 +101,8 @@ pub struct Rig<'a> {
     pub pause: PauseSwitch,
     /// Receives the progress.
     pub progress: &'a dyn Progress,
+    /// Is told of every frame.
+    pub watcher: &'a dyn ScanWatcher,
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use tracing::{debug, info, info_span, warn};
 
 use super::archive::Archive;
 use super::rig::Rig;
+use super::watch::Awaited;
 use super::{CaptureError, CapturePlan};
 use epirig_core::frame::Frame;
 use epirig_data::sequence::{
@@ -171,6 +172,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             let taken = self.regain(archive).and_then(|()| self.step(index, attempt));
             let error = match taken {
                 Ok((frame, facts)) => {
+                    self.rig.watcher.frame(FrameKind::Scan, index, &frame, &facts);
                     archive.frame(FrameKind::Scan, index, frame.clone(), facts)?;
                     if index == 0 {
                         self.first = Some(frame.clone());
@@ -192,6 +194,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             self.steps_in_doubt |= may_lose_steps(&error);
             self.rig.progress.note(&format!("frame {index}, attempt {attempt}: {error}"));
             let reason = error.to_string();
+            self.rig.watcher.failed(index, attempt, &reason);
             archive.note(Event::Retake(RetakeRecord { index, attempt, reason, at: now() }))?;
             if attempt > self.plan.limits.retakes {
                 return Err(CaptureError::RetriesExhausted {
@@ -217,12 +220,17 @@ impl<'a, 'r> Scan<'a, 'r> {
                 return Ok(());
             }
             Trust::CameraGone => {
-                self.wait_for_camera()?;
+                self.rig.watcher.waits_for(Some(Awaited::Camera));
+                let back = self.wait_for_camera();
+                self.rig.watcher.waits_for(None);
+                back?;
                 self.trust = Trust::PositionLost;
             }
             Trust::PositionLost => {}
         }
-        self.wait_for_stage()?;
+        let back = self.wait_for_stage();
+        self.rig.watcher.waits_for(None);
+        back?;
         if !self.steps_in_doubt {
             // Steps were lost before, and frames have been taken since.
             let home_shift_mm = self.stage_now()?.home_shift_mm();
@@ -312,6 +320,7 @@ impl<'a, 'r> Scan<'a, 'r> {
                 }
             }
             if !std::mem::replace(&mut told, true) {
+                self.rig.watcher.waits_for(Some(Awaited::Stage));
                 let wait_s = wait.as_secs_f64();
                 self.rig.progress.note(&format!("waiting up to {wait_s:.0} s for the stage: {source}"));
             }

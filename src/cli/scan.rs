@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::{Hands, Stages};
 use super::{CliError, Talk, interrupt, log};
-use crate::capture::{self, CapturePlan, PauseSwitch, Rig};
+use crate::capture::{self, CapturePlan, PauseSwitch, Rig, Unwatched};
 use crate::pipeline::capture_need;
 use crate::profile::Profile;
 use crate::rig::{capture_plan, open_camera};
@@ -80,6 +80,7 @@ pub(super) fn scan(
         assistant: &mut Hands::new(talk, devices.view.clone()),
         pause,
         progress: talk,
+        watcher: &Unwatched,
     };
     let before = Sequence::open(folder).map_or(0, |sequence| sequence.frames().len());
     let taken = match course {

@@ -13,7 +13,7 @@ use crate::scan_fault_list::{
     AtFrame, FRAME, FRAMES, Mechanics, PATIENT_S, STAGE_FAULTS, StageFault, camera_faults, mechanics,
 };
 use crate::scan_outcome::{Noticed, ScanResult, outcome};
-use epirig::capture::{CaptureLimits, CapturePlan, PauseSwitch, Rig, Unattended, capture, resume};
+use epirig::capture::{CaptureLimits, CapturePlan, PauseSwitch, Rig, Unattended, Unwatched, capture, resume};
 use epirig_core::progress::Progress;
 use epirig_data::storage::RealDisk;
 use epirig_devices::camera::{SimCamera, SimFault};
@@ -44,7 +44,7 @@ fn scan(
     progress: &dyn Progress,
 ) -> ScanResult {
     let pause = PauseSwitch::default();
-    let mut rig = Rig { stages, camera, assistant: &mut Unattended, pause, progress };
+    let mut rig = Rig { stages, camera, assistant: &mut Unattended, pause, progress, watcher: &Unwatched };
     if folder.join("sequence.json").exists() {
         resume(&mut rig, plan, folder, Box::new(RealDisk))
     } else {

@@ -6,11 +6,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use epirig::capture::{Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, capture, resume};
+use epirig::capture::{
+    Arrangement, Assistant, CaptureError, CapturePlan, PauseSwitch, Rig, Unwatched, capture, resume,
+};
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{ClosureRecord, Sequence, verify};
 use epirig_data::storage::Disk;
-use epirig_devices::camera::{SimCamera, SimView, ViewSwitch};
+use epirig_devices::camera::{Camera, SimCamera, ViewSwitch};
 use epirig_devices::stage::{SimStage, SimStageConfig, Stage, StagePosition};
 use epirig_simulator::{HandBoard, Simulator, SimulatorConfig};
 
@@ -35,13 +37,8 @@ impl Assistant for Willing {
         true
     }
 
-    fn arrange(&mut self, arrangement: Arrangement) -> bool {
-        self.0.put(match arrangement {
-            Arrangement::Object => SimView::Scene,
-            Arrangement::Dark => SimView::Dark,
-            Arrangement::Flat => SimView::Flat,
-            Arrangement::Board { pose, .. } => SimView::Board(pose),
-        });
+    fn arrange(&mut self, arrangement: Arrangement, _camera: &mut dyn Camera) -> bool {
+        self.0.put(arrangement.simulated());
         true
     }
 }
@@ -78,6 +75,7 @@ pub fn scan_on(
         assistant: &mut Willing(view),
         pause: pause.clone(),
         progress: &Silent,
+        watcher: &Unwatched,
     };
     if folder.join("sequence.json").exists() {
         resume(&mut rig, plan, folder, disk)

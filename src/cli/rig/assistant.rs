@@ -5,7 +5,7 @@ use std::io::{BufRead, IsTerminal};
 use crate::capture::{Arrangement, Assistant};
 use crate::cli::Talk;
 use crate::cli::progress::tell;
-use epirig_devices::camera::{SimView, ViewSwitch};
+use epirig_devices::camera::{Camera, ViewSwitch};
 
 /// The person at the terminal, or the simulation.
 pub(in crate::cli) struct Hands<'a> {
@@ -25,14 +25,9 @@ impl Assistant for Hands<'_> {
         self.view.is_some() || std::io::stdin().is_terminal()
     }
 
-    fn arrange(&mut self, arrangement: Arrangement) -> bool {
+    fn arrange(&mut self, arrangement: Arrangement, _camera: &mut dyn Camera) -> bool {
         if let Some(view) = &self.view {
-            view.put(match arrangement {
-                Arrangement::Object => SimView::Scene,
-                Arrangement::Dark => SimView::Dark,
-                Arrangement::Flat => SimView::Flat,
-                Arrangement::Board { pose, .. } => SimView::Board(pose),
-            });
+            view.put(arrangement.simulated());
             return true;
         }
         self.talk.aside(|| {
