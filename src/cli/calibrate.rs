@@ -7,7 +7,7 @@ use clap::Args;
 use super::choice::choice;
 use super::linearity::read_exposures;
 use super::need::{check, close_others, frames_of};
-use super::rig::{RigArgument, calibration_plan};
+use super::rig::RigArgument;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{
@@ -16,6 +16,7 @@ use crate::calibrate::{
 };
 use crate::pipeline::{calibrate_sequence, calibration_need};
 use crate::profile::Profile;
+use crate::rig::calibration_plan;
 use epirig_calibration::lens::{LensEstimate, opencv_yaml, ros_camera_info};
 use epirig_calibration::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
 use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};

@@ -9,6 +9,7 @@ use super::scan::Devices;
 use super::{CliError, Talk};
 use crate::doctor::{Check, DoctorPlan, Report, Verdict, examine};
 use crate::profile::Profile;
+use epirig_data::storage::free_bytes;
 use epirig_devices::stage::StageSource;
 
 /// Check the rig before a scan, and predict the uncertainty of heights
@@ -59,13 +60,6 @@ pub(super) fn examine_rig(
     };
     let mut stage = devices.stages.connect()?;
     Ok(examine(&mut *stage, &mut *devices.camera, &plan, talk)?)
-}
-
-/// Free space on the disk of `folder`, which need not exist. In bytes.
-fn free_bytes(folder: &Path) -> Option<u64> {
-    let folder = std::path::absolute(folder).ok()?;
-    let existing = folder.ancestors().find(|folder| folder.exists())?;
-    fs4::available_space(existing).ok()
 }
 
 /// An error if any check forbids the scan.

@@ -6,7 +6,7 @@ use epirig_calibration::photometry::PhotometryOptions;
 use epirig_calibration::target::{ChessBoard, Target};
 
 /// Target, board and lens as described by `profile`, for frames of `columns` x `rows`.
-pub(in crate::cli) fn calibration_plan(profile: &Profile, columns: usize, rows: usize) -> CalibrationPlan {
+pub fn calibration_plan(profile: &Profile, columns: usize, rows: usize) -> CalibrationPlan {
     let optics = &profile.optics;
     CalibrationPlan {
         target: profile.target.print.map(target),
@@ -21,7 +21,7 @@ pub(in crate::cli) fn calibration_plan(profile: &Profile, columns: usize, rows: 
 }
 
 /// Whether a scan with this profile gives anything to calibrate with.
-pub(in crate::cli) fn can_be_calibrated(profile: &Profile) -> bool {
+pub fn can_be_calibrated(profile: &Profile) -> bool {
     let plan = &profile.plan;
     plan.dark + plan.flat + plan.board > 0 || profile.target.print.is_some()
 }

@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod calibration;
 mod camera;
 mod error;
 mod plan;
@@ -22,6 +23,7 @@ mod shown;
 mod simulator;
 mod stage;
 
+pub use calibration::{calibration_plan, can_be_calibrated};
 pub use camera::{camera_settings, open_camera};
 pub use error::RigError;
 pub use plan::{capture_plan, nominal_lens};

@@ -2,7 +2,6 @@
 
 mod arguments;
 mod assistant;
-mod calibration;
 mod camera;
 mod key_options;
 mod plan;
@@ -11,7 +10,6 @@ mod stage;
 
 pub(super) use arguments::RigArguments;
 pub(super) use assistant::Hands;
-pub(super) use calibration::{calibration_plan, can_be_calibrated};
 pub(super) use camera::{CameraArgument, CameraArguments, tell_configuration};
 pub(super) use profile::{Options, RigArgument, named_profile};
 pub(super) use stage::{StageArguments, Stages, driver, home};
