@@ -65,8 +65,12 @@ impl StageSource for RigStage<'_> {
                 None => Ok(link),
             }
         };
-        let mut connection =
-            Connection { open_line: &mut open_line, watch: watch.clone(), seed: profile.sim.seed };
+        let mut connection = Connection {
+            open_line: &mut open_line,
+            watch: watch.clone(),
+            seed: profile.sim.seed,
+            in_real_time: profile.sim.real_time,
+        };
         let stage = &profile.stage;
         let axis = stage.driver.connect(&mut connection, &stage.settings)?;
         let limits = MotionLimits { tolerance_mm: stage.tolerance_mm };

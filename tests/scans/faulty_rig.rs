@@ -95,7 +95,12 @@ pub fn connect(driver: Driver, device: &Arc<Mutex<Watched>>) -> Result<Box<dyn S
     Arc::clone(device).advance(BETWEEN_ATTEMPTS);
     let settings = device.lock().unwrap().settings.clone();
     let mut open_line = |_baud| Ok(Box::new(SimulatedLink::new(Arc::clone(device))) as Box<dyn Link>);
-    let mut connection = Connection { open_line: &mut open_line, watch: StagePosition::default(), seed: 0 };
+    let mut connection = Connection {
+        open_line: &mut open_line,
+        watch: StagePosition::default(),
+        seed: 0,
+        in_real_time: false,
+    };
     Ok(Box::new(CheckedStage::over(driver.connect(&mut connection, &settings)?)))
 }
 

@@ -55,6 +55,8 @@ pub struct Connection<'a> {
     pub watch: StagePosition,
     /// Seed of the random numbers of a stage in memory.
     pub seed: u64,
+    /// Whether moves of a stage in memory take real time.
+    pub in_real_time: bool,
 }
 
 impl Connection<'_> {

@@ -83,7 +83,8 @@ impl StageDriver for Simulated {
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
         let config = SimStageConfig::of_settings(settings, connection.seed);
-        Ok(Box::new(SimAxis::seen_through(config, connection.watch.clone())))
+        let axis = SimAxis::seen_through(config, connection.watch.clone());
+        Ok(Box::new(if connection.in_real_time { axis.in_real_time() } else { axis }))
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {

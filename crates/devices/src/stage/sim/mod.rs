@@ -1,8 +1,9 @@
 //! A stage in memory, with the faults of real ones.
 
+mod course;
 mod driver;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -10,8 +11,9 @@ use rand_distr::StandardNormal;
 
 use super::{
     Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StagePosition, StageState,
-    StopSwitch,
+    StopSwitch, Urgency,
 };
+use course::{Course, End};
 pub use driver::Simulated;
 
 /// Name of the driver.
@@ -66,7 +68,8 @@ impl SimStageConfig {
     }
 }
 
-/// The simulated stage, checked. Its time is simulated too: moves take no real time.
+/// The simulated stage, checked. Its time is simulated too: moves take no real time, unless
+/// [`in_real_time`](SimStage::in_real_time) asks for it.
 ///
 /// The true position can be watched, for example by the simulated camera.
 ///
@@ -97,6 +100,14 @@ pub struct SimAxis {
     elapsed: Duration,
     carriage: StagePosition,
     stop: StopSwitch,
+    in_real_time: bool,
+}
+
+/// The state of an axis at the start of a move.
+struct Start {
+    motor_mm: f64,
+    slipped_mm: f64,
+    elapsed: Duration,
 }
 
 impl SimStage {
@@ -108,6 +119,12 @@ impl SimStage {
     /// The same for watchers of a former stage; their time continues.
     pub fn seen_through(config: SimStageConfig, watch: StagePosition) -> Self {
         Self::over(SimAxis::seen_through(config, watch))
+    }
+
+    /// The same, whose moves take real time: the carriage can be watched and stopped on its way.
+    pub fn in_real_time(mut self) -> Self {
+        self.axis.in_real_time = true;
+        self
     }
 
     /// A shared view of the true position of the carriage.
@@ -140,32 +157,76 @@ impl SimAxis {
             elapsed: watch.elapsed(),
             carriage: watch,
             stop: StopSwitch::default(),
+            in_real_time: false,
         }
     }
 
-    /// Turns the motor; the nut follows after the backlash.
-    fn turn_to(&mut self, motor_mm: f64) {
-        let distance_mm = motor_mm - self.motor_mm;
-        self.elapsed = self.elapsed.saturating_add(Axis::kinematics(self).duration(distance_mm));
-        if distance_mm != 0.0
+    /// The same, whose moves take real time.
+    pub fn in_real_time(self) -> Self {
+        Self { in_real_time: true, ..self }
+    }
+
+    /// Moves to a position of the motor; if that is stopped on its way, returns how urgent the stop was.
+    fn turn_to(&mut self, motor_mm: f64) -> Option<Urgency> {
+        let start = Start { motor_mm: self.motor_mm, slipped_mm: self.slipped_mm, elapsed: self.elapsed };
+        let distance_mm = motor_mm - start.motor_mm;
+        let slips = distance_mm != 0.0
             && self.config.slip_probability > 0.0
-            && self.random.random_bool(self.config.slip_probability.min(1.0))
-        {
-            let slip_mm = (self.config.slip_um / UM_PER_MM).min(distance_mm.abs());
-            self.slipped_mm -= slip_mm * distance_mm.signum();
-        }
+            && self.random.random_bool(self.config.slip_probability.min(1.0));
+        let slip_mm = if slips { self.config.slip_um / UM_PER_MM } else { 0.0 };
+        let End { at_mm, took, stopped } = if self.in_real_time {
+            self.follow(&start, motor_mm, slip_mm)
+        } else {
+            let took = Axis::kinematics(self).duration(distance_mm);
+            End { at_mm: motor_mm, took, stopped: None }
+        };
+        self.elapsed = start.elapsed.saturating_add(took);
+        self.turn(&start, at_mm, slip_mm);
+        self.settle();
+        stopped
+    }
+
+    /// Follows the course of a move in real time; the carriage can be watched, and the stop switch is obeyed.
+    fn follow(&mut self, start: &Start, motor_mm: f64, slip_mm: f64) -> End {
+        let course = Course::new(&Axis::kinematics(self), start.motor_mm, motor_mm);
+        let (stop, began) = (self.stop.clone(), Instant::now());
+        let wait = |time| {
+            std::thread::sleep(time);
+            began.elapsed()
+        };
+        let pass = |at_mm, time| {
+            self.turn(start, at_mm, slip_mm);
+            let elapsed = start.elapsed.saturating_add(time);
+            self.carriage.set(self.nut_mm + self.drift_um(elapsed) / UM_PER_MM, elapsed);
+        };
+        let end = course.follow(&stop, wait, pass);
+        // A motor stands still at a step.
+        if end.stopped.is_some() { End { at_mm: self.to_step(end.at_mm), ..end } } else { end }
+    }
+
+    /// Turns the motor in a move, which loses a distance at its start; the nut follows after the backlash.
+    fn turn(&mut self, start: &Start, motor_mm: f64, slip_mm: f64) {
+        let distance_mm = motor_mm - start.motor_mm;
+        self.slipped_mm = start.slipped_mm - slip_mm.min(distance_mm.abs()) * distance_mm.signum();
         self.motor_mm = motor_mm;
         let screw_mm = motor_mm + self.slipped_mm;
         self.nut_mm = self.nut_mm.clamp(screw_mm, screw_mm + self.config.backlash_um / UM_PER_MM);
-        self.settle();
+    }
+
+    fn to_step(&self, position_mm: f64) -> f64 {
+        let step_mm = self.config.step_um / UM_PER_MM;
+        if step_mm > 0.0 { (position_mm / step_mm).round() * step_mm } else { position_mm }
+    }
+
+    fn drift_um(&self, elapsed: Duration) -> f64 {
+        let hours = elapsed.as_secs_f64() / SECONDS_PER_HOUR;
+        self.config.thermal_drift_um * (1.0 - (-hours / self.config.thermal_hours).exp())
     }
 
     fn settle(&mut self) {
-        let hours = self.elapsed.as_secs_f64() / SECONDS_PER_HOUR;
-        let warmth = 1.0 - (-hours / self.config.thermal_hours).exp();
         let noise: f64 =
             if self.config.position_noise_um > 0.0 { self.random.sample(StandardNormal) } else { 0.0 };
-        let astray_um = self.config.thermal_drift_um * warmth + self.config.position_noise_um * noise;
+        let astray_um = self.drift_um(self.elapsed) + self.config.position_noise_um * noise;
         self.carriage.set(self.nut_mm + astray_um / UM_PER_MM, self.elapsed);
     }
 }
@@ -197,7 +258,10 @@ impl Axis for SimAxis {
 
     fn home(&mut self) -> Result<Homed, StageError> {
         // To the switch, and off it upwards, which removes the backlash.
-        self.turn_to(0.0);
+        if self.turn_to(0.0).is_some() {
+            self.homed = false;
+            return Err(StageError::Stopped { position_mm: None });
+        }
         let shift_mm = self.homed.then_some(-self.slipped_mm);
         (self.motor_mm, self.nut_mm, self.slipped_mm) = (0.0, 0.0, 0.0);
         self.homed = true;
@@ -210,9 +274,12 @@ impl Axis for SimAxis {
     }
 
     fn go_to(&mut self, motion: &Motion) -> Result<Option<f64>, StageError> {
-        let (step_mm, target_mm) = (self.config.step_um / UM_PER_MM, motion.target_mm);
-        self.turn_to(if step_mm > 0.0 { (target_mm / step_mm).round() * step_mm } else { target_mm });
-        Ok(Some(self.motor_mm))
+        let Some(urgency) = self.turn_to(self.to_step(motion.target_mm)) else {
+            return Ok(Some(self.motor_mm));
+        };
+        // Without a ramp steps may be lost.
+        self.homed &= urgency == Urgency::Soon;
+        Err(StageError::Stopped { position_mm: self.homed.then_some(self.motor_mm) })
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
@@ -237,94 +304,4 @@ impl Axis for SimAxis {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::stage::{Stage as _, Urgency};
-
-    fn homed(config: SimStageConfig) -> (SimStage, StagePosition) {
-        let mut stage = SimStage::new(config);
-        stage.home().unwrap();
-        let carriage = stage.watch();
-        (stage, carriage)
-    }
-
-    #[test]
-    fn the_stage_refuses_what_it_cannot_do() {
-        let mut stage = SimStage::new(SimStageConfig::ideal(50.0));
-        assert_eq!(stage.position_mm(), Err(StageError::NotHomed));
-        stage.home().unwrap();
-        assert!(matches!(stage.move_to(50.1), Err(StageError::OutsideTravel { .. })));
-        assert!(stage.move_to(f64::NAN).is_err());
-        stage.move_to(50.0).unwrap();
-        assert_eq!(stage.watch().get_mm(), 50.0);
-        stage.stop_switch().press(Urgency::Soon);
-        assert_eq!(stage.move_to(1.0), Err(StageError::Stopped { position_mm: Some(50.0) }));
-    }
-
-    #[test]
-    fn backlash_shows_on_the_way_down_only() {
-        let (mut stage, carriage) =
-            homed(SimStageConfig { backlash_um: 40.0, ..SimStageConfig::ideal(100.0) });
-        for (position_mm, behind_um) in [(10.0, 0.0), (5.0, 40.0), (4.99, 40.0), (5.01, 20.0), (5.1, 0.0)] {
-            stage.move_to(position_mm).unwrap();
-            let off_um = (carriage.get_mm() - position_mm) * UM_PER_MM;
-            assert!((off_um - behind_um).abs() < 1e-6, "at {position_mm} mm: {off_um} um");
-            assert_eq!(stage.position_mm(), Ok(position_mm));
-        }
-    }
-
-    #[test]
-    fn lost_steps_add_up_unnoticed_until_home() {
-        let slips =
-            SimStageConfig { slip_probability: 0.3, slip_um: 4.0, seed: 5, ..SimStageConfig::ideal(200.0) };
-        let (mut stage, carriage) = homed(slips);
-        for index in 1..=100 {
-            stage.move_to(f64::from(index)).unwrap();
-        }
-        let lost = (100.0 - carriage.get_mm()) * UM_PER_MM / 4.0;
-        // 100 moves at 0.3: 30 +- 4.6, so within five standard deviations.
-        assert!((7.0..=53.0).contains(&lost) && (lost - lost.round()).abs() < 1e-6, "{lost} slips");
-        stage.home().unwrap();
-        assert_eq!(carriage.get_mm(), 0.0);
-        // Home is found early by what was lost on the way up, but for what the way home may have lost.
-        let shift = stage.home_shift_mm().unwrap() * UM_PER_MM / 4.0;
-        assert!((lost - 1.001..=lost + 0.001).contains(&shift), "{shift} of {lost}");
-    }
-
-    #[test]
-    fn noise_and_drift_are_as_large_as_asked_and_the_same_for_a_seed() {
-        let noisy = SimStageConfig { position_noise_um: 3.0, seed: 8, ..SimStageConfig::ideal(100.0) };
-        let run = || {
-            let (mut stage, carriage) = homed(noisy.clone());
-            let offs: Vec<f64> = (0..2000)
-                .map(|index| {
-                    stage.move_to(f64::from(index % 100)).unwrap();
-                    (carriage.get_mm() - f64::from(index % 100)) * UM_PER_MM
-                })
-                .collect();
-            offs
-        };
-        let offs = run();
-        assert_eq!(offs, run());
-        // The standard deviation of 2000 samples is known to 1.6 %; five of those.
-        let deviation = (offs.iter().map(|off| off * off).sum::<f64>() / 2000.0).sqrt();
-        assert!((deviation - 3.0).abs() < 0.24, "{deviation} um");
-
-        let warm =
-            SimStageConfig { thermal_drift_um: 20.0, thermal_hours: 0.5, ..SimStageConfig::ideal(100.0) };
-        let (mut stage, carriage) = homed(warm);
-        stage.wait(Duration::from_secs(1800) - stage.elapsed());
-        let expected_um = 20.0 * (1.0 - (-1.0_f64).exp());
-        assert!((carriage.get_mm() * UM_PER_MM - expected_um).abs() < 1e-6);
-    }
-
-    #[test]
-    fn moves_take_the_time_of_their_ramps() {
-        let (mut stage, _) = homed(SimStageConfig::ideal(100.0));
-        let before = stage.elapsed();
-        // 5 mm/s and 20 mm/s2: 0.25 s up, 0.25 s down, 8.75 mm at speed.
-        stage.move_to(10.0).unwrap();
-        let took_s = (stage.elapsed() - before).as_secs_f64();
-        assert!((took_s - (0.5 + 8.75 / 5.0)).abs() < 1e-9, "{took_s} s");
-    }
-}
+mod tests;

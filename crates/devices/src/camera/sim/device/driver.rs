@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{APERTURE_PRIORITY, CALL, EXPOSURE, EXPOSURE_AUTO, GAIN, INTERVAL, MANUAL, SimDevice};
+use super::{APERTURE_PRIORITY, CALL, EXPOSURE, EXPOSURE_AUTO, GAIN, GLANCE, INTERVAL, MANUAL, SimDevice};
 use crate::camera::automatic::EXPOSURE_ABSOLUTE;
 use crate::camera::pixels::FourCc;
 use crate::camera::sim::fault::SimFault;
@@ -154,7 +154,14 @@ impl VideoDevice for SimDevice {
         let until = self.now.after(patience);
         while self.queue.is_empty() && self.now < until {
             let step = self.next_complete.since(self.now).max(CALL).min(until.since(self.now));
-            self.pass(step);
+            match self.real_time {
+                // The stage may move meanwhile.
+                Some(_) => {
+                    self.pass(step.min(GLANCE));
+                    self.mind_the_stage();
+                }
+                None => self.pass(step),
+            }
         }
         let Some(mut exposed) = self.queue.pop_front() else { return Ok(None) };
         exposed.buffer.received = self.now;

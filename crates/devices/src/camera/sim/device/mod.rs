@@ -23,6 +23,8 @@ const READOUT: Duration = Duration::from_millis(20);
 const EXPOSURE: i64 = 100;
 /// Duration of a call.
 const CALL: Duration = Duration::from_micros(10);
+/// Longest time in real time without a glance at the stage.
+const GLANCE: Duration = Duration::from_millis(10);
 /// The driver's flag for damaged contents, as in V4L2.
 const ERROR_FLAG: u32 = 0x40;
 
@@ -205,18 +207,19 @@ impl SimDevice {
         self.view.clone()
     }
 
-    /// From now on simulated time runs as real time, including moves of the stage: for rehearsals.
+    /// From now on simulated time runs as real time: for rehearsals. The stage must take real time, too.
     pub fn in_real_time(&mut self) {
         self.real_time = Some((Instant::now(), self.now));
     }
 
-    /// Moves of a simulated stage take no real time; their simulated time passes here.
+    /// Moves of a simulated stage take no real time; their simulated time passes here. In real time it has
+    /// passed already.
     fn mind_the_stage(&mut self) {
         let (position_mm, stage_time) = (self.stage.get_mm(), self.stage.elapsed());
         let moving = stage_time.saturating_sub(self.stage_time);
         self.stage_time = stage_time;
         // During a move the camera sees the start position.
-        self.pass(moving);
+        self.pass(if self.real_time.is_some() { Duration::ZERO } else { moving });
         if position_mm != self.position_mm {
             (self.before_mm, self.position_mm) = (self.position_mm, position_mm);
             self.moved = self.now;
