@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use epirig_core::frame::Frame;
 use epirig_core::progress::Progress;
 use epirig_core::settings::Settings;
 use epirig_devices::camera::{
     Camera, CameraError, CameraIdentity, CameraSettings, Configuration, Control, Moment, OfferedFormat,
-    SimCamera, SimFault, SimView, TakenFrame,
+    Onlooker, SimCamera, SimFault, SimView, TakenFrame,
 };
 use epirig_devices::link::{LineNoise, Link, SimulatedDevice, SimulatedLink};
 use epirig_devices::stage::simulator::{FaultScript, Plant, SimulatedStage};
@@ -182,6 +183,14 @@ impl Camera for Tampered {
         self.tamper(When::Grab(self.grabs));
         self.grabs += 1;
         self.camera.grab_after(moment)
+    }
+
+    fn look(&mut self, patience: Duration) -> Result<Option<Frame>, CameraError> {
+        self.camera.look(patience)
+    }
+
+    fn show_to(&mut self, onlooker: Option<Arc<dyn Onlooker>>) {
+        self.camera.show_to(onlooker);
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {

@@ -20,6 +20,7 @@ mod identity;
 mod moment;
 #[cfg(not(feature = "v4l2"))]
 mod no_v4l2;
+mod onlooker;
 pub mod pixels;
 mod replay;
 mod settings;
@@ -43,6 +44,7 @@ pub use identity::{CameraChoice, CameraIdentity, choose};
 pub use moment::Moment;
 #[cfg(not(feature = "v4l2"))]
 pub use no_v4l2::{V4l2Device, VideoOutput, cameras};
+pub use onlooker::Onlooker;
 pub use replay::ReplayCamera;
 pub use settings::{CameraSettings, Configuration, Pinned};
 pub use sim::{SimCamera, SimDevice, SimFault, SimStamps, SimView, ViewSwitch};

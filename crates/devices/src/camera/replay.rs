@@ -1,13 +1,16 @@
 //! A camera that replays a sequence.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::control::Control;
 use super::format::{OfferedFormat, Size, Sizes};
+use super::onlooker::{Audience, Onlooker};
 use super::pixels::FourCc;
 use super::settings::{CameraSettings, Configuration};
 use super::{ActiveFormat, Camera, CameraError, CameraIdentity, FrameFacts, Moment, TakenFrame, TimingRule};
+use epirig_core::frame::Frame;
 use epirig_data::sequence::Sequence;
 
 /// Simulated time between two frames.
@@ -19,10 +22,13 @@ const FRAME_TIME: Duration = Duration::from_millis(40);
 pub struct ReplayCamera {
     sequence: Sequence,
     next: usize,
+    /// The stop that was announced, or whose frame was taken last.
+    present: usize,
     started: bool,
     now: Moment,
     /// The moment of the latest request.
     asked: Option<Moment>,
+    audience: Audience,
 }
 
 impl ReplayCamera {
@@ -32,13 +38,30 @@ impl ReplayCamera {
     /// [`CameraError::Sequence`] if it cannot be opened.
     pub fn open(folder: &Path) -> Result<Self, CameraError> {
         let sequence = Sequence::open(folder)?;
-        let camera = Self { sequence, next: 0, started: false, now: Moment::from_ns(1), asked: None };
+        let camera = Self {
+            sequence,
+            next: 0,
+            present: 0,
+            started: false,
+            now: Moment::from_ns(1),
+            asked: None,
+            audience: Audience::default(),
+        };
         tracing::info!(device = %camera.identity(), "camera opened");
         Ok(camera)
     }
 
     fn name(&self) -> String {
         self.identity().name()
+    }
+
+    /// The frame of a stop, with its number in the sequence.
+    fn frame(&self, stop: usize) -> Result<(usize, Frame), CameraError> {
+        let frames = self.sequence.frames();
+        let Some(record) = frames.get(stop) else {
+            return Err(CameraError::Exhausted { camera: self.name(), frames: frames.len() });
+        };
+        Ok((record.index, self.sequence.read(record)?))
     }
 
     fn format(&self) -> ActiveFormat {
@@ -134,13 +157,11 @@ impl Camera for ReplayCamera {
         if self.asked.replace(moment) == Some(moment) {
             return Err(CameraError::Unsupported { camera, what: "give several frames of one moment" });
         }
-        let frames = self.sequence.frames();
-        let Some(record) = frames.get(self.next) else {
-            return Err(CameraError::Exhausted { camera, frames: frames.len() });
-        };
-        let frame = self.sequence.read(record)?;
+        let (index, frame) = self.frame(self.next)?;
+        self.audience.show_this(&frame);
         let began = self.now.max(moment);
         self.now = began.after(FRAME_TIME);
+        self.present = self.next;
         self.next += 1;
         let facts = FrameFacts {
             requested: moment,
@@ -148,7 +169,7 @@ impl Camera for ReplayCamera {
             timing: TimingRule::StartOfExposure,
             stamp: began,
             received: self.now,
-            sequence: u32::try_from(record.index).unwrap_or(u32::MAX),
+            sequence: u32::try_from(index).unwrap_or(u32::MAX),
             flags: 0,
             stale: 0,
             damaged: 0,
@@ -161,8 +182,17 @@ impl Camera for ReplayCamera {
         Ok(TakenFrame { frame, facts })
     }
 
+    fn look(&mut self, _patience: Duration) -> Result<Option<Frame>, CameraError> {
+        self.started = false;
+        self.frame(self.present).map(|(_, frame)| Some(frame))
+    }
+
+    fn show_to(&mut self, onlooker: Option<Arc<dyn Onlooker>>) {
+        self.audience = Audience::of(onlooker);
+    }
+
     fn at_stop(&mut self, index: usize) {
-        self.next = index;
+        (self.next, self.present) = (index, index);
     }
 
     fn is_live(&self) -> bool {

@@ -1,5 +1,6 @@
 //! The camera as the rest of the program knows it: frames that can be trusted.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::control::Control;
@@ -7,6 +8,7 @@ use super::error::CameraError;
 use super::format::OfferedFormat;
 use super::identity::CameraIdentity;
 use super::moment::Moment;
+use super::onlooker::Onlooker;
 use super::settings::{CameraSettings, Configuration};
 use super::timing::TimingRule;
 use epirig_core::frame::Frame;
@@ -102,6 +104,24 @@ pub trait Camera: Send {
     /// [`CameraError`] if there was none before the time-out of the settings; the camera is stopped then.
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError>;
 
+    /// The newest picture as it comes, for a person's eyes: it is not checked for age, steadiness or
+    /// neighbours. `None` if no picture came within `patience`, which should be a few frame times. Damaged
+    /// pictures are skipped.
+    ///
+    /// The stream is started if it does not run, without waiting for a steady picture. Controls that are set
+    /// meanwhile show in later pictures. A look ends the checked stream: [`start`](Self::start) begins it
+    /// again, and until then [`grab_after`](Self::grab_after) gives [`CameraError::NotStarted`].
+    /// [`stop`](Self::stop), [`configure`](Self::configure) and [`reconnect`](Self::reconnect) end the look.
+    /// A replay gives the frame of the present stop.
+    ///
+    /// # Errors
+    /// [`CameraError`] if it is not configured, or the stream breaks down; the camera is stopped then.
+    fn look(&mut self, patience: Duration) -> Result<Option<Frame>, CameraError>;
+
+    /// Shows all good pictures that the camera receives while it takes frames to `onlooker`, also those that
+    /// it skips as too old or unsteady. `None` ends that. By default nothing is shown.
+    fn show_to(&mut self, _onlooker: Option<Arc<dyn Onlooker>>) {}
+
     /// Announces the stop of the scan for the next frame, counted from 0. Only a replay needs it.
     fn at_stop(&mut self, _index: usize) {}
 
@@ -155,6 +175,14 @@ impl<C: Camera + ?Sized> Camera for Box<C> {
 
     fn grab_after(&mut self, moment: Moment) -> Result<TakenFrame, CameraError> {
         (**self).grab_after(moment)
+    }
+
+    fn look(&mut self, patience: Duration) -> Result<Option<Frame>, CameraError> {
+        (**self).look(patience)
+    }
+
+    fn show_to(&mut self, onlooker: Option<Arc<dyn Onlooker>>) {
+        (**self).show_to(onlooker);
     }
 
     fn at_stop(&mut self, index: usize) {

@@ -8,7 +8,10 @@ mod faults;
 mod firmware;
 mod grbl_recording;
 mod grbl_stage;
+mod looking;
 mod native_stage;
+mod onlooking;
+mod replayed;
 #[cfg(feature = "serial")]
 mod serial_port;
 mod sim_bench;

@@ -1,8 +1,11 @@
 //! A checked camera, made of a bare device.
 
+mod decode;
+mod look;
 mod state;
 mod stream;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use tracing::{debug, info, warn};
@@ -14,10 +17,12 @@ use super::device::VideoDevice;
 use super::format::OfferedFormat;
 use super::identity::CameraIdentity;
 use super::moment::Moment;
+use super::onlooker::{Audience, Onlooker};
 use super::pixels::{Layout, PixelFormat};
 use super::settings::{CameraSettings, Configuration, Pinned};
 use super::timing::Timing;
 use super::{Camera, CameraError, TakenFrame};
+use epirig_core::frame::Frame;
 
 use state::{Passed, Stream};
 
@@ -47,7 +52,11 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub struct CheckedCamera<D> {
     device: D,
     configured: Option<Configured>,
+    /// The checked stream, if it runs.
     stream: Option<Stream>,
+    /// Number of buffers of a stream that runs for [`look`](Camera::look) only.
+    look_buffers: Option<usize>,
+    audience: Audience,
 }
 
 #[derive(Debug, Clone)]
@@ -61,7 +70,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
     /// A camera that is neither configured nor started.
     pub fn new(device: D) -> Self {
         info!(device = %device.identity(), "camera opened");
-        Self { device, configured: None, stream: None }
+        Self { device, configured: None, stream: None, look_buffers: None, audience: Audience::default() }
     }
 
     /// The device, to inject faults.
@@ -86,16 +95,28 @@ impl<D: VideoDevice> CheckedCamera<D> {
     /// Starts the stream, and waits until its picture is steady.
     fn start_until(&mut self, deadline: Moment) -> Result<(), CameraError> {
         self.stream = None;
+        if self.look_buffers.take().is_some() {
+            self.device.stop()?;
+        }
+        let made = self.start_device()?;
         let configuration = &self.configured()?.configuration;
         let interval =
             configuration.interval.and_then(|interval| interval.duration()).unwrap_or(UNKNOWN_INTERVAL);
         let seconds = configuration.exposure_us.map(|exposure_us| exposure_us * 1e-6);
         let exposure = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        debug!(device = self.name(), buffers = made, interval_s = interval.as_secs_f64(), "stream started");
+        self.stream = Some(Stream::new(Timing::new(interval, exposure, made), made));
+        self.settle(deadline)?;
+        self.check_controls()
+    }
+
+    /// Starts the device, and returns its number of buffers.
+    fn start_device(&mut self) -> Result<usize, CameraError> {
         self.device.check_signal()?;
         let mut tries = 0;
-        let made = loop {
+        loop {
             match self.device.start(BUFFERS) {
-                Ok(made) => break made,
+                Ok(made) => return Ok(made),
                 Err(error) => {
                     tries += 1;
                     if tries > RESTARTS || !error.is_mended_by_restart() {
@@ -104,11 +125,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
                     warn!(device = self.name(), tries, reason = %error, "the stream does not start; trying again");
                 }
             }
-        };
-        debug!(device = self.name(), buffers = made, interval_s = interval.as_secs_f64(), "stream started");
-        self.stream = Some(Stream::new(Timing::new(interval, exposure, made)));
-        self.settle(deadline)?;
-        self.check_controls()
+        }
     }
 
     /// Takes a frame, and checks that settings and signal were right.
@@ -155,7 +172,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
     /// After an error the next start must begin from a known state.
     fn give_up(&mut self, error: &CameraError) {
         warn!(device = self.name(), reason = %error, "the camera is stopped");
-        self.stream = None;
+        (self.stream, self.look_buffers) = (None, None);
         if matches!(error, CameraError::Gone { .. }) {
             self.device.let_go();
         } else {
@@ -303,15 +320,37 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
         attempt
     }
 
+    fn look(&mut self, patience: Duration) -> Result<Option<Frame>, CameraError> {
+        self.configured()?;
+        let deadline = self.device.now().after(patience);
+        let mut restarts = 0;
+        loop {
+            let error = match self.newest_picture(deadline) {
+                Ok(picture) => return Ok(picture),
+                Err(error) => error,
+            };
+            self.give_up(&error);
+            restarts += 1;
+            let hopeless = restarts > RESTARTS || !error.is_mended_by_restart();
+            if hopeless || self.device.now() >= deadline {
+                return Err(error);
+            }
+        }
+    }
+
+    fn show_to(&mut self, onlooker: Option<Arc<dyn Onlooker>>) {
+        self.audience = Audience::of(onlooker);
+    }
+
     fn stop(&mut self) -> Result<(), CameraError> {
-        self.stream = None;
+        (self.stream, self.look_buffers) = (None, None);
         self.device.stop()
     }
 
     fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError> {
         self.configured()?;
         let deadline = self.device.now().after(patience);
-        self.stream = None;
+        (self.stream, self.look_buffers) = (None, None);
         loop {
             let attempt = self.device.reopen().and_then(|()| {
                 self.configure_as_before()?;

@@ -8,6 +8,8 @@ use epirig_core::frame::Frame;
 #[derive(Debug)]
 pub(super) struct Stream {
     pub(super) timing: Timing,
+    /// Number of buffers that the driver has made.
+    pub(super) buffers: usize,
     /// The latest sequence number.
     pub(super) sequence: Option<u32>,
     /// Whether the driver numbers its frames; `None` if not known yet.
@@ -20,8 +22,8 @@ pub(super) struct Stream {
 
 impl Stream {
     /// The state of a stream that has just started.
-    pub(super) fn new(timing: Timing) -> Self {
-        Self { timing, sequence: None, numbered: None, steady_dn: None, latest: None }
+    pub(super) fn new(timing: Timing, buffers: usize) -> Self {
+        Self { timing, buffers, sequence: None, numbered: None, steady_dn: None, latest: None }
     }
 }
 

@@ -5,10 +5,10 @@ use std::time::Duration;
 use tracing::{debug, trace};
 
 use super::CheckedCamera;
+use super::decode::{Damage, decode};
 use super::state::Passed;
 use crate::camera::device::{FilledBuffer, VideoDevice};
 use crate::camera::moment::Moment;
-use crate::camera::pixels::Layout;
 use crate::camera::stillness::Difference;
 use crate::camera::timing::Timed;
 use crate::camera::{CameraError, FrameFacts, TakenFrame};
@@ -126,13 +126,18 @@ impl<D: VideoDevice> CheckedCamera<D> {
                 // At every stop these are as many as the move has taken; the next accepted frame reports
                 // their number.
                 trace!(sequence, reason = "too old", "frame skipped");
+                // Whatever is wrong with it, the frame is skipped anyway.
+                self.audience.show(|| decode(&mut self.device, &buffer, &layout).ok());
                 self.device.requeue(buffer)?;
                 continue;
             }
             let decoded = decode(&mut self.device, &buffer, &layout);
             self.device.requeue(buffer)?;
             match decoded {
-                Ok(frame) => return Ok(Some((frame, buffer, timed))),
+                Ok(frame) => {
+                    self.audience.show_this(&frame);
+                    return Ok(Some((frame, buffer, timed)));
+                }
                 Err(Damage::Frame(reason)) => {
                     passed.damaged += 1;
                     debug!(sequence, reason, "frame skipped");
@@ -202,22 +207,4 @@ impl<D: VideoDevice> CheckedCamera<D> {
             }
         }
     }
-}
-
-enum Damage {
-    Frame(String),
-    Device(CameraError),
-}
-
-fn decode(device: &mut dyn VideoDevice, buffer: &FilledBuffer, layout: &Layout) -> Result<Frame, Damage> {
-    if buffer.damaged {
-        return Err(Damage::Frame("the driver reports an error".to_owned()));
-    }
-    let needed = layout.format.image_bytes(layout.rows, layout.stride).unwrap_or(1);
-    if buffer.bytes_used < needed {
-        let reason = format!("{} of {needed} bytes were received", buffer.bytes_used);
-        return Err(Damage::Frame(reason));
-    }
-    let bytes = device.bytes(buffer).map_err(Damage::Device)?;
-    layout.decode(bytes).map_err(|error| Damage::Frame(error.to_string()))
 }
