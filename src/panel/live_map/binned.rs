@@ -3,11 +3,11 @@
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::grid::area;
 
-/// Time of a map grows as its number of values times the number of frames and these: reading and fitting
-/// goes with the frames, the search and the windows hardly do.
+/// The time of a map grows as its number of values times the number of frames and this: the search and the
+/// windows of the fit take as long as so many frames, however many there are.
 const FRAMES_OF_THE_REST: usize = 220;
-/// Largest of these products. A frame of 256 x 256 values has the map of 110 of them after 0.3 s on one core
-/// of a desktop computer, and the shortest stops of a scan take 0.5 s.
+/// Largest of these products. The map of 110 frames of 256 x 256 values takes 0.3 s on one core of a desktop
+/// computer. The shortest stops of a scan take 0.5 s.
 const MOST_WORK: usize = 65_536 * (FRAMES_OF_THE_REST + 110);
 /// Fewer values than this show no map, however many frames there are.
 const FEWEST_VALUES: usize = 64 * 64;

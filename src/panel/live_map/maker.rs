@@ -61,7 +61,8 @@ impl LiveMapMaker {
     /// Frame `index` of the scan, from 0. Returns at once: `frame` is copied in a smaller size.
     ///
     /// Frames may come in any order, and again, when they are retaken: the last one counts. Maps begin with
-    /// five frames, one of them frame 0. A frame beyond the plan, or unlike the others in size or bit depth, is left out.
+    /// five frames, one of them frame 0. A frame beyond the plan, or unlike the others in size or bit depth,
+    /// is left out.
     pub fn add(&self, index: usize, frame: &Frame) {
         if self.thread.is_none() || index >= self.planned {
             return;
