@@ -327,7 +327,7 @@ export function unframe<T>(buffer: ArrayBuffer): Framed<T> {
   return { head: JSON.parse(text) as T, values: new Float32Array(buffer, 4 + length) };
 }
 
-async function framed<T>(path: string, options?: RequestInit): Promise<Framed<T>> {
+export async function framed<T>(path: string, options?: RequestInit): Promise<Framed<T>> {
   return unframe<T>(await (await request(path, options)).arrayBuffer());
 }
 

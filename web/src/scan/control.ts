@@ -1,0 +1,36 @@
+// Why a button does nothing at the moment, and orders after which something follows.
+
+import { computed, signal } from '@preact/signals';
+import { hasToken, otherController, rigState } from '../rig/store';
+import { say } from '../store/actions';
+
+/** Why this page may not give orders; null if it may. */
+export const whyNot = computed<string | null>(() => {
+  if (hasToken.value === null) return 'Asking whether this page may give orders.';
+  if (!hasToken.value) return 'This page only watches. Open the link that epirig printed to give orders.';
+  if (otherController.value) return 'Another page has control. Take control on the bar first.';
+  return null;
+});
+
+/** Why nothing new can be started; null if it can. */
+export const whyNotStart = computed<string | null>(() => {
+  const task = rigState.value?.task;
+  return whyNot.value ?? (task ? `Not now: ${task.words}.` : null);
+});
+
+/** Sends an order; a refusal is told to the person. Tells whether it was taken. */
+export async function taken(sent: Promise<unknown>): Promise<boolean> {
+  try {
+    await sent;
+    return true;
+  } catch (error) {
+    say(error instanceof Error ? error.message : String(error));
+    return false;
+  }
+}
+
+/** Whether the page is on the screen. Hidden pages ask for nothing. */
+export const pageVisible = signal(document.visibilityState === 'visible');
+document.addEventListener('visibilitychange', () => {
+  pageVisible.value = document.visibilityState === 'visible';
+});

@@ -1,0 +1,40 @@
+// A page of the test alone: one view of `epirig ui`, without bar and routing. `?view=profile` or the scan.
+
+import { render } from 'preact';
+import { ProfileForm } from '../../../src/rig/ProfileForm';
+import { followRig } from '../../../src/rig/store';
+import { ScanView } from '../../../src/scan/ScanView';
+import { notice } from '../../../src/store/actions';
+import { applyTheme } from '../../../src/store/settings';
+import { takeToken } from '../../../src/store/token';
+import '../../../src/style/base.css';
+import '../../../src/style/components.css';
+import '../../../src/style/map.css';
+import '../../../src/style/results.css';
+
+function View() {
+  const profile = new URLSearchParams(location.search).get('view') === 'profile';
+  return (
+    <>
+      <header class="bar">
+        <strong>epirig</strong>
+        <span role="status" aria-label="Notice">
+          {notice.value}
+        </span>
+      </header>
+      {profile ? (
+        <main style={{ flex: 1, minHeight: 0, overflowY: 'auto', padding: '8px 12px', maxWidth: '640px' }}>
+          <ProfileForm />
+        </main>
+      ) : (
+        <ScanView />
+      )}
+    </>
+  );
+}
+
+takeToken();
+applyTheme();
+followRig();
+const page = document.getElementById('page');
+if (page) render(<View />, page);
