@@ -10,7 +10,7 @@ interface Props {
 }
 
 function help({ allowed, default: usual, example }: ProfileKey): string {
-  const parts = [allowed];
+  const parts = [`Value: ${allowed}`];
   if (usual !== null) parts.push(`default ${usual}`);
   else if (example) parts.push(`for example ${example}`);
   return parts.join('; ');

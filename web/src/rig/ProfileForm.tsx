@@ -13,6 +13,15 @@ function wordsOf(error: unknown): string {
   return error instanceof Error ? error.message : String(error);
 }
 
+/** What is wrong with values; a check that fails is a mistake, too. */
+async function checked(values: Record<string, string>): Promise<ProfileMistake[]> {
+  try {
+    return await rig.checkProfile(values);
+  } catch (error) {
+    return [{ key: null, words: `The values were not checked: ${wordsOf(error)}` }];
+  }
+}
+
 /** Checks values when nothing was typed for a moment; only the newest answer counts. */
 function useCheck(values: Record<string, string>): { mistakes: ProfileMistake[]; checking: boolean } {
   const [mistakes, setMistakes] = useState<ProfileMistake[]>([]);
@@ -27,14 +36,11 @@ function useCheck(values: Record<string, string>): { mistakes: ProfileMistake[];
     let newest = true;
     setChecking(true);
     const timer = setTimeout(() => {
-      rig
-        .checkProfile(values)
-        .catch((error: unknown) => [{ key: null, words: `The values were not checked: ${wordsOf(error)}` }])
-        .then((found) => {
-          if (!newest) return;
-          setMistakes(found);
-          setChecking(false);
-        }, undefined);
+      void checked(values).then((found) => {
+        if (!newest) return;
+        setMistakes(found);
+        setChecking(false);
+      });
     }, PAUSE_MS);
     return () => {
       newest = false;
@@ -65,12 +71,17 @@ function Form({ profile, reload }: FormProps) {
   const count = Object.keys(values).length;
   const { mistakes, checking } = useCheck(values);
   const { at, other } = sortMistakes(profile, mistakes);
+  const [first] = [...at.values()].flat();
   const reason = whyNot(checking, mistakes);
   const task = rigState.value?.task;
   const busy = reason === null && task ? `Not now: ${task.words}.` : null;
   useEffect(() => {
     if (replacing !== null) yes.current?.focus();
   }, [replacing]);
+  useEffect(() => {
+    // The bar below has grown; the field and what is wrong with it stay in sight.
+    document.activeElement?.closest('.profile-key')?.scrollIntoView({ block: 'nearest' });
+  }, [first]);
 
   const type = (path: string, text: string): void => {
     setRefusal(null);
@@ -123,6 +134,12 @@ function Form({ profile, reload }: FormProps) {
             {words}
           </p>
         ))}
+        {/* The field may be out of sight, or below this bar. */}
+        {first && (
+          <p class="fault note" aria-hidden="true">
+            ✕ {first}
+          </p>
+        )}
         <p class="note" role="status">
           {count === 0 ? 'no changes' : `${count} changed`}
           {checking ? ', checking…' : count > 0 && mistakes.length === 0 && ', no mistakes'}

@@ -5,6 +5,7 @@ import { cssGradient } from '../colours/tables';
 import { percent, significant } from '../format/number';
 import { tickText } from '../map/scale_bar';
 import type { ScanState } from '../rig/api';
+import '../style/live_map.css';
 import { clipped } from './held_range';
 import { LiveCanvas } from './live_canvas';
 import {

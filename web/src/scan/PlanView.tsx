@@ -2,6 +2,7 @@ import { useEffect, useState } from 'preact/hooks';
 import { rig, type Plan, type RigState, type SequenceEntry } from '../rig/api';
 import { openSection } from '../rig/profile_changes';
 import { order } from '../rig/store';
+import '../style/plan.css';
 import { whyNotStart } from './control';
 import { Order, Reason, putAside } from './JobCard';
 import { MeasureTask } from './MeasureTask';

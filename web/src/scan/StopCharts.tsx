@@ -34,10 +34,10 @@ export function StopCharts({ stops }: { stops: Stop[] }) {
       <CurvePanel
         name="Reported minus planned position at every stop, in micrometres"
         xLabel="frame"
-        yLabel="position error (µm)"
+        yLabel="error (µm)"
         x={x}
         curves={error}
-        height={120}
+        height={130}
       />
       <CurvePanel
         name="Mean light of the frame of every stop, in counts"
@@ -45,7 +45,7 @@ export function StopCharts({ stops }: { stops: Stop[] }) {
         yLabel="mean (DN)"
         x={x}
         curves={light}
-        height={120}
+        height={130}
       />
     </>
   );
@@ -67,7 +67,7 @@ export function SigmaCourse({ course }: { course: ScanState['course'] }) {
       yLabel="sigma (px)"
       x={x}
       curves={curves}
-      height={110}
+      height={120}
     />
   );
 }

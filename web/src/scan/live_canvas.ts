@@ -12,7 +12,7 @@ import { bounded, fitted, pixelAt, showing, zoomedAt, type Pixel, type Size, typ
 import { palette } from '../store/settings';
 import { liveHover, liveKind, liveMap, livePair, livePin, liveRange, type Cell } from './live_map';
 
-const GUTTER: Gutter = { left: 40, top: 4, right: 4, bottom: 24 };
+const GUTTER: Gutter = { left: 40, top: 8, right: 4, bottom: 24 };
 const FRACTION = 1.5;
 
 const ARROWS: Record<string, [dx: number, dy: number]> = {

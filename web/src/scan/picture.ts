@@ -43,17 +43,17 @@ export function drawPicture(
     image.data[4 * index + 3] = 255;
   }
   context.putImageData(image, 0, 0);
-  const radius = Math.max(columns / 120, 2);
+  const radius = Math.max(columns / 100, 2.5);
   // A white ring with a black edge is seen on every grey.
   for (const [style, width] of [
-    ['#000', radius],
-    ['#fff', radius / 2],
+    ['#000', 3],
+    ['#fff', 1.5],
   ] as const) {
     context.strokeStyle = style;
     context.lineWidth = width;
     for (const [x, y] of corners) {
       context.beginPath();
-      context.arc((x + 0.5 - head.x) / bin, (y + 0.5 - head.y) / bin, 2 * radius, 0, 2 * Math.PI);
+      context.arc((x + 0.5 - head.x) / bin, (y + 0.5 - head.y) / bin, radius, 0, 2 * Math.PI);
       context.stroke();
     }
   }
