@@ -1,22 +1,10 @@
-import { expect, test, type Page } from '@playwright/test';
+import { expect, test } from '@playwright/test';
 import { colourTable } from '../../src/colours/tables';
 import { heightAt } from '../mock/truth';
+import { colourAt } from './colour_at';
 import { centre, open, REAL } from './page';
 
 test.skip(!!REAL, 'the truth is that of the mock server');
-
-/** The colour of the screen at a point. */
-async function colourAt(page: Page, x: number, y: number): Promise<number[]> {
-  const png = await page.screenshot({ clip: { x, y, width: 1, height: 1 } });
-  return page.evaluate(async (base64) => {
-    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-    const image = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
-    const canvas = document.createElement('canvas');
-    const context = canvas.getContext('2d')!;
-    context.drawImage(image, 0, 0);
-    return [...context.getImageData(0, 0, 1, 1).data.slice(0, 3)];
-  }, png.toString('base64'));
-}
 
 test('a pixel has the colour of its value', async ({ page }) => {
   await open(page, 'results/height?v=452.5,150.5,32&r=-0.3,0.1');

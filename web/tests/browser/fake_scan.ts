@@ -32,21 +32,21 @@ function framedBytes(head: object, values: Uint8Array): Buffer {
 }
 
 function picture(): Buffer {
-  const [rows, columns] = [96, 128];
+  const [rows, columns] = [192, 256];
   const head = {
     number: 1,
     x: 0,
     y: 0,
-    bin: 4,
+    bin: 2,
     rows,
     columns,
-    frame_rows: rows * 4,
-    frame_columns: columns * 4,
+    frame_rows: rows * 2,
+    frame_columns: columns * 2,
     age_ms: 40,
   };
   const samples = Uint8Array.from({ length: rows * columns }, (_, index) => {
     const [row, column] = [Math.floor(index / columns), index % columns];
-    return 60 + 120 * ((Math.floor(row / 12) + Math.floor(column / 12)) % 2) + (column / columns) * 60;
+    return 60 + 120 * ((Math.floor(row / 24) + Math.floor(column / 24)) % 2) + (column / columns) * 60;
   });
   return framedBytes(head, samples);
 }

@@ -48,11 +48,13 @@ test('sequences are resumed, measured and opened', async ({ page }) => {
   expect(rig.asked('scan/measure')[0]?.name).toBe('tile-0411');
 });
 
-test('the link to the plan of the profile asks for its section', async ({ page }) => {
+test('the link to the plan of the profile opens its section', async ({ page }) => {
   const rig = new FakeRig(page);
   await rig.open();
   await page.getByRole('link', { name: 'Change the plan in the profile' }).click();
   await expect(page).toHaveURL(/#rig$/);
+  await expect(page.getByLabel('step')).toHaveValue('0.5 mm');
+  await expect(page.getByLabel('driver')).toHaveCount(0);
 });
 
 test('a running scan tells how far it is, and pauses', async ({ page }) => {

@@ -1,5 +1,6 @@
-// A page of the test alone: one view of `epirig ui`, without bar and routing. `?view=profile` or the scan.
+// A page of the test alone: one view of `epirig ui`, without bar and routing. `?view=profile`, `#rig`, or the scan.
 
+import { signal } from '@preact/signals';
 import { render } from 'preact';
 import { ProfileForm } from '../../../src/rig/ProfileForm';
 import { followRig } from '../../../src/rig/store';
@@ -12,8 +13,11 @@ import '../../../src/style/components.css';
 import '../../../src/style/map.css';
 import '../../../src/style/results.css';
 
+const profileAsked = signal(new URLSearchParams(location.search).get('view') === 'profile');
+addEventListener('hashchange', () => (profileAsked.value = location.hash === '#rig'));
+
 function View() {
-  const profile = new URLSearchParams(location.search).get('view') === 'profile';
+  const profile = profileAsked.value;
   return (
     <>
       <header class="bar">
@@ -23,7 +27,9 @@ function View() {
         </span>
       </header>
       {profile ? (
-        <main style={{ flex: 1, minHeight: 0, overflowY: 'auto', padding: '8px 12px', maxWidth: '640px' }}>
+        <main
+          style={{ flex: 1, minHeight: 0, overflowY: 'auto', padding: '8px 12px 0', maxWidth: '640px' }}
+        >
           <ProfileForm />
         </main>
       ) : (
