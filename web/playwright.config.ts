@@ -3,6 +3,9 @@ import { defineConfig } from '@playwright/test';
 // With EPIRIG_URL (the link that `epirig view` prints) the tests run against the real program.
 const real = process.env.EPIRIG_URL;
 
+// Another port, if the usual one is taken.
+const port = process.env.PORT ?? '8765';
+
 export default defineConfig({
   testDir: 'tests/browser',
   workers: 1,
@@ -29,5 +32,5 @@ export default defineConfig({
   },
   webServer: real
     ? undefined
-    : { command: 'npm run mock', url: 'http://127.0.0.1:8765/', reuseExistingServer: true },
+    : { command: 'npm run mock', url: `http://127.0.0.1:${port}/`, reuseExistingServer: true },
 });

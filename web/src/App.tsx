@@ -7,7 +7,11 @@ import { ValueLine } from './components/ValueLine';
 import { MapCanvas } from './map/MapCanvas';
 import { Panels } from './panels/Panels';
 import { ProfilePanel } from './panels/ProfilePanel';
-import { loadError, results } from './store/results';
+import { RigView } from './rig/RigView';
+import { SequenceList } from './rig/SequenceList';
+import { ScanView } from './scan/ScanView';
+import { about, loadError, results } from './store/results';
+import { view } from './store/route';
 
 function ResultsView() {
   return (
@@ -26,16 +30,24 @@ function ResultsView() {
   );
 }
 
+function Connecting() {
+  return <main class="connecting">{loadError.value === null && <p role="status">connecting…</p>}</main>;
+}
+
+function Shown() {
+  if (view.value === 'rig') return <RigView />;
+  if (view.value === 'scan') return <ScanView />;
+  if (results.value) return <ResultsView />;
+  const { mode, sequence } = about.value ?? {};
+  return mode === 'ui' && sequence === null ? <SequenceList /> : <Connecting />;
+}
+
 export function App() {
   return (
     <>
       <AppBar />
       <StateBanner />
-      {results.value ? (
-        <ResultsView />
-      ) : (
-        <main class="connecting">{loadError.value === null && <p role="status">connecting…</p>}</main>
-      )}
+      <Shown />
       <KeySheet />
     </>
   );

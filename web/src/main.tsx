@@ -5,8 +5,12 @@ import { App } from './App';
 import { listenToKeys } from './map/keys';
 import { compareWith } from './store/comparison';
 import { watchContact } from './store/contact';
+import { guardJog } from './rig/jogging';
+import { listenForStop } from './rig/stopping';
+import { askForToken, followRig } from './rig/store';
 import { followSelection } from './store/questions';
 import { load, results } from './store/results';
+import { mode } from './store/route';
 import { keepInAddress, selection } from './store/selection';
 import { applyTheme } from './store/settings';
 import { takeToken } from './store/token';
@@ -14,10 +18,14 @@ import './style/base.css';
 import './style/components.css';
 import './style/map.css';
 import './style/results.css';
+import './style/rig.css';
 
 takeToken();
 applyTheme();
-keepInAddress(() => void load());
+keepInAddress(() => {
+  void load();
+  if (mode.peek() === 'ui') void askForToken();
+});
 listenToKeys();
 followSelection();
 
@@ -29,6 +37,14 @@ effect(() => {
   if (!maps || compare === compared) return;
   compared = compare;
   void compareWith(compare, maps.some(({ id }) => id === 'height') ? 'height' : 'disparity');
+});
+
+// `epirig view` has no rig: nothing to follow, nothing to stop.
+mode.subscribe((now) => {
+  if (now !== 'ui') return;
+  followRig();
+  guardJog();
+  listenForStop();
 });
 
 void load();

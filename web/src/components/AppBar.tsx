@@ -1,36 +1,83 @@
+import { BarStatus } from '../rig/BarStatus';
+import { SequenceMenu } from '../rig/SequenceList';
+import { StageWords } from '../rig/StageWords';
+import { StopButton } from '../rig/StopButton';
 import { copyLink, keySheetOpen, notice } from '../store/actions';
-import { about, results } from '../store/results';
-import { select } from '../store/selection';
+import { results } from '../store/results';
+import { mode, view, type ViewName } from '../store/route';
+import { hashOf, select, showView } from '../store/selection';
 import { themeChoice } from '../store/settings';
 
 const NEXT = { system: 'dark', dark: 'light', light: 'system' } as const;
 
-export function AppBar() {
-  const held = results.value;
+const TABS: [name: ViewName, words: string][] = [
+  ['rig', 'Rig'],
+  ['scan', 'Scan'],
+  ['results', 'Results'],
+];
+
+function Tabs() {
+  // Without a rig there is only one view.
+  const tabs = TABS.filter(([name]) => mode.value === 'ui' || name === 'results');
   return (
-    <header class="bar">
+    <nav aria-label="Views">
+      {tabs.map(([name, words]) => {
+        const shown = name === (view.value ?? 'results');
+        return (
+          <a
+            key={name}
+            class={shown ? 'tab-on' : 'tab-off'}
+            href={hashOf(name)}
+            aria-current={shown ? 'page' : undefined}
+            onClick={(event) => {
+              event.preventDefault();
+              showView(name);
+            }}
+          >
+            {words}
+          </a>
+        );
+      })}
+    </nav>
+  );
+}
+
+function ResultButtons() {
+  return (
+    <>
+      <button type="button" onClick={() => void copyLink()}>
+        Copy link
+      </button>
+      <button type="button" class="bar-download" onClick={() => select({ panel: 'downloads' })}>
+        Download
+      </button>
+    </>
+  );
+}
+
+function Sequence() {
+  const held = results.value;
+  if (mode.value === 'ui') return view.value === 'results' ? <SequenceMenu /> : null;
+  return (
+    <span class="sequence" title={held?.sequence.name}>
+      {held?.sequence.name ?? ''}
+    </span>
+  );
+}
+
+export function AppBar() {
+  const ui = mode.value === 'ui';
+  return (
+    <header class={`bar ${ui ? 'with-rig' : ''}`}>
       <strong class="brand">epirig</strong>
-      <nav aria-label="Views">
-        {/* Without a rig there is only one view. */}
-        {about.value?.mode === 'ui' && <span class="tab-off">Rig</span>}
-        {about.value?.mode === 'ui' && <span class="tab-off">Scan</span>}
-        <a class="tab-on" href="#map" aria-current="page" onClick={(event) => event.preventDefault()}>
-          Results
-        </a>
-      </nav>
-      <span class="sequence" title={held?.sequence.name}>
-        {held?.sequence.name ?? ''}
-      </span>
+      <Tabs />
+      <Sequence />
+      {ui && <BarStatus />}
       <span class="notice" role="status" aria-label="Notice">
         {notice.value}
       </span>
       <span class="bar-buttons">
-        <button type="button" onClick={() => void copyLink()}>
-          Copy link
-        </button>
-        <button type="button" onClick={() => select({ panel: 'downloads' })}>
-          Download
-        </button>
+        {view.value !== 'rig' && view.value !== 'scan' && <ResultButtons />}
         <button type="button" onClick={() => (themeChoice.value = NEXT[themeChoice.value])}>
           Theme: {themeChoice.value}
         </button>
@@ -38,6 +85,14 @@ export function AppBar() {
           ?
         </button>
       </span>
+      {ui && (
+        <div class="stop-bar">
+          <span class="stop-words">
+            <StageWords />
+          </span>
+          <StopButton />
+        </div>
+      )}
     </header>
   );
 }

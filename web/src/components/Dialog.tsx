@@ -1,7 +1,9 @@
 import type { ComponentChildren } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
+import { StopButton } from '../rig/StopButton';
+import { mode } from '../store/route';
 
-/** A native dialog: it keeps the focus, and Esc closes it. */
+/** A native dialog: it keeps the focus, and Esc closes it. What moves can be stopped from within. */
 export function Dialog(props: { title: string; close: () => void; children: ComponentChildren }) {
   const dialog = useRef<HTMLDialogElement>(null);
   useEffect(() => dialog.current?.showModal(), []);
@@ -11,6 +13,7 @@ export function Dialog(props: { title: string; close: () => void; children: Comp
       {props.children}
       <form method="dialog">
         <button>Close</button>
+        {mode.value === 'ui' && <StopButton />}
       </form>
     </dialog>
   );

@@ -1,7 +1,14 @@
 import { keySheetOpen } from '../store/actions';
 import { letterKeys } from '../store/settings';
-import { KEYS } from '../map/keys';
+import { keysOf } from '../map/keys';
+import { view } from '../store/route';
 import { Dialog } from './Dialog';
+
+const RIG_POINTER: [string, string][] = [
+  ['wheel, pinch', 'zoom at the pointer'],
+  ['drag', 'move the picture'],
+  ['double click, double tap', 'single pixels, or all again'],
+];
 
 const POINTER: [string, string][] = [
   ['wheel, pinch', 'zoom at the pointer'],
@@ -13,10 +20,12 @@ const POINTER: [string, string][] = [
 
 export function KeySheet() {
   if (!keySheetOpen.value) return null;
+  const shown = view.value;
+  const pointer = shown === 'rig' ? RIG_POINTER : shown === 'scan' ? [] : POINTER;
   return (
     <Dialog title="Keys and pointer" close={() => (keySheetOpen.value = false)}>
       <dl class="keys">
-        {[...KEYS, ...POINTER].map(([keys, words]) => (
+        {[...keysOf(shown), ...pointer].map(([keys, words]) => (
           <div key={keys}>
             <dt>
               <kbd>{keys}</kbd>

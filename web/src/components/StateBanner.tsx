@@ -1,23 +1,16 @@
-import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
 import { api } from '../api';
+import { rigBanner } from '../rig/RigBanner';
 import { lostSince } from '../store/contact';
 import { load, loadError, results } from '../store/results';
+import { mode, view } from '../store/route';
+import { Seconds } from './Seconds';
 
 function LostBanner({ since }: { since: number }) {
-  const now = useSignal(Date.now());
-  useEffect(() => {
-    const timer = setInterval(() => (now.value = Date.now()), 1000);
-    return () => clearInterval(timer);
-  }, []);
-  const seconds = Math.max(0, Math.round((now.value - since) / 1000));
   return (
     <div class="banner error" role="alert">
       <span aria-hidden="true">✕</span>
-      {/* The count is not read out each second. */}
       <span>
-        Server gone: no contact for <span aria-hidden="true">{seconds}</span> s. What is loaded stays
-        readable.
+        Server gone: no contact for <Seconds since={since} /> s. What is loaded stays readable.
       </span>
       <button type="button" onClick={() => void api.about().catch(() => undefined)}>
         Retry
@@ -28,6 +21,8 @@ function LostBanner({ since }: { since: number }) {
 
 /** One place under the bar for what is wrong, the worst first. */
 export function StateBanner() {
+  const ofRig = mode.value === 'ui' ? rigBanner() : null;
+  if (ofRig) return ofRig;
   if (lostSince.value !== null) return <LostBanner since={lostSince.value} />;
   if (loadError.value !== null) {
     return (
@@ -40,6 +35,7 @@ export function StateBanner() {
       </div>
     );
   }
+  if (view.value !== 'results') return null;
   const held = results.value;
   if (held && !held.results) {
     return (

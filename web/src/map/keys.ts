@@ -1,12 +1,17 @@
-// Keys of the whole page. Letters do nothing while a person types, and can be turned off.
+// Keys of the whole page, by view. Letters do nothing while a person types, and can be turned off.
 
-import { select, selection, selectMap, tool } from '../store/selection';
+import { overlays } from '../rig/picture_store';
+import { toggleTarget } from '../rig/targeting';
+import { mode, view, type ViewName } from '../store/route';
+import { select, selection, selectMap, showView, tool } from '../store/selection';
 import { results } from '../store/results';
 import { letterKeys } from '../store/settings';
 import { handleOf } from './handle';
 import { copyLink, keySheetOpen } from '../store/actions';
 
-export const KEYS: [keys: string, words: string][] = [
+type Key = [keys: string, words: string];
+
+const RESULT_KEYS: Key[] = [
   ['arrow keys', 'move the pin by 1 px, with Shift by 10 px'],
   ['+  \u2212  0', 'zoom in, zoom out, show all'],
   ['M', 'next map'],
@@ -15,9 +20,32 @@ export const KEYS: [keys: string, words: string][] = [
   ['A', 'draw a region'],
   ['C', 'copy the link to this view'],
   [',  .', 'frame before, frame after'],
-  ['?', 'this list'],
-  ['Esc', 'stop drawing; close'],
 ];
+
+const RIG_KEYS: Key[] = [
+  ['+  \u2212  0', 'zoom in, zoom out, show all'],
+  ['arrow keys', 'move the picture, while it has the focus'],
+  ['Z', 'mark saturated (stripes) and dark (dots) pixels'],
+  ['G', 'grid'],
+  ['F', 'focus peaking'],
+  ['V', 'vignetting'],
+  ['T', 'find the target'],
+  ['Space, Enter', 'held on a jog button: move'],
+];
+
+const SCAN_KEYS: Key[] = [['+  \u2212  0', 'zoom in, zoom out, show all']];
+
+/** The keys of the view on the screen. */
+export function keysOf(shown: ViewName | null): Key[] {
+  const own = shown === 'rig' ? RIG_KEYS : shown === 'scan' ? SCAN_KEYS : RESULT_KEYS;
+  if (mode.peek() !== 'ui') return [...own, ['?', 'this list'], ['Esc', 'stop drawing; close']];
+  return [
+    ['Esc, Pause', 'STOP: all motion ends, a scan is paused'],
+    ['1  2  3', 'Rig, Scan, Results'],
+    ...own,
+    ['?', 'this list'],
+  ];
+}
 
 const ARROWS: Record<string, [number, number]> = {
   ArrowLeft: [-1, 0],
@@ -39,7 +67,13 @@ function step(by: number): void {
   select({ frame: (now + by + frames.count) % frames.count });
 }
 
-const LETTERS: Record<string, () => void> = {
+const toggle = (name: keyof typeof overlays) => (): void => {
+  overlays[name].value = !overlays[name].peek();
+};
+
+type Acts = Record<string, () => void>;
+
+const RESULT_LETTERS: Acts = {
   m: nextMap,
   r: () => select({ range: { mode: selection.peek().range.mode === 'auto' ? 'full' : 'auto' } }),
   l: () => (tool.value = 'line'),
@@ -47,10 +81,32 @@ const LETTERS: Record<string, () => void> = {
   c: () => void copyLink(),
   ',': () => step(-1),
   '.': () => step(1),
-  '?': () => (keySheetOpen.value = true),
 };
 
-const SIGNS: Record<string, () => void> = {
+const RIG_LETTERS: Acts = {
+  z: toggle('zebra'),
+  g: toggle('grid'),
+  f: toggle('peaking'),
+  v: toggle('vignetting'),
+  t: toggleTarget,
+};
+
+const VIEWS: Acts = {
+  '1': () => showView('rig'),
+  '2': () => showView('scan'),
+  '3': () => showView('results'),
+};
+
+/** What letters and digits do now. */
+function actOf(key: string): (() => void) | undefined {
+  if (letterKeys.peek() === 'off') return undefined;
+  if (key === '?') return () => (keySheetOpen.value = true);
+  if (mode.peek() === 'ui' && VIEWS[key]) return VIEWS[key];
+  if (view.peek() === 'rig') return RIG_LETTERS[key];
+  return view.peek() === 'results' ? RESULT_LETTERS[key] : undefined;
+}
+
+const SIGNS: Acts = {
   '+': () => handleOf.peek()?.zoomBy(1.5),
   '=': () => handleOf.peek()?.zoomBy(1.5),
   '-': () => handleOf.peek()?.zoomBy(1 / 1.5),
@@ -60,19 +116,19 @@ const SIGNS: Record<string, () => void> = {
 function onKey(event: KeyboardEvent): void {
   if (event.ctrlKey || event.metaKey || event.altKey || keySheetOpen.peek()) return;
   const target = event.target as HTMLElement;
-  if (target.closest('input, select, textarea, [contenteditable]')) return;
+  if (target.closest('input, select, textarea, [contenteditable], dialog')) return;
   if (event.key === 'Escape') tool.value = 'pin';
   const arrow = ARROWS[event.key];
   if (arrow) {
-    // Tabs, sliders and lists have arrow keys of their own.
-    if (target !== document.body && target.id !== 'map') return;
+    // Tabs, sliders and lists have arrow keys of their own; a picture of the rig moves when it has the focus.
+    const free = target === document.body && view.peek() !== 'rig';
+    if (!free && target.id !== 'map') return;
     event.preventDefault();
     const far = event.shiftKey ? 10 : 1;
     handleOf.peek()?.movePin(arrow[0] * far, arrow[1] * far);
     return;
   }
-  const act =
-    SIGNS[event.key] ?? (letterKeys.peek() === 'on' ? LETTERS[event.key.toLowerCase()] : undefined);
+  const act = SIGNS[event.key] ?? actOf(event.key.toLowerCase());
   if (!act) return;
   event.preventDefault();
   act();

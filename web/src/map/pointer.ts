@@ -11,6 +11,8 @@ export interface Intentions {
   /** Where the loupe is wanted; null when the finger has left. */
   loupe: (at: { x: number; y: number } | null) => void;
   tool: () => 'pin' | 'line' | 'region';
+  /** What one finger does; on a map it moves the pin. */
+  finger?: 'pan';
 }
 
 type Point = { x: number; y: number };
@@ -38,6 +40,7 @@ export function listenToPointers(element: HTMLElement, offset: () => Point, to: 
   };
 
   const kindOf = (event: PointerEvent): Drag['kind'] => {
+    if (to.finger === 'pan') return 'pan';
     if (event.shiftKey || to.tool() === 'line') return 'line';
     if (event.altKey || to.tool() === 'region') return 'region';
     return event.pointerType === 'touch' ? 'pin' : 'pan';

@@ -311,7 +311,8 @@ export const rig = {
   doctor: (short: boolean) => order('rig/doctor', { short }),
   reconnect: () => order('rig/reconnect'),
   profile: () => get<Profile>('api/rig/profile'),
-  checkProfile: (values: Record<string, string>) => order<ProfileMistake[]>('rig/profile/check', { values }),
+  checkProfile: (values: Record<string, string>) =>
+    order<ProfileMistake[]>('rig/profile/check', { values }),
   useProfile: (values: Record<string, string>) => order('rig/profile/use', { values }),
   saveProfile: (values: Record<string, string>, overwrite: boolean) =>
     order<{ file: string }>('rig/profile/save', { values, overwrite }),

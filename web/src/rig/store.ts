@@ -1,7 +1,9 @@
 // The rig as the server last told it.
 
 import { computed, signal } from '@preact/signals';
+import { ApiError } from '../api';
 import { say } from '../store/actions';
+import { contactFailed, contactMade } from '../store/contact';
 import { client, rig, type RigState } from './api';
 import { openFeed, type Feed } from './socket';
 
@@ -21,15 +23,32 @@ export const mayControl = computed(() => hasToken.value === true && otherControl
 
 export const stateFeed = signal<Feed | null>(null);
 
-/** Follows the rig; for pages of `epirig ui` only. */
+/** How often the state of the rig was asked for in vain; 0 while it comes. */
+export const tries = computed(() => stateFeed.value?.tries.value ?? 0);
+
+const AGAIN_MS = 2000;
+
+/** Finds out whether this page has the token. Only the server's own "no" means that it has not. */
+export async function askForToken(): Promise<void> {
+  try {
+    await rig.hello();
+    hasToken.value = true;
+  } catch (error) {
+    if (error instanceof ApiError) hasToken.value = false;
+    else setTimeout(() => void askForToken(), AGAIN_MS);
+  }
+}
+
+/** Follows the rig; for pages of `epirig ui` only. Once is enough. */
 export function followRig(): void {
-  stateFeed.value = openFeed('api/rig/state', (message) => {
+  if (stateFeed.peek()) return;
+  const feed = openFeed('api/rig/state', (message) => {
     if (typeof message === 'string') rigState.value = JSON.parse(message) as RigState;
   });
-  rig.hello().then(
-    () => (hasToken.value = true),
-    () => (hasToken.value = false),
-  );
+  stateFeed.value = feed;
+  // A lost feed is a lost server, and it is known sooner than by asking.
+  feed.tries.subscribe((count) => (count === 0 ? contactMade() : contactFailed()));
+  void askForToken();
 }
 
 /** Sends an order; a refusal is told to the person. */

@@ -3,6 +3,7 @@
 import { computed, signal } from '@preact/signals';
 import { api, type About, type Results, type Trend } from '../api';
 import { lengthUnit, shownUnit, type LengthUnit } from '../format/lengths';
+import { mode } from './route';
 import { select, selection } from './selection';
 
 export const about = signal<About | null>(null);
@@ -38,10 +39,14 @@ function keepWithin({ maps, frames, others }: Results): void {
 export async function load(): Promise<void> {
   try {
     loadError.value = null;
-    about.value = await api.about();
-    results.value = await api.results();
-    keepWithin(results.value);
-    trends.value = results.value.geometry ? await api.trends() : [];
+    const told = await api.about();
+    about.value = told;
+    mode.value = told.mode;
+    // `epirig ui` may have no sequence yet.
+    const held = told.sequence === null && told.mode === 'ui' ? null : await api.results();
+    results.value = held;
+    if (held) keepWithin(held);
+    trends.value = held?.geometry ? await api.trends() : [];
   } catch (error) {
     loadError.value = error instanceof Error ? error.message : String(error);
   }

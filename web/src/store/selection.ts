@@ -2,6 +2,7 @@
 
 import { computed, effect, signal } from '@preact/signals';
 import { fromHash, toHash, type Selection } from './hash';
+import { asked, view, viewNamed, type ViewName } from './route';
 import { takeToken } from './token';
 
 export const selection = signal<Selection>(fromHash(''));
@@ -28,16 +29,34 @@ export function selectMap(map: string): void {
 
 const PAUSE_MS = 200;
 
+/** The fragment of a view; that of the results holds the selection. */
+export function hashOf(name: ViewName): string {
+  return name === 'results' ? toHash(selection.peek()) : `#${name}`;
+}
+
+/** Shows a view. The browser's "back" leads to the one before. */
+export function showView(name: ViewName): void {
+  if (view.peek() === name) return;
+  history.pushState(null, '', hashOf(name));
+  asked.value = name;
+}
+
+/** Rig and scan have no selection in the address: that of the results stays as it is. */
+function readAddress(): void {
+  asked.value = viewNamed(location.hash);
+  if (asked.peek() === null || asked.peek() === 'results') selection.value = fromHash(location.hash);
+}
+
 /**
- * Reads the selection from the address, and keeps it there, written at most every 200 ms. `arrived` is called
- * when another address has come.
+ * Reads view and selection from the address, and keeps the selection there, written at most every 200 ms.
+ * `arrived` is called when another address has come.
  */
 export function keepInAddress(arrived: () => void): void {
-  selection.value = fromHash(location.hash);
+  readAddress();
   addEventListener('hashchange', () => {
     // Somebody pasted another link into this tab; it may hold a token.
     takeToken();
-    selection.value = fromHash(location.hash);
+    readAddress();
     arrived();
   });
   let timer: ReturnType<typeof setTimeout> | undefined;
@@ -50,12 +69,12 @@ export function keepInAddress(arrived: () => void): void {
     }
     timer ??= setTimeout(() => {
       timer = undefined;
-      history.replaceState(null, '', toHash(selection.peek()));
+      if (view.peek() === 'results') history.replaceState(null, '', hashOf('results'));
     }, PAUSE_MS);
   });
 }
 
 /** The address of what is on the screen. It never holds the token. */
 export function link(): string {
-  return location.origin + location.pathname + toHash(selection.peek());
+  return location.origin + location.pathname + hashOf(view.peek() ?? 'results');
 }

@@ -5,7 +5,7 @@ import { TOKEN } from '../mock/server';
 import type { PixelInfo, Results } from '../../src/api';
 
 export const REAL = process.env.EPIRIG_URL;
-const LINK = new URL(REAL ?? `http://127.0.0.1:8765/#token=${TOKEN}`);
+const LINK = new URL(REAL ?? `http://127.0.0.1:${process.env.PORT ?? '8765'}/#token=${TOKEN}`);
 export const ORIGIN = LINK.origin;
 export const SECRET = LINK.hash.replace('#token=', '');
 

@@ -7,7 +7,10 @@ import * as replies from './replies';
 import { frameAt } from './truth';
 
 export const TOKEN = 'mock-token-1234';
-const PAGE = fileURLToPath(new URL('../../../crates/server/page/', import.meta.url));
+/** EPIRIG_PAGE is a folder with another build, such as one that is not committed yet. */
+const PAGE = process.env.EPIRIG_PAGE
+  ? `${process.env.EPIRIG_PAGE}/`
+  : fileURLToPath(new URL('../../../crates/server/page/', import.meta.url));
 const POLICY =
   "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; worker-src 'self' blob:";
 const TYPES: Record<string, string> = { html: 'text/html', js: 'text/javascript', css: 'text/css' };
@@ -47,15 +50,18 @@ function answer(path: string, query: URLSearchParams, reply: ServerResponse): vo
   const parts = path.split('/').slice(2);
   const numbers = parts.map(Number);
   switch (parts[0]) {
-    case 'about':
+    case 'about': {
+      // As `epirig ui` says it, for tests with a rig of their own: `?mode=ui`, and `&sequence=` for none.
+      const ui = query.get('mode') === 'ui';
       return sendJson(reply, {
         program: 'epirig',
         version: '0.0.0',
-        mode: 'view',
-        rig: false,
-        may_control: false,
-        sequence: 'mock-0042',
+        mode: ui ? 'ui' : 'view',
+        rig: ui,
+        may_control: ui,
+        sequence: query.has('sequence') ? query.get('sequence') || null : 'mock-0042',
       });
+    }
     case 'results':
       return sendJson(reply, replies.results());
     case 'maps':

@@ -1,0 +1,76 @@
+import { useEffect } from 'preact/hooks';
+import { about } from '../store/results';
+import { loadSequences, openSequence, sequences } from './sequences';
+import { OrderButton } from './OrderButton';
+import type { SequenceEntry } from './api';
+import { hasToken } from './store';
+
+function Line({ entry }: { entry: SequenceEntry }) {
+  return (
+    <tr>
+      <th scope="row">
+        <OrderButton
+          act={() => void openSequence(entry.name)}
+          why={hasToken.value === false ? 'this page has no token' : null}
+        >
+          {entry.name}
+        </OrderButton>
+      </th>
+      <td>{entry.created}</td>
+      <td>
+        {entry.frames} of {entry.planned} frames
+      </td>
+      <td>{entry.measured ? 'measured' : 'not measured yet'}</td>
+      <td>{entry.ended}</td>
+    </tr>
+  );
+}
+
+/** Which sequence to look at, while none is shown. */
+export function SequenceList() {
+  useEffect(() => void loadSequences(), []);
+  const list = sequences.value;
+  return (
+    <main class="sequences">
+      <h1>Sequences</h1>
+      {list === null && <p class="hint">loading…</p>}
+      {list?.length === 0 && <p>There is no sequence yet. Scan one.</p>}
+      {list !== null && list.length > 0 && (
+        <div class="wide" tabIndex={0} role="region" aria-label="List of sequences">
+          <table class="list">
+            <tbody>
+              {list.map((entry) => (
+                <Line key={entry.name} entry={entry} />
+              ))}
+            </tbody>
+          </table>
+        </div>
+      )}
+    </main>
+  );
+}
+
+/** The same as a menu in the bar, to go from one to another. */
+export function SequenceMenu() {
+  const shown = about.value?.sequence ?? null;
+  useEffect(() => void loadSequences(), [shown]);
+  const list = sequences.value ?? [];
+  const names = list.map(({ name }) => name);
+  if (shown !== null && !names.includes(shown)) names.unshift(shown);
+  return (
+    <select
+      class="sequence-menu"
+      aria-label="Sequence"
+      value={shown ?? ''}
+      disabled={hasToken.value === false}
+      onChange={(event) => void openSequence(event.currentTarget.value)}
+    >
+      {shown === null && <option value="">no sequence</option>}
+      {names.map((name) => (
+        <option key={name} value={name}>
+          {name}
+        </option>
+      ))}
+    </select>
+  );
+}

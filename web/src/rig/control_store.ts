@@ -1,0 +1,54 @@
+// The controls of the camera: asked for anew when the camera or its settings have changed.
+
+import { computed, effect, signal } from '@preact/signals';
+import { rig, type Control } from './api';
+import { order, rigState } from './store';
+
+export const controls = signal<Control[] | null>(null);
+
+/** Changes when the controls may have changed; pictures per second do not count. */
+const cameraKey = computed(() => {
+  const camera = rigState.value?.camera;
+  if (!camera || camera.state === 'lost' || camera.state === 'connecting') return null;
+  return [camera.name, camera.state, camera.exposure_us, camera.rate_hz, camera.rows].join(' ');
+});
+
+/** Follows the controls while somebody looks at them; returns how to end that. */
+export function followControls(): () => void {
+  let round = 0;
+  return effect(() => {
+    if (cameraKey.value === null) return;
+    const mine = (round += 1);
+    rig.controls().then(
+      (list) => {
+        if (mine === round) controls.value = list;
+      },
+      () => undefined,
+    );
+  });
+}
+
+/** Sets a control. Others may follow it, so the answer is the whole list. */
+export async function setControl(name: string, value: number): Promise<void> {
+  const list = await order(rig.setControl(name, String(value)));
+  // After a refusal the old list is shown once more, so that a field falls back.
+  controls.value = list ?? [...(controls.peek() ?? [])];
+}
+
+/** Exposure and gain are needed all the time; all else comes after. */
+export function sorted(list: readonly Control[]): { first: Control[]; more: Control[] } {
+  const rank = ({ name, kind }: Control): number => {
+    if (/exposure/.test(name)) return kind === 'integer' ? 0 : 2;
+    return /gain/.test(name) && kind === 'integer' ? 1 : 3;
+  };
+  const order = [...list].sort((one, other) => rank(one) - rank(other));
+  return { first: order.filter((one) => rank(one) < 3), more: order.filter((one) => rank(one) === 3) };
+}
+
+/** The nearest value that the control accepts. */
+export function onGrid({ minimum, maximum, step }: Control, value: number): number {
+  const size = Math.max(step, 1);
+  const near = minimum + Math.round((value - minimum) / size) * size;
+  const last = minimum + Math.floor((maximum - minimum) / size) * size;
+  return Math.min(Math.max(near, minimum), last);
+}

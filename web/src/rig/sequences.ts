@@ -1,0 +1,23 @@
+// The sequences that the server has, and which of them the results view shows.
+
+import { signal } from '@preact/signals';
+import { load } from '../store/results';
+import { rig, type SequenceEntry } from './api';
+import { order } from './store';
+
+export const sequences = signal<SequenceEntry[] | null>(null);
+
+export async function loadSequences(): Promise<void> {
+  sequences.value = (await order(rig.sequences())) ?? sequences.peek();
+}
+
+/** Shows the results of a sequence. */
+export async function openSequence(name: string): Promise<void> {
+  try {
+    await rig.openResults(name);
+  } catch (error) {
+    await order(Promise.reject(error));
+    return;
+  }
+  await load();
+}
