@@ -1,15 +1,16 @@
 import { useEffect } from 'preact/hooks';
 import { NumberField } from '../components/NumberField';
 import type { Control } from './api';
-import { controls, followControls, onGrid, setControl, sorted } from './control_store';
+import { onGrid, sorted } from './controls';
+import { controls, followControls, setControl } from './control_store';
 import { OrderButton } from './OrderButton';
 import { Section } from './Section';
 import { rigState } from './store';
 import { exposureText, titleOf } from './texts';
 import { whyNoCamera } from './why';
 
-function whyOff(control: Control): string | null {
-  if (whyNoCamera.value !== null) return whyNoCamera.value;
+/** Why this control of all cannot be set. */
+function whyFixed(control: Control): string | null {
   if (control.read_only) return 'read only';
   if (control.inactive) return 'no effect now: another control sets it automatically';
   return control.kind === 'other' ? 'controls of its kind are not supported' : null;
@@ -77,9 +78,8 @@ function Fields({ list }: { list: Control[] }) {
   return (
     <div class="controls">
       {list.map((control) => {
-        const why = whyOff(control);
-        // That nothing can be set now is said once, above.
-        const own = whyNoCamera.value === null ? why : null;
+        const own = whyFixed(control);
+        const why = own ?? whyNoCamera.value;
         return (
           <div key={control.name} class="control" title={why ?? undefined}>
             <Field control={control} why={why} />

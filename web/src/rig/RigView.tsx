@@ -9,15 +9,7 @@ import { Section } from './Section';
 import { SimulatedPane } from './SimulatedPane';
 import { StagePane } from './StagePane';
 import { TargetPane } from './TargetPane';
-import { rigState, tries } from './store';
-import { whyNoOrders, whyWatching } from './why';
-
-/** Why buttons are off, said once for all of them. */
-function WhyOff() {
-  if (rigState.value?.task && whyWatching.value === null && tries.value === 0) return null;
-  const why = whyNoOrders.value;
-  return why === null ? null : <p class="why muted">Controls are off: {why}.</p>;
-}
+import { rigState } from './store';
 
 /** The rig by hand: what the camera sees, what the stage does. */
 export function RigView() {
@@ -27,7 +19,6 @@ export function RigView() {
       <LivePicture />
       <div class="rig-column" tabIndex={-1}>
         <JobBar />
-        <WhyOff />
         <FocusPane />
         <HistogramPane />
         <ControlsPane />

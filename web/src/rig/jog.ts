@@ -20,8 +20,11 @@ export interface Held {
 }
 
 export const KEEP_MS = 100;
-/** After such a gap the stage has stopped: the page was frozen, and going on would be a new start. */
-const GAP_MS = 250;
+/**
+ * After such a gap the page was frozen, and going on would be a new start. The server has long stopped the
+ * stage by then: it needs no more than 300 ms, and refuses to go on after that.
+ */
+const GAP_MS = 1000;
 
 const CLOCK: Clock = {
   now: () => performance.now(),

@@ -1,0 +1,241 @@
+// A rig that is not there: it answers the page's orders, records them, tells its state and sends pictures.
+
+import { expect, type Page, type WebSocketRoute } from '@playwright/test';
+import type { Control, RigState, SequenceEntry } from '../../src/rig/api';
+import { ORIGIN, SECRET } from './page';
+import { FRAME, pictureOf, type Wish } from './picture';
+
+export interface Order {
+  path: string;
+  asked: Record<string, unknown>;
+}
+
+export function startState(): RigState {
+  const histogram = Array.from({ length: 256 }, (_, bin) =>
+    Math.round(4000 * Math.exp(-(((bin - 110) / 40) ** 2)) + (bin === 255 ? 60 : 0)),
+  );
+  return {
+    rig: 'bench-2',
+    task: null,
+    stopping: false,
+    camera: {
+      state: 'live',
+      name: 'sim-camera',
+      error: null,
+      simulated: true,
+      ...FRAME,
+      bit_depth: 12,
+      exposure_us: 8000,
+      rate_hz: 25,
+      picture_hz: 24.8,
+    },
+    light: {
+      mean_dn: 1810,
+      minimum_dn: 4,
+      maximum_dn: 4095,
+      full_scale_dn: 4095,
+      pixels: FRAME.rows * FRAME.columns,
+      saturated: 60,
+      black: 307,
+      focus: 0.713,
+      focus_peak: 0.741,
+      corners: 0.69,
+      bin_width_dn: 16,
+      histogram,
+    },
+    target: null,
+    stage: {
+      state: 'ready',
+      name: 'sim-stage',
+      error: null,
+      simulated: true,
+      position_mm: 12.345,
+      homed: true,
+      moving: false,
+      at_limit: false,
+      travel_mm: 100,
+      plan_mm: [10, 60],
+      steps_mm: [0.01, 0.1, 1],
+      runs_on_mm: [0.3, 3],
+    },
+    doctor: null,
+    scan: null,
+    log: [
+      { number: 1, at: '14:01:07', kind: 'note', words: 'camera connected: sim-camera, 640 x 480, 12 bit' },
+      { number: 2, at: '14:01:08', kind: 'note', words: 'stage connected: sim-stage, travel 100 mm' },
+      { number: 3, at: '14:02:11', kind: 'warning', words: 'mean light fell 4.1 % (limit 2 %)' },
+    ],
+    controller: null,
+    free_bytes: 412e9,
+  };
+}
+
+function control(name: string, kind: Control['kind'], more: Partial<Control> = {}): Control {
+  return {
+    name,
+    kind,
+    minimum: 0,
+    maximum: 100,
+    step: 1,
+    default: 0,
+    value: 0,
+    read_only: false,
+    inactive: false,
+    items: [],
+    ...more,
+  };
+}
+
+export function startControls(): Control[] {
+  return [
+    control('brightness', 'integer', { minimum: -64, maximum: 64, value: 4 }),
+    control('gain', 'integer', { value: 10 }),
+    control('auto_exposure', 'menu', {
+      maximum: 3,
+      value: 1,
+      items: [
+        [1, 'Manual Mode'],
+        [3, 'Aperture Priority Mode'],
+      ],
+    }),
+    control('exposure_time_absolute', 'integer', { minimum: 1, maximum: 200, value: 80 }),
+    control('gamma', 'integer', { value: 100, read_only: true }),
+    control('flip', 'boolean', { maximum: 1, value: 0 }),
+    control('save_as_default', 'button'),
+  ];
+}
+
+export interface Options {
+  token?: boolean;
+  sequence?: string | null;
+}
+
+export class FakeRig {
+  state = startState();
+  controls = startControls();
+  sequences: SequenceEntry[] = [entry('set-0411', false), entry('mock-0042', true)];
+  orders: Order[] = [];
+  wishes: Wish[] = [];
+  /** While true no pictures are sent. */
+  frozen = false;
+  /** Requests are not answered. */
+  unreachable = false;
+  openPictures = 0;
+  sequence: string | null;
+  private readonly token: boolean;
+  private states: WebSocketRoute[] = [];
+  private number = 0;
+
+  constructor(
+    private readonly page: Page,
+    options: Options = {},
+  ) {
+    this.token = options.token ?? true;
+    this.sequence = options.sequence === undefined ? 'mock-0042' : options.sequence;
+  }
+
+  /** The orders to one path. */
+  sent(path: string): Order[] {
+    return this.orders.filter((order) => order.path === path);
+  }
+
+  /** Tells the page a new state. */
+  tell(change: Partial<RigState>): void {
+    this.state = { ...this.state, ...change };
+    for (const socket of this.states) socket.send(JSON.stringify(this.state));
+  }
+
+  /** Closes all connections and takes no more. */
+  async vanish(): Promise<void> {
+    this.unreachable = true;
+    for (const socket of this.states) await socket.close();
+  }
+
+  async install(): Promise<void> {
+    await this.page.route('**/api/about', async (route) => {
+      if (this.unreachable) return route.abort();
+      const reply = await route.fetch({
+        url: `${ORIGIN}/api/about?mode=ui&sequence=${this.sequence ?? ''}`,
+        headers: { 'x-epirig-token': SECRET },
+      });
+      return route.fulfill({ response: reply });
+    });
+    await this.page.route(/\/api\/(rig|scan|sequences|results\/open)(\/|$)/, async (route) => {
+      if (this.unreachable) return route.abort();
+      const request = route.request();
+      const path = new URL(request.url()).pathname.replace('/api/', '');
+      if (request.method() === 'GET') return route.fulfill({ json: this.answer(path) });
+      const asked = request.postDataJSON() as Record<string, unknown>;
+      if (!this.token) {
+        return route.fulfill({ status: 401, json: { error: { message: 'The token is missing.' } } });
+      }
+      this.orders.push({ path, asked });
+      return route.fulfill({ json: this.obey(path, asked) });
+    });
+    await this.page.routeWebSocket(/\/api\/rig\/state/, (socket) => {
+      if (this.unreachable) return void socket.close();
+      this.states.push(socket);
+      socket.send(JSON.stringify(this.state));
+      socket.onClose(() => (this.states = this.states.filter((one) => one !== socket)));
+    });
+    await this.page.routeWebSocket(/\/api\/rig\/picture/, (socket) => {
+      if (this.unreachable) return void socket.close();
+      this.openPictures += 1;
+      let wish: Wish | null = null;
+      const timer = setInterval(() => {
+        if (!wish || this.frozen) return;
+        this.number += 1;
+        socket.send(pictureOf(wish, this.number));
+      }, 60);
+      socket.onMessage((message) => {
+        if (message === 'ok' || typeof message !== 'string') return;
+        wish = JSON.parse(message) as Wish;
+        this.wishes.push(wish);
+      });
+      socket.onClose(() => {
+        clearInterval(timer);
+        this.openPictures -= 1;
+      });
+    });
+  }
+
+  /** Opens the page; with no token if there is none. */
+  async open(hash = ''): Promise<void> {
+    await this.install();
+    const parts = [hash, this.token ? `token=${SECRET}` : ''].filter(Boolean);
+    const joint = hash.includes('?') || !hash ? '&' : '?';
+    await this.page.goto(`${ORIGIN}/#${parts.join(joint)}`);
+    await expect(this.page.getByRole('navigation', { name: 'Views' })).toContainText('Rig');
+    if (this.token) await expect(this.page.locator('.who')).not.toContainText('connecting');
+  }
+
+  private answer(path: string): unknown {
+    if (path === 'rig/controls') return this.controls;
+    if (path === 'sequences') return this.sequences;
+    return null;
+  }
+
+  private obey(path: string, asked: Record<string, unknown>): unknown {
+    if (path === 'rig/take') this.tell({ controller: String(asked.client) });
+    if (path === 'rig/control') {
+      this.controls = this.controls.map((one) =>
+        one.name === asked.name ? { ...one, value: Number(asked.value) } : one,
+      );
+      return this.controls;
+    }
+    if (path === 'results/open') this.sequence = String(asked.name);
+    return null;
+  }
+}
+
+function entry(name: string, measured: boolean): SequenceEntry {
+  return {
+    name,
+    created: '2026-11-20 14:02',
+    frames: 101,
+    planned: 101,
+    ended: 'complete',
+    can_be_resumed: false,
+    measured,
+  };
+}
