@@ -43,6 +43,8 @@ function Tabs() {
 }
 
 function ResultButtons() {
+  const shown = mode.value === 'ui' ? view.value === 'results' && results.value : true;
+  if (!shown) return null;
   return (
     <>
       <button type="button" onClick={() => void copyLink()}>
@@ -77,9 +79,10 @@ export function AppBar() {
         {notice.value}
       </span>
       <span class="bar-buttons">
-        {view.value !== 'rig' && view.value !== 'scan' && <ResultButtons />}
+        <ResultButtons />
         <button type="button" onClick={() => (themeChoice.value = NEXT[themeChoice.value])}>
-          Theme: {themeChoice.value}
+          <span class={ui ? 'long' : ''}>Theme: </span>
+          {themeChoice.value}
         </button>
         <button type="button" onClick={() => (keySheetOpen.value = true)} aria-label="Keys">
           ?

@@ -6,13 +6,13 @@ import { ageText, diskText, freshness } from './texts';
 /** Who gives orders. */
 function Control() {
   const name = rigState.value?.rig ?? '';
-  const before = name ? `${name}: ` : '';
-  if (hasToken.value === null) return <span class="who">{before}connecting</span>;
+  const of = name ? `${name}, ` : '';
+  if (hasToken.value === null) return <span class="who">{of}connecting</span>;
   if (mayControl.value) {
     const mine = rigState.value?.controller != null;
     return (
       <span class="who" title={mine ? undefined : 'The first order takes control.'}>
-        {before}
+        {of}
         {mine ? 'you control' : 'nobody controls'}
       </span>
     );
@@ -21,9 +21,9 @@ function Control() {
   return (
     <span class="who">
       <span>
-        {before}
         <span aria-hidden="true">◉ </span>
-        {other ? 'watching; another page has control' : 'watching; this page has no token'}
+        {of}
+        {other ? 'watching: another page has control' : 'watching: no token'}
       </span>
       {other && (
         <button type="button" onClick={() => void order(rig.take()).then(askForToken)}>

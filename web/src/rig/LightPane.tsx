@@ -29,17 +29,18 @@ export function FocusPane() {
       >
         <span style={{ width: `${share * 100}%` }} />
       </span>
-      <span>{Math.round(share * 100)} % of peak</span>
-      <span class="muted">peak {light ? significant(light.focus_peak, 3) : '\u2013'}</span>
-      <OrderButton act={() => void order(rig.resetPeak())} why={whyNoCamera.value}>
-        reset peak
+      <span>
+        {Math.round(share * 100)} % of peak {light ? significant(light.focus_peak, 3) : '\u2013'}
+      </span>
+      <OrderButton act={() => void order(rig.resetPeak())} why={whyNoCamera.value} name="reset peak">
+        reset
       </OrderButton>
     </section>
   );
 }
 
 const WIDTH = 256;
-const HEIGHT = 64;
+const HEIGHT = 48;
 
 function Bars({ light, logarithmic }: { light: LightState; logarithmic: boolean }) {
   const most = Math.ceil((light.full_scale_dn + 1) / light.bin_width_dn);
@@ -68,15 +69,9 @@ export function HistogramPane() {
           <Bars light={light} logarithmic={logarithmic.value} />
           <p class="axis">
             <span>0</span>
-            <span>mean {significant(light.mean_dn, 4)}</span>
-            <span>{light.full_scale_dn} DN</span>
-          </p>
-          <p class="shares">
-            <span class={light.saturated > 0 ? 'amber' : ''}>
-              {light.saturated > 0 && '! '}saturated {shareText(light.saturated, light.pixels)}
+            <span>
+              mean {significant(light.mean_dn, 4)}, raw, {state?.camera.bit_depth} bit
             </span>
-            <span>dark {shareText(light.black, light.pixels)}</span>
-            <span class="muted">raw, {state?.camera.bit_depth} bit</span>
             <label class="check">
               <input
                 type="checkbox"
@@ -85,8 +80,15 @@ export function HistogramPane() {
               />
               log counts
             </label>
+            <span>{light.full_scale_dn} DN</span>
           </p>
-          <p class="muted">corners {cornersText(light.corners)}</p>
+          <p class="shares">
+            <span class={light.saturated > 0 ? 'amber' : ''}>
+              {light.saturated > 0 && '! '}saturated {shareText(light.saturated, light.pixels)}
+            </span>
+            <span>dark {shareText(light.black, light.pixels)}</span>
+            <span>corners {cornersText(light.corners)}</span>
+          </p>
         </div>
       ) : (
         <p class="hint">no picture yet</p>

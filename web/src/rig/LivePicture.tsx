@@ -9,22 +9,23 @@ import { ageText, shareText } from './texts';
 import { OrderButton } from './OrderButton';
 import { whyNoCamera } from './why';
 
-const TOGGLES: [name: keyof typeof overlays, words: string, key: string][] = [
-  ['zebra', 'saturated', 'Z'],
-  ['grid', 'grid', 'G'],
-  ['peaking', 'peaking', 'F'],
-  ['vignetting', 'vignetting', 'V'],
+const TOGGLES: [name: keyof typeof overlays, words: string, key: string, means: string][] = [
+  ['zebra', 'saturated', 'Z', 'Stripes: saturated. Dots: dark, at 0 DN.'],
+  ['grid', 'grid', 'G', 'Sixths of the frame'],
+  ['peaking', 'peaking', 'F', 'Edges that are sharp are coloured'],
+  ['vignetting', 'vignetting', 'V', 'Light of the corners against that of the centre'],
 ];
 
 function Toggles() {
   return (
     <div class="toolbar" role="toolbar" aria-label="Overlays">
-      {TOGGLES.map(([name, words, key]) => (
+      {TOGGLES.map(([name, words, key, means]) => (
         <button
           key={name}
           type="button"
           aria-pressed={overlays[name].value}
           aria-keyshortcuts={key}
+          title={means}
           onClick={() => (overlays[name].value = !overlays[name].peek())}
         >
           {words} <kbd>{key}</kbd>
@@ -56,11 +57,11 @@ function Vignetting() {
   );
 }
 
-/** `31 % darker than the centre`. */
+/** `31 % darker`: than the centre. */
 export function cornersText(corners: number | null): string {
   if (corners === null) return 'not known';
   const share = Math.abs(1 - corners);
-  return `${percent(share)} ${corners <= 1 ? 'darker' : 'brighter'} than the centre`;
+  return `${percent(share)} ${corners <= 1 ? 'darker' : 'brighter'}`;
 }
 
 /** Why there is no fresh picture; null if there is one. */
@@ -68,7 +69,7 @@ function veilWords(): string | null {
   const camera = rigState.value?.camera;
   const old = age_ms.value;
   if (camera?.state === 'lost') {
-    return old === null ? 'camera lost' : `camera lost; this picture is ${ageText(old)} old`;
+    return old === null || old < 1000 ? 'camera lost' : `camera lost; last picture ${ageText(old)} ago`;
   }
   if (head.value === null) {
     return camera?.state === 'live' ? 'waiting for the first picture' : 'connecting to the camera';

@@ -118,8 +118,10 @@ function Speed({ homed }: { homed: boolean }) {
   );
 }
 
+/** Moves to a number, what a lost contact means, and the way home. */
 function GoTo({ stage }: { stage: StageState }) {
   const wanted = useSignal<number | null>(null);
+  const runsOn = stage.runs_on_mm[fast.value && stage.homed ? 1 : 0];
   const shown = wanted.value ?? stage.position_mm ?? 0;
   return (
     <div class="go-to">
@@ -135,6 +137,9 @@ function GoTo({ stage }: { stage: StageState }) {
       <OrderButton act={() => void order(rig.go(shown))} why={whyNoMove.value}>
         Go
       </OrderButton>
+      <p class="runs-on note muted">
+        hold stops within {stepSize(Number(runsOn.toPrecision(2)))} mm if contact is lost
+      </p>
       {/* Apart from the rest: a slip must not home. */}
       <span class="home">
         <HoldButton title="Home" ms={HOME_MS} act={() => void order(rig.home())} why={whyNoStage.value} />
@@ -147,7 +152,6 @@ function GoTo({ stage }: { stage: StageState }) {
 export function StagePane() {
   const stage = rigState.value?.stage;
   if (!stage) return null;
-  const runsOn = stage.runs_on_mm[fast.value && stage.homed ? 1 : 0];
   return (
     <section class="stage-pane" aria-label="Stage">
       <h2>
@@ -161,9 +165,6 @@ export function StagePane() {
         <Speed homed={stage.homed} />
         <HoldToMove direction={1} />
       </div>
-      <p class="note muted">
-        While held: stops within {stepSize(Number(runsOn.toPrecision(2)))} mm if contact is lost.
-      </p>
       <GoTo stage={stage} />
     </section>
   );

@@ -76,6 +76,7 @@ export function diskText(bytes: number): string {
 
 /** A name of a driver, such as `auto_exposure`, as words. */
 export function titleOf(name: string): string {
+  if (/^exposure(_time)?(_absolute)?$/.test(name)) return 'Exposure';
   const words = name.replaceAll('_', ' ').trim();
   return words.charAt(0).toUpperCase() + words.slice(1);
 }

@@ -12,11 +12,14 @@ export interface Wish {
 
 export const FRAME = { rows: 480, columns: 640 };
 
-/** The grey of a pixel of the frame; every pixel differs from its neighbours. */
+/** The grey of a pixel of the frame: a board, and every pixel differs from its neighbours. */
 export function greyAt(x: number, y: number): number {
   if (x >= 300 && x < 320 && y >= 200 && y < 220) return 255;
   if (x >= 100 && x < 110 && y >= 400 && y < 420) return 0;
-  return 60 + ((x * 37 + y * 59) % 120);
+  const [column, row] = [Math.floor((x - 160) / 38), Math.floor((y - 130) / 38)];
+  const onBoard = column >= -1 && column < 9 && row >= -1 && row < 6;
+  const board = onBoard && (column + row) % 2 === 0 ? 0 : 70;
+  return 80 + board + ((x * 11 + y * 7) % 31);
 }
 
 /** A picture of what was wished, as the server makes it. */

@@ -13,6 +13,7 @@ import {
   shareText,
   stepText,
   timeLeftText,
+  titleOf,
 } from '../../src/rig/texts';
 import { fitted, toImage } from '../../src/map/view';
 import { viewNamed } from '../../src/store/route';
@@ -82,6 +83,14 @@ test('positions and steps have the digits of the stage', () => {
   assert.equal(positionText(3, []), '3.000 mm');
   assert.equal(stepText(0.01), '+0.01');
   assert.equal(stepText(-1), '\u22121');
+});
+
+test('controls have names that people can read', () => {
+  assert.deepEqual(['exposure_time_absolute', 'auto_exposure', 'gain'].map(titleOf), [
+    'Exposure',
+    'Auto exposure',
+    'Gain',
+  ]);
 });
 
 test('ages, shares, times and disks', () => {
