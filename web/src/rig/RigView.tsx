@@ -5,6 +5,7 @@ import { FocusPane, HistogramPane } from './LightPane';
 import { LivePicture } from './LivePicture';
 import { LogList } from './LogList';
 import { ProfileForm } from './ProfileForm';
+import { openSection } from './profile_changes';
 import { Section } from './Section';
 import { SimulatedPane } from './SimulatedPane';
 import { StagePane } from './StagePane';
@@ -27,7 +28,7 @@ export function RigView() {
         <TargetPane />
         <MoreControlsPane />
         <SimulatedPane />
-        <Section title="Profile" open={false}>
+        <Section title="Profile" open={openSection.value !== null}>
           <ProfileForm />
         </Section>
       </div>

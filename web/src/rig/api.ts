@@ -284,8 +284,12 @@ export interface PictureHead {
   age_ms: number;
 }
 
-/** Identifies this page among others with the token. */
-export const client = crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);
+const CLIENT = 'epirig-client';
+
+/** Identifies this tab among others with the token; a reload does not change it. */
+export const client =
+  sessionStorage.getItem(CLIENT) ?? crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);
+sessionStorage.setItem(CLIENT, client);
 
 const order = <T = null>(path: string, asked: object = {}): Promise<T> =>
   post<T>(`api/${path}`, { ...asked, client });

@@ -2,7 +2,8 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { rigState } from '../rig/store';
 import { openFeed } from '../rig/socket';
 import { pageVisible } from './control';
-import { drawPicture, readPicture, type LivePicture } from './picture';
+import { readPicture, type LivePicture } from '../rig/picture_message';
+import { drawPicture } from './picture';
 
 const PIXELS = 120_000;
 
@@ -14,16 +15,15 @@ export function CameraPicture({ name, live }: { name: string; live: boolean }) {
   useEffect(() => {
     if (!visible) return undefined;
     const feed = openFeed('api/rig/picture', (message) => {
-      if (typeof message !== 'string') setPicture(readPicture(message));
+      if (typeof message !== 'string') setPicture(readPicture(message, performance.now()));
     });
     feed.wish({ pixels: PIXELS, live });
     return () => feed.close();
   }, [visible, live]);
   const target = live ? rigState.value?.target : null;
-  const full = 2 ** (rigState.value?.camera.bit_depth ?? 8) - 1;
   useEffect(() => {
-    if (canvas.current && picture) drawPicture(canvas.current, picture, full, target?.corners ?? []);
-  }, [picture, target, full]);
+    if (canvas.current && picture) drawPicture(canvas.current, picture, target?.corners ?? []);
+  }, [picture, target]);
   return (
     <div class="camera-picture">
       <canvas ref={canvas} role="img" aria-label={name} hidden={picture === null} />

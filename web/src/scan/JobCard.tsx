@@ -99,16 +99,13 @@ function Failed({ scan }: { scan: ScanState }) {
           <b>
             Failed after {scan.done} of {plural(scan.planned, 'frame')}.
           </b>{' '}
-          {scan.reason ?? 'The log below tells more.'} What was taken is kept: mend the cause, then resume.
+          {scan.reason ?? 'The log below tells more.'} It cannot be resumed: mend the cause, then start
+          a new scan.
         </span>
       </div>
       <div class="scan-buttons">
-        <Order main reason={whyNotStart.value} onClick={() => void order(rig.resumeScan(scan.name))}>
-          Resume
-        </Order>
         <NewScan name={scan.name} />
       </div>
-      <Reason words={whyNotStart.value} />
     </>
   );
 }

@@ -124,14 +124,13 @@ test('a lost camera keeps the scan paused until it is back', async ({ page }) =>
   await expect(page.getByRole('button', { name: 'Resume' })).toBeEnabled();
 });
 
-test('a failed scan says why and can be resumed', async ({ page }) => {
+test('a failed scan says why, and another one can begin', async ({ page }) => {
   const rig = new FakeRig(page);
   rig.state = scanning({ state: 'failed', reason: 'The stage did not reach 18.500 mm.' });
   await rig.open();
   await expect(page.getByRole('alert')).toContainText('Failed after 37 of 101 frames.');
   await expect(page.getByRole('alert')).toContainText('The stage did not reach 18.500 mm.');
-  await page.getByRole('button', { name: 'Resume' }).click();
-  await expect.poll(() => rig.asked('scan/resume')[0]?.name).toBe('tile-0413');
+  await expect(page.getByRole('button', { name: 'Resume' })).toHaveCount(0);
   await page.getByRole('button', { name: 'New scan' }).click();
   await expect(page.getByRole('region', { name: 'Plan' })).toBeVisible();
   await page.getByRole('button', { name: 'Back to tile-0413' }).click();
