@@ -18,7 +18,9 @@ import './style/base.css';
 import './style/components.css';
 import './style/map.css';
 import './style/results.css';
+import './style/frame.css';
 import './style/rig.css';
+import './style/stage.css';
 
 takeToken();
 applyTheme();

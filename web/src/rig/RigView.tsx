@@ -10,12 +10,11 @@ import { Section } from './Section';
 import { SimulatedPane } from './SimulatedPane';
 import { StagePane } from './StagePane';
 import { TargetPane } from './TargetPane';
-import { rigState } from './store';
 
 /** The rig by hand: what the camera sees, what the stage does. */
 export function RigView() {
   return (
-    <main class={`rig ${rigState.value ? '' : 'skeleton'}`}>
+    <main class="rig">
       <h1 class="unseen">Rig</h1>
       <LivePicture />
       <div class="rig-column" tabIndex={-1}>

@@ -28,14 +28,21 @@ for (const [width, height] of SIZES) {
       const rig = new FakeRig(page);
       const start = rig.state;
       await rig.open();
-      for (const summary of await page.locator('details:not([open]) > summary').all()) {
-        await summary.click();
-      }
+      // Each fold has its own words to check.
+      await expect(page.getByText('More camera controls')).toBeVisible();
+      await page
+        .locator('details')
+        .evaluateAll((all) => all.forEach((fold) => ((fold as HTMLDetailsElement).open = true)));
       for (const [name, change] of STATES) {
         rig.tell({ ...start, ...change });
         await page.waitForTimeout(200);
         expect(await faultsOf(page, name)).toEqual([]);
       }
+      rig.frozen = true;
+      await expect(page.locator('.focus')).toHaveClass(/dimmed/);
+      expect(await faultsOf(page, 'stale')).toEqual([]);
+      rig.frozen = false;
+      rig.tell({ ...start });
       // Nothing is wider than the screen.
       const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       expect(over).toBeLessThanOrEqual(0);
