@@ -17,7 +17,9 @@ use tracing::debug;
 
 use super::guard::Guard;
 use super::page;
-use super::site::{Query, Refusal, RefusalKind, Reply, Site};
+use super::refusal::{Refusal, RefusalKind};
+use super::reply::Reply;
+use super::site::{Query, Site};
 
 /// Largest body of a request, in bytes: orders are short.
 const LARGEST_BODY: usize = 64 << 10;

@@ -4,7 +4,7 @@ use std::net::{IpAddr, SocketAddr};
 
 use axum::http::{HeaderMap, Method, header};
 
-use super::site::{Refusal, RefusalKind};
+use super::refusal::{Refusal, RefusalKind};
 use super::token::Token;
 
 /// Name of the header that holds the token.
