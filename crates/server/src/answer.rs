@@ -3,43 +3,55 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, Response, StatusCode, Uri, header};
+use axum::{Extension, Router};
+use hyper::upgrade::OnUpgrade;
+use hyper_util::rt::TokioIo;
 use serde::Serialize;
 use serde_json::Value;
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, watch};
 use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
 use tracing::debug;
 
 use super::guard::Guard;
+use super::handshake;
 use super::page;
 use super::refusal::{Refusal, RefusalKind};
 use super::reply::Reply;
 use super::site::{Query, Site};
+use super::socket::{self, Opened};
+use super::threads::{Threads, Work};
 
 /// Largest body of a request, in bytes: orders are short.
 const LARGEST_BODY: usize = 64 << 10;
-/// Answers that are worked on at once; others wait.
-const AT_ONCE: usize = 4;
 
 /// Nothing is fetched from elsewhere, and no other site shows this page in a frame of its own.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; \
                       worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
+/// What feeds need to know of the server.
+pub(super) struct FeedLimits {
+    /// A place for each feed that may be open.
+    pub(super) places: Arc<Semaphore>,
+    /// True when all must end.
+    pub(super) stopped: watch::Receiver<bool>,
+}
+
 /// What all requests share.
 pub(super) struct Shared<S> {
     guard: Guard,
     site: S,
-    work: Semaphore,
+    threads: Arc<Threads>,
+    feeds: FeedLimits,
 }
 
 /// The routes of the server.
-pub(super) fn router<S: Site>(guard: Guard, site: S, longest: Duration) -> Router {
-    let shared = Arc::new(Shared { guard, site, work: Semaphore::new(AT_ONCE) });
+pub(super) fn router<S: Site>(guard: Guard, site: S, longest: Duration, feeds: FeedLimits) -> Router {
+    let shared = Arc::new(Shared { guard, site, threads: Arc::new(Threads::new()), feeds });
     let header = |name: HeaderName, value: &'static str| {
         SetResponseHeaderLayer::overriding(name, HeaderValue::from_static(value))
     };
@@ -59,18 +71,24 @@ const DATA: &str = "/api/";
 
 async fn answer<S: Site>(
     State(shared): State<Arc<Shared<S>>>,
+    upgrade: Option<Extension<OnUpgrade>>,
     method: Method,
     uri: Uri,
     headers: HeaderMap,
     body: Bytes,
 ) -> Response<Body> {
-    match find(&shared, &method, &uri, &headers, &body).await {
-        Ok(reply) => respond(StatusCode::OK, reply.media_type, reply.bytes),
-        Err(refusal) => {
-            debug!(%method, path = uri.path(), reason = refusal.message, "refused");
-            refused(&refusal)
+    let answered = match upgrade {
+        Some(Extension(upgrade)) if method == Method::GET && handshake::is_asked(&headers) => {
+            open_feed(&shared, uri.path(), &headers, upgrade).await
         }
-    }
+        _ => find(&shared, &method, &uri, &headers, &body)
+            .await
+            .map(|reply| respond(StatusCode::OK, reply.media_type, reply.bytes)),
+    };
+    answered.unwrap_or_else(|refusal| {
+        debug!(%method, path = uri.path(), reason = refusal.message, "refused");
+        refused(&refusal)
+    })
 }
 
 async fn find<S: Site>(
@@ -84,9 +102,7 @@ async fn find<S: Site>(
     shared.guard.check_origin(headers)?;
     let path = uri.path().to_owned();
     let Some(data) = path.strip_prefix(DATA) else {
-        let file = page::at(&path).filter(|_| *method == Method::GET);
-        let file =
-            file.ok_or_else(|| Refusal::new(RefusalKind::NotFound, format!("there is no {path} here")))?;
+        let file = page::at(&path).filter(|_| *method == Method::GET).ok_or_else(|| nothing_at(&path))?;
         return Ok(Reply::file(file.media_type, file.bytes.to_vec()));
     };
     shared.guard.check_token(method, headers)?;
@@ -98,16 +114,55 @@ async fn find<S: Site>(
     };
     let query = Query::parse(uri.query().unwrap_or_default());
     let (data, reads) = (data.to_owned(), *method == Method::GET);
-    // Work beyond this waits here and not in threads.
-    let _turn = shared.work.acquire().await;
+    let is_urgent = !reads && shared.site.is_urgent(&parts(&data));
+    let work = if is_urgent { Work::Urgent } else { Work::Answer };
     let site = shared.clone();
-    let work = tokio::task::spawn_blocking(move || {
-        let parts: Vec<&str> = data.split('/').collect();
-        if reads { site.site.get(&parts, &query) } else { site.site.post(&parts, &asked) }
+    let job = move || match reads {
+        true => site.site.get(&parts(&data), &query),
+        false => site.site.post(&parts(&data), &asked),
+    };
+    shared.threads.turn(work).await.run(job).await?
+}
+
+/// Opens a feed and agrees to the WebSocket. What is refused is refused before that.
+async fn open_feed<S: Site>(
+    shared: &Arc<Shared<S>>,
+    path: &str,
+    headers: &HeaderMap,
+    upgrade: OnUpgrade,
+) -> Result<Response<Body>, Refusal> {
+    shared.guard.check_host(headers)?;
+    shared.guard.check_origin(headers)?;
+    let data = path.strip_prefix(DATA).ok_or_else(|| nothing_at(path))?.to_owned();
+    shared.guard.check_token(&Method::GET, headers)?;
+    let response = handshake::agree(headers)?;
+    let place = shared.feeds.places.clone().try_acquire_owned().map_err(|_| {
+        Refusal::new(RefusalKind::Busy, "too many feeds are open; close other windows with this page")
+    })?;
+    let site = shared.clone();
+    let opening = move || site.site.feed(&parts(&data)).map(|feed| (Opened::new(feed), place));
+    let (opened, place) = shared.threads.turn(Work::Feed).await.run(opening).await??;
+    let (threads, stopped) = (shared.threads.clone(), shared.feeds.stopped.clone());
+    tokio::spawn(async move {
+        let _place = place;
+        match upgrade.await {
+            Ok(stream) => socket::serve(TokioIo::new(stream), opened, threads, stopped).await,
+            Err(error) => {
+                debug!(%error, "a client was gone before its feed began");
+                opened.drop_on(&threads).await;
+            }
+        }
     });
-    work.await.map_err(|error| {
-        Refusal::new(RefusalKind::Failed, format!("the answer broke off; this is a fault of epirig: {error}"))
-    })?
+    Ok(response)
+}
+
+/// The parts of a path of data.
+fn parts(data: &str) -> Vec<&str> {
+    data.split('/').collect()
+}
+
+fn nothing_at(path: &str) -> Refusal {
+    Refusal::new(RefusalKind::NotFound, format!("there is no {path} here"))
 }
 
 fn refused(refusal: &Refusal) -> Response<Body> {

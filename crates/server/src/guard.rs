@@ -4,11 +4,15 @@ use std::net::{IpAddr, SocketAddr};
 
 use axum::http::{HeaderMap, Method, header};
 
+use super::handshake;
 use super::refusal::{Refusal, RefusalKind};
 use super::token::Token;
 
 /// Name of the header that holds the token.
 pub(super) const TOKEN_HEADER: &str = "x-epirig-token";
+
+/// What the token begins with as a protocol of a WebSocket: a page cannot give such a request other headers.
+const TOKEN_PROTOCOL: &str = "token.";
 
 /// What the checks need to know.
 pub(super) struct Guard {
@@ -62,7 +66,10 @@ impl Guard {
 
     /// Whether the request has the token.
     pub(super) fn has_token(&self, headers: &HeaderMap) -> bool {
+        let mut protocols = handshake::words(headers, header::SEC_WEBSOCKET_PROTOCOL.as_str());
         text(headers, TOKEN_HEADER).is_some_and(|given| self.token.is(given))
+            || protocols
+                .any(|word| word.strip_prefix(TOKEN_PROTOCOL).is_some_and(|given| self.token.is(given)))
     }
 
     /// Whether a Host header names this server.

@@ -12,9 +12,10 @@ use tokio::sync::{Semaphore, watch};
 use tracing::{debug, info};
 
 use super::ServerError;
-use super::answer::router;
+use super::answer::{FeedLimits, router};
 use super::guard::Guard;
 use super::site::Site;
+use super::threads;
 use super::token::Token;
 
 /// What clients may take.
@@ -28,6 +29,8 @@ pub struct Limits {
     pub connection_time: Duration,
     /// Longest time for a request and its answer.
     pub request_time: Duration,
+    /// Feeds at once; more are refused. They do not count as connections.
+    pub feeds: usize,
 }
 
 impl Default for Limits {
@@ -38,14 +41,15 @@ impl Default for Limits {
             head_time: Duration::from_secs(10),
             connection_time: Duration::from_secs(600),
             request_time: Duration::from_secs(60),
+            feeds: 32,
         }
     }
 }
 
 /// Largest head of a request, in bytes.
 const LARGEST_HEAD: usize = 16 << 10;
-/// Threads for answers.
-const WORKERS: usize = 8;
+/// Longest time for feeds to take leave when the server ends.
+const LEAVING: Duration = Duration::from_secs(2);
 
 /// Where the server listens, and what clients may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +72,7 @@ impl Default for ServerOptions {
 pub struct StopSwitch(Arc<watch::Sender<bool>>);
 
 impl StopSwitch {
-    /// Ends the server; open connections are closed.
+    /// Ends the server; open feeds are ended, and open connections are closed.
     pub fn press(&self) {
         self.0.send_replace(true);
     }
@@ -120,15 +124,14 @@ impl Server {
         let runtime = Builder::new_current_thread()
             .enable_io()
             .enable_time()
-            .max_blocking_threads(WORKERS)
+            .max_blocking_threads(threads::MOST)
             .build()
             .map_err(ServerError::Runtime)?;
-        let service = TowerToHyperService::new(router(
-            Guard::new(self.address, self.token),
-            site,
-            self.limits.request_time,
-        ));
         let mut stopped = self.stop.0.subscribe();
+        let places = Arc::new(Semaphore::new(self.limits.feeds));
+        let feeds = FeedLimits { places: places.clone(), stopped: stopped.clone() };
+        let guard = Guard::new(self.address, self.token);
+        let service = TowerToHyperService::new(router(guard, site, self.limits.request_time, feeds));
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener).map_err(ServerError::Runtime)?;
             info!(address = %self.address, "serving");
@@ -140,7 +143,7 @@ impl Server {
             loop {
                 let accepted = tokio::select! {
                     accepted = listener.accept() => accepted,
-                    _ = stopped.wait_for(|stopped| *stopped) => return Ok(()),
+                    _ = stopped.wait_for(|stopped| *stopped) => break,
                 };
                 let stream = match accepted {
                     Ok((stream, _)) => stream,
@@ -151,6 +154,9 @@ impl Server {
                         continue;
                     }
                 };
+                if let Err(error) = stream.set_nodelay(true) {
+                    debug!(%error, "the end of a message may wait for what was sent before");
+                }
                 let Ok(seat) = seats.clone().try_acquire_owned() else {
                     debug!("too many connections; one was closed");
                     continue;
@@ -164,6 +170,12 @@ impl Server {
                     }
                 });
             }
+            // Feeds tell their clients why they end, and let go of what they hold.
+            let all = u32::try_from(self.limits.feeds).unwrap_or(u32::MAX);
+            if tokio::time::timeout(LEAVING, places.acquire_many(all)).await.is_err() {
+                debug!("some feeds did not end in time");
+            }
+            Ok(())
         });
         // An answer that is still worked on is not waited for.
         runtime.shutdown_background();

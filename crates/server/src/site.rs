@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use serde_json::Value;
 
+use super::feed::Feed;
 use super::refusal::{Refusal, RefusalKind};
 use super::reply::Reply;
 
@@ -22,6 +23,21 @@ pub trait Site: Send + Sync + 'static {
     /// [`Refusal`], which the page shows.
     fn post(&self, path: &[&str], _asked: &Value) -> Result<Reply, Refusal> {
         Err(Refusal::unknown(path))
+    }
+
+    /// Opens the feed at `path` (after `/api/`) for one client. It is dropped on a worker thread when the
+    /// client is gone.
+    ///
+    /// # Errors
+    /// [`Refusal`], which the client gets in place of the feed.
+    fn feed(&self, path: &[&str]) -> Result<Box<dyn Feed>, Refusal> {
+        Err(Refusal::unknown(path))
+    }
+
+    /// Whether an order at this path must not wait behind other work, such as a stop. Unlike the other
+    /// methods, this one must return at once: the server itself waits for it.
+    fn is_urgent(&self, _path: &[&str]) -> bool {
+        false
     }
 }
 
