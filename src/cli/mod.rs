@@ -37,6 +37,7 @@ mod simulate;
 mod stage;
 mod surface;
 mod target;
+mod ui;
 mod verify;
 mod view;
 
@@ -62,6 +63,7 @@ Examples:
   epirig calibrate tile                             lens, stage axis, positions, light
   epirig match seq --reference middle
   epirig view seq                                   maps and reasons, in a browser
+  epirig ui --rig sim                               rig, scan and results, in a browser
   epirig devices                                    serial ports and cameras
   epirig stage home && epirig stage move 12.5
   epirig init && epirig run --out tile              a rig profile, and a measurement with it
@@ -130,6 +132,7 @@ verbs! {
     Surface = surface::Surface,
     Evaluate = evaluate::Evaluate,
     View = view::View,
+    Ui = ui::Ui,
     Export = export::Export,
     Decode = decode::Decode,
     Simulate = simulate::Simulate,
@@ -146,14 +149,14 @@ fn start_threads() {
 }
 
 impl Verb {
-    /// Whether the verb asks for the same memory again and again. A view runs for hours and gives it back.
+    /// Whether the verb asks for the same memory again and again. A page is served for hours, and memory is given back.
     fn computes(&self) -> bool {
-        !matches!(self, Self::View(_))
+        !matches!(self, Self::View(_) | Self::Ui(_))
     }
 
     /// Whether the verb may take frames, which are logged.
     fn scans(&self) -> bool {
-        matches!(self, Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Demo(_))
+        matches!(self, Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Demo(_) | Self::Ui(_))
     }
 
     /// Runs the verb in a log span of its own.

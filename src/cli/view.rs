@@ -30,9 +30,10 @@ pub(super) struct View {
     listen: SocketAddr,
 }
 
+/// Where the page is.
 #[derive(Serialize)]
-struct Serving {
-    link: String,
+pub(super) struct Serving {
+    pub(super) link: String,
 }
 
 impl View {

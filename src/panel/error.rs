@@ -1,10 +1,15 @@
 //! Why something cannot be shown.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 use crate::calibrate::CalibrateError;
+use crate::memory::Bound;
 use crate::pipeline::PipelineError;
+use crate::profile::{ProfileError, RecordedRigError};
 use crate::results::ResultsError;
+use crate::rig::RigError;
 use epirig_calibration::rectification::RectifyError;
 use epirig_core::tau::TauError;
 use epirig_core::volume::VolumeError;
@@ -59,6 +64,33 @@ pub enum PanelError {
         /// All frames.
         all: usize,
     },
+    /// The profile has mistakes.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
+    /// The rig of a sequence cannot be read.
+    #[error(transparent)]
+    RecordedRig(#[from] RecordedRigError),
+    /// The plan is not complete, or a device cannot be what the profile says.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// A profile cannot be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Save {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// There is not enough memory.
+    #[error("matching needs {:.1} GB of memory, and {:.1} GB {bound}; take fewer or smaller frames", *needed as f64 / 1e9, *available as f64 / 1e9)]
+    Memory {
+        /// Bytes that are needed.
+        needed: u64,
+        /// Bytes that can be allocated.
+        available: u64,
+        /// What limits them.
+        bound: Bound,
+    },
     /// Something outside of the picture, or that does not exist.
     #[error("{0}")]
     NotThere(String),
@@ -73,6 +105,8 @@ impl From<PanelError> for Refusal {
             PanelError::Reading { .. } => RefusalKind::Busy,
             PanelError::NotThere(_) => RefusalKind::NotFound,
             PanelError::Wrong(_)
+            | PanelError::Profile(_)
+            | PanelError::Rig(_)
             | PanelError::Surface(_)
             | PanelError::Pipeline(PipelineError::Surface(_)) => RefusalKind::Wrong,
             _ => RefusalKind::Failed,

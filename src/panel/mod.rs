@@ -1,12 +1,20 @@
-//! What the browser shows: results, pixel by pixel, with the reason for each number; and, while a scan runs,
-//! the live map.
+//! What the browser shows: the rig, a scan, and results, pixel by pixel, with the reason for each number.
 //!
-//! [`epirig_server`] serves it. Nothing here knows HTTP, and nothing here changes a file.
+//! [`epirig_server`] serves it; nothing here knows HTTP. [`ResultsView`] shows results and changes nothing.
+//! [`Panel`] shows a rig, too: one thread owns stage and camera and obeys the orders of the page, another
+//! looks at the pictures, a third makes the live map of a scan.
 
 mod error;
 mod live_map;
 mod results;
+mod rig;
+mod scan;
+mod shared;
+mod site;
+mod state;
 
 pub use error::PanelError;
 pub use live_map::{LiveMap, LiveMapMaker};
 pub use results::ResultsView;
+pub use shared::PanelHooks;
+pub use site::{Panel, PanelCloser, PanelEnd, PanelOptions};

@@ -147,6 +147,11 @@ impl Draft {
         SECTIONS.iter().map(section).collect()
     }
 
+    /// The value of the key at `path` as it is written; `None` if it is not set.
+    pub fn value_of(&self, path: &str) -> Option<String> {
+        super::key(path).and_then(|key| self.value(key))
+    }
+
     /// The controls of the camera that are set: names and values.
     pub fn controls(&self) -> Vec<(String, String)> {
         let value = |control: &super::settings::ControlSetting| {

@@ -106,13 +106,15 @@ pub fn connect(driver: Driver, device: &Arc<Mutex<Watched>>) -> Result<Box<dyn S
 }
 
 /// What is done to a camera.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Mischief {
     Fault(SimFault),
     /// Its gain is set, and everybody told.
     Gain(u32),
     /// Something else is in front of it.
     View(SimView),
+    /// It waits until this is true.
+    Wait(&'static AtomicBool),
 }
 
 /// When it is done: before the given call, counted from 0.
@@ -140,6 +142,11 @@ impl Tampered {
             match mischief {
                 Mischief::Fault(fault) => self.camera.device().inject(*fault),
                 Mischief::View(view) => self.camera.device().view().put(*view),
+                Mischief::Wait(open) => {
+                    while !open.load(Ordering::SeqCst) {
+                        std::thread::sleep(Duration::from_millis(1));
+                    }
+                }
                 Mischief::Gain(gain) => {
                     self.camera.set_control("gain", &gain.to_string()).unwrap();
                 }

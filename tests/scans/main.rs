@@ -4,6 +4,7 @@
 
 mod faulty_rig;
 mod interrupted_scans;
+mod panel;
 /// The driver of the guide, which no table of the library knows.
 #[path = "../../examples/plain_stage/plain.rs"]
 mod plain;

@@ -1,3 +1,5 @@
+import { signal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
 import { AppBar } from './components/AppBar';
 import { ColourBar } from './components/ColourBar';
 import { KeySheet } from './components/KeySheet';
@@ -7,9 +9,7 @@ import { ValueLine } from './components/ValueLine';
 import { MapCanvas } from './map/MapCanvas';
 import { Panels } from './panels/Panels';
 import { ProfilePanel } from './panels/ProfilePanel';
-import { RigView } from './rig/RigView';
 import { SequenceList } from './rig/SequenceList';
-import { ScanView } from './scan/ScanView';
 import { about, loadError, results } from './store/results';
 import { view } from './store/route';
 
@@ -34,9 +34,25 @@ function Connecting() {
   return <main class="connecting">{loadError.value === null && <p role="status">connecting…</p>}</main>;
 }
 
+type Views = typeof import('./views');
+
+/** The views of a rig, once they are loaded. If the server is gone meanwhile, the banner says so. */
+const views = signal<Views | null>(null);
+
+function OfRig({ name }: { name: 'RigView' | 'ScanView' }) {
+  useEffect(() => {
+    import('./views').then(
+      (loaded) => (views.value = loaded),
+      () => undefined,
+    );
+  }, []);
+  const Loaded = views.value?.[name];
+  return Loaded ? <Loaded /> : <Connecting />;
+}
+
 function Shown() {
-  if (view.value === 'rig') return <RigView />;
-  if (view.value === 'scan') return <ScanView />;
+  if (view.value === 'rig') return <OfRig name="RigView" />;
+  if (view.value === 'scan') return <OfRig name="ScanView" />;
   if (results.value) return <ResultsView />;
   const { mode, sequence } = about.value ?? {};
   return mode === 'ui' && sequence === null ? <SequenceList /> : <Connecting />;

@@ -20,6 +20,7 @@ const FILES: &[PageFile] = page! {
     "/app.js" = "app.js", "text/javascript; charset=utf-8";
     "/app.css" = "app.css", "text/css; charset=utf-8";
     "/curves.js" = "curves.js", "text/javascript; charset=utf-8";
+    "/views.js" = "views.js", "text/javascript; charset=utf-8";
     "/view3d.js" = "view3d.js", "text/javascript; charset=utf-8";
     "/licences.txt" = "licences.txt", "text/plain; charset=utf-8";
 };

@@ -41,6 +41,8 @@ pub(in crate::cli) fn beside(folder: &Path, resumed: bool) {
     let mut place = place();
     match &mut *place {
         Place::Waiting(known, _) if usable => *known = Some(folder.to_owned()),
+        // A program that takes one scan after another has a log for each.
+        Place::File(_) if usable => *place = Place::Waiting(Some(folder.to_owned()), Vec::new()),
         place => *place = Place::Nowhere,
     }
 }

@@ -1,5 +1,7 @@
 //! Everything that the command line says of a rig and a scan.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::camera::CameraArguments;
@@ -7,7 +9,7 @@ use super::plan::PlanArguments;
 use super::profile::{Options, RigArgument};
 use super::stage::StageArguments;
 use crate::cli::CliError;
-use crate::profile::Profile;
+use crate::profile::{Draft, Profile};
 
 /// Options that describe a rig and a scan.
 #[derive(Debug, Args)]
@@ -23,12 +25,21 @@ pub(in crate::cli) struct RigArguments {
 }
 
 impl RigArguments {
-    /// The profile with the changes that options make.
-    pub(in crate::cli) fn profile(&self) -> Result<Profile, CliError> {
+    /// The profile as a draft; what a person calls it; and the file that it is saved to.
+    pub(in crate::cli) fn draft(&self) -> Result<(Draft, String, PathBuf), CliError> {
+        self.rig.draft(self.options())
+    }
+
+    fn options(&self) -> Options {
         let mut options = Options::default();
         self.plan.options(&mut options);
         self.stage.options(&mut options);
         self.camera.options(&mut options);
-        self.rig.profile(options)
+        options
+    }
+
+    /// The profile with the changes that options make.
+    pub(in crate::cli) fn profile(&self) -> Result<Profile, CliError> {
+        self.rig.profile(self.options())
     }
 }

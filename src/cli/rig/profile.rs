@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::cli::CliError;
-use crate::profile::{Override, Profile, ProfileError, REAL, SIM, overrides_from_environment};
+use crate::profile::{Draft, Override, Profile, ProfileError, REAL, SIM, overrides_from_environment};
 use epirig_data::storage::read_text;
 
 /// Default profile in the working directory ...
@@ -62,6 +62,21 @@ impl Options {
 impl RigArgument {
     /// The profile with the changes of the environment, `--set` and other options; later ones win.
     pub(in crate::cli) fn profile(&self, options: Options) -> Result<Profile, CliError> {
+        let (text, source, overrides) = self.parts(options)?;
+        Ok(Profile::read(&text, &source, &overrides)?)
+    }
+
+    /// The same as a draft; what a person calls it; and the file that it is saved to.
+    pub(in crate::cli) fn draft(&self, options: Options) -> Result<(Draft, String, PathBuf), CliError> {
+        let (text, source, overrides) = self.parts(options)?;
+        let draft = Draft::read(&text, &source, &overrides)?;
+        let file = self.file().filter(|path| simulated(path).is_none());
+        let name = if source.is_empty() { "no profile".to_owned() } else { source };
+        Ok((draft, name, file.unwrap_or_else(|| PathBuf::from(LOCAL))))
+    }
+
+    /// The text of the profile, its name, and what replaces its values.
+    fn parts(&self, options: Options) -> Result<(String, String, Vec<Override>), CliError> {
         let (text, source) = match self.file() {
             None => (String::new(), String::new()),
             Some(path) => named_profile(&path)?,
@@ -71,7 +86,7 @@ impl RigArgument {
             overrides.push(Override::parse(text, "--set")?);
         }
         overrides.extend(options.0);
-        Ok(Profile::read(&text, &source, &overrides)?)
+        Ok((text, source, overrides))
     }
 
     /// The named profile, or if none is named, the recorded one; with the changes of `--set`. The default

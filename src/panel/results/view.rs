@@ -47,6 +47,11 @@ impl ResultsView {
         Ok(Self { sequence, folder, results: opened, maps, frames, epis })
     }
 
+    /// Name of the sequence.
+    pub(in crate::panel) fn name(&self) -> String {
+        self.sequence.name()
+    }
+
     /// Reads the frames in the background, so that EPIs are there at once when they are asked for.
     pub fn read_ahead(&self) {
         let epis = Arc::clone(&self.epis);

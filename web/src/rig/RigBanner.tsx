@@ -123,7 +123,7 @@ export function rigBanner() {
   if (view.value !== 'results' && state.stage.state === 'ready' && !state.stage.homed) {
     return (
       <Banner kind="warn">
-        <span>Not homed: the position is not known. Hold Home for 1 s, or jog slowly.</span>
+        <span>Not homed: the position is not known. Hold Home for 1 s.</span>
       </Banner>
     );
   }

@@ -76,11 +76,11 @@ function Steps({ stage }: { stage: StageState }) {
 function HoldToMove({ direction }: { direction: 1 | -1 }) {
   const mine = held.value?.direction === direction;
   // A jog is a task, too: what is held must not be off.
-  const why = held.value !== null ? (mine ? null : 'the other direction is held') : whyNoStage.value;
+  const why = held.value !== null ? (mine ? null : 'the other direction is held') : whyNoMove.value;
   const begin = (): void => {
     // A second finger on the other button ends the hold; see Jog.
-    if (held.peek() !== null || whyNoStage.peek() === null) {
-      jog.hold(direction, fast.peek() && rigState.peek()?.stage.homed === true);
+    if (held.peek() !== null || whyNoMove.peek() === null) {
+      jog.hold(direction, fast.peek());
     }
   };
   const hold = useHold(begin, () => jog.end());
@@ -98,7 +98,7 @@ function HoldToMove({ direction }: { direction: 1 | -1 }) {
   );
 }
 
-function Speed({ homed }: { homed: boolean }) {
+function Speed() {
   return (
     <fieldset class="speed">
       <legend class="unseen">Speed of hold to move</legend>
@@ -107,8 +107,7 @@ function Speed({ homed }: { homed: boolean }) {
           <input
             type="radio"
             name="speed"
-            checked={(fast.value && homed) === quick}
-            disabled={quick && !homed}
+            checked={fast.value === quick}
             onChange={() => (fast.value = quick)}
           />
           {quick ? 'fast' : 'slow'}
@@ -121,7 +120,7 @@ function Speed({ homed }: { homed: boolean }) {
 /** Moves to a number, what a lost contact means, and the way home. */
 function GoTo({ stage }: { stage: StageState }) {
   const wanted = useSignal<number | null>(null);
-  const runsOn = stage.runs_on_mm[fast.value && stage.homed ? 1 : 0];
+  const runsOn = stage.runs_on_mm[fast.value ? 1 : 0];
   const shown = wanted.value ?? stage.position_mm ?? 0;
   return (
     <div class="go-to">
@@ -162,7 +161,7 @@ export function StagePane() {
       <Steps stage={stage} />
       <div class="jogs">
         <HoldToMove direction={-1} />
-        <Speed homed={stage.homed} />
+        <Speed />
         <HoldToMove direction={1} />
       </div>
       <GoTo stage={stage} />

@@ -37,5 +37,5 @@ export const whyNoStage = computed<string | null>(
 
 /** Moves by a known length need a known position. */
 export const whyNoMove = computed<string | null>(
-  () => whyNoStage.value ?? (rigState.value?.stage.homed ? null : 'not homed: only a slow jog is possible'),
+  () => whyNoStage.value ?? (rigState.value?.stage.homed ? null : 'not homed: hold Home first'),
 );

@@ -99,8 +99,8 @@ function Failed({ scan }: { scan: ScanState }) {
           <b>
             Failed after {scan.done} of {plural(scan.planned, 'frame')}.
           </b>{' '}
-          {scan.reason ?? 'The log below tells more.'} It cannot be resumed: mend the cause, then start
-          a new scan.
+          {scan.reason ?? 'The log below tells more.'} It cannot be resumed: mend the cause, then start a
+          new scan.
         </span>
       </div>
       <div class="scan-buttons">

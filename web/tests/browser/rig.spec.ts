@@ -241,15 +241,14 @@ test.describe('states', () => {
     await expect.poll(() => rig.sent('rig/step')[0]?.asked.mm).toBe(-0.1);
   });
 
-  test('not homed: amber, no number, only a slow jog, Home by a hold', async ({ page }) => {
+  test('not homed: amber, no number, no motion but Home, by a hold', async ({ page }) => {
     const rig = new FakeRig(page);
     rig.state.stage = { ...rig.state.stage, homed: false, position_mm: null };
     await rig.open();
     await expect(page.locator('.banner')).toContainText('Not homed');
     await expect(page.getByTestId('position')).toHaveText('\u2013');
     await expect(page.getByRole('button', { name: 'Go', exact: true })).toBeDisabled();
-    await expect(page.getByRole('radio', { name: 'fast' })).toBeDisabled();
-    await expect(page.getByRole('button', { name: 'Hold to move left' })).toBeEnabled();
+    await expect(page.getByRole('button', { name: 'Hold to move left' })).toBeDisabled();
     const home = page.getByRole('button', { name: 'Home (hold)' });
     await home.click();
     await home.focus();

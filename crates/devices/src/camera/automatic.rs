@@ -114,7 +114,7 @@ pub(super) fn is_watched(control: &Control) -> bool {
 }
 
 /// The control of the exposure time, and its unit in us. `columns` is the width of the image.
-pub(super) fn exposure_unit(controls: &[Control], columns: usize) -> Option<(&Control, f64)> {
+pub fn exposure_unit(controls: &[Control], columns: usize) -> Option<(&Control, f64)> {
     let find = |id: u32| controls.iter().find(|control| control.id == id);
     if let Some(control) = find(EXPOSURE_ABSOLUTE) {
         return Some((control, 100.0));

@@ -1,0 +1,113 @@
+//! The thread that looks at pictures: light, sharpness, and chess-boards.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use crate::panel::scan::find_target;
+use crate::panel::shared::Shared;
+use crate::panel::state::LightState;
+use epirig_core::frame::{Frame, Samples};
+use epirig_devices::camera::Assessment;
+
+/// Time between two looks at the light, ...
+const LIGHT: Duration = Duration::from_millis(150);
+/// ... and for a chess-board, which takes longer.
+const TARGET: Duration = Duration::from_millis(400);
+
+/// Looks at the latest picture again and again until the panel ends.
+pub(super) fn watch(shared: &Arc<Shared>) {
+    let (mut number, mut peak) = (0, 0.0_f64);
+    let mut searched: Option<Instant> = None;
+    while !shared.is_ending() {
+        let Some(picture) = shared.pictures.after(number, LIGHT) else { continue };
+        number = picture.number;
+        let began = Instant::now();
+        if shared.resets_peak.swap(false, Ordering::SeqCst) {
+            peak = 0.0;
+        }
+        let light = light(&picture.frame, &mut peak);
+        let picture_hz = Some(shared.pictures.rate_hz());
+        shared.change(|state| {
+            state.camera.picture_hz = picture_hz;
+            state.light = Some(light);
+        });
+        // A scan that waits for a board looks for it itself.
+        let asked = shared.look(|state| state.scan.as_ref().is_some_and(|scan| scan.asked.is_some()));
+        if !shared.finds_target() {
+            if !asked && shared.look(|state| state.target.is_some()) {
+                shared.change(|state| state.target = None);
+            }
+        } else if !asked && searched.is_none_or(|at| at.elapsed() >= TARGET) {
+            searched = Some(Instant::now());
+            let target = find_target(shared, &picture.frame, true);
+            shared.change(|state| state.target = target);
+        }
+        std::thread::sleep(LIGHT.saturating_sub(began.elapsed()));
+    }
+}
+
+fn light(frame: &Frame, peak: &mut f64) -> LightState {
+    let seen = Assessment::of(frame);
+    *peak = peak.max(seen.focus);
+    LightState {
+        mean_dn: seen.mean_dn,
+        minimum_dn: seen.minimum_dn,
+        maximum_dn: seen.maximum_dn,
+        full_scale_dn: frame.full_scale(),
+        pixels: frame.rows() * frame.columns(),
+        saturated: seen.saturated,
+        black: seen.black,
+        focus: seen.focus,
+        focus_peak: *peak,
+        corners: corners(frame),
+        bin_width_dn: seen.bin_width_dn,
+        histogram: seen.histogram,
+    }
+}
+
+/// Mean light of the four corners over that of the centre: what vignetting does to a uniform target.
+fn corners(frame: &Frame) -> Option<f64> {
+    /// Side of a corner, as a share of the picture's.
+    const SHARE: usize = 10;
+    let (rows, columns) = (frame.rows(), frame.columns());
+    let (high, wide) = ((rows / SHARE).max(1), (columns / SHARE).max(1));
+    let mean = |top: usize, left: usize| {
+        let row = |y: usize| -> f64 {
+            let (from, to) = (y * columns + left, y * columns + left + wide);
+            match frame.samples() {
+                Samples::U8(samples) => samples[from..to].iter().map(|&value| f64::from(value)).sum(),
+                Samples::U16(samples) => samples[from..to].iter().map(|&value| f64::from(value)).sum(),
+            }
+        };
+        (top..top + high).map(row).sum::<f64>() / (high * wide) as f64
+    };
+    let (bottom, right) = (rows - high, columns - wide);
+    let outside = (mean(0, 0) + mean(0, right) + mean(bottom, 0) + mean(bottom, right)) / 4.0;
+    let centre = mean(bottom / 2, right / 2);
+    (centre > 0.0).then(|| outside / centre)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_are_compared_with_the_centre() {
+        // Light that falls by a fifth from the centre to the ends of a row, linearly.
+        let samples = (0..20 * 41).map(|index| {
+            let from_centre = (f64::from(index % 41) - 20.0).abs() / 20.0;
+            (1000.0 * (1.0 - 0.2 * from_centre)).round() as u16
+        });
+        let frame = Frame::new(20, 41, 12, Samples::U16(samples.collect())).unwrap();
+        // The outermost four of 41 columns: 1.5 of 20 columns from the end on average, so 0.8 + 0.015.
+        // The middle four: 18 to 21, a mean distance of 1 of 20 columns.
+        let expected = 0.815 / 0.99;
+        assert!((corners(&frame).unwrap() - expected).abs() < 1e-3, "{:?}", corners(&frame));
+        let black = Frame::new(2, 2, 8, Samples::U8(vec![0; 4])).unwrap();
+        assert_eq!(corners(&black), None);
+        let mut peak = 0.0;
+        light(&frame, &mut peak);
+        assert!(peak > 0.0);
+    }
+}

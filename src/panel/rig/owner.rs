@@ -1,0 +1,156 @@
+//! The one thread that owns stage and camera, and obeys orders.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::camera::CameraSide;
+use super::stage::{Connector, StageSide};
+use crate::capture::CapturePlan;
+use crate::doctor::{DoctorPlan, examine};
+use crate::panel::live_map::LiveMapMaker;
+use crate::panel::scan::{Notes, ScanRun, run_scan};
+use crate::panel::shared::{Order, Shared};
+use crate::panel::state::{DoctorState, Presence, TaskKind};
+use crate::profile::Profile;
+use crate::rig::{RigStage, capture_plan};
+use epirig_data::storage::free_bytes;
+
+/// How long an order may wait for while no picture is wanted.
+const IDLE: Duration = Duration::from_millis(200);
+
+/// Owns the rig until the panel ends.
+pub(super) fn own(shared: &Arc<Shared>) {
+    while !shared.is_ending() {
+        // A draft is checked before it is used.
+        let profile = match shared.draft().profile() {
+            Ok(profile) => profile,
+            Err(error) => return shared.fail(error.to_string()),
+        };
+        match RigStage::of(&profile) {
+            Ok(source) => Owner::new(shared, &profile, source).work(),
+            Err(error) => {
+                shared.fail(error.to_string());
+                let why = Some(error.to_string());
+                shared.change(|state| (state.stage.state, state.stage.error) = (Presence::Lost, why));
+                while !matches!(shared.mailbox.take(IDLE), Some(Order::Connect | Order::End)) {}
+            }
+        }
+    }
+}
+
+struct Owner<'a> {
+    shared: &'a Arc<Shared>,
+    profile: &'a Profile,
+    camera: CameraSide<'a>,
+    stage: StageSide<'a>,
+    /// Makes the live map of the latest scan, also when its frames are all there.
+    map: Option<LiveMapMaker>,
+}
+
+impl<'a> Owner<'a> {
+    fn new(shared: &'a Arc<Shared>, profile: &'a Profile, source: RigStage<'a>) -> Self {
+        let connector = Connector::new(source, shared);
+        let camera = CameraSide::new(shared, profile, connector.watch());
+        let stage = StageSide::new(shared, profile, connector);
+        Self { shared, profile, camera, stage, map: None }
+    }
+
+    /// Obeys until another profile is to be used, or the panel ends.
+    fn work(mut self) {
+        self.shared.change(|state| {
+            (state.camera.state, state.camera.error) = (Presence::Connecting, None);
+            (state.stage.state, state.stage.error) = (Presence::Connecting, None);
+            state.free_bytes = free_bytes(&self.shared.folder);
+        });
+        loop {
+            self.camera.open();
+            self.stage.open();
+            let patience = if self.camera.is_busy() { Duration::ZERO } else { IDLE };
+            match self.shared.mailbox.take(patience) {
+                Some(Order::Connect) => return self.shared.end_task(),
+                Some(Order::End) => return,
+                Some(order) => self.obey(order),
+                None => self.camera.pump(),
+            }
+        }
+    }
+
+    fn obey(&mut self, order: Order) {
+        let Self { camera, stage, .. } = self;
+        match order {
+            Order::Home => {
+                stage.during(TaskKind::Homing, "homing".to_owned(), |stage| stage.home(), || camera.pump());
+            }
+            Order::Go { mm } => {
+                let words = format!("moving to {mm:.3} mm");
+                stage.during(TaskKind::Moving, words, |stage| stage.move_to(mm), || camera.pump());
+            }
+            Order::Step { mm } => {
+                let words = format!("moving by {mm} mm");
+                let act = |stage: &mut dyn epirig_devices::stage::Stage| {
+                    let from_mm = stage.position_mm()?;
+                    stage.move_to(from_mm + mm)
+                };
+                stage.during(TaskKind::Moving, words, act, || camera.pump());
+            }
+            Order::Jog { id, up, fast } => {
+                stage.jog(id, up, fast, || camera.pump());
+                self.shared.end_task();
+            }
+            Order::Stopped => stage.stand(),
+            Order::SetControl { name, value, reply } => reply.give(camera.set_control(&name, &value)),
+            Order::Show(what) => camera.show(what),
+            Order::Examine { short } => {
+                if let Err(why) = self.examine(short) {
+                    self.shared.fail(why);
+                }
+                self.shared.end_task();
+            }
+            Order::Scan { name, resumed } => {
+                if let Err(why) = self.scan(&name, resumed) {
+                    self.shared.fail(why);
+                }
+                self.shared.end_task();
+            }
+            // The loop ends with these.
+            Order::Connect | Order::End => {}
+        }
+    }
+
+    fn plan(&self) -> Result<CapturePlan, String> {
+        capture_plan(self.profile).map_err(|error| error.to_string())
+    }
+
+    fn examine(&mut self, short: bool) -> Result<(), String> {
+        let plan = DoctorPlan {
+            scan: self.plan()?,
+            distance_mm: self.profile.optics.distance_mm,
+            relief_mm: self.profile.target.relief_mm,
+            mains_hz: self.profile.camera.mains_hz,
+            free_bytes: free_bytes(&self.shared.folder),
+            short,
+        };
+        let stage = self.stage.lend()?;
+        let camera = self.camera.lend()?;
+        let examined = examine(&mut **stage, &mut **camera, &plan, &Notes(self.shared));
+        self.stage.released();
+        self.camera.released();
+        let report = examined.map_err(|error| error.to_string())?;
+        self.shared.change(|state| state.doctor = Some(DoctorState::of(report, short)));
+        Ok(())
+    }
+
+    fn scan(&mut self, name: &str, resumed: bool) -> Result<(), String> {
+        self.stage.give_up();
+        self.map = None;
+        let view = self.camera.view();
+        let camera = self.camera.lend()?;
+        let run = ScanRun { shared: self.shared, name, resumed, view };
+        let done = run_scan(&run, self.profile, &mut self.stage.connector, &mut **camera);
+        self.camera.released();
+        self.stage.open();
+        self.shared.change(|state| state.free_bytes = free_bytes(&self.shared.folder));
+        self.map = Some(done?);
+        Ok(())
+    }
+}

@@ -1,0 +1,75 @@
+//! The profile as a form.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::panel::error::PanelError;
+use crate::panel::shared::Shared;
+use crate::profile::{Draft, DraftSection, Findings, Place};
+use epirig_data::storage::{RealDisk, is_there, write_whole};
+
+/// The profile in use, key by key.
+#[derive(Serialize)]
+pub(in crate::panel) struct ProfileForm {
+    source: String,
+    file: String,
+    sections: Vec<DraftSection>,
+    controls: Vec<(String, String)>,
+}
+
+pub(in crate::panel) fn profile_form(shared: &Shared) -> ProfileForm {
+    let draft = shared.draft();
+    ProfileForm {
+        source: shared.source.clone(),
+        file: shared.file.display().to_string(),
+        sections: draft.sections(),
+        controls: draft.controls(),
+    }
+}
+
+/// A mistake in a value.
+#[derive(Debug, Serialize)]
+pub(in crate::panel) struct FormMistake {
+    key: Option<String>,
+    pub(in crate::panel) words: String,
+}
+
+/// The profile in use with other values; or their mistakes.
+pub(in crate::panel) fn change_profile(
+    shared: &Shared,
+    values: &BTreeMap<String, String>,
+) -> Result<Draft, Vec<FormMistake>> {
+    let draft = shared.draft().changed(values);
+    match draft.profile() {
+        Ok(_) => Ok(draft),
+        Err(error) => Err(error
+            .mistakes
+            .into_iter()
+            .map(|mistake| FormMistake {
+                key: match mistake.place {
+                    Place::Draft { key } | Place::Override { from: key } => Some(key),
+                    Place::Line { .. } => None,
+                },
+                words: mistake.problem.to_string(),
+            })
+            .collect()),
+    }
+}
+
+/// Writes the file of the profile.
+///
+/// # Errors
+/// [`PanelError::Wrong`] if there is one and it is not to be replaced, [`PanelError::Save`].
+pub(in crate::panel) fn save_profile(
+    shared: &Shared,
+    draft: &Draft,
+    overwrite: bool,
+) -> Result<(), PanelError> {
+    let failed = |source| PanelError::Save { path: shared.file.clone(), source };
+    if !overwrite && is_there(&shared.file).map_err(failed)? {
+        return Err(PanelError::Wrong(format!("{} exists already", shared.file.display())));
+    }
+    let text = draft.commented(&Findings::default());
+    write_whole(&mut RealDisk, &shared.file, text.as_bytes()).map_err(failed)
+}

@@ -1,0 +1,71 @@
+//! From a sequence to its results, as `epirig run` does after the scan.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::notes::Notes;
+use crate::memory::available;
+use crate::panel::error::PanelError;
+use crate::panel::shared::Shared;
+use crate::pipeline::{
+    Frames, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, inspect_surface, match_need,
+    measure as match_sequence, open_results, steps_options,
+};
+use crate::profile::Profile;
+use crate::results::{ResultsFolder, ResultsKind};
+use crate::rig::{calibration_plan, can_be_calibrated};
+use epirig_data::sequence::Sequence;
+use epirig_matcher::MatchOptions;
+use epirig_matcher::surface::TrendKind;
+
+/// Calibrates the sequence in `folder` if its rig gives anything to calibrate with, matches it, and analyses its
+/// surface. Results that were there are replaced.
+pub(in crate::panel) fn measure(shared: &Arc<Shared>, folder: &Path) -> Result<(), PanelError> {
+    let (sequence, notes) = (Sequence::open(folder)?, Notes(shared));
+    sequence.check_closed()?;
+    sequence.check_records()?;
+    let record = sequence.record();
+    let rig = Profile::of_sequence(&sequence)?.filter(can_be_calibrated);
+    let options = MatchOptions::default();
+    let frames = Frames {
+        count: sequence.frames().len(),
+        rows: record.rows,
+        columns: record.columns,
+        sample_bytes: if rig.is_some() || record.bit_depth > 8 { 2 } else { 1 },
+    };
+    options.check(frames.rows, frames.columns, frames.count)?;
+    let needed = match_need(frames, &options);
+    if let Some(available) = available().filter(|available| needed > available.bytes) {
+        return Err(PanelError::Memory { needed, available: available.bytes, bound: available.bound });
+    }
+    let calibration = match &rig {
+        None => None,
+        Some(rig) => {
+            let plan = calibration_plan(rig, record.columns, record.rows);
+            let found = calibrate_sequence(&sequence, &plan, true, &notes)?;
+            Some((found.calibration, found.maps))
+        }
+    };
+    let results = folder.join("results");
+    let place = ResultsFolder::create(&results, ResultsKind::Match, true)?;
+    let view = View { figure_row: None, truth: None };
+    match_sequence(&sequence, calibration.as_ref(), &options, view, &place, &notes)?;
+    place.commit()?;
+    // Results without a surface are results: a lens may be unknown.
+    if let Err(error) = analyse(&sequence, &results) {
+        shared.warn(format!("the surface was not measured: {error}"));
+    }
+    Ok(())
+}
+
+fn analyse(sequence: &Sequence, results: &Path) -> Result<(), PanelError> {
+    let opened = open_results(sequence, results)?;
+    let heights = opened.heights.as_ref().ok_or_else(|| {
+        PanelError::Wrong("no heights: the focal length is unknown, or no pixel has a disparity".to_owned())
+    })?;
+    let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
+    let questions = SurfaceQuestions { steps, region: None, line: None, profile_width_px: 1 };
+    let place = ResultsFolder::create(&results.join("surface"), ResultsKind::Surface, true)?;
+    inspect_surface(MeasuredSurface { sequence, results, opened: &opened, heights }, &questions, &place)?;
+    Ok(place.commit()?)
+}

@@ -1,0 +1,19 @@
+//! The scan in the panel: it is run, watched, and measured.
+
+mod assistant;
+mod live;
+mod measure;
+mod notes;
+mod plan;
+mod run;
+mod sequences;
+mod target;
+mod watcher;
+
+pub(in crate::panel) use live::live_map;
+pub(in crate::panel) use measure::measure;
+pub(in crate::panel) use notes::Notes;
+pub(in crate::panel) use plan::plan;
+pub(in crate::panel) use run::{ScanRun, run_scan};
+pub(in crate::panel) use sequences::{folder_of, sequences};
+pub(in crate::panel) use target::find_target;

@@ -1,0 +1,57 @@
+//! The sequences in the folder of the panel.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::panel::error::PanelError;
+use crate::panel::shared::Shared;
+use crate::results::results_beside;
+use epirig_data::sequence::{ExitStatus, Origin, Sequence, sequences_in};
+
+#[derive(Serialize)]
+pub(in crate::panel) struct Entry {
+    name: String,
+    created: String,
+    frames: usize,
+    planned: usize,
+    ended: &'static str,
+    can_be_resumed: bool,
+    measured: bool,
+}
+
+/// The sequences, the newest first. One whose records cannot be read is left out.
+pub(in crate::panel) fn sequences(shared: &Shared) -> Vec<Entry> {
+    let opened = sequences_in(&shared.folder)
+        .into_iter()
+        .filter_map(|name| Some((Sequence::open(&shared.folder.join(&name)).ok()?, name)));
+    let mut entries: Vec<Entry> = opened.map(|(sequence, name)| entry(&sequence, name)).collect();
+    entries.sort_by(|one, other| other.created.cmp(&one.created));
+    entries
+}
+
+fn entry(sequence: &Sequence, name: String) -> Entry {
+    let record = sequence.record();
+    let ended = sequence.stop().map(|stop| stop.exit_status);
+    let was_captured = matches!(record.origin, Origin::Captured { .. });
+    Entry {
+        created: record.created.clone(),
+        frames: sequence.frames().len(),
+        planned: record.frames,
+        ended: sequence.ended(),
+        can_be_resumed: was_captured && !matches!(ended, Some(ExitStatus::Complete | ExitStatus::NotClosed)),
+        measured: results_beside(sequence.folder()).iter().any(|results| results == "results"),
+        name,
+    }
+}
+
+/// The folder of the sequence `name`; only a folder directly in that of the panel is one.
+///
+/// # Errors
+/// [`PanelError::NotThere`].
+pub(in crate::panel) fn folder_of(shared: &Shared, name: &str) -> Result<PathBuf, PanelError> {
+    if sequences_in(&shared.folder).iter().any(|known| known == name) {
+        return Ok(shared.folder.join(name));
+    }
+    Err(PanelError::NotThere(format!("{} has no sequence \"{name}\"", shared.folder.display())))
+}

@@ -1,0 +1,52 @@
+//! Chess-boards in a picture.
+
+use std::sync::Arc;
+
+use crate::panel::shared::{COLUMNS, ROWS, Shared};
+use crate::panel::state::TargetState;
+use crate::profile::BoardProfile;
+use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
+use epirig_core::frame::Frame;
+
+/// The board of the profile in `frame`: the one held by hand, or else those on the object. With `covers`, its
+/// corners count as seen. `None` if the profile describes no board.
+pub(in crate::panel) fn find_target(
+    shared: &Arc<Shared>,
+    frame: &Frame,
+    covers: bool,
+) -> Option<TargetState> {
+    let profile = shared.draft().profile().ok()?;
+    let by_hand = profile.board.map(|board| search("board", board, 1, frame));
+    let printed = || {
+        let print = profile.target.print?;
+        let bands = if print.band_distance_mm.is_some() { 2 } else { 1 };
+        Some(search("target", print.board, bands, frame))
+    };
+    let mut target = match by_hand {
+        Some(found) if !found.corners.is_empty() => Some(found),
+        missing => printed().or(missing),
+    }?;
+    let corners = if covers && target.complete { target.corners.clone() } else { Vec::new() };
+    target.coverage = shared.cover(|coverage| coverage.add(&corners, frame.columns(), frame.rows()));
+    Some(target)
+}
+
+fn search(name: &'static str, board: BoardProfile, count: usize, frame: &Frame) -> TargetState {
+    let BoardProfile { square_mm, columns, rows } = board;
+    let found: Vec<FoundBoard> = find_boards(frame, &ChessBoard { columns, rows, square_mm }, count);
+    let corners: Vec<[f64; 2]> = found
+        .iter()
+        .flat_map(|board| &board.corners)
+        .map(|corner| [corner.corner.x_px, corner.corner.y_px])
+        .collect();
+    TargetState {
+        name,
+        wanted: count * columns * rows,
+        complete: found.len() == count && found.iter().all(|board| board.complete),
+        corners,
+        blur_px: found.first().map(|board| board.blur_px),
+        coverage_columns: COLUMNS,
+        coverage_rows: ROWS,
+        coverage: Vec::new(),
+    }
+}

@@ -1,0 +1,459 @@
+//! The panel as a site: rig, scan and results under one roof.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use serde::Deserialize;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::error::PanelError;
+use super::rig::{change_profile, profile_form, save_profile, start};
+use super::scan::{folder_of, live_map, measure, plan, sequences};
+use super::shared::{Order, PanelHooks, PictureFeed, Reply as Answered, Shared, StateFeed};
+use super::state::TaskKind;
+use crate::panel::results::ResultsView;
+use crate::profile::Draft;
+use epirig_data::sequence::Sequence;
+use epirig_devices::camera::{Control, SimView};
+use epirig_server::{Feed, Query, Refusal, RefusalKind, Reply, Site};
+
+/// What a panel is made of.
+pub struct PanelOptions {
+    /// The profile of the rig.
+    pub draft: Draft,
+    /// What a person calls the rig.
+    pub source: String,
+    /// The file that the profile is saved to.
+    pub file: PathBuf,
+    /// The folder of the sequences.
+    pub folder: PathBuf,
+    /// What the program does beside it.
+    pub hooks: PanelHooks,
+}
+
+/// The panel of a rig: it owns stage and camera until it is [closed](PanelCloser).
+pub struct Panel {
+    shared: Arc<Shared>,
+    /// The sequence that the results view shows.
+    results: RwLock<Option<Arc<ResultsView>>>,
+}
+
+/// Ends a panel.
+pub struct PanelCloser {
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+/// Asks a panel to end, from any thread.
+#[derive(Clone)]
+pub struct PanelEnd(Arc<Shared>);
+
+impl PanelEnd {
+    /// A scan ends after the frame in hand; the second time the stage is stopped.
+    pub fn press(&self) {
+        self.0.end();
+    }
+}
+
+impl PanelCloser {
+    /// What asks the panel to end.
+    pub fn end(&self) -> PanelEnd {
+        PanelEnd(Arc::clone(&self.shared))
+    }
+
+    /// Waits until the rig is given up. A scan ends after the frame in hand, and can be resumed.
+    pub fn wait(self) {
+        if !self.shared.is_ending() {
+            self.shared.end();
+        }
+        for thread in self.threads {
+            // A thread that has panicked has told so.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Panel {
+    /// Opens the rig in a thread of its own.
+    pub fn open(options: PanelOptions) -> (Self, PanelCloser) {
+        let PanelOptions { draft, source, file, folder, hooks } = options;
+        let shared = Arc::new(Shared::new(draft, source, file, folder, hooks));
+        let threads = start(&shared).into();
+        (Self { shared: Arc::clone(&shared), results: RwLock::default() }, PanelCloser { shared, threads })
+    }
+
+    /// Makes the sequence in `folder` the one that the results view shows.
+    ///
+    /// # Errors
+    /// [`PanelError`] if it cannot be read.
+    pub fn show_results(&self, folder: &Path) -> Result<(), PanelError> {
+        let view = Arc::new(ResultsView::open(folder, None)?);
+        view.read_ahead();
+        *self.results.write().unwrap_or_else(PoisonError::into_inner) = Some(view);
+        Ok(())
+    }
+
+    fn results(&self) -> Result<Arc<ResultsView>, PanelError> {
+        let results = self.results.read().unwrap_or_else(PoisonError::into_inner).clone();
+        results.ok_or_else(|| PanelError::NotThere("no sequence is open; choose one in the list".to_owned()))
+    }
+
+    /// Begins a task and gives its order to the owner of the rig.
+    fn order(&self, kind: TaskKind, words: &str, order: Order) -> Result<Reply, Refusal> {
+        if !self.shared.begin(kind, words) {
+            let busy = self.shared.look(|state| state.task.as_ref().map(|task| task.words.clone()));
+            let busy = busy.unwrap_or_default();
+            return Err(Refusal::new(RefusalKind::Busy, format!("the rig is busy ({busy}); stop it first")));
+        }
+        self.shared.mailbox.put(order);
+        done()
+    }
+
+    fn set_control(&self, name: String, value: String) -> Result<Reply, Refusal> {
+        const PATIENCE: Duration = Duration::from_secs(10);
+        if self.shared.look(|state| state.task.is_some()) {
+            return Err(Refusal::new(RefusalKind::Busy, "the rig is busy; controls can be set afterwards"));
+        }
+        let (reply, answer) = Answered::new();
+        self.shared.mailbox.put(Order::SetControl { name, value, reply });
+        match answer.recv_timeout(PATIENCE) {
+            Ok(Ok(())) => controls(&self.shared),
+            Ok(Err(why)) => Err(Refusal::new(RefusalKind::Wrong, why)),
+            Err(_) => Err(Refusal::new(RefusalKind::Busy, "the camera has not answered yet; look again")),
+        }
+    }
+
+    fn measure(&self, name: &str) -> Result<Reply, Refusal> {
+        let folder = folder_of(&self.shared, name)?;
+        if !self.shared.begin(TaskKind::Measuring, format!("measuring with {name}")) {
+            return Err(Refusal::new(RefusalKind::Busy, "the rig is busy; measure afterwards"));
+        }
+        let (shared, name) = (Arc::clone(&self.shared), name.to_owned());
+        std::thread::spawn(move || {
+            let measured = measure(&shared, &folder);
+            shared.end_task();
+            match measured {
+                Ok(()) => {
+                    shared.note(format!("{name} is measured"));
+                    shared.change(|state| {
+                        let scan = state.scan.as_mut().filter(|scan| scan.name == name);
+                        scan.map(|scan| scan.measured = true)
+                    });
+                }
+                Err(error) => shared.fail(error.to_string()),
+            }
+        });
+        done()
+    }
+
+    fn scan(&self, name: String, resumed: bool) -> Result<Reply, Refusal> {
+        if resumed {
+            Sequence::open(&folder_of(&self.shared, &name)?).map_err(PanelError::from)?;
+        } else if !is_plain(&name) {
+            let why = "a name has letters, digits, - and _, and does not begin with a -".to_owned();
+            return Err(PanelError::Wrong(why).into());
+        }
+        // What the plan lacks is said before anything moves.
+        plan(&self.shared)?;
+        let words = format!("scan {name}");
+        if self.shared.look(|state| state.task.is_none()) {
+            self.shared.renew_pause();
+        }
+        self.order(TaskKind::Scan, &words, Order::Scan { name, resumed })
+    }
+}
+
+/// Whether a name can be that of a new folder, on any system.
+fn is_plain(name: &str) -> bool {
+    const LONGEST: usize = 80;
+    let is_usual =
+        |character: char| character.is_ascii_alphanumeric() || matches!(character, '-' | '_' | '.');
+    (1..=LONGEST).contains(&name.len())
+        && name.chars().all(is_usual)
+        && name.starts_with(|first: char| first.is_ascii_alphanumeric())
+}
+
+/// An answer without contents.
+fn done() -> Result<Reply, Refusal> {
+    Reply::json(&())
+}
+
+fn taken<T: DeserializeOwned>(asked: &Value) -> Result<T, Refusal> {
+    serde_json::from_value(asked.clone())
+        .map_err(|error| Refusal::new(RefusalKind::Wrong, format!("this order is not complete: {error}")))
+}
+
+#[derive(Serialize)]
+struct About<'a> {
+    program: &'static str,
+    version: &'static str,
+    mode: &'static str,
+    rig: bool,
+    sequence: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct ControlFacts {
+    name: String,
+    kind: &'static str,
+    minimum: i64,
+    maximum: i64,
+    step: u64,
+    default: i64,
+    value: Option<i64>,
+    read_only: bool,
+    inactive: bool,
+    items: Vec<(i64, String)>,
+}
+
+fn controls(shared: &Shared) -> Result<Reply, Refusal> {
+    let facts = |control: Control| ControlFacts {
+        name: control.name,
+        kind: control.kind.name(),
+        minimum: control.minimum,
+        maximum: control.maximum,
+        step: control.step,
+        default: control.default,
+        value: control.value,
+        read_only: control.read_only,
+        inactive: control.inactive,
+        items: control.items,
+    };
+    Reply::json(&shared.controls().into_iter().map(facts).collect::<Vec<_>>())
+}
+
+/// What all orders say: which page they come from.
+#[derive(Deserialize)]
+struct Signed {
+    client: String,
+}
+
+#[derive(Deserialize)]
+struct Mm {
+    mm: f64,
+}
+
+#[derive(Deserialize)]
+struct Jogged {
+    id: u64,
+    direction: i8,
+    fast: bool,
+}
+
+#[derive(Deserialize)]
+struct Id {
+    id: u64,
+}
+
+#[derive(Deserialize)]
+struct Named {
+    name: String,
+}
+
+#[derive(Deserialize)]
+struct Setting {
+    name: String,
+    value: String,
+}
+
+#[derive(Deserialize)]
+struct Values {
+    values: BTreeMap<String, String>,
+    #[serde(default)]
+    overwrite: bool,
+}
+
+#[derive(Deserialize)]
+struct Show {
+    what: String,
+    #[serde(default)]
+    pose: usize,
+}
+
+#[derive(Deserialize)]
+struct On {
+    on: bool,
+}
+
+#[derive(Deserialize)]
+struct Done {
+    done: bool,
+}
+
+#[derive(Deserialize)]
+struct Short {
+    short: bool,
+}
+
+#[derive(Serialize)]
+struct Saved {
+    file: String,
+}
+
+impl Site for Panel {
+    fn get(&self, path: &[&str], query: &Query) -> Result<Reply, Refusal> {
+        match path {
+            ["about"] => {
+                let results = self.results().ok();
+                let sequence = results.as_ref().map(|results| results.name());
+                let version = env!("CARGO_PKG_VERSION");
+                let about = About {
+                    program: "epirig",
+                    version,
+                    mode: "ui",
+                    rig: true,
+                    sequence: sequence.as_deref(),
+                };
+                Reply::json(&about)
+            }
+            ["rig", "state"] => self.shared.look(Reply::json),
+            ["rig", "controls"] => controls(&self.shared),
+            ["rig", "profile"] => Reply::json(&profile_form(&self.shared)),
+            ["scan", "plan"] => Reply::json(&plan(&self.shared)?),
+            ["scan", "map"] => {
+                let map = self.shared.live_map();
+                let map = map.ok_or_else(|| PanelError::NotThere("there is no live map yet".to_owned()))?;
+                live_map(&map, query.text("kind").unwrap_or("disparity"))
+            }
+            ["sequences"] => Reply::json(&sequences(&self.shared)),
+            _ => self.results()?.get(path, query),
+        }
+    }
+
+    fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {
+        let shared = &self.shared;
+        let client = taken::<Signed>(asked).map(|signed| signed.client);
+        match path {
+            ["rig", "hello"] => return done(),
+            // Whoever has the token may stop the rig.
+            ["rig", "stop"] => {
+                shared.stop();
+                return done();
+            }
+            ["rig", "take"] => {
+                shared.take_control(&client?);
+                return done();
+            }
+            ["surface"] | ["results", "open"] | ["rig", "profile", "check"] => {}
+            _ if shared.may(&client?) => {}
+            _ => {
+                let why = "another page has control; take control first";
+                return Err(Refusal::new(RefusalKind::Forbidden, why));
+            }
+        }
+        match path {
+            ["rig", "home"] => self.order(TaskKind::Homing, "homing", Order::Home),
+            ["rig", "go"] => {
+                let Mm { mm } = taken(asked)?;
+                self.order(TaskKind::Moving, "moving", Order::Go { mm })
+            }
+            ["rig", "step"] => {
+                let Mm { mm } = taken(asked)?;
+                self.order(TaskKind::Moving, "moving", Order::Step { mm })
+            }
+            ["rig", "jog"] => {
+                let Jogged { id, direction, fast } = taken(asked)?;
+                let order = Order::Jog { id, up: direction > 0, fast };
+                shared.jog.press(id, Instant::now());
+                self.order(TaskKind::Jogging, "moving while held", order)
+            }
+            ["rig", "keep"] => {
+                if shared.jog.keep(taken::<Id>(asked)?.id, Instant::now()) {
+                    return done();
+                }
+                Err(PanelError::NotThere("this motion has ended; press the button again".to_owned()).into())
+            }
+            ["rig", "release"] => {
+                shared.jog.release(taken::<Id>(asked)?.id);
+                done()
+            }
+            ["rig", "control"] => {
+                let Setting { name, value } = taken(asked)?;
+                self.set_control(name, value)
+            }
+            ["rig", "reset-peak"] => {
+                shared.resets_peak.store(true, Ordering::SeqCst);
+                done()
+            }
+            ["rig", "target"] => {
+                shared.cover(|coverage| coverage.clear());
+                shared.finds_target.store(taken::<On>(asked)?.on, Ordering::SeqCst);
+                done()
+            }
+            ["rig", "show"] => {
+                let Show { what, pose } = taken(asked)?;
+                let view = match what.as_str() {
+                    "object" => SimView::Scene,
+                    "dark" => SimView::Dark,
+                    "flat" => SimView::Flat,
+                    "board" => SimView::Board(pose),
+                    other => return Err(PanelError::Wrong(format!("\"{other}\" cannot be shown")).into()),
+                };
+                shared.mailbox.put(Order::Show(view));
+                done()
+            }
+            ["rig", "doctor"] => {
+                let Short { short } = taken(asked)?;
+                self.order(TaskKind::Doctor, "examining the rig", Order::Examine { short })
+            }
+            ["rig", "reconnect"] => self.order(TaskKind::Connecting, "connecting", Order::Connect),
+            ["rig", "profile", "check"] => {
+                let Values { values, .. } = taken(asked)?;
+                Reply::json(&change_profile(shared, &values).err().unwrap_or_default())
+            }
+            ["rig", "profile", "use"] => {
+                let Values { values, .. } = taken(asked)?;
+                let draft = change_profile(shared, &values).map_err(mistaken)?;
+                let connected = self.order(TaskKind::Connecting, "connecting", Order::Connect)?;
+                shared.use_draft(draft);
+                Ok(connected)
+            }
+            ["rig", "profile", "save"] => {
+                let Values { values, overwrite } = taken(asked)?;
+                let draft = change_profile(shared, &values).map_err(mistaken)?;
+                save_profile(shared, &draft, overwrite)?;
+                Reply::json(&Saved { file: shared.file.display().to_string() })
+            }
+            ["scan", "start"] => self.scan(taken::<Named>(asked)?.name, false),
+            ["scan", "resume"] => self.scan(taken::<Named>(asked)?.name, true),
+            ["scan", "pause"] => {
+                shared.pause();
+                done()
+            }
+            ["scan", "arranged"] => {
+                shared.answer(taken::<Done>(asked)?.done);
+                done()
+            }
+            ["scan", "measure"] => self.measure(&taken::<Named>(asked)?.name),
+            ["results", "open"] => {
+                self.show_results(&folder_of(shared, &taken::<Named>(asked)?.name)?)?;
+                done()
+            }
+            _ => self.results()?.post(path, asked),
+        }
+    }
+
+    fn feed(&self, path: &[&str]) -> Result<Box<dyn Feed>, Refusal> {
+        match path {
+            ["rig", "state"] => Ok(Box::new(StateFeed::new(Arc::clone(&self.shared)))),
+            ["rig", "picture"] => Ok(Box::new(PictureFeed::new(Arc::clone(&self.shared)))),
+            _ => Err(Refusal::unknown(path)),
+        }
+    }
+
+    fn is_urgent(&self, path: &[&str]) -> bool {
+        matches!(path, ["rig", "stop" | "keep" | "release"])
+    }
+}
+
+/// Mistakes in a profile that was to be used.
+fn mistaken(mistakes: Vec<super::rig::FormMistake>) -> Refusal {
+    let words: Vec<String> = mistakes.into_iter().map(|mistake| mistake.words).collect();
+    PanelError::Wrong(words.join("; ")).into()
+}

@@ -1,0 +1,116 @@
+import { expect, test, type Page } from '@playwright/test';
+import type { LiveMapHead, RigState } from '../../src/rig/api';
+
+// The whole program with its simulated rig: EPIRIG_UI is the link that `epirig ui` prints, for a folder without
+// sequences and the rig that `.ci/run` names.
+const LINK = process.env.EPIRIG_UI;
+test.skip(!LINK, 'needs the link of epirig ui');
+test.describe.configure({ mode: 'serial', timeout: 180_000 });
+
+/** The rig: a lens of 25 mm with a sensor 9 mm wide, 900 mm before the tile. */
+const COLUMNS = 512;
+const BASELINE_MM = 150;
+const TRUE_PX = ((25 / 9) * COLUMNS * BASELINE_MM) / 900;
+
+async function open(page: Page, view: string): Promise<void> {
+  await page.goto('about:blank');
+  await page.goto(LINK!.replace('#token=', `#${view}?token=`));
+  await expect(page.getByRole('button', { name: 'STOP' })).toBeVisible();
+}
+
+async function api(page: Page, path: string): Promise<Buffer> {
+  const address = new URL(LINK!);
+  const reply = await page.request.get(`${address.origin}/api/${path}`, {
+    headers: { 'x-epirig-token': address.hash.replace('#token=', '') },
+  });
+  expect(reply.ok(), `${path}: ${reply.status()}`).toBe(true);
+  return reply.body();
+}
+
+async function state(page: Page): Promise<RigState> {
+  return JSON.parse((await api(page, 'rig/state')).toString()) as RigState;
+}
+
+/** The error of the live map against truth: the median over its pixels, in px. */
+async function errorOfMap(page: Page): Promise<{ frames: number; error: number }> {
+  const bytes = await api(page, 'scan/map?kind=disparity');
+  const length = bytes.readUInt32LE(0);
+  const head = JSON.parse(bytes.subarray(4, 4 + length).toString()) as LiveMapHead;
+  const errors: number[] = [];
+  for (let at = 4 + length; at < bytes.length; at += 4) {
+    const value = bytes.readFloatLE(at);
+    if (Number.isFinite(value)) errors.push(Math.abs(value - TRUE_PX));
+  }
+  errors.sort((one, other) => one - other);
+  return { frames: head.frames, error: errors[Math.floor(errors.length / 2)] ?? NaN };
+}
+
+async function hold(page: Page, name: string, milliseconds: number): Promise<void> {
+  await page.getByRole('button', { name }).hover();
+  await page.mouse.down();
+  await page.waitForTimeout(milliseconds);
+  await page.mouse.up();
+}
+
+test('the stage is homed and jogged, and the picture moves with it', async ({ page }) => {
+  await open(page, 'rig');
+  const picture = page.getByRole('img', { name: 'Live picture' });
+  await expect(picture).toBeVisible();
+  await hold(page, 'Home (hold)', 1300);
+  await expect.poll(async () => (await state(page)).stage.position_mm).toBe(0);
+  await expect.poll(async () => (await state(page)).camera.picture_hz ?? 0).toBeGreaterThan(1);
+  const still = async (): Promise<Buffer> => {
+    await page.waitForTimeout(500);
+    return picture.screenshot();
+  };
+  const before = await still();
+  await hold(page, 'Hold to move right', 1500);
+  await expect.poll(async () => (await state(page)).task).toBeNull();
+  expect((await state(page)).stage.position_mm).toBeGreaterThan(1);
+  expect((await still()).equals(before)).toBe(false);
+});
+
+test('STOP ends a move', async ({ page }) => {
+  await open(page, 'rig');
+  await page.getByLabel(/^Go to/).fill('190');
+  await page.getByRole('button', { name: 'Go', exact: true }).click();
+  await expect.poll(async () => (await state(page)).stage.moving).toBe(true);
+  await page.keyboard.press('Escape');
+  await expect.poll(async () => (await state(page)).task).toBeNull();
+  const { stage } = await state(page);
+  expect(stage.position_mm).toBeLessThan(189);
+  expect(stage.homed).toBe(true);
+});
+
+test('a scan is started, left, paused, resumed and measured', async ({ browser, page }) => {
+  await open(page, 'scan');
+  await page.getByRole('button', { name: 'Start', exact: false }).first().click();
+  await expect(page.getByRole('progressbar', { name: 'Scan' })).toBeVisible();
+  await expect
+    .poll(async () => (await state(page)).scan?.map?.frames ?? 0, { timeout: 60_000 })
+    .toBeGreaterThan(3);
+  const early = await errorOfMap(page);
+  await page.getByRole('button', { name: 'Pause', exact: true }).click();
+  await expect.poll(async () => (await state(page)).scan?.state, { timeout: 30_000 }).toBe('paused');
+  await page.close();
+  // Another browser comes back to it.
+  const other = await (await browser.newContext()).newPage();
+  await open(other, 'scan');
+  const take = other.getByRole('button', { name: 'Take control' });
+  if (await take.isVisible()) await take.click();
+  await other.getByRole('button', { name: 'Resume', exact: true }).first().click();
+  await expect.poll(async () => (await state(other)).scan?.state, { timeout: 120_000 }).toBe('done');
+  await expect.poll(async () => (await state(other)).task, { timeout: 30_000 }).toBeNull();
+  await expect
+    .poll(async () => (await state(other)).scan?.map?.frames, { timeout: 30_000 })
+    .toBe((await state(other)).scan?.planned);
+  const late = await errorOfMap(other);
+  expect(late.error).toBeLessThan(early.error);
+  // A relief of 0.2 mm at 900 mm is 0.05 px: no map is off by more, but by its noise.
+  expect(late.error).toBeLessThan(0.1);
+  await other.getByRole('button', { name: 'Measure', exact: false }).first().click();
+  await expect.poll(async () => (await state(other)).scan?.measured, { timeout: 120_000 }).toBe(true);
+  await other.getByRole('button', { name: 'Open results', exact: false }).first().click();
+  await expect(other.getByRole('img', { name: 'Height map' })).toBeVisible();
+  await other.close();
+});
