@@ -275,13 +275,38 @@ fn reach_mm(stage: &dyn Stage, time: Duration) -> Option<f64> {
     Some(low_mm)
 }
 
-/// Sizes of steps: decades, and the step of the plan.
+/// Sizes of steps: decades, the nearest of them replaced by the step of the plan.
 fn steps_mm(plan_mm: Option<f64>) -> Vec<f64> {
     let mut steps = vec![0.01, 0.1, 1.0, 10.0];
     if let Some(plan_mm) = plan_mm.map(f64::abs).filter(|step| *step > 0.0) {
-        steps.push(plan_mm);
+        let decades = |step: f64| (step / plan_mm).log10().abs();
+        if let Some(nearest) = steps.iter_mut().min_by(|a, b| decades(**a).total_cmp(&decades(**b))) {
+            *nearest = plan_mm;
+        }
     }
     steps.sort_by(f64::total_cmp);
-    steps.dedup();
     steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use epirig_devices::stage::{SimStage, SimStageConfig};
+
+    #[test]
+    fn steps_have_that_of_the_plan_among_them() {
+        assert_eq!(steps_mm(None), [0.01, 0.1, 1.0, 10.0]);
+        assert_eq!(steps_mm(Some(1.5)), [0.01, 0.1, 1.5, 10.0]);
+        assert_eq!(steps_mm(Some(-0.002)), [0.002, 0.1, 1.0, 10.0]);
+        assert_eq!(steps_mm(Some(500.0)), [0.01, 0.1, 1.0, 500.0]);
+    }
+
+    #[test]
+    fn velocity_and_reach_are_those_of_the_stage() {
+        let stage = SimStage::new(SimStageConfig::ideal(200.0));
+        let found = kinematics(&stage).unwrap();
+        assert!((found.velocity_mm_s - 5.0).abs() < 1e-6 && (found.acceleration_mm_s2 - 20.0).abs() < 1e-3);
+        // In 1 s: ramps of 0.25 s and 0.625 mm each, and 0.5 s at 5 mm/s.
+        assert!((reach_mm(&stage, Duration::from_secs(1)).unwrap() - 3.75).abs() < 1e-6);
+    }
 }

@@ -2,7 +2,7 @@ import { BarStatus } from '../rig/BarStatus';
 import { SequenceMenu } from '../rig/SequenceList';
 import { StageWords } from '../rig/StageWords';
 import { StopButton } from '../rig/StopButton';
-import { copyLink, keySheetOpen, notice } from '../store/actions';
+import { copyLink, keySheetOpen, notice, openReport } from '../store/actions';
 import { results } from '../store/results';
 import { mode, view, type ViewName } from '../store/route';
 import { hashOf, select, showView } from '../store/selection';
@@ -50,6 +50,11 @@ function ResultButtons() {
       <button type="button" onClick={() => void copyLink()}>
         Copy link
       </button>
+      {results.value?.surface && (
+        <button type="button" class="bar-report" onClick={() => void openReport()}>
+          Report
+        </button>
+      )}
       <button type="button" class="bar-download" onClick={() => select({ panel: 'downloads' })}>
         Download
       </button>

@@ -1,5 +1,6 @@
 // The range of colours of the live map. A range that jumps between maps would hide that the map changes, so it
-// is held, and only grows.
+// is held, and grows. But the first maps are mostly noise: once the values fill less than half of the range, it
+// is taken anew.
 
 export interface HeldRange {
   low: number;
@@ -19,11 +20,15 @@ export function fresh({ low, high, frames }: Bounds): HeldRange {
   return { low, high: high > low ? high : low + Math.max(Math.abs(low) * 1e-6, 1e-9), frames };
 }
 
-/** The held range, widened by another map if need be. */
-export function grown(held: HeldRange | null, next: Bounds): HeldRange {
+/** Share of the range that the values must fill. */
+const FILLED = 0.5;
+
+/** The held range, changed by another map if need be. */
+export function heldBy(held: HeldRange | null, next: Bounds): HeldRange {
   if (!Number.isFinite(next.low) || !Number.isFinite(next.high))
     return held ?? fresh({ ...next, low: 0, high: 1 });
   if (!held) return fresh(next);
+  if (next.high - next.low < FILLED * (held.high - held.low)) return fresh(next);
   if (next.low >= held.low && next.high <= held.high) return held;
   return {
     low: Math.min(held.low, next.low),

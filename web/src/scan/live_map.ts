@@ -6,7 +6,7 @@ import { measured, spoken } from '../format/number';
 import type { LiveMapHead } from '../rig/api';
 import { rigState } from '../rig/store';
 import { pageVisible } from './control';
-import { fresh, grown, type HeldRange } from './held_range';
+import { fresh, heldBy, type HeldRange } from './held_range';
 
 export type LiveKind = 'disparity' | 'sigma';
 type LiveMap = Framed<LiveMapHead>;
@@ -67,8 +67,8 @@ async function fetchPair(scan: string, number: number): Promise<void> {
   if (scanName.peek() !== scan) return;
   const held = liveRanges.peek();
   liveRanges.value = {
-    disparity: grown(held.disparity, disparity.head),
-    sigma: grown(held.sigma, sigma.head),
+    disparity: heldBy(held.disparity, disparity.head),
+    sigma: heldBy(held.sigma, sigma.head),
   };
   livePair.value = { scan, number, disparity, sigma };
 }

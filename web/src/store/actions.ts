@@ -1,6 +1,7 @@
 // What buttons and keys both do.
 
 import { signal } from '@preact/signals';
+import { api } from '../api';
 import { link } from './selection';
 
 export const keySheetOpen = signal(false);
@@ -24,6 +25,21 @@ export async function copyLink(): Promise<void> {
   } catch {
     // Pages that are not on https or loopback may not write to the clipboard.
     prompt('Copy this link:', text);
+  }
+}
+
+/** Opens the report of the results in a tab of its own. It comes by the page, since links cannot send the token. */
+export async function openReport(): Promise<void> {
+  // Opened at once: browsers allow no tab later than the click.
+  const tab = open('', '_blank');
+  try {
+    const report = await api.download('surface/report.html');
+    const address = URL.createObjectURL(new Blob([report], { type: 'text/html' }));
+    if (tab) tab.location.href = address;
+    else save(report, 'report.html');
+  } catch (error) {
+    tab?.close();
+    say(error instanceof Error ? error.message : String(error));
   }
 }
 

@@ -237,3 +237,16 @@ test.describe('touch', () => {
     await expect(valueOf(page)).toContainText(/^\(\d+, \d+\)/);
   });
 });
+
+test('the report opens in a tab of its own', async ({ page }) => {
+  await page.route('**/api/download/surface/report.html', (route) =>
+    route.fulfill({ body: '<h1>Report of a tile</h1>', contentType: 'application/octet-stream' }),
+  );
+  await open(page);
+  const [tab] = await Promise.all([
+    page.waitForEvent('popup'),
+    page.getByRole('button', { name: 'Report' }).click(),
+  ]);
+  await expect(tab.getByRole('heading', { name: 'Report of a tile' })).toBeVisible();
+  await page.unrouteAll({ behavior: 'ignoreErrors' });
+});

@@ -38,7 +38,7 @@ test.describe('views', () => {
     await expect(tab('Results')).toHaveAttribute('aria-current', 'page');
     expect(new URL(page.url()).hash).toMatch(/^#results\//);
     await tab('Scan').click();
-    await expect(page.locator('main.scan')).toBeAttached();
+    await expect(page.getByRole('region', { name: 'Plan' })).toBeVisible();
     expect(new URL(page.url()).hash).toBe('#scan');
     await expect(stopButton(page)).toBeVisible();
     await page.goBack();

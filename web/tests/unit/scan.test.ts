@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { clipped, fresh, grown } from '../../src/scan/held_range';
+import { clipped, fresh, heldBy } from '../../src/scan/held_range';
 import { diskVerdict, duration, holders, positionError, sigmaPair, timeLeft } from '../../src/scan/words';
 
 test('time left has 10 s steps under 2 min, then minutes', () => {
@@ -28,21 +28,22 @@ test('what is over the estimate is counted up', () => {
   assert.equal(timeLeft(null), 'time left not known yet');
 });
 
-test('the range only grows and tells by which stop', () => {
-  const first = grown(null, { low: 2, high: 5, frames: 12 });
+test('the range grows, is taken anew if little fills it, and tells by which stop', () => {
+  const first = heldBy(null, { low: 2, high: 5, frames: 12 });
   assert.deepEqual(first, { low: 2, high: 5, frames: 12 });
-  const inside = grown(first, { low: 3, high: 4, frames: 18 });
+  const inside = heldBy(first, { low: 3, high: 4.5, frames: 18 });
   assert.equal(inside, first);
-  const higher = grown(inside, { low: 3, high: 6, frames: 24 });
+  const higher = heldBy(inside, { low: 3, high: 6, frames: 24 });
   assert.deepEqual(higher, { low: 2, high: 6, frames: 24 });
-  assert.deepEqual(grown(higher, { low: 1, high: 2, frames: 30 }), { low: 1, high: 6, frames: 30 });
+  assert.deepEqual(heldBy(higher, { low: 1, high: 4, frames: 30 }), { low: 1, high: 6, frames: 30 });
+  assert.deepEqual(heldBy(higher, { low: 3, high: 4, frames: 31 }), { low: 3, high: 4, frames: 31 });
   assert.deepEqual(fresh({ low: 3, high: 4, frames: 31 }), { low: 3, high: 4, frames: 31 });
 });
 
 test('a range is never empty, and no answer at all changes nothing', () => {
-  const flat = grown(null, { low: 2, high: 2, frames: 3 });
+  const flat = heldBy(null, { low: 2, high: 2, frames: 3 });
   assert.ok(flat.high > flat.low);
-  assert.equal(grown(flat, { low: NaN, high: NaN, frames: 4 }), flat);
+  assert.equal(heldBy(flat, { low: NaN, high: NaN, frames: 4 }), flat);
 });
 
 test('shares beyond the range leave out what has no answer', () => {
