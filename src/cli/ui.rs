@@ -12,6 +12,7 @@ use super::{CliError, Talk, interrupt, log};
 use crate::panel::{Panel, PanelHooks, PanelOptions};
 use crate::profile::Draft;
 use epirig_data::sequence::Sequence;
+use epirig_devices::stage::StopSwitch;
 use epirig_server::{Server, ServerOptions};
 
 /// See and control the rig, scan and measure in a browser
@@ -34,6 +35,19 @@ pub(super) struct Ui {
     rig: RigArguments,
 }
 
+/// A signal of another epirig stops the stage, and a scan is logged beside its journal.
+struct Hooks;
+
+impl PanelHooks for Hooks {
+    fn stage_connected(&self, switch: StopSwitch) {
+        interrupt::stops(switch);
+    }
+
+    fn scan_begins(&self, folder: &Path, resumed: bool) {
+        log::beside(folder, resumed);
+    }
+}
+
 impl Ui {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
         if !self.folder.is_dir() {
@@ -49,10 +63,7 @@ impl Ui {
             source,
             file,
             folder,
-            hooks: PanelHooks {
-                stage_connected: Box::new(interrupt::stops),
-                scan_begins: Box::new(log::beside),
-            },
+            hooks: Box::new(Hooks),
         });
         if is_sequence {
             panel.show_results(&self.folder)?;

@@ -34,7 +34,7 @@ pub struct PanelOptions {
     /// The folder of the sequences.
     pub folder: PathBuf,
     /// What the program does beside it.
-    pub hooks: PanelHooks,
+    pub hooks: Box<dyn PanelHooks>,
 }
 
 /// The panel of a rig: it owns stage and camera until it is [closed](PanelCloser).

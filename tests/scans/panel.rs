@@ -20,6 +20,11 @@ use epirig_server::{Query, RefusalKind, Site};
 /// Longest wait for anything: only a test that fails waits for it.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// No program stands beside the panel.
+struct Alone;
+
+impl PanelHooks for Alone {}
+
 /// A panel with a simulated rig, and its folder.
 struct Bench {
     panel: Panel,
@@ -36,7 +41,7 @@ impl Bench {
             source: "the simulated rig".to_owned(),
             file: folder.path().join("rig.toml"),
             folder: folder.path().to_owned(),
-            hooks: PanelHooks { stage_connected: Box::new(|_| ()), scan_begins: Box::new(|_, _| ()) },
+            hooks: Box::new(Alone),
         });
         let bench = Self { panel, closer: Some(closer), folder };
         bench.until("the rig is there", |state| state["stage"]["state"] == "ready");

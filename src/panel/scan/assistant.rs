@@ -88,8 +88,9 @@ impl<'a> Person<'a> {
                 }
                 self.shared.change(|state| {
                     state.target = target;
-                    let asked = state.scan.as_mut().and_then(|scan| scan.asked.as_mut());
-                    asked.map(|asked| asked.waiting_for = waiting_for);
+                    if let Some(asked) = state.scan.as_mut().and_then(|scan| scan.asked.as_mut()) {
+                        asked.waiting_for = waiting_for;
+                    }
                 });
                 if ready {
                     return true;

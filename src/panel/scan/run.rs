@@ -63,7 +63,7 @@ pub(in crate::panel) fn run_scan(
     if shared.is_ending() {
         pause.press();
     }
-    (shared.hooks.scan_begins)(&folder, run.resumed);
+    shared.hooks.scan_begins(&folder, run.resumed);
     let mut rig = Rig {
         stages,
         camera,

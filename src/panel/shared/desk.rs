@@ -1,6 +1,6 @@
 //! What the threads of the panel share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -19,12 +19,13 @@ use epirig_devices::camera::{Control, Onlooker};
 use epirig_devices::stage::{Kinematics, StopSwitch, Urgency};
 use epirig_server::Bell;
 
-/// What the program that shows the panel does beside it.
-pub struct PanelHooks {
-    /// Is called with the stop switch of each stage that is connected.
-    pub stage_connected: Box<dyn Fn(StopSwitch) + Send + Sync>,
-    /// Is called with the folder before a scan, and whether it is resumed.
-    pub scan_begins: Box<dyn Fn(&std::path::Path, bool) + Send + Sync>,
+/// What the program that shows a panel does beside it.
+pub trait PanelHooks: Send + Sync {
+    /// A stage was connected; its stop switch.
+    fn stage_connected(&self, _switch: StopSwitch) {}
+
+    /// A scan into this folder begins now, or is resumed.
+    fn scan_begins(&self, _folder: &Path, _resumed: bool) {}
 }
 
 /// What the threads of the panel share.
@@ -60,7 +61,7 @@ pub(in crate::panel) struct Shared {
     answer: Mutex<Option<bool>>,
     stage_stop: Mutex<StopSwitch>,
     pause: Mutex<PauseSwitch>,
-    pub(in crate::panel) hooks: PanelHooks,
+    pub(in crate::panel) hooks: Box<dyn PanelHooks>,
 }
 
 fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -73,7 +74,7 @@ impl Shared {
         source: String,
         file: PathBuf,
         folder: PathBuf,
-        hooks: PanelHooks,
+        hooks: Box<dyn PanelHooks>,
     ) -> Self {
         Self {
             state: Mutex::new(RigState { rig: source.clone(), ..RigState::default() }),
@@ -151,7 +152,9 @@ impl Shared {
 
     /// Sets how many parts of the task's step are done; tells it only if `tells`.
     pub(in crate::panel) fn count(&self, done: u64, tells: bool) {
-        held(&self.state).task.as_mut().map(|task| task.done = Some(done));
+        if let Some(task) = &mut held(&self.state).task {
+            task.done = Some(done);
+        }
         if tells {
             self.bell.ring();
         }
@@ -167,7 +170,7 @@ impl Shared {
         if let Some(urgency) = known.pressed() {
             switch.press(urgency);
         }
-        (self.hooks.stage_connected)(switch.clone());
+        self.hooks.stage_connected(switch.clone());
         *known = switch;
     }
 
