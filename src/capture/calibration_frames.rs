@@ -7,7 +7,8 @@ use tracing::{info, info_span, warn};
 
 use super::archive::Archive;
 use super::rig::Arrangement;
-use super::scan::{Scan, Trust, lost_trust};
+use super::scan::Scan;
+use super::trust::{Trust, lost_trust};
 use super::{CaptureError, CapturePlan, records};
 use epirig_core::frame::Frame;
 use epirig_data::sequence::{FrameFacts, FrameKind};

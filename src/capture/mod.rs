@@ -14,10 +14,12 @@ mod motion_watch;
 mod pause;
 mod plan;
 mod records;
+mod recovery;
 mod resume;
 mod rig;
 mod scan;
 mod step;
+mod trust;
 mod watch;
 
 use std::path::Path;

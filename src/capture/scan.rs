@@ -6,35 +6,21 @@ use tracing::{debug, info, info_span, warn};
 
 use super::archive::Archive;
 use super::rig::Rig;
-use super::watch::Awaited;
+use super::trust::{Trust, lost_trust, may_lose_steps};
 use super::{CaptureError, CapturePlan};
 use epirig_core::frame::Frame;
 use epirig_data::sequence::{
-    CameraRecord, ClosureRecord, Event, ExitStatus, FrameKind, ResumedRecord, RetakeRecord, SequenceWriter,
-    StopFacts, TimesRecord, now,
+    CameraRecord, ClosureRecord, Event, ExitStatus, FrameKind, RetakeRecord, SequenceWriter, StopFacts,
+    TimesRecord, now,
 };
-use epirig_devices::camera::{Camera, CameraError, CameraRemedy, Configuration, Moment};
-use epirig_devices::stage::{PositionAfter, Remedy, Stage, StageError, StopSwitch};
+use epirig_devices::camera::{Camera, Configuration, Moment};
+use epirig_devices::stage::{Stage, StageError, StopSwitch};
 
 /// A frame of the scan that is known to be good.
 #[derive(Debug, Clone)]
 pub(super) struct GoodFrame {
     pub(super) index: usize,
     pub(super) frame: Frame,
-}
-
-/// How much of the rig's state is still valid, in falling order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Trust {
-    /// Everything is as for the latest frame.
-    Whole,
-    /// The camera must be started again.
-    CameraStopped,
-    /// The position is lost.
-    PositionLost,
-    /// The camera was disconnected. The position counts as lost too, because the cable may have moved the
-    /// carriage.
-    CameraGone,
 }
 
 /// A scan in progress.
@@ -207,142 +193,6 @@ impl<'a, 'r> Scan<'a, 'r> {
         }
     }
 
-    /// Restores the rig's state as far as it was lost.
-    fn regain(&mut self, archive: &mut Archive) -> Result<(), CaptureError> {
-        if self.trust != Trust::Whole {
-            warn!(lost = ?self.trust, reason = self.lost_by, steps_in_doubt = self.steps_in_doubt, "recovering the rig");
-        }
-        match self.trust {
-            Trust::Whole => return Ok(()),
-            Trust::CameraStopped => {
-                self.rig.camera.start()?;
-                self.trust = Trust::Whole;
-                return Ok(());
-            }
-            Trust::CameraGone => {
-                self.rig.watcher.waits_for(Some(Awaited::Camera));
-                let back = self.wait_for_camera();
-                self.rig.watcher.waits_for(None);
-                back?;
-                self.trust = Trust::PositionLost;
-            }
-            Trust::PositionLost => {}
-        }
-        let back = self.wait_for_stage();
-        self.rig.watcher.waits_for(None);
-        back?;
-        if !self.steps_in_doubt {
-            // Steps were lost before, and frames have been taken since.
-            let home_shift_mm = self.stage_now()?.home_shift_mm();
-            self.check_home_shift(home_shift_mm)?;
-        }
-        // An error of the archive may have ended it meanwhile.
-        self.rig.camera.start()?;
-        let after = std::mem::take(&mut self.lost_by);
-        let resumed = self.go_on(after)?;
-        archive.note(Event::Resumed(resumed))?;
-        Ok(())
-    }
-
-    /// With a known position: compares the last good frame with one taken there now.
-    pub(super) fn go_on(&mut self, after: String) -> Result<ResumedRecord, CaptureError> {
-        let home_shift_mm = self.stage_now()?.home_shift_mm();
-        let latest = self.latest.take();
-        let comparison = latest.as_ref().map(|good| self.compare(good)).transpose();
-        self.latest = latest;
-        let comparison = comparison?.flatten();
-        (self.trust, self.steps_in_doubt) = (Trust::Whole, false);
-        let words = comparison.as_ref().map_or_else(
-            || "there is no frame to compare".to_owned(),
-            |found| {
-                let moved_px = found.x_px.hypot(found.y_px);
-                format!("frame {} taken again has moved by {moved_px:.3} px", found.frame)
-            },
-        );
-        let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
-        info!(after, home_shift_mm, moved_px, "the scan continues");
-        self.rig.progress.note(&format!("the scan continues: the stage is homed; {words}"));
-        let position_tolerance_mm = Some(self.plan.limits.position_mm);
-        Ok(ResumedRecord { after, home_shift_mm, comparison, position_tolerance_mm, at: now() })
-    }
-
-    fn wait_for_camera(&mut self) -> Result<(), CaptureError> {
-        /// Longest delay until a pause is noticed.
-        const SLICE: Duration = Duration::from_secs(1);
-        let wait = self.plan.limits.wait;
-        warn!(seconds = wait.as_secs_f64(), "waiting for the camera");
-        self.rig.progress.note(&format!("waiting up to {:.0} s for the camera", wait.as_secs_f64()));
-        let until = self.rig.camera.now().after(wait);
-        loop {
-            let left = until.since(self.rig.camera.now());
-            match self.rig.camera.reconnect(SLICE.min(left)) {
-                Err(CameraError::ReconnectTimeout { .. }) if self.is_to_end() => {
-                    return Err(CaptureError::Paused);
-                }
-                Err(CameraError::ReconnectTimeout { .. }) if left > SLICE => {}
-                Err(CameraError::ReconnectTimeout { camera, why, .. }) => {
-                    return Err(CameraError::ReconnectTimeout { camera, patience: wait, why }.into());
-                }
-                done => return Ok(done?),
-            }
-        }
-    }
-
-    /// Homes the stage; connects to it again if that fails.
-    fn wait_for_stage(&mut self) -> Result<(), CaptureError> {
-        /// Pause between two attempts to connect to a stage.
-        const PAUSE: Duration = Duration::from_millis(500);
-        let wait = self.plan.limits.wait;
-        let until = std::time::Instant::now() + wait;
-        let (mut told, mut in_vain) = (false, 0);
-        let before = self.rig.camera.now();
-        loop {
-            let attempt = match &mut self.stage {
-                Some(stage) => stage.home(),
-                None => self.rig.stages.connect().and_then(|mut stage| {
-                    self.stop = stage.stop_switch();
-                    let homed = stage.home();
-                    self.stage = Some(stage);
-                    homed
-                }),
-            };
-            let source = match attempt {
-                Ok(()) => break,
-                Err(error @ StageError::Stopped { .. }) => return Err(error.into()),
-                Err(error) => error,
-            };
-            warn!(reason = %source, "the stage has not reconnected");
-            if source.consequence().remedy != Remedy::WaitThenHome {
-                // A motor that runs against its end again and again will not recover.
-                in_vain += 1;
-                if in_vain > self.plan.limits.retakes {
-                    return Err(CaptureError::CannotHome { attempts: in_vain, source });
-                }
-            }
-            if !std::mem::replace(&mut told, true) {
-                self.rig.watcher.waits_for(Some(Awaited::Stage));
-                let wait_s = wait.as_secs_f64();
-                self.rig.progress.note(&format!("waiting up to {wait_s:.0} s for the stage: {source}"));
-            }
-            if self.is_to_end() {
-                return Err(CaptureError::Paused);
-            }
-            if std::time::Instant::now() >= until {
-                return Err(CaptureError::StageReconnectTimeout { wait_s: wait.as_secs_f64(), source });
-            }
-            // The port must be closed before it can be opened again.
-            self.stage = None;
-            std::thread::sleep(PAUSE);
-        }
-        self.at_mm = 0.0;
-        self.times.moving_s += self.rig.camera.now().since(before).as_secs_f64();
-        Ok(())
-    }
-
-    fn is_to_end(&self) -> bool {
-        self.rig.pause.pressed() || self.stop.pressed().is_some()
-    }
-
     /// Moves to a position from below; an approach from above would add the backlash.
     pub(super) fn go_to(&mut self, position_mm: f64) -> Result<(), CaptureError> {
         /// More than the backlash of any usable stage.
@@ -352,15 +202,36 @@ impl<'a, 'r> Scan<'a, 'r> {
             debug!(from_mm = self.at_mm, position_mm, "approached from below");
         }
         self.at_mm = position_mm;
-        let stage = self.stage_now()?;
         if from_above {
-            match stage.move_to((position_mm - CLEARANCE_MM).max(0.0)) {
+            match self.move_to((position_mm - CLEARANCE_MM).max(0.0)) {
                 // This stage approaches all positions from below by itself.
                 Ok(()) | Err(StageError::NoApproach { .. }) => {}
                 Err(error) => return Err(error.into()),
             }
         }
-        Ok(stage.move_to(position_mm)?)
+        Ok(self.move_to(position_mm)?)
+    }
+
+    /// Moves the stage; if somebody looks on, the camera shows the motion.
+    fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
+        /// The scan goes on at most this much later than without pictures.
+        const SLICE: Duration = Duration::from_millis(4);
+        // Without a stage, recovery is the next step.
+        let stage = self.stage.as_mut().ok_or(StageError::NotHomed)?;
+        if !self.rig.watcher.wants_pictures() {
+            return stage.move_to(position_mm);
+        }
+        let (camera, span) = (&mut *self.rig.camera, tracing::Span::current());
+        std::thread::scope(|scope| {
+            let moving = scope.spawn(|| span.in_scope(|| stage.move_to(position_mm)));
+            while !moving.is_finished() {
+                // The next grab meets the same error, and mends what can be mended.
+                if camera.show_for(SLICE).is_err() {
+                    std::thread::sleep(SLICE);
+                }
+            }
+            moving.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
     }
 
     pub(super) fn stage_now(&mut self) -> Result<&mut Box<dyn Stage>, CaptureError> {
@@ -395,31 +266,4 @@ fn set_as_before(
         }
     }
     Ok(configuration)
-}
-
-/// Whether the event behind an error may have cost steps.
-fn may_lose_steps(error: &CaptureError) -> bool {
-    match error {
-        CaptureError::Stage(error) => error.consequence().position != PositionAfter::Unsure,
-        CaptureError::NoMotion { .. } => true,
-        _ => false,
-    }
-}
-
-/// What an error leaves of the rig's state; `None` if another attempt cannot help.
-pub(super) fn lost_trust(error: &CaptureError) -> Option<Trust> {
-    match error {
-        CaptureError::Stage(error) => match error.consequence().remedy {
-            Remedy::AnotherOrder => None,
-            Remedy::HomeAgain | Remedy::WaitThenHome => Some(Trust::PositionLost),
-        },
-        CaptureError::NoMotion { .. } => Some(Trust::PositionLost),
-        CaptureError::Camera(error) => match error.remedy() {
-            CameraRemedy::AnotherOrder => None,
-            CameraRemedy::StartAnew => Some(Trust::CameraStopped),
-            CameraRemedy::Reconnect => Some(Trust::CameraGone),
-        },
-        CaptureError::Saturated { .. } | CaptureError::LightChanged { .. } => Some(Trust::Whole),
-        _ => None,
-    }
 }

@@ -20,6 +20,11 @@ pub trait ScanWatcher {
     /// An attempt (counted from 1) to take a frame of the scan has failed.
     fn failed(&self, _index: usize, _attempt: usize, _reason: &str) {}
 
+    /// Whether pictures are wanted while the stage moves; the camera then shows them to its onlooker.
+    fn wants_pictures(&self) -> bool {
+        false
+    }
+
     /// The scan waits for a part of the rig, or no longer for any.
     fn waits_for(&self, _part: Option<Awaited>) {}
 }

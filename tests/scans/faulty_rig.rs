@@ -196,6 +196,10 @@ impl Camera for Tampered {
         self.camera.look(patience)
     }
 
+    fn show_for(&mut self, time: Duration) -> Result<(), CameraError> {
+        self.camera.show_for(time)
+    }
+
     fn show_to(&mut self, onlooker: Option<Arc<dyn Onlooker>>) {
         self.camera.show_to(onlooker);
     }

@@ -94,6 +94,10 @@ impl ScanWatcher for Watcher<'_> {
         });
     }
 
+    fn wants_pictures(&self) -> bool {
+        self.shared.pictures.are_watched()
+    }
+
     fn failed(&self, index: usize, attempt: usize, reason: &str) {
         self.attempts.store(attempt + 1, Ordering::SeqCst);
         self.shared.warn(format!("frame {index} is taken again: {reason}"));

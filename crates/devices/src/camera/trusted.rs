@@ -122,6 +122,16 @@ pub trait Camera: Send {
     /// it skips as too old or unsteady. `None` ends that. By default nothing is shown.
     fn show_to(&mut self, _onlooker: Option<Arc<dyn Onlooker>>) {}
 
+    /// Shows pictures to the onlooker for `time`, while the stage moves: none of them is kept. The stream goes
+    /// on as it was. By default, and without a stream, it only waits.
+    ///
+    /// # Errors
+    /// [`CameraError`] if the stream breaks down; the next grab will find that out, too.
+    fn show_for(&mut self, time: Duration) -> Result<(), CameraError> {
+        std::thread::sleep(time);
+        Ok(())
+    }
+
     /// Announces the stop of the scan for the next frame, counted from 0. Only a replay needs it.
     fn at_stop(&mut self, _index: usize) {}
 
@@ -183,6 +193,10 @@ impl<C: Camera + ?Sized> Camera for Box<C> {
 
     fn show_to(&mut self, onlooker: Option<Arc<dyn Onlooker>>) {
         (**self).show_to(onlooker);
+    }
+
+    fn show_for(&mut self, time: Duration) -> Result<(), CameraError> {
+        (**self).show_for(time)
     }
 
     fn at_stop(&mut self, index: usize) {

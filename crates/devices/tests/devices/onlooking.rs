@@ -121,3 +121,30 @@ fn what_moves_is_refused_by_a_grab_and_shown_by_a_look() {
     camera.look(Duration::from_secs(1)).unwrap().unwrap();
     assert_eq!(carriage.get_mm(), at_mm);
 }
+
+#[test]
+fn pictures_pass_while_the_stage_moves_and_the_next_frame_is_as_good_as_ever() {
+    let mut stage = SimStage::new(SimStageConfig::ideal(100.0));
+    stage.home().unwrap();
+    let (simulator, window) = (simulator(), Arc::new(Window::default()));
+    let mut camera = SimCamera::before_simulator(Arc::clone(&simulator), stage.watch());
+    camera.configure(&CameraSettings::default()).unwrap();
+    camera.show_for(Duration::from_millis(1)).unwrap();
+    camera.start().unwrap();
+    window.want(true);
+    camera.show_to(Some(Arc::clone(&window) as Arc<dyn Onlooker>));
+    // Ten frame times of 40 ms.
+    camera.show_for(Duration::from_millis(400)).unwrap();
+    let shown = window.seen().len();
+    assert!((8..=11).contains(&shown), "{shown} pictures");
+    stage.move_to(12.0).unwrap();
+    let moment = camera.now();
+    let taken = camera.grab_after(moment).unwrap();
+    assert!(taken.facts.exposure_start >= moment && taken.facts.restarts == 0, "{:?}", taken.facts);
+    assert_eq!(taken.frame, simulator.expose(12.0, 0));
+    // A stream that breaks down meanwhile is found out and mended by the next grab.
+    camera.device().inject(SimFault::FatalError);
+    assert!(camera.show_for(Duration::from_millis(400)).is_err());
+    let moment = camera.now();
+    assert_eq!(camera.grab_after(moment).unwrap().facts.restarts, 1);
+}

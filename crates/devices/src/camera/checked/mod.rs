@@ -338,6 +338,18 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
         }
     }
 
+    fn show_for(&mut self, time: Duration) -> Result<(), CameraError> {
+        /// No picture is as young as this.
+        const NEVER: Duration = Duration::from_secs(86_400);
+        let now = self.device.now();
+        let Some(stream) = &mut self.stream else {
+            self.device.pause(time);
+            return Ok(());
+        };
+        stream.timing.ask(now.after(NEVER));
+        self.next_good(now.after(time), &mut Passed::default()).map(|_| ())
+    }
+
     fn show_to(&mut self, onlooker: Option<Arc<dyn Onlooker>>) {
         self.audience = Audience::of(onlooker);
     }

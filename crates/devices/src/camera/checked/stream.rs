@@ -82,7 +82,7 @@ impl<D: VideoDevice> CheckedCamera<D> {
     }
 
     /// The next valid buffer, of any age; `None` after the deadline.
-    fn next_good(
+    pub(super) fn next_good(
         &mut self,
         deadline: Moment,
         passed: &mut Passed,
