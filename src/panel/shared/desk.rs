@@ -286,8 +286,8 @@ impl Shared {
     }
 }
 
-/// Pictures are wanted no more often than this.
-const INTERVAL: Duration = Duration::from_millis(35);
+/// Pictures are wanted no more often than this: more often than 25 times a second, since they come unevenly.
+const INTERVAL: Duration = Duration::from_millis(20);
 
 impl Onlooker for Shared {
     fn wants(&self) -> bool {
