@@ -84,7 +84,7 @@ impl ScanWatcher for Watcher<'_> {
         let done = self.shared.look(|state| state.scan.as_ref().map_or(0, |scan| scan.done)) + 1;
         let seconds_left = self.seconds_left(frames.saturating_sub(done));
         self.shared.change(|state| {
-            state.stage.position_mm = Some(stop.reported_mm);
+            (state.stage.position_mm, state.stage.homed) = (Some(stop.reported_mm), true);
             state.free_bytes = free;
             let Some(scan) = &mut state.scan else { return };
             scan.done = done;

@@ -199,13 +199,14 @@ impl Shared {
         let switch = self.stage_stop();
         let urgency = if switch.pressed().is_some() { Urgency::AtOnce } else { Urgency::Soon };
         switch.press(urgency);
-        self.mailbox.clear();
-        self.mailbox.put(Order::Stopped);
         self.pause();
         self.change(|state| {
             state.stopping = true;
             state.log(LogKind::Warning, "STOP was pressed");
         });
+        // Last: the owner ends the state of stopping.
+        self.mailbox.clear();
+        self.mailbox.put(Order::Stopped);
     }
 
     /// A person answers what the scan asks.
