@@ -4,6 +4,7 @@
 //! [`Panel`] shows a rig, too: one thread owns stage and camera and obeys the orders of the page, another
 //! looks at the pictures, a third makes the live map of a scan.
 
+mod asked;
 mod error;
 mod live_map;
 mod results;

@@ -1,26 +1,24 @@
 //! The panel as a site: rig, scan and results under one roof.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError, RwLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serde::Deserialize;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 
+use super::asked::{Done, Id, Jogged, Mm, Named, On, Setting, Short, Show, Signed, Values, taken};
 use super::error::PanelError;
-use super::rig::{change_profile, profile_form, save_profile, start};
+use super::rig::{change_profile, controls, profile_form, save_profile, start};
 use super::scan::{folder_of, live_map, measure, plan, sequences};
 use super::shared::{Order, PanelHooks, PictureFeed, Reply as Answered, Shared, StateFeed};
 use super::state::TaskKind;
 use crate::panel::results::ResultsView;
 use crate::profile::Draft;
 use epirig_data::sequence::Sequence;
-use epirig_devices::camera::{Control, SimView};
+use epirig_devices::camera::SimView;
 use epirig_server::{Feed, Query, Refusal, RefusalKind, Reply, Site};
 
 /// What a panel is made of.
@@ -184,11 +182,6 @@ fn done() -> Result<Reply, Refusal> {
     Reply::json(&())
 }
 
-fn taken<T: DeserializeOwned>(asked: &Value) -> Result<T, Refusal> {
-    serde_json::from_value(asked.clone())
-        .map_err(|error| Refusal::new(RefusalKind::Wrong, format!("this order is not complete: {error}")))
-}
-
 #[derive(Serialize)]
 struct About<'a> {
     program: &'static str,
@@ -196,99 +189,6 @@ struct About<'a> {
     mode: &'static str,
     rig: bool,
     sequence: Option<&'a str>,
-}
-
-#[derive(Serialize)]
-struct ControlFacts {
-    name: String,
-    kind: &'static str,
-    minimum: i64,
-    maximum: i64,
-    step: u64,
-    default: i64,
-    value: Option<i64>,
-    read_only: bool,
-    inactive: bool,
-    items: Vec<(i64, String)>,
-}
-
-fn controls(shared: &Shared) -> Result<Reply, Refusal> {
-    let facts = |control: Control| ControlFacts {
-        name: control.name,
-        kind: control.kind.name(),
-        minimum: control.minimum,
-        maximum: control.maximum,
-        step: control.step,
-        default: control.default,
-        value: control.value,
-        read_only: control.read_only,
-        inactive: control.inactive,
-        items: control.items,
-    };
-    Reply::json(&shared.controls().into_iter().map(facts).collect::<Vec<_>>())
-}
-
-/// What all orders say: which page they come from.
-#[derive(Deserialize)]
-struct Signed {
-    client: String,
-}
-
-#[derive(Deserialize)]
-struct Mm {
-    mm: f64,
-}
-
-#[derive(Deserialize)]
-struct Jogged {
-    id: u64,
-    direction: i8,
-    fast: bool,
-}
-
-#[derive(Deserialize)]
-struct Id {
-    id: u64,
-}
-
-#[derive(Deserialize)]
-struct Named {
-    name: String,
-}
-
-#[derive(Deserialize)]
-struct Setting {
-    name: String,
-    value: String,
-}
-
-#[derive(Deserialize)]
-struct Values {
-    values: BTreeMap<String, String>,
-    #[serde(default)]
-    overwrite: bool,
-}
-
-#[derive(Deserialize)]
-struct Show {
-    what: String,
-    #[serde(default)]
-    pose: usize,
-}
-
-#[derive(Deserialize)]
-struct On {
-    on: bool,
-}
-
-#[derive(Deserialize)]
-struct Done {
-    done: bool,
-}
-
-#[derive(Deserialize)]
-struct Short {
-    short: bool,
 }
 
 #[derive(Serialize)]

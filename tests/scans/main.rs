@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
+mod bench;
 mod faulty_rig;
 mod interrupted_scans;
 mod panel;

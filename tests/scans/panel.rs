@@ -1,118 +1,20 @@
 //! The rig and a scan as the page of `epirig ui` has them: orders in, states out.
 
 use std::fs;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde_json::{Value, json};
 
+use crate::bench::{Bench, mm};
 use crate::faulty_rig::{Mischief, Tampered, When};
-use epirig::panel::{Panel, PanelCloser, PanelHooks, PanelOptions};
-use epirig::profile::{Draft, Override, Profile, REAL, SIM};
+use epirig::profile::{Profile, REAL, SIM};
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{FrameKind, Sequence, verify};
 use epirig_devices::camera::{
     CameraDriver, CameraError, OpenCamera, SimCamera, SimFault, Surroundings, add_camera_drivers,
 };
-use epirig_server::{Query, RefusalKind, Site};
-
-/// Longest wait for anything: only a test that fails waits for it.
-const PATIENCE: Duration = Duration::from_secs(120);
-
-/// No program stands beside the panel.
-struct Alone;
-
-impl PanelHooks for Alone {}
-
-/// A panel with a simulated rig, and its folder.
-struct Bench {
-    panel: Panel,
-    closer: Option<PanelCloser>,
-    folder: tempfile::TempDir,
-}
-
-impl Bench {
-    fn new(text: &str, set: &[&str]) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let set: Vec<Override> = set.iter().map(|text| Override::parse(text, "--set").unwrap()).collect();
-        let (panel, closer) = Panel::open(PanelOptions {
-            draft: Draft::read(text, "rig.toml", &set).unwrap(),
-            source: "the simulated rig".to_owned(),
-            file: folder.path().join("rig.toml"),
-            folder: folder.path().to_owned(),
-            hooks: Box::new(Alone),
-        });
-        let bench = Self { panel, closer: Some(closer), folder };
-        bench.until("the rig is there", |state| state["stage"]["state"] == "ready");
-        bench
-    }
-
-    fn path(&self) -> &Path {
-        self.folder.path()
-    }
-
-    fn get(&self, path: &str) -> Value {
-        let parts: Vec<&str> = path.split('/').collect();
-        let reply =
-            self.panel.get(&parts, &Query::default()).unwrap_or_else(|error| panic!("{path}: {error:?}"));
-        serde_json::from_slice(&reply.bytes).unwrap()
-    }
-
-    fn state(&self) -> Value {
-        self.get("rig/state")
-    }
-
-    fn try_post(&self, path: &str, mut asked: Value) -> Result<Value, (RefusalKind, String)> {
-        let parts: Vec<&str> = path.split('/').collect();
-        if asked.get("client").is_none() {
-            asked["client"] = json!("bench");
-        }
-        match self.panel.post(&parts, &asked) {
-            Ok(reply) => Ok(serde_json::from_slice(&reply.bytes).unwrap()),
-            Err(refusal) => Err((refusal.kind, refusal.message)),
-        }
-    }
-
-    fn post(&self, path: &str, asked: Value) -> Value {
-        self.try_post(path, asked).unwrap_or_else(|(_, words)| panic!("{path}: {words}"))
-    }
-
-    /// The first state that is as it is waited for.
-    fn until(&self, what: &str, is: impl Fn(&Value) -> bool) -> Value {
-        let began = Instant::now();
-        loop {
-            let state = self.state();
-            if is(&state) {
-                return state;
-            }
-            assert!(began.elapsed() < PATIENCE, "{what}: {state:#}");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    }
-
-    fn until_idle(&self) -> Value {
-        self.until("the rig has nothing to do", |state| state["task"].is_null() && state["stopping"] == false)
-    }
-
-    fn home(&self) {
-        self.post("rig/home", json!({}));
-        let state = self.until_idle();
-        assert_eq!(state["stage"]["position_mm"], 0.0, "{state:#}");
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        if let Some(closer) = self.closer.take() {
-            closer.wait();
-        }
-    }
-}
-
-fn mm(state: &Value) -> f64 {
-    state["stage"]["position_mm"].as_f64().unwrap_or_else(|| panic!("no position: {state:#}"))
-}
+use epirig_server::RefusalKind;
 
 /// A small rig that moves and takes frames as fast as the machine can.
 const FAST: [&str; 2] = ["camera.size=160x120", "plan.frames=9"];

@@ -1,6 +1,7 @@
 //! The rig in the panel: its owner, its camera and its stage.
 
 mod camera;
+mod controls;
 mod light;
 mod owner;
 mod profile;
@@ -11,6 +12,7 @@ use std::thread::{JoinHandle, spawn};
 
 use super::shared::Shared;
 
+pub(super) use controls::controls;
 pub(super) use profile::{FormMistake, change_profile, profile_form, save_profile};
 
 /// Starts the thread that owns the rig, and the one that looks at its pictures.
