@@ -61,7 +61,7 @@ impl Ui {
         let (panel, closer) = Panel::open(PanelOptions {
             draft: in_real_time(draft)?,
             source,
-            file,
+            file: std::path::absolute(&file).unwrap_or(file),
             folder,
             hooks: Box::new(Hooks),
         });

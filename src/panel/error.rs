@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::calibrate::CalibrateError;
+use crate::capture::CaptureError;
 use crate::memory::Bound;
 use crate::pipeline::PipelineError;
 use crate::profile::{ProfileError, RecordedRigError};
@@ -70,6 +71,9 @@ pub enum PanelError {
     /// The rig of a sequence cannot be read.
     #[error(transparent)]
     RecordedRig(#[from] RecordedRigError),
+    /// The plan leads out of the travel.
+    #[error(transparent)]
+    Plan(#[from] CaptureError),
     /// The plan is not complete, or a device cannot be what the profile says.
     #[error(transparent)]
     Rig(#[from] RigError),
@@ -107,6 +111,7 @@ impl From<PanelError> for Refusal {
             PanelError::Wrong(_)
             | PanelError::Profile(_)
             | PanelError::Rig(_)
+            | PanelError::Plan(_)
             | PanelError::Surface(_)
             | PanelError::Pipeline(PipelineError::Surface(_)) => RefusalKind::Wrong,
             _ => RefusalKind::Failed,

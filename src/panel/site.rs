@@ -12,9 +12,9 @@ use serde_json::Value;
 use super::asked::{Done, Id, Jogged, Mm, Named, On, Setting, Short, Show, Signed, Values, taken};
 use super::error::PanelError;
 use super::rig::{change_profile, controls, profile_form, save_profile, start};
-use super::scan::{folder_of, live_map, measure, plan, sequences};
+use super::scan::{folder_of, has_target, live_map, measure, plan, sequences};
 use super::shared::{Order, PanelHooks, PictureFeed, Reply as Answered, Shared, StateFeed};
-use super::state::TaskKind;
+use super::state::{RigState, TaskKind};
 use crate::panel::results::ResultsView;
 use crate::profile::Draft;
 use epirig_data::sequence::Sequence;
@@ -157,8 +157,11 @@ impl Panel {
             let why = "a name has letters, digits, - and _, and does not begin with a -".to_owned();
             return Err(PanelError::Wrong(why).into());
         }
-        // What the plan lacks is said before anything moves.
+        // What is missing is said before anything moves.
         plan(&self.shared)?;
+        if let Some((what, why)) = self.shared.look(RigState::lost) {
+            return Err(Refusal::new(RefusalKind::Busy, format!("the {what} is lost: {why}")));
+        }
         let words = format!("scan {name}");
         if self.shared.look(|state| state.task.is_none()) {
             self.shared.renew_pause();
@@ -282,8 +285,14 @@ impl Site for Panel {
                 done()
             }
             ["rig", "target"] => {
+                let On { on } = taken(asked)?;
+                if on && !has_target(shared) {
+                    let why = "the profile describes no chess-board: set square, columns and rows in its section \
+                               board, or in target";
+                    return Err(PanelError::Wrong(why.to_owned()).into());
+                }
                 shared.cover(|coverage| coverage.clear());
-                shared.finds_target.store(taken::<On>(asked)?.on, Ordering::SeqCst);
+                shared.finds_target.store(on, Ordering::SeqCst);
                 done()
             }
             ["rig", "show"] => {

@@ -40,7 +40,10 @@ pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummar
         .map_err(|error| PanelError::Wrong(format!("the question is not understood: {error}")))?;
     let opened = view.results()?;
     let heights = heights(view)?;
-    let region = asked.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
+    // The page's regions end before x1 and y1.
+    let region = asked.region.map(|[x0, y0, x1, y1]| {
+        Rectangle::between((x0, y0), (x1.saturating_sub(1).max(x0), y1.saturating_sub(1).max(y0)))
+    });
     let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
     if region.is_some_and(|region| !region.fits(rows, columns)) {
         return Err(PanelError::Wrong(format!("the region exceeds the picture of {columns} x {rows} px")));

@@ -48,8 +48,12 @@ pub(super) fn watch(shared: &Arc<Shared>) {
 }
 
 fn light(frame: &Frame, peak: &mut f64) -> LightState {
+    /// Below this share of full scale the sharpness is that of noise.
+    const DARK: f64 = 0.02;
     let seen = Assessment::of(frame);
-    *peak = peak.max(seen.focus);
+    if seen.mean_dn >= DARK * f64::from(frame.full_scale()) {
+        *peak = peak.max(seen.focus);
+    }
     LightState {
         mean_dn: seen.mean_dn,
         minimum_dn: seen.minimum_dn,

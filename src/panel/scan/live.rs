@@ -18,8 +18,9 @@ struct Head {
     high: f64,
 }
 
-/// Share of the values below and above the range that is shown.
-const TAIL: f64 = 0.005;
+/// Share of the values below and above the range that is shown. Beside the borders of an object a few columns
+/// are wrong, and these must not decide the colours of all others.
+const TAIL: f64 = 0.03;
 
 /// The disparity or the sigma of `map`, with the range of most of its values.
 pub(in crate::panel) fn live_map(map: &LiveMap, kind: &str) -> Result<Reply, Refusal> {

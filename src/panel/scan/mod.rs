@@ -16,4 +16,4 @@ pub(in crate::panel) use notes::Notes;
 pub(in crate::panel) use plan::plan;
 pub(in crate::panel) use run::{ScanRun, run_scan};
 pub(in crate::panel) use sequences::{folder_of, sequences};
-pub(in crate::panel) use target::find_target;
+pub(in crate::panel) use target::{find_target, has_target};

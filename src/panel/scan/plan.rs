@@ -32,6 +32,10 @@ pub(in crate::panel) struct Planned {
 pub(in crate::panel) fn plan(shared: &Arc<Shared>) -> Result<Planned, PanelError> {
     let profile = shared.draft().profile()?;
     let plan = capture_plan(&profile)?;
+    // A stage that is not there does not tell its travel; the scan itself will.
+    if let Some(travel_mm) = shared.look(|state| Some(state.stage.travel_mm).filter(|travel| *travel > 0.0)) {
+        plan.check_travel(travel_mm)?;
+    }
     let (seconds, frame_bytes) = estimate(shared, &plan);
     let (frames, others) = (plan.positions_mm.len(), plan.calibration_frames());
     let needs_bytes = Some(frame_bytes.saturating_mul((frames + others) as u64)).filter(|bytes| *bytes > 0);

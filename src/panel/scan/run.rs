@@ -47,7 +47,14 @@ pub(in crate::panel) fn run_scan(
     let done = before.as_ref().map_or(0, |sequence| sequence.frames().len());
     let mut state = ScanState::begun(run.name, folder.display().to_string(), plan.positions_mm.len(), done);
     state.free_bytes = free_bytes(&shared.folder);
-    shared.change(|known| known.scan = Some(state));
+    shared.change(|known| {
+        // What is known of the frames before a pause stays.
+        if let Some(before) = known.scan.take().filter(|before| run.resumed && before.name == run.name) {
+            (state.stops, state.retakes, state.course) = (before.stops, before.retakes, before.course);
+            state.map = before.map;
+        }
+        known.scan = Some(state);
+    });
     let map = live_map(run, profile, &plan);
     if let Some(sequence) = &before {
         // What cannot be read is taken again, and comes with the scan then.
@@ -113,6 +120,7 @@ fn end(shared: &Shared, folder: &Path, error: Option<CaptureError>) {
     let begun = Sequence::open(folder).is_ok();
     let words = match (error.is_wanted(), begun) {
         (true, false) => "stopped before the first frame".to_owned(),
+        (true, true) => "the scan is paused".to_owned(),
         _ => error.to_string(),
     };
     let can_be_resumed = matches!(error, CaptureError::Interrupted { .. }) && begun;
@@ -129,7 +137,8 @@ fn end(shared: &Shared, folder: &Path, error: Option<CaptureError>) {
         let kind = if error.is_wanted() { LogKind::Note } else { LogKind::Error };
         state.log(kind, words.clone());
         let Some(scan) = &mut state.scan else { return };
-        (scan.seconds_left, scan.asked, scan.reason) = (None, None, Some(words));
+        let reason = (!(error.is_wanted() && begun)).then_some(words);
+        (scan.seconds_left, scan.asked, scan.reason) = (None, None, reason);
         (scan.state, scan.held_by) =
             if can_be_resumed { (ScanPhase::Paused, vec![holder]) } else { (ScanPhase::Failed, Vec::new()) };
     });

@@ -8,6 +8,11 @@ use crate::profile::BoardProfile;
 use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
 use epirig_core::frame::Frame;
 
+/// Whether the profile describes a chess-board.
+pub(in crate::panel) fn has_target(shared: &Shared) -> bool {
+    shared.draft().profile().is_ok_and(|profile| profile.board.is_some() || profile.target.print.is_some())
+}
+
 /// The board of the profile in `frame`: the one held by hand, or else those on the object. With `covers`, its
 /// corners count as seen. `None` if the profile describes no board.
 pub(in crate::panel) fn find_target(

@@ -88,6 +88,8 @@ impl ScanWatcher for Watcher<'_> {
             state.free_bytes = free;
             let Some(scan) = &mut state.scan else { return };
             scan.done = done;
+            // A frame that is taken again, as after a loss of the position, has one entry.
+            scan.stops.retain(|before| before.index != stop.index);
             scan.stops.push(stop);
             (scan.seconds_left, scan.free_bytes) = (seconds_left, free);
             scan.needs_bytes = Some(self.frame_bytes.saturating_mul(frames.saturating_sub(done) as u64));

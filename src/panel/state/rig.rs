@@ -241,6 +241,15 @@ pub(in crate::panel) struct LogLine {
 const LINES: usize = 60;
 
 impl RigState {
+    /// A part of the rig that is lost, and why.
+    pub(in crate::panel) fn lost(&self) -> Option<(&'static str, String)> {
+        let why = |error: &Option<String>| error.clone().unwrap_or_default();
+        if self.camera.state == Presence::Lost {
+            return Some(("camera", why(&self.camera.error)));
+        }
+        (self.stage.state == Presence::Lost).then(|| ("stage", why(&self.stage.error)))
+    }
+
     /// Adds a line to the log.
     pub(in crate::panel) fn log(&mut self, kind: LogKind, words: impl Into<String>) {
         let number = self.log.last().map_or(0, |last| last.number + 1);

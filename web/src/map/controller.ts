@@ -1,7 +1,7 @@
 // Ties the map's canvases to the selection: one frame loop, drawn only when something has changed.
 
 import { effect } from '@preact/signals';
-import { hover, select, selection, tool } from '../store/selection';
+import { drawing, hover, select, selection, tool } from '../store/selection';
 import { origin_px } from '../store/questions';
 import { results } from '../store/results';
 import { hillshade, maskHatch, palette, photo } from '../store/settings';
@@ -168,6 +168,7 @@ export class MapController implements MapHandle {
       zoom: (factor, x, y) => this.look(zoomedAt(this.view(), this.size, factor, x, y)),
       draw: (kind, from, to) => {
         const [first, last] = [within(from), within(to)];
+        drawing.value = true;
         if (kind === 'line') {
           const width = selection.peek().line?.width ?? 5;
           select({ line: { x0: first.x, y0: first.y, x1: last.x, y1: last.y, width } });
@@ -183,6 +184,7 @@ export class MapController implements MapHandle {
         }
       },
       drawn: () => {
+        drawing.value = false;
         if (selection.peek().region && tool.peek() === 'region') select({ panel: 'steps' });
         tool.value = 'pin';
       },

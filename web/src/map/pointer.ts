@@ -46,12 +46,17 @@ export function listenToPointers(element: HTMLElement, offset: () => Point, to: 
     return event.pointerType === 'touch' ? 'pin' : 'pan';
   };
 
+  const endDrawing = (): void => {
+    if (drag?.moved && (drag.kind === 'line' || drag.kind === 'region')) to.drawn();
+  };
+
   element.addEventListener('pointerdown', (event) => {
     if (event.pointerType === 'mouse' && event.button !== 0) return;
     element.setPointerCapture(event.pointerId);
     const at = place(event);
     fingers.set(event.pointerId, at);
     if (fingers.size === 2) {
+      endDrawing();
       drag = null;
       spread = spreadOf();
       to.loupe(null);
@@ -85,10 +90,8 @@ export function listenToPointers(element: HTMLElement, offset: () => Point, to: 
   });
 
   const end = (event: PointerEvent): void => {
-    if (drag && event.type === 'pointerup') {
-      if (!drag.moved) to.pin(drag.from.x, drag.from.y);
-      else if (drag.kind === 'line' || drag.kind === 'region') to.drawn();
-    }
+    if (drag && event.type === 'pointerup' && !drag.moved) to.pin(drag.from.x, drag.from.y);
+    endDrawing();
     fingers.delete(event.pointerId);
     drag = null;
     spread = null;

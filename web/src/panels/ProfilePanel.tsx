@@ -1,11 +1,11 @@
-import { useMemo } from 'preact/hooks';
+import { useMemo, useRef } from 'preact/hooks';
 import { api, type LineInfo, type LinePoint } from '../api';
 import { CurvePanel, type Curve } from '../components/CurvePanel';
 import { NumberField } from '../components/NumberField';
 import { save, say } from '../store/actions';
 import { profile } from '../store/questions';
 import { lengths, results } from '../store/results';
-import { hover, line, select } from '../store/selection';
+import { drawing, hover, line, select } from '../store/selection';
 
 interface Columns {
   x: number[];
@@ -57,7 +57,10 @@ function nearest(points: LinePoint[], at: { x: number; y: number } | null): numb
 }
 
 export function ProfilePanel() {
-  const ends = line.value;
+  // While a line is drawn the panel keeps its size, or the map would move under the pointer.
+  const drawn = useRef(line.peek());
+  if (!drawing.value) drawn.current = line.value;
+  const ends = drawn.current;
   const { value: info, error, loading } = profile.state.value;
   const { label, factor } = lengths.value;
   const columns = useMemo(() => info && columnsOf(info, factor), [info, factor]);
@@ -105,7 +108,7 @@ export function ProfilePanel() {
         </button>
       </div>
       {error && <p class="fault">{error}</p>}
-      {columns && (
+      {columns && !error && (
         <div class={loading ? 'loading' : ''}>
           <CurvePanel
             name={`Profile from A to B, ${info?.unit === 'px' ? 'disparity' : 'height'} in ${unit}`}

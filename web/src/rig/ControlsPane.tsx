@@ -9,6 +9,13 @@ import { rigState } from './store';
 import { exposureText, titleOf } from './texts';
 import { whyNoCamera } from './why';
 
+/** Drivers count the exposure in parts of 100 us. */
+function unitOf(name: string): string | undefined {
+  return name === 'exposure_time_absolute' || name === 'exposure_absolute'
+    ? '\u00d7 100 \u00b5s'
+    : undefined;
+}
+
 /** Why this control of all cannot be set. */
 function whyFixed(control: Control): string | null {
   if (control.read_only) return 'read only';
@@ -62,6 +69,7 @@ function Field({ control, why }: { control: Control; why: string | null }) {
       return (
         <NumberField
           label={title}
+          unit={unitOf(name)}
           value={value ?? control.default}
           minimum={control.minimum}
           maximum={control.maximum}

@@ -54,6 +54,7 @@ export function DoctorPane() {
           </span>
         )}
       </p>
+      <p class="hint">It homes the stage and moves it within the plan.</p>
       {doctor && (
         <>
           <ul class="checks" aria-label="Checks">

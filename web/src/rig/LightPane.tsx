@@ -10,14 +10,19 @@ import { order, rigState } from './store';
 import { shareText } from './texts';
 import { whyNoCamera } from './why';
 
+/** Mean light below this share of full scale tells nothing of sharpness. */
+const DARK = 0.02;
+
 /** How sharp the picture is, against the sharpest so far. */
 export function FocusPane() {
   const light = rigState.value?.light ?? null;
-  const share = light && light.focus_peak > 0 ? Math.min(light.focus / light.focus_peak, 1) : 0;
+  // In the dark the sharpness is that of noise.
+  const dark = light !== null && light.mean_dn < DARK * light.full_scale_dn;
+  const share = light && !dark && light.focus_peak > 0 ? Math.min(light.focus / light.focus_peak, 1) : 0;
   return (
     <section class={`focus ${stale.value ? 'dimmed' : ''}`} aria-label="Focus">
       <h2>Focus</h2>
-      <strong class="key-number">{light ? significant(light.focus, 3) : '\u2013'}</strong>
+      <strong class="key-number">{light && !dark ? significant(light.focus, 3) : '\u2013'}</strong>
       <span
         class="meter"
         role="meter"
@@ -30,7 +35,9 @@ export function FocusPane() {
         <span style={{ width: `${share * 100}%` }} />
       </span>
       <span>
-        {Math.round(share * 100)} % of peak {light ? significant(light.focus_peak, 3) : '\u2013'}
+        {dark
+          ? '! too dark to judge'
+          : `${Math.round(share * 100)} % of peak ${light ? significant(light.focus_peak, 3) : '\u2013'}`}
       </span>
       <OrderButton act={() => void order(rig.resetPeak())} why={whyNoCamera.value} name="reset peak">
         reset

@@ -122,22 +122,23 @@ function GoTo({ stage }: { stage: StageState }) {
   const wanted = useSignal<number | null>(null);
   const runsOn = stage.runs_on_mm[fast.value ? 1 : 0];
   const shown = wanted.value ?? stage.position_mm ?? 0;
+  // A slip of a finger must not send the stage to its end, so what is typed is not cut to the travel.
+  const beyond =
+    shown < 0 || shown > stage.travel_mm ? `the stage goes from 0 to ${stage.travel_mm} mm` : null;
   return (
     <div class="go-to">
       <NumberField
         label="go to"
         unit="mm"
         value={Number(shown.toFixed(4))}
-        minimum={0}
-        maximum={stage.travel_mm}
         disabled={whyNoMove.value !== null}
         onChange={(mm) => (wanted.value = mm)}
       />
-      <OrderButton act={() => void order(rig.go(shown))} why={whyNoMove.value}>
+      <OrderButton act={() => void order(rig.go(shown))} why={whyNoMove.value ?? beyond}>
         Go
       </OrderButton>
-      <p class="runs-on note muted">
-        hold stops within {stepSize(Number(runsOn.toPrecision(2)))} mm if contact is lost
+      <p class={`runs-on note ${beyond ? 'amber' : 'muted'}`}>
+        {beyond ?? `hold stops within ${stepSize(Number(runsOn.toPrecision(2)))} mm if contact is lost`}
       </p>
       {/* Apart from the rest: a slip must not home. */}
       <span class="home">

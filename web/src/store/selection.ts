@@ -10,6 +10,9 @@ export const selection = signal<Selection>(fromHash(''));
 /** The pixel under the pointer: a weaker mark than the pin. */
 export const hover = signal<{ x: number; y: number } | null>(null);
 
+/** Whether a line or a region is being drawn: nothing on the page may move meanwhile. */
+export const drawing = signal(false);
+
 /** What a drag on the map draws next. */
 export const tool = signal<'pin' | 'line' | 'region'>('pin');
 

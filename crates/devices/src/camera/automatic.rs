@@ -90,6 +90,11 @@ pub(super) fn known() -> Vec<u32> {
     ids
 }
 
+/// Whether the control switches something automatic on or off.
+pub(super) fn is_automatic(control: &Control) -> bool {
+    AUTOMATIC.iter().any(|(id, _)| *id == control.id)
+}
+
 /// The writes that switch off all automatic controls: control and value, in their order.
 pub(super) fn switches(controls: &[Control]) -> Vec<(&Control, i64)> {
     let off = |(id, values): &(u32, &[i64])| {

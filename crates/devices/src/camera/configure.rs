@@ -1,7 +1,7 @@
 //! Configures a camera, and reads back what its driver has set.
 
 use super::CameraError;
-use super::automatic::{exposure_unit, is_watched, switches};
+use super::automatic::{exposure_unit, is_automatic, is_watched, switches};
 use super::control::{Control, ControlKind, find_control};
 use super::device::VideoDevice;
 use super::format::{ActiveFormat, Interval, OfferedFormat, Size, Sizes};
@@ -35,24 +35,19 @@ pub(super) fn configure(
     let by_hand = asked_for(device, settings, &camera)?;
     switch_automatics_off(device, &by_hand, &camera, &mut notes)?;
     let mut written = Vec::new();
+    // Automatic controls come first: while one is on, what it controls cannot be set.
+    let (automatics, others): (Vec<_>, Vec<_>) = {
+        let controls = device.controls()?;
+        settings
+            .controls
+            .iter()
+            .partition(|(name, _)| find_control(&camera, &controls, name).is_ok_and(is_automatic))
+    };
+    write_controls(device, &automatics, &mut written, &camera)?;
     if let Some(exposure_us) = settings.exposure_us {
         written.push(set_exposure(device, exposure_us, format.size, &camera)?);
     }
-    for (name, value) in &settings.controls {
-        let controls = device.controls()?;
-        let control = find_control(&camera, &controls, name)?;
-        let value = control.parse(&camera, value)?;
-        if written.contains(&control.id) {
-            return Err(CameraError::ControlRefused {
-                camera,
-                name: control.name.clone(),
-                value: value.to_string(),
-                reason: "it is given twice".to_owned(),
-            });
-        }
-        write_and_compare(device, &camera, control, value)?;
-        written.push(control.id);
-    }
+    write_controls(device, &others, &mut written, &camera)?;
     let controls = device.controls()?;
     let automatic = switches(&controls).into_iter().filter(|(control, _)| written.contains(&control.id));
     notes.extend(automatic.map(|(control, _)| {
@@ -69,6 +64,31 @@ pub(super) fn configure(
         })
         .collect();
     Ok(Configuration { format, rows, columns, bit_depth, interval, exposure_us, pinned, notes })
+}
+
+/// Writes controls, none of them twice.
+fn write_controls(
+    device: &mut dyn VideoDevice,
+    settings: &[&(String, String)],
+    written: &mut Vec<u32>,
+    camera: &str,
+) -> Result<(), CameraError> {
+    for (name, value) in settings {
+        let controls = device.controls()?;
+        let control = find_control(camera, &controls, name)?;
+        let value = control.parse(camera, value)?;
+        if written.contains(&control.id) {
+            return Err(CameraError::ControlRefused {
+                camera: camera.to_owned(),
+                name: control.name.clone(),
+                value: value.to_string(),
+                reason: "it is given twice".to_owned(),
+            });
+        }
+        write_and_compare(device, camera, control, value)?;
+        written.push(control.id);
+    }
+    Ok(())
 }
 
 /// Layout of the buffers of a configured device.
