@@ -91,7 +91,12 @@ test('a line shows its profile, and its CSV is that of the server', async ({ pag
   await page.mouse.up();
   await page.keyboard.up('Shift');
   await expect(page.getByRole('img', { name: /^Profile from A to B/ })).toBeVisible();
-  const ends = /l=([^&]*)/.exec(new URL(await settledLink(page)).hash)![1]!.split(',');
+  const profile = page.getByRole('region', { name: 'Profile' });
+  const words = await profile.getByRole('heading').innerText();
+  const ends = [...words.matchAll(/\d+/g)].slice(0, 4).map(([digits]) => digits);
+  ends.push(await profile.getByRole('spinbutton', { name: 'width in px' }).inputValue());
+  // The address is written a moment later.
+  await expect.poll(() => page.url()).toContain(`l=${ends.join(',')}`);
   const [saved] = await Promise.all([
     page.waitForEvent('download'),
     page.getByRole('button', { name: 'CSV' }).click(),
