@@ -155,7 +155,8 @@ fn a_region_and_a_line_have_the_answers_of_the_command() {
     let folder = tempfile::tempdir().unwrap();
     matched(folder.path());
     let view = ResultsView::open(&folder.path().join("seq"), None).unwrap();
-    let asked = json!({ "region": [10, 4, 110, 60], "trend": "plane" });
+    // A region of the page ends before its second corner.
+    let asked = json!({ "region": [10, 4, 111, 61], "trend": "plane" });
     let found = json(&view.post(&["surface"], &asked).unwrap());
     let region =
         ["--region", "10,4,110,60", "--trend", "plane", "--profile", "12,8,40,16", "--profile-width", "3"];

@@ -13,7 +13,8 @@ pub enum StageError {
     NotHomed,
     /// The position is outside the travel.
     #[error(
-        "{position_mm:.3} mm is outside the stage's travel of 0 to {travel_mm} mm; choose a position within it"
+        "{} mm is outside the stage's travel of 0 to {travel_mm} mm; choose a position within it",
+        (position_mm * 1e4).round() / 1e4
     )]
     OutsideTravel {
         /// Commanded position, in mm from home.
