@@ -118,14 +118,16 @@ fn end(shared: &Shared, folder: &Path, error: Option<CaptureError>) {
         });
     };
     let begun = Sequence::open(folder).is_ok();
-    let words = match (error.is_wanted(), begun) {
+    // Who cancels what is asked for wants the scan to wait.
+    let wanted = error.is_wanted() || matches!(error.cause(), CaptureError::NotArranged { .. });
+    let words = match (wanted, begun) {
         (true, false) => "stopped before the first frame".to_owned(),
         (true, true) => "the scan is paused".to_owned(),
         _ => error.to_string(),
     };
     let can_be_resumed = matches!(error, CaptureError::Interrupted { .. }) && begun;
     let holder = match error.cause() {
-        _ if error.is_wanted() => "operator",
+        _ if wanted => "operator",
         CaptureError::Camera(_) => "camera",
         CaptureError::Stage(_)
         | CaptureError::CannotHome { .. }
@@ -134,10 +136,10 @@ fn end(shared: &Shared, folder: &Path, error: Option<CaptureError>) {
         _ => "operator",
     };
     shared.change(|state| {
-        let kind = if error.is_wanted() { LogKind::Note } else { LogKind::Error };
+        let kind = if wanted { LogKind::Note } else { LogKind::Error };
         state.log(kind, words.clone());
         let Some(scan) = &mut state.scan else { return };
-        let reason = (!(error.is_wanted() && begun)).then_some(words);
+        let reason = (!(wanted && begun)).then_some(words);
         (scan.seconds_left, scan.asked, scan.reason) = (None, None, reason);
         (scan.state, scan.held_by) =
             if can_be_resumed { (ScanPhase::Paused, vec![holder]) } else { (ScanPhase::Failed, Vec::new()) };
