@@ -70,8 +70,12 @@ impl<'a> Person<'a> {
             let frame = match camera.look(PATIENCE) {
                 Ok(Some(frame)) => frame,
                 Ok(None) => continue,
-                // The camera is started after this, which says what is wrong, or mends it.
-                Err(_) => return true,
+                // A lost picture confirms nothing: only a person or the board does. The start of the camera
+                // that follows says what is wrong with it, or mends it.
+                Err(_) => {
+                    std::thread::sleep(PATIENCE);
+                    continue;
+                }
             };
             let is_time = looked.as_ref().is_none_or(|(at, _)| at.elapsed() >= BETWEEN);
             if is_board && is_time {

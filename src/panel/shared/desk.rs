@@ -50,7 +50,8 @@ pub(in crate::panel) struct Shared {
     ending: AtomicBool,
     /// The controls of the camera.
     controls: Mutex<Vec<Control>>,
-    pub(in crate::panel) coverage: Mutex<Coverage>,
+    /// Where corners of a board were seen.
+    coverage: Mutex<Coverage>,
     /// The page that has control.
     controller: Mutex<Controller>,
     /// How fast the stage is, if it tells.
