@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
 
 use super::CliError;
@@ -161,12 +161,17 @@ impl Progress for Talk {
         new.set_draw_target(if silent { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
         // A single step shows a spinner; several show the time left.
         let template = if total > 1 {
-            "{msg:>22} [{bar:32}] {pos}/{len}  {eta} left"
+            "{msg:>22} [{bar:32}] {pos}/{len}  {left} left"
         } else {
             "{msg:>22} {spinner} {elapsed}"
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
-            new.set_style(style.progress_chars("=> "));
+            let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let left = time_left(state.elapsed(), state.pos(), state.len().unwrap_or_default());
+                // The bar's own text takes all that is written.
+                let _ = write!(out, "{:#}", HumanDuration(left));
+            };
+            new.set_style(style.progress_chars("=> ").with_key("left", left));
         }
         new.set_message(what.to_owned());
         *self.told.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
@@ -182,7 +187,8 @@ impl Progress for Talk {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         if bar.is_hidden() && !self.quiet && told.elapsed() >= LINE_EVERY {
             *told = Instant::now();
-            let (done, all, left) = (bar.position(), bar.length().unwrap_or_default(), bar.eta());
+            let (done, all) = (bar.position(), bar.length().unwrap_or_default());
+            let left = time_left(bar.elapsed(), done, all);
             tell(&format!("{}: {done} of {all}, {} left", bar.message(), HumanDuration(left)));
         }
     }
@@ -196,9 +202,25 @@ impl Progress for Talk {
     }
 }
 
+/// Time that the rest takes at the mean rate so far. Steps may take seconds or minutes each; an estimate from
+/// the latest ones, as that of `indicatif`, then says days.
+fn time_left(elapsed: Duration, done: u64, all: u64) -> Duration {
+    let steps = all.saturating_sub(done) as f64 / done.max(1) as f64;
+    Duration::try_from_secs_f64(elapsed.as_secs_f64() * steps).unwrap_or(Duration::MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_time_left_follows_the_mean_rate() {
+        let minutes = |count: u64| Duration::from_secs(60 * count);
+        assert_eq!(time_left(minutes(4), 15, 100), Duration::from_secs(1360));
+        assert_eq!(time_left(minutes(4), 100, 100), Duration::ZERO);
+        assert_eq!(time_left(minutes(1), 1, 100), minutes(99));
+        assert_eq!(time_left(Duration::MAX, 1, u64::MAX), Duration::MAX);
+    }
 
     #[test]
     fn numbers_of_hundreds_of_digits_are_shortened() {

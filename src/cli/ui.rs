@@ -73,9 +73,14 @@ impl Ui {
             end.press();
             stop.press();
         });
-        let serving = Serving { link: server.link() };
+        let watch_link = server.watch_link();
+        let serving = Serving { link: server.link(), watch_link: Some(watch_link) };
         talk.result(&serving, || format!("{}\n", serving.link))?;
         talk.say("open this link in a browser; Ctrl-C ends it");
+        serving
+            .watch_link
+            .iter()
+            .for_each(|link| talk.say(&format!("for somebody who only watches: {link}")));
         let served = server.run(panel);
         closer.wait();
         Ok(served?)

@@ -34,6 +34,9 @@ pub(super) struct View {
 #[derive(Serialize)]
 pub(super) struct Serving {
     pub(super) link: String,
+    /// For somebody who only watches, if there is something to control.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) watch_link: Option<String>,
 }
 
 impl View {
@@ -43,7 +46,7 @@ impl View {
         let stop = server.stop_switch();
         interrupt::calls(move || stop.press());
         view.read_ahead();
-        let serving = Serving { link: server.link() };
+        let serving = Serving { link: server.link(), watch_link: None };
         talk.result(&serving, || format!("{}\n", serving.link))?;
         talk.say("open this link in a browser; Ctrl-C ends it");
         server.run(view)?;

@@ -115,6 +115,31 @@ pub enum Mischief {
     View(SimView),
     /// It waits until this is true.
     Wait(&'static AtomicBool),
+    /// Its cable is pulled as soon as somebody asks for it.
+    Cable(&'static Cable),
+}
+
+/// The cable of a camera.
+#[derive(Debug, Default)]
+pub struct Cable {
+    pulled: AtomicBool,
+    looks: AtomicUsize,
+}
+
+impl Cable {
+    pub const fn new() -> Self {
+        Self { pulled: AtomicBool::new(false), looks: AtomicUsize::new(0) }
+    }
+
+    /// Pulls it before the next look.
+    pub fn pull(&self) {
+        self.pulled.store(true, Ordering::SeqCst);
+    }
+
+    /// Looks since it was pulled.
+    pub fn looks(&self) -> usize {
+        self.looks.load(Ordering::SeqCst)
+    }
 }
 
 /// When it is done: before the given call, counted from 0.
@@ -122,6 +147,8 @@ pub enum Mischief {
 pub enum When {
     Grab(usize),
     Start(usize),
+    /// Before each of the looks.
+    Look,
 }
 
 /// A camera that is tampered with.
@@ -147,6 +174,12 @@ impl Tampered {
                         std::thread::sleep(Duration::from_millis(1));
                     }
                 }
+                Mischief::Cable(cable) if cable.pulled.load(Ordering::SeqCst) => {
+                    if cable.looks.fetch_add(1, Ordering::SeqCst) == 0 {
+                        self.camera.device().inject(SimFault::Disconnect { failing: 0 });
+                    }
+                }
+                Mischief::Cable(_) => {}
                 Mischief::Gain(gain) => {
                     self.camera.set_control("gain", &gain.to_string()).unwrap();
                 }
@@ -193,6 +226,7 @@ impl Camera for Tampered {
     }
 
     fn look(&mut self, patience: Duration) -> Result<Option<Frame>, CameraError> {
+        self.tamper(When::Look);
         self.camera.look(patience)
     }
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use crate::bench::{Bench, mm};
-use crate::faulty_rig::{Mischief, Tampered, When};
+use crate::faulty_rig::{Cable, Mischief, Tampered, When};
 use epirig::profile::{Profile, REAL, SIM};
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{FrameKind, Sequence, verify};
@@ -246,16 +246,22 @@ fn boards_held_by_hand_are_photographed_by_themselves() {
 /// A simulated camera to which something is done before one of its frames.
 struct Odd {
     name: &'static str,
-    grab: usize,
+    when: When,
     mischief: Mischief,
 }
 
 /// Goes away, and comes back at the third attempt.
-static LEAVING: Odd =
-    Odd { name: "leaving", grab: 12, mischief: Mischief::Fault(SimFault::Disconnect { failing: 3 }) };
+static LEAVING: Odd = Odd {
+    name: "leaving",
+    when: When::Grab(12),
+    mischief: Mischief::Fault(SimFault::Disconnect { failing: 3 }),
+};
 /// Waits.
-static WAITING: Odd = Odd { name: "waiting", grab: 8, mischief: Mischief::Wait(&OPEN) };
+static WAITING: Odd = Odd { name: "waiting", when: When::Grab(8), mischief: Mischief::Wait(&OPEN) };
 static OPEN: AtomicBool = AtomicBool::new(false);
+/// Its cable is pulled while a person arranges something.
+static PULLED: Odd = Odd { name: "pulled", when: When::Look, mischief: Mischief::Cable(&CABLE) };
+static CABLE: Cable = Cable::new();
 
 impl CameraDriver for Odd {
     fn name(&self) -> &'static str {
@@ -272,7 +278,7 @@ impl CameraDriver for Odd {
 
     fn open(&self, _device: Option<&str>, around: &Surroundings) -> Result<OpenCamera, CameraError> {
         let camera = SimCamera::before_simulator(around.simulator.clone().unwrap(), around.stage.clone());
-        let plan = vec![(When::Grab(self.grab), self.mischief.clone())];
+        let plan = vec![(self.when, self.mischief.clone())];
         Ok(OpenCamera { camera: Box::new(Tampered::new(camera, plan)), view: None })
     }
 }
@@ -290,6 +296,34 @@ fn a_camera_that_is_lost_in_a_scan_is_said_and_waited_for() {
     assert!(log.iter().any(|line| line.contains("waiting up to 300 s for the camera")), "{log:?}");
     assert!(log.iter().any(|line| line.contains("the scan continues")), "{log:?}");
     let sequence = Sequence::open(&bench.path().join("seq")).unwrap();
+    assert_eq!(verify(&sequence, &Silent).unwrap().findings, []);
+}
+
+#[test]
+fn a_camera_that_is_lost_while_a_person_arranges_something_confirms_nothing() {
+    add_camera_drivers(&[&PULLED]);
+    let set = ["camera.size=160x120", "plan.frames=5", "plan.dark=1", "camera.device=pulled"];
+    let bench = Bench::new(SIM, &set);
+    bench.post("scan/start", json!({ "name": "seq" }));
+    bench.until("dark is asked for", |state| state["scan"]["asked"]["kind"] == "dark");
+    CABLE.pull();
+    let state = bench.until("several looks have failed", |_| CABLE.looks() > 3);
+    assert_eq!(state["scan"]["asked"]["kind"], "dark", "{state:#}");
+    // A person who confirms is told that there is no camera, and can go on when there is.
+    bench.post("scan/arranged", json!({ "done": true }));
+    let state = bench.until("it is paused", |state| state["scan"]["state"] == "paused");
+    assert_eq!(state["scan"]["held_by"], json!(["camera"]), "{state:#}");
+    bench.until("the camera is back", |state| {
+        state["task"].is_null() && state["camera"]["state"] == "live" && state["camera"]["error"].is_null()
+    });
+    bench.post("scan/resume", json!({ "name": "seq" }));
+    for kind in ["dark", "object"] {
+        bench.until(kind, |state| state["scan"]["asked"]["kind"] == kind);
+        bench.post("scan/arranged", json!({ "done": true }));
+    }
+    bench.until("it is done", |state| state["scan"]["state"] == "done");
+    let sequence = Sequence::open(&bench.path().join("seq")).unwrap();
+    assert_eq!(sequence.calibration_frames(FrameKind::Dark).len(), 1);
     assert_eq!(verify(&sequence, &Silent).unwrap().findings, []);
 }
 

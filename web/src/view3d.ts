@@ -148,6 +148,11 @@ export class View3d {
     this.post.material.color.set(state.ink);
   }
 
+  /** Width of the object. */
+  get width_mm(): number {
+    return this.head.columns * this.side;
+  }
+
   resize(width: number, height: number): void {
     this.renderer.setSize(width, height, false);
     const before = Math.min(this.camera.aspect, 1.5);

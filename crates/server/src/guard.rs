@@ -6,7 +6,7 @@ use axum::http::{HeaderMap, Method, header};
 
 use super::handshake;
 use super::refusal::{Refusal, RefusalKind};
-use super::token::Token;
+use super::token::{Token, Tokens};
 
 /// Name of the header that holds the token.
 pub(super) const TOKEN_HEADER: &str = "x-epirig-token";
@@ -20,12 +20,12 @@ pub(super) struct Guard {
     address: SocketAddr,
     /// The name of this machine, if the system tells it.
     machine: Option<String>,
-    token: Token,
+    tokens: Tokens,
 }
 
 impl Guard {
-    pub(super) fn new(address: SocketAddr, token: Token) -> Self {
-        Self { address, machine: machine_name(), token }
+    pub(super) fn new(address: SocketAddr, tokens: Tokens) -> Self {
+        Self { address, machine: machine_name(), tokens }
     }
 
     /// Refuses a request for another host than this one. A page of another site, whose name leads here by a
@@ -53,23 +53,20 @@ impl Guard {
         }
     }
 
-    /// Refuses what needs the token and does not have it: all that changes something, and from other machines
+    /// Refuses what needs a token and does not have it: all that changes something, and from other machines
     /// all data.
     pub(super) fn check_token(&self, method: &Method, headers: &HeaderMap) -> Result<(), Refusal> {
-        let reads = method == Method::GET && self.address.ip().is_loopback();
-        if reads || self.has_token(headers) {
+        let Tokens { control, watch } = &self.tokens;
+        let reads = method == Method::GET;
+        let may_read = || self.address.ip().is_loopback() || gives(headers, watch);
+        if gives(headers, control) || (reads && may_read()) {
             return Ok(());
         }
-        let message = "the token is missing or wrong; open the link that epirig printed when it started";
+        let message = match gives(headers, watch) {
+            true => "this page was opened with the link for watching; orders need the other link of epirig",
+            false => "the token is missing or wrong; open the link that epirig printed when it started",
+        };
         Err(Refusal::new(RefusalKind::NoToken, message.to_owned()))
-    }
-
-    /// Whether the request has the token.
-    pub(super) fn has_token(&self, headers: &HeaderMap) -> bool {
-        let mut protocols = handshake::words(headers, header::SEC_WEBSOCKET_PROTOCOL.as_str());
-        text(headers, TOKEN_HEADER).is_some_and(|given| self.token.is(given))
-            || protocols
-                .any(|word| word.strip_prefix(TOKEN_PROTOCOL).is_some_and(|given| self.token.is(given)))
     }
 
     /// Whether a Host header names this server.
@@ -87,6 +84,13 @@ impl Guard {
         let own = |machine: &String| name == *machine || name.strip_suffix(".local") == Some(machine);
         name == "localhost" || (!self.address.ip().is_loopback() && self.machine.as_ref().is_some_and(own))
     }
+}
+
+/// Whether a request has the token.
+fn gives(headers: &HeaderMap, token: &Token) -> bool {
+    let mut protocols = handshake::words(headers, header::SEC_WEBSOCKET_PROTOCOL.as_str());
+    text(headers, TOKEN_HEADER).is_some_and(|given| token.is(given))
+        || protocols.any(|word| word.strip_prefix(TOKEN_PROTOCOL).is_some_and(|given| token.is(given)))
 }
 
 fn text<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
@@ -108,8 +112,8 @@ mod tests {
     use super::*;
 
     fn guard(address: &str) -> Guard {
-        let token = Token::new().unwrap();
-        Guard { address: address.parse().unwrap(), machine: Some("bench".to_owned()), token }
+        let tokens = Tokens::new().unwrap();
+        Guard { address: address.parse().unwrap(), machine: Some("bench".to_owned()), tokens }
     }
 
     #[test]
@@ -153,16 +157,21 @@ mod tests {
     }
 
     #[test]
-    fn reading_needs_the_token_from_elsewhere_and_changing_always() {
-        let mut with = HeaderMap::new();
+    fn reading_needs_a_token_from_elsewhere_and_changing_always() {
         for (address, reads_freely) in [("127.0.0.1:7400", true), ("0.0.0.0:7400", false)] {
             let guard = guard(address);
-            with.insert(TOKEN_HEADER, guard.token.digits().parse().unwrap());
-            let without = HeaderMap::new();
-            assert_eq!(guard.check_token(&Method::GET, &without).is_ok(), reads_freely);
-            assert!(guard.check_token(&Method::POST, &without).is_err());
-            assert!(guard.check_token(&Method::POST, &with).is_ok());
-            assert!(guard.check_token(&Method::GET, &with).is_ok());
+            let with = |token: &Token| {
+                let mut headers = HeaderMap::new();
+                headers.insert(TOKEN_HEADER, token.digits().parse().unwrap());
+                headers
+            };
+            let may = |method: &Method, headers: &HeaderMap| guard.check_token(method, headers).is_ok();
+            let none = HeaderMap::new();
+            assert_eq!((may(&Method::GET, &none), may(&Method::POST, &none)), (reads_freely, false));
+            let control = with(&guard.tokens.control);
+            assert!(may(&Method::GET, &control) && may(&Method::POST, &control));
+            let watch = with(&guard.tokens.watch);
+            assert!(may(&Method::GET, &watch) && !may(&Method::POST, &watch));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Listens, and serves connections within limits.
 
-use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use super::answer::{FeedLimits, router};
 use super::guard::Guard;
 use super::site::Site;
 use super::threads;
-use super::token::Token;
+use super::token::{Token, Tokens};
 
 /// What clients may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,7 +83,7 @@ pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     limits: Limits,
-    token: Token,
+    tokens: Tokens,
     stop: StopSwitch,
 }
 
@@ -98,7 +98,7 @@ impl Server {
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let stop = StopSwitch(Arc::new(watch::Sender::new(false)));
-        Ok(Self { listener, address, limits: options.limits, token: Token::new()?, stop })
+        Ok(Self { listener, address, limits: options.limits, tokens: Tokens::new()?, stop })
     }
 
     /// The address that is listened on.
@@ -108,7 +108,16 @@ impl Server {
 
     /// The link that opens the page, with the token. Browsers do not send the part after `#`.
     pub fn link(&self) -> String {
-        format!("http://{}/#token={}", self.address, self.token.digits())
+        self.link_with(&self.tokens.control)
+    }
+
+    /// The link for somebody who looks and changes nothing.
+    pub fn watch_link(&self) -> String {
+        self.link_with(&self.tokens.watch)
+    }
+
+    fn link_with(&self, token: &Token) -> String {
+        format!("http://{}/#token={}", reachable(self.address), token.digits())
     }
 
     /// What ends [`run`](Self::run).
@@ -130,7 +139,7 @@ impl Server {
         let mut stopped = self.stop.0.subscribe();
         let places = Arc::new(Semaphore::new(self.limits.feeds));
         let feeds = FeedLimits { places: places.clone(), stopped: stopped.clone() };
-        let guard = Guard::new(self.address, self.token);
+        let guard = Guard::new(self.address, self.tokens);
         let service = TowerToHyperService::new(router(guard, site, self.limits.request_time, feeds));
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener).map_err(ServerError::Runtime)?;
@@ -181,4 +190,22 @@ impl Server {
         runtime.shutdown_background();
         served
     }
+}
+
+/// The address for others, if `address` stands for all of this machine's.
+fn reachable(address: SocketAddr) -> SocketAddr {
+    if !address.ip().is_unspecified() {
+        return address;
+    }
+    // An address for documentation (RFC 5737, RFC 3849). A datagram socket that is connected sends nothing,
+    // but the system has chosen the address that it would send from.
+    let (own, far) = match address {
+        SocketAddr::V4(_) => ("0.0.0.0:0", "192.0.2.1:9"),
+        SocketAddr::V6(_) => ("[::]:0", "[2001:db8::1]:9"),
+    };
+    let chosen = UdpSocket::bind(own).and_then(|socket| {
+        socket.connect(far)?;
+        socket.local_addr()
+    });
+    chosen.map_or(address, |chosen| SocketAddr::new(chosen.ip(), address.port()))
 }

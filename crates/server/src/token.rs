@@ -1,4 +1,4 @@
-//! The token: who has it may change things.
+//! Tokens: who has the one may change things, who has the other may look.
 
 use super::ServerError;
 
@@ -23,6 +23,22 @@ impl Token {
     pub(super) fn is(&self, given: &str) -> bool {
         let different = self.0.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
         given.len() == self.0.len() && different == 0
+    }
+}
+
+/// What a server gives to people.
+#[derive(Clone)]
+pub(super) struct Tokens {
+    /// For changing things, and for looking.
+    pub(super) control: Token,
+    /// For looking alone.
+    pub(super) watch: Token,
+}
+
+impl Tokens {
+    /// New tokens.
+    pub(super) fn new() -> Result<Self, ServerError> {
+        Ok(Self { control: Token::new()?, watch: Token::new()? })
     }
 }
 

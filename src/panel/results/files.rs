@@ -18,7 +18,11 @@ pub(super) struct FileFacts {
 /// The files of the results.
 pub(super) fn downloads(view: &ResultsView) -> Vec<FileFacts> {
     let files = result_files(&view.folder).unwrap_or_default();
-    files.into_iter().map(|(name, bytes)| FileFacts { title: title(&name), name, bytes }).collect()
+    let titled = |name: &str| match name.rsplit_once('.') {
+        Some((_, ending)) => format!("{}, {}", title(name), ending.to_uppercase()),
+        None => title(name),
+    };
+    files.into_iter().map(|(name, bytes)| FileFacts { title: titled(&name), name, bytes }).collect()
 }
 
 /// One of them.

@@ -156,7 +156,10 @@ impl<'a> StageSide<'a> {
         self.shared.end_task();
         self.shared.change(|state| state.stage.moving = false);
         match moved {
-            Ok(()) => self.refresh(),
+            Ok(()) => {
+                self.refresh();
+                self.tell_end(kind);
+            }
             Err(StageError::Stopped { .. }) => {
                 self.shared.note("the stage was stopped");
                 self.refresh();
@@ -166,6 +169,18 @@ impl<'a> StageSide<'a> {
                 self.shared.fail(format!("stage: {error}"));
                 self.refresh();
             }
+        }
+    }
+
+    /// Writes into the log what a motion came to.
+    fn tell_end(&self, kind: TaskKind) {
+        let Some(at_mm) = self.shared.look(|state| state.stage.position_mm) else { return };
+        match kind {
+            TaskKind::Homing => self.shared.note("the stage is homed"),
+            TaskKind::Moving | TaskKind::Jogging => {
+                self.shared.note(format!("the stage is at {at_mm:.4} mm"));
+            }
+            _ => {}
         }
     }
 

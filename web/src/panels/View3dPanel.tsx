@@ -10,6 +10,7 @@ import { shownRange } from '../map/field';
 import type { View3d } from '../view3d';
 
 const MOST_POINTS = 250_000;
+const MOST_EXAGGERATION = 100;
 
 /** Range and colours of the height map, so that 2-D and 3-D agree. */
 function heightLook(): { low: number; high: number; table: Uint8Array } {
@@ -18,6 +19,15 @@ function heightLook(): { low: number; high: number; table: Uint8Array } {
   const range = shown ? shownRange.value : { low: height?.low ?? 0, high: height?.high ?? 1 };
   const colours = (shown && selection.value.colours) || height?.colours || 'viridis';
   return { ...range, table: colourTable(colours) };
+}
+
+/** Shows the relief a twelfth as high as the object is wide, rounded to 1, 2 or 5 times a power of ten. */
+export function reliefExaggeration(relief_mm: number, width_mm: number): number {
+  const wanted = width_mm / 12 / relief_mm;
+  if (!Number.isFinite(wanted) || wanted <= 1) return 1;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  const step = [5, 2, 1].find((one) => one * power <= wanted) ?? 1;
+  return Math.min(step * power, MOST_EXAGGERATION);
 }
 
 export function View3dPanel() {
@@ -58,11 +68,12 @@ export function View3dPanel() {
   }, [view]);
 
   const { low, high, table } = heightLook();
+  const times = exaggeration.value ?? reliefExaggeration(high - low, view?.width_mm ?? NaN);
   const colours = palette.value;
   const at = pin.value;
   useEffect(() => {
     view?.show({
-      exaggeration: exaggeration.value,
+      exaggeration: times,
       colour: colour.value,
       table,
       low_mm: low,
@@ -71,7 +82,7 @@ export function View3dPanel() {
       ground: colours.raised,
       ink: colours.text,
     });
-  }, [view, exaggeration.value, colour.value, low, high, at, colours, selection.value.colours]);
+  }, [view, times, colour.value, low, high, at, colours, selection.value.colours]);
 
   if (!results.value?.geometry)
     return <p class="hint">Heights need a calibration, so there is no 3-D view.</p>;
@@ -101,9 +112,9 @@ export function View3dPanel() {
           label="height times"
           buttons
           minimum={0.1}
-          maximum={100}
+          maximum={MOST_EXAGGERATION}
           step={1}
-          value={exaggeration.value}
+          value={times}
           onChange={(value) => (exaggeration.value = value)}
         />
         <label>
@@ -118,10 +129,8 @@ export function View3dPanel() {
         </label>
       </div>
       <p class="muted note">
-        {exaggeration.value === 1
-          ? 'True proportions.'
-          : `Heights are ${exaggeration.value} times too large.`}{' '}
-        Drag turns, wheel or pinch zooms, right drag or two fingers move. The post stands on the pin.
+        {times === 1 ? 'True proportions.' : `Heights are ${times} times too large.`} Drag turns, wheel or
+        pinch zooms, right drag or two fingers move. The post stands on the pin.
       </p>
     </div>
   );

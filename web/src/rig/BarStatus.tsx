@@ -23,7 +23,7 @@ function Control() {
       <span>
         <span aria-hidden="true">◉ </span>
         {of}
-        {other ? 'watching: another page has control' : 'watching: no token'}
+        {other ? 'watching: another page has control' : 'watching'}
       </span>
       {other && (
         <button type="button" onClick={() => void order(rig.take()).then(askForToken)}>

@@ -1,20 +1,14 @@
 import { useEffect } from 'preact/hooks';
 import { NumberField } from '../components/NumberField';
+import { say } from '../store/actions';
 import type { Control } from './api';
 import { onGrid, sorted } from './controls';
 import { controls, followControls, setControl } from './control_store';
 import { OrderButton } from './OrderButton';
 import { Section } from './Section';
 import { rigState } from './store';
-import { exposureText, titleOf } from './texts';
+import { exposureText, titleOf, unitOf, valueText } from './texts';
 import { whyNoCamera } from './why';
-
-/** Drivers count the exposure in parts of 100 us. */
-function unitOf(name: string): string | undefined {
-  return name === 'exposure_time_absolute' || name === 'exposure_absolute'
-    ? '\u00d7 100 \u00b5s'
-    : undefined;
-}
 
 /** Why this control of all cannot be set. */
 function whyFixed(control: Control): string | null {
@@ -65,20 +59,29 @@ function Field({ control, why }: { control: Control; why: string | null }) {
           {title}
         </OrderButton>
       );
-    default:
+    default: {
+      const { unit, counts } = unitOf(name);
       return (
         <NumberField
           label={title}
-          unit={unitOf(name)}
-          value={value ?? control.default}
-          minimum={control.minimum}
-          maximum={control.maximum}
-          step={Math.max(control.step, 1)}
+          unit={unit}
+          value={(value ?? control.default) / counts}
+          step={Math.max(control.step, 1) / counts}
           disabled={why !== null}
           buttons
-          onChange={(next) => set(onGrid(control, next))}
+          onChange={(next) => {
+            const near = onGrid(control, next * counts);
+            const range = [control.minimum, control.maximum]
+              .map((one) => valueText(name, one))
+              .join(' to ');
+            // What lies between two values of the control is rounded; what lies beyond its range is told.
+            if (Math.abs(near - next * counts) > Math.max(control.step, 1))
+              say(`${title} goes from ${range}`);
+            set(near);
+          }}
         />
       );
+    }
   }
 }
 

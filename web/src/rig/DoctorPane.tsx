@@ -12,6 +12,14 @@ const VERDICTS: Record<Verdict, [icon: string, word: string]> = {
   bad: ['✕', 'fault'],
 };
 
+const WORST_FIRST: readonly Verdict[] = ['bad', 'warning', 'unknown', 'good'];
+
+/** Faults first; else in the order in which they were looked at. */
+export function worstFirst(checks: readonly Check[]): Check[] {
+  const rank = ({ verdict }: Check): number => WORST_FIRST.indexOf(verdict);
+  return [...checks].sort((one, other) => rank(one) - rank(other));
+}
+
 /** `9 ok, 1 warning`: the worst last, as it is what is looked for. */
 export function summary(checks: readonly Check[]): string {
   const counted = (Object.keys(VERDICTS) as Verdict[]).flatMap((verdict) => {
@@ -39,8 +47,11 @@ function CheckLine({ check }: { check: Check }) {
 /** What stands against a good measurement, and what to do about it. */
 export function DoctorPane() {
   const doctor = rigState.value?.doctor ?? null;
+  const task = rigState.value?.task;
+  const runs = task?.kind === 'doctor';
+  const title = runs ? 'Doctor: runs' : doctor ? `Doctor: ${summary(doctor.checks)}` : 'Doctor';
   return (
-    <Section title={doctor ? `Doctor: ${summary(doctor.checks)}` : 'Doctor'}>
+    <Section title={title}>
       <p class="buttons">
         <OrderButton act={() => void order(rig.doctor(true))} why={whyNoOrders.value}>
           Run short
@@ -48,17 +59,21 @@ export function DoctorPane() {
         <OrderButton act={() => void order(rig.doctor(false))} why={whyNoOrders.value}>
           Run whole
         </OrderButton>
-        {doctor && (
+        {doctor && !runs && (
           <span class="muted">
             {doctor.short ? 'short' : 'whole'} run, {doctor.at}
           </span>
         )}
       </p>
-      <p class="hint">It homes the stage and moves it within the plan.</p>
-      {doctor && (
+      {runs ? (
+        <p role="status">{task.step ?? 'begins'} …</p>
+      ) : (
+        <p class="hint">It homes the stage and moves it within the plan.</p>
+      )}
+      {doctor && !runs && (
         <>
           <ul class="checks" aria-label="Checks">
-            {doctor.checks.map((check) => (
+            {worstFirst(doctor.checks).map((check) => (
               <CheckLine key={check.name} check={check} />
             ))}
           </ul>

@@ -11,7 +11,7 @@ function Line({ entry }: { entry: SequenceEntry }) {
       <th scope="row">
         <OrderButton
           act={() => void openSequence(entry.name)}
-          why={hasToken.value === false ? 'this page has no token' : null}
+          why={hasToken.value === false ? 'this page only watches' : null}
         >
           {entry.name}
         </OrderButton>

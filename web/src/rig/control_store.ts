@@ -3,6 +3,8 @@
 import { computed, effect, signal } from '@preact/signals';
 import { rig, type Control } from './api';
 import { order, rigState } from './store';
+import { titleOf, valueText } from './texts';
+import { say } from '../store/actions';
 
 export const controls = signal<Control[] | null>(null);
 
@@ -31,6 +33,11 @@ export function followControls(): () => void {
 /** Sets a control. Others may follow it, so the answer is the whole list. */
 export async function setControl(name: string, value: number): Promise<void> {
   const list = await order(rig.setControl(name, String(value)));
+  const taken = list?.find((control) => control.name === name);
+  if (taken?.kind === 'integer' && taken.value !== null && taken.value !== value) {
+    const [asked, set] = [value, taken.value].map((one) => valueText(name, one));
+    say(`${titleOf(name)}: the camera has set ${set} in place of ${asked}`);
+  }
   // After a refusal the old list is shown once more, so that a field falls back.
   controls.value = list ?? [...(controls.peek() ?? [])];
 }

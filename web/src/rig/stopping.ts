@@ -4,7 +4,8 @@ import { signal } from '@preact/signals';
 import { ApiError } from '../api';
 import { say } from '../store/actions';
 import { rig } from './api';
-import { jog } from './jogging';
+import { held, jog } from './jogging';
+import { rigState } from './store';
 
 /** Whether a STOP of this page is on its way, and whether it is known not to arrive. */
 export const stopSent = signal<'no' | 'sent' | 'failing'>('no');
@@ -47,12 +48,19 @@ export async function stop(): Promise<void> {
   clearTimeout(late);
 }
 
-/** Esc and Pause stop, wherever the focus is: before a dialog closes, before a field forgets its text. */
+/**
+ * Esc and Pause stop, wherever the focus is: before a dialog closes, before a field forgets its text. Where
+ * nothing is under way, Esc in a dialog closes it and is no STOP.
+ */
 export function listenForStop(): void {
   addEventListener(
     'keydown',
     (event) => {
-      if (!event.repeat && (event.key === 'Escape' || event.key === 'Pause')) void stop();
+      if (event.repeat || (event.key !== 'Escape' && event.key !== 'Pause')) return;
+      const closes = event.key === 'Escape' && document.querySelector('dialog[open]') !== null;
+      const { task, stage } = rigState.peek() ?? {};
+      if (closes && task === null && stage?.moving === false && held.peek() === null) return;
+      void stop();
     },
     { capture: true },
   );

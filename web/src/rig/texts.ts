@@ -74,6 +74,18 @@ export function diskText(bytes: number): string {
   return `${size < 10 ? size.toFixed(1) : Math.round(size)} GB`;
 }
 
+/** The unit in which a control is shown, and the counts of the control in one of it. */
+export function unitOf(name: string): { unit?: string; counts: number } {
+  // V4L2 counts an exposure in parts of 100 us.
+  return /^exposure(_time)?_absolute$/.test(name) ? { unit: 'ms', counts: 10 } : { counts: 1 };
+}
+
+/** The value of a control, in its unit. */
+export function valueText(name: string, value: number): string {
+  const { unit, counts } = unitOf(name);
+  return unit ? `${value / counts} ${unit}` : withMinus(String(value));
+}
+
 /** A name of a driver, such as `auto_exposure`, as words. */
 export function titleOf(name: string): string {
   if (/^exposure(_time)?(_absolute)?$/.test(name)) return 'Exposure';

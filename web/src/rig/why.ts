@@ -6,7 +6,7 @@ import { hasToken, mayControl, otherController, rigState, tries } from './store'
 
 /** Why this page only watches; null if it may give orders. */
 export const whyWatching = computed<string | null>(() => {
-  if (hasToken.value === false) return 'this page was opened without the token of the printed link';
+  if (hasToken.value === false) return 'this page only watches: it was not opened with the link for orders';
   if (otherController.value !== null) return 'another page has control';
   return mayControl.value ? null : 'connecting';
 });

@@ -7,7 +7,7 @@ import { say } from '../store/actions';
 /** Why this page may not give orders; null if it may. */
 export const whyNot = computed<string | null>(() => {
   if (hasToken.value === null) return 'Asking whether this page may give orders.';
-  if (!hasToken.value) return 'This page only watches. Open the link that epirig printed to give orders.';
+  if (!hasToken.value) return 'This page only watches. Orders need the first link that epirig printed.';
   if (otherController.value) return 'Another page has control. Take control on the bar first.';
   return null;
 });

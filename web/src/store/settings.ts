@@ -18,7 +18,8 @@ export const maskHatch = signal(true);
 /** Opacity of the photograph over the map, from 0 to 1. */
 export const photo = signal(0);
 /** Exaggeration of heights in the 3-D view. */
-export const exaggeration = signal(1);
+/** How much too large heights are in 3-D; null for as much as shows the relief. */
+export const exaggeration = signal<number | null>(null);
 
 const systemDark = matchMedia('(prefers-color-scheme: dark)');
 const dark = signal(systemDark.matches);

@@ -99,8 +99,16 @@ test.describe('STOP', () => {
     const dialog = page.getByRole('dialog');
     await dialog.getByRole('button', { name: 'STOP' }).click();
     await expect.poll(() => rig.sent('rig/stop').length).toBe(1);
+    // While the stage moves Esc is STOP. While it stands Esc closes the dialog and is nothing else.
+    rig.tell({ stage: { ...rig.state.stage, moving: true } });
+    await expect(page.getByText('moves', { exact: true })).toBeAttached();
     await page.keyboard.press('Escape');
     await expect.poll(() => rig.sent('rig/stop').length).toBe(2);
+    await expect(dialog).toHaveCount(0);
+    rig.tell({ stage: { ...rig.state.stage, moving: false } });
+    await expect(page.getByText('still', { exact: true })).toBeAttached();
+    await page.getByRole('button', { name: 'Keys' }).click();
+    await page.keyboard.press('Escape');
     await expect(dialog).toHaveCount(0);
     await page.getByRole('spinbutton', { name: 'go to' }).focus();
     await page.keyboard.press('Escape');
@@ -220,8 +228,8 @@ async function hide(page: Page, hidden: boolean): Promise<void> {
 test.describe('states', () => {
   test('without a token everything is shown and off', async ({ page }) => {
     await opened(page, { token: false });
-    await expect(page.locator('.who')).toContainText('watching: no token');
-    await expect(page.locator('.job')).toContainText('without the token');
+    await expect(page.locator('.who')).toContainText('watching');
+    await expect(page.locator('.job')).toContainText('only watches');
     for (const name of ['Move +0.1 mm', 'Hold to move right', 'Home (hold)', 'Go', 'Run short']) {
       await expect(page.getByRole('button', { name, exact: true })).toBeDisabled();
     }
@@ -277,6 +285,7 @@ test.describe('states', () => {
       },
     });
     await expect(page.getByRole('progressbar', { name: 'Doctor' })).toHaveAttribute('aria-valuenow', '30');
+    await expect(page.getByText('Doctor: runs')).toBeVisible();
     await expect(page.locator('.job')).toContainText('doctor: whole run noise · 3 of 10 · about 50 s left');
     const step = page.getByRole('button', { name: 'Move +1 mm' });
     await expect(step).toBeDisabled();
@@ -351,7 +360,12 @@ test.describe('controls', () => {
         name: 'exposure_time_absolute',
         value: '81',
       });
-    await expect(page.getByRole('spinbutton', { name: /^Exposure/ })).toHaveValue('81');
+    await expect(page.getByRole('spinbutton', { name: /^Exposure/ })).toHaveValue('8.1');
+    // What is beyond the range is not set in silence.
+    await page.getByRole('spinbutton', { name: 'Exposure in ms' }).fill('40');
+    await page.keyboard.press('Enter');
+    await expect(page.getByText('Exposure goes from 0.1 ms to 20 ms')).toBeVisible();
+    await expect.poll(() => rig.sent('rig/control').at(-1)?.asked).toMatchObject({ value: '200' });
     await page.getByRole('combobox', { name: 'Auto exposure' }).selectOption('3');
     await expect.poll(() => rig.sent('rig/control').at(-1)?.asked).toMatchObject({ value: '3' });
     await page.getByRole('checkbox', { name: 'Flip' }).check();
