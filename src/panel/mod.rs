@@ -5,6 +5,7 @@
 //! looks at the pictures, a third makes the live map of a scan.
 
 mod asked;
+mod background;
 mod error;
 mod live_map;
 mod results;

@@ -45,8 +45,9 @@ pub fn open_results(sequence: &Sequence, folder: &Path) -> Result<OpenedResults,
             _ => return Err(ResultsMismatch::OtherCalibration { sequence: sequence_folder }.into()),
         },
     };
-    let disparity = read_map(&folder.join("disparity.tiff"))?;
-    let sigma = read_map(&folder.join("sigma.tiff"))?;
+    let map = |name: &str| read_map(&folder.join(name));
+    let (disparity, sigma) = rayon::join(|| map("disparity.tiff"), || map("sigma.tiff"));
+    let (disparity, sigma) = (disparity?, sigma?);
     let (rows, columns) = (disparity.rows(), disparity.columns());
     if (rows, columns) != (sigma.rows(), sigma.columns()) {
         return Err(ResultsMismatch::Sizes { results }.into());

@@ -5,18 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 use tracing::debug;
 
 use super::binned::{Binned, bin_for};
 use super::making::make;
 use super::map::LiveMap;
+use crate::panel::background::background;
 use epirig_core::frame::Frame;
 use epirig_core::tau::{Tau, TauError};
-
-/// How much the thread gives way to others, in steps of `nice`: beside a busy scan it gets a tenth of a core.
-#[cfg(target_os = "linux")]
-const GIVES_WAY: i32 = 10;
 
 /// Makes live maps of a scan, in a thread of its own.
 ///
@@ -43,7 +40,7 @@ impl LiveMapMaker {
     pub fn new(positions_mm: &[f64], made: impl Fn(LiveMap) + Send + 'static) -> Self {
         let (frames, coming) = channel();
         let ended = Arc::new(AtomicBool::new(false));
-        let thread = match (plan(positions_mm), pool()) {
+        let thread = match (plan(positions_mm), background("live-map", 1)) {
             (Ok(plan), Some(pool)) => {
                 let ended = Arc::clone(&ended);
                 pool.spawn(move || make_maps(&plan, &coming, &ended, made));
@@ -88,24 +85,6 @@ fn plan(positions_mm: &[f64]) -> Result<Tau, TauError> {
     let ends = positions_mm.first().zip(positions_mm.last());
     let direction = ends.map_or(1.0, |(first, last)| (last - first).signum());
     Tau::from_positions(&positions_mm.iter().map(|position| direction * position).collect::<Vec<_>>())
-}
-
-/// A pool of one thread: parallel work that is begun in it stays in it.
-fn pool() -> Option<ThreadPool> {
-    let builder = ThreadPoolBuilder::new().num_threads(1).thread_name(|_| "live-map".to_owned());
-    let builder = builder.start_handler(|_| give_way());
-    // Without a handler a panic would end the program, and with it the scan.
-    let builder = builder.panic_handler(|_| debug!("the thread of the live map has panicked"));
-    builder.build().inspect_err(|error| debug!(%error, "no live maps")).ok()
-}
-
-/// Lowers the priority of the calling thread.
-fn give_way() {
-    // On Linux each thread has a priority of its own; elsewhere this would slow the scan, too.
-    #[cfg(target_os = "linux")]
-    if let Err(error) = rustix::process::nice(GIVES_WAY) {
-        debug!(%error, "the thread of the live map keeps its priority");
-    }
 }
 
 /// Makes a map whenever frames have come, until no more can come.

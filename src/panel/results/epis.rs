@@ -9,6 +9,7 @@ use tracing::info;
 
 use crate::calibrate::{Calibration, rectifier};
 use crate::panel::PanelError;
+use crate::panel::background::background;
 use epirig_calibration::photometry::Maps;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
@@ -70,7 +71,12 @@ impl Epis {
         *state = State::Reading { done: 0 };
         drop(state);
         let begun = Instant::now();
-        let found = match self.kept() {
+        // What is asked for meanwhile comes first.
+        let kept = match background("frames", 0) {
+            Some(pool) => pool.install(|| self.kept()),
+            None => self.kept(),
+        };
+        let found = match kept {
             Ok(ready) => State::Ready(Box::new(ready)),
             Err(error) => State::Failed(error.to_string()),
         };

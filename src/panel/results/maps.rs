@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::pyramid::{Place, Pyramid, Reduction, levels};
@@ -66,8 +67,13 @@ impl Maps {
             let path = folder.join(name);
             is_there(&path).unwrap_or(false).then(|| read_map(&path)).transpose()
         };
+        // Unpacking takes longest; maps of 20 million pixels are unpacked side by side.
+        let (form_removed, (confidence, cost)) = rayon::join(
+            || map("surface/height_mm.tiff"),
+            || rayon::join(|| map("confidence.tiff"), || map("cost.tiff")),
+        );
         if let Some(heights) = heights {
-            match map("surface/height_mm.tiff")? {
+            match form_removed? {
                 Some(form_removed) => {
                     maps.add("height", "Height after removal of the form", "mm", form_removed, size);
                     maps.add("height-measured", "Height as measured", "mm", heights.height_mm.clone(), size);
@@ -78,10 +84,9 @@ impl Maps {
         }
         maps.add("disparity", "Disparity", "px", disparity.clone(), size);
         maps.add("sigma", "Sigma of the disparity", "px", sigma.clone(), size);
-        for (id, title) in [("confidence", "Confidence"), ("cost", "Cost of the answer")] {
-            if let Some(found) = map(&format!("{id}.tiff"))? {
-                maps.add(id, title, "", found, size);
-            }
+        let others = [("confidence", "Confidence", confidence?), ("cost", "Cost of the answer", cost?)];
+        for (id, title, found) in others {
+            found.into_iter().for_each(|found| maps.add(id, title, "", found, size));
         }
         let mask = folder.join("mask.png");
         if is_there(&mask).unwrap_or(false) {
@@ -121,7 +126,7 @@ impl Maps {
 
     /// All of them, for the menu.
     pub(super) fn facts(&self) -> Vec<MapFacts<'_>> {
-        self.0.iter().map(Shown::facts).collect()
+        self.0.par_iter().map(Shown::facts).collect()
     }
 
     /// The map itself.

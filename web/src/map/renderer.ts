@@ -6,6 +6,7 @@ import type { Colours } from '../api';
 import { Layer, type Sight } from './layer';
 import { FRAGMENT, VERTEX } from './shaders';
 import type { TileSource } from './source';
+import { Pace } from './pace';
 import type { TileName, Tiles } from './tiles';
 
 export interface Scene extends Sight {
@@ -38,6 +39,7 @@ export class Renderer {
   private readonly value: Layer;
   private readonly photo: Layer;
   private readonly mask: Layer;
+  private readonly pace = new Pace();
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     const gl = canvas.getContext('webgl2', {
@@ -91,7 +93,8 @@ export class Renderer {
   /** Draws, and returns the tiles that are still wanted. */
   draw(scene: Scene, tiles: Tiles): TileName[] {
     const { gl, locate } = this;
-    const { view, canvas, image, devicePixels } = scene;
+    const { view, canvas, image } = scene;
+    const devicePixels = scene.devicePixels * this.pace.share(scene.fast, performance.now());
     const [width, height] = [canvas.width, canvas.height].map((side) => Math.round(side * devicePixels));
     if (this.canvas.width !== width) this.canvas.width = width!;
     if (this.canvas.height !== height) this.canvas.height = height!;
