@@ -196,7 +196,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         }
     }
     if let Some(reason) = &summary.no_levels {
-        text.push_str(&format!("levels             one: {reason}\n"));
+        text.push_str(&format!("no step height     {reason}\n"));
     }
     let rough = &summary.roughness;
     text + &format!(

@@ -98,7 +98,7 @@ fn the_report_tells_the_depth_and_needs_nothing_from_outside() {
         }
         None => {
             let reason = found["no_levels"].as_str().unwrap();
-            assert!(text.contains(&format!("One level only: {reason}")), "{text}");
+            assert!(text.contains(&format!("No step height: {reason}")), "{text}");
         }
     }
     let uid = found["sequence_uid"].as_str().unwrap();

@@ -20,7 +20,7 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
         Some(levels) => depth_in_words(levels, &scale_in_words(report)),
         None => {
             let reason = report.surface.no_levels.as_deref().unwrap_or("the reason is not recorded");
-            joined(["One level only: ".into(), inline("small", &[], reason)])
+            joined(["No step height: ".into(), inline("small", &[], reason)])
         }
     };
     joined([with("p", &[("class", "verdict")], answer), ended(report), paragraph(when)])

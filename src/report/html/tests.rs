@@ -236,7 +236,7 @@ fn what_is_not_known_is_said_and_never_a_number() {
     records.surface.levels = None;
     records.surface.no_levels = Some("the heights have one level".to_owned());
     let text = read(&records.report().html().unwrap());
-    assert!(text.contains("One level only: the heights have one level"), "{text}");
+    assert!(text.contains("No step height: the heights have one level"), "{text}");
     assert!(text.contains("There is no step height: the heights have one level."), "{text}");
 }
 

@@ -14,7 +14,7 @@ function interval(depth: Depth): string {
 
 function StepHeight({ of }: { of: SurfaceSummary }) {
   const { label, factor } = lengths.value;
-  if (!of.levels) return <p>No two levels: {of.no_levels ?? 'one level only'}</p>;
+  if (!of.levels) return <p>No step height: {of.no_levels ?? 'the reason is not recorded'}</p>;
   const { depth, raised, margin_px, parts } = of.levels;
   const sigma = depth.sigma_mm === null ? null : depth.sigma_mm * factor;
   return (

@@ -44,12 +44,14 @@ pub enum SurfaceError {
     },
     /// Two levels are there, but no part of one is wide enough to be measured beyond the reach of its walls.
     #[error(
-        "the hollows are too narrow: none holds a square of {margin_px} px around a pixel that the other level does not reach; \
-         match with a smaller window, or bring the camera nearer"
+        "two levels are there, some {depth_mm:.2} mm apart, but they are too narrow to be measured: no pixel of one of them \
+         lies {margin_px} px from the other; match with a smaller window, or bring the camera nearer"
     )]
     TooNarrow {
         /// Distance from the walls that is left out, in px.
         margin_px: usize,
+        /// About how far the levels are apart, in mm: walls make it less.
+        depth_mm: f64,
     },
     /// A profile that would leave the picture.
     #[error(

@@ -82,16 +82,12 @@ fn row(sample: &Sample, terms: usize, level: Level) -> [f64; 7] {
     row
 }
 
-/// Fits to the pixels whose level is known in `clear`.
-pub(super) fn fit(
-    field: &Field<'_>,
-    clear: &Grid<Level>,
-    options: &StepsOptions,
-) -> Result<Fit, SurfaceError> {
+/// Fits to the pixels whose level is known in `clear`; `None` if there are none of one level.
+pub(super) fn fit(field: &Field<'_>, clear: &Grid<Level>) -> Result<Option<Fit>, SurfaceError> {
     let terms = field.basis.terms();
     let present = |wanted: Level| clear.values().contains(&wanted);
     if !(present(Level::Upper) && present(Level::Lower)) {
-        return Err(SurfaceError::TooNarrow { margin_px: options.margin_px });
+        return Ok(None);
     }
     let mut used = clear.clone();
     let mut solution = solve(field, &used)?;
@@ -118,7 +114,7 @@ pub(super) fn fit(
         coefficients: solution.values.as_slice()[..terms].to_vec(),
         depth_mm: solution.values[terms],
     };
-    Ok(Fit { levels, used, solution, pixels, outliers })
+    Ok(Some(Fit { levels, used, solution, pixels, outliers }))
 }
 
 /// How far a pixel lies over its level, in mm.

@@ -103,7 +103,7 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
     let clean = without_spikes(&heights.height_mm, spike_limit(heights));
     let (rows, columns) = (clean.rows(), clean.columns());
     let mut best: Option<(Divided, f64)> = None;
-    let mut refused = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 };
+    let mut refused: Option<SurfaceError> = None;
     for reach in REACHES.into_iter().filter(|reach| 16 * (2 * reach + 1) <= rows.min(columns).max(16)) {
         match divide(&field, &start, &mean_around(&clean, reach), reach, options) {
             Ok((divided, clearness)) if clearness >= LEAST => {
@@ -116,12 +116,14 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
             }
             Ok((divided, clearness)) => {
                 let depth_mm = divided.fit.levels.depth_mm;
-                refused = SurfaceError::OneLevel { depth_mm, scatter_mm: depth_mm / clearness };
+                refused =
+                    plainer(refused, SurfaceError::OneLevel { depth_mm, scatter_mm: depth_mm / clearness });
             }
-            Err(error) => refused = error,
+            Err(error) => refused = plainer(refused, error),
         }
     }
-    let (divided, _) = best.ok_or(refused)?;
+    let none = || refused.unwrap_or(SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 });
+    let (divided, _) = best.ok_or_else(none)?;
     let lower_share = {
         let count = |wanted| divided.levels.values().iter().filter(|&&level| level == wanted).count() as f64;
         count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
@@ -143,12 +145,21 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
     })
 }
 
+/// Of two reasons the one that says more: levels that were seen, or else the clearest division.
+fn plainer(before: Option<SurfaceError>, now: SurfaceError) -> Option<SurfaceError> {
+    let clearness = |error: &SurfaceError| match *error {
+        SurfaceError::OneLevel { depth_mm, scatter_mm } => depth_mm / scatter_mm.max(f64::MIN_POSITIVE),
+        _ => f64::INFINITY,
+    };
+    before.filter(|before| clearness(before) >= clearness(&now)).or(Some(now))
+}
+
 /// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is
 /// left.
 fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
     (0..=options.margin_px + MORE_MARGIN)
         .map_while(|margin_px| {
-            let fit = fit(field, &clear_of_walls(levels, margin_px), options).ok()?;
+            let fit = fit(field, &clear_of_walls(levels, margin_px)).ok()??;
             let depth = fit.depth(&fit.certainty(field), field.heights.geometry.scale_sigma);
             Some(DepthAtMargin {
                 margin_px,
@@ -191,11 +202,14 @@ fn divide(
         }
         // Smoothing moves a wall by up to its reach, to where the noise that is then measured puts it.
         let (clear, margin_px) = roomy(&map, reach, options);
-        let fit = match fit(field, &clear, options) {
-            Err(SurfaceError::TooNarrow { .. }) if reach > 0 => {
-                fit(field, &clear_of_walls(&map, options.margin_px), options)?
-            }
-            fitted => fitted?,
+        let fitted = match fit(field, &clear)? {
+            None if reach > 0 => fit(field, &clear_of_walls(&map, options.margin_px))?,
+            fitted => fitted,
+        };
+        let Some(fit) = fitted else {
+            let Levels { depth_mm, .. } = levels;
+            let narrow = SurfaceError::TooNarrow { margin_px: options.margin_px, depth_mm };
+            return Err(if levels.are_two(&points) { narrow } else { one_level });
         };
         if fit.levels.depth_mm <= 0.0 {
             return Err(one_level);
