@@ -104,6 +104,7 @@ fn maps_pixels_and_epis_are_those_on_disk() {
     // The line is that of the disparity, and the lowest cost lies within a candidate of it.
     let found = f64::from(disparity.at(x, y));
     assert_eq!(pixel["line"]["disparity_px"].as_f64(), Some(found));
+    assert_eq!(pixel["cost"]["chosen_px"].as_f64(), Some(found));
     let list = |name: &str| -> Vec<f64> {
         pixel["cost"][name]
             .as_array()

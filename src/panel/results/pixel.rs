@@ -130,7 +130,7 @@ pub(super) fn explain(view: &ResultsView, x: usize, y: usize) -> Result<Reply, R
         reference,
         neighbours: neighbours(view, x, y),
         intensity: line.as_ref().map(|line| intensity(&volume, &lines, x, y - top, line.disparity_px)),
-        cost: Some(cost(view, volume, x, y - top)?),
+        cost: Some(cost(view, volume, (x, y - top), line.as_ref())?),
         line,
     };
     Reply::framed(&explained, &window)
@@ -223,7 +223,12 @@ fn intensity(volume: &Volume, lines: &Lines, x: usize, y: usize, disparity_px: f
     Intensity { along: along(0.0), left: along(-1.0), right: along(1.0) }
 }
 
-fn cost(view: &ResultsView, volume: Volume, x: usize, y: usize) -> Result<Cost, PanelError> {
+fn cost(
+    view: &ResultsView,
+    volume: Volume,
+    (x, y): (usize, usize),
+    line: Option<&Line>,
+) -> Result<Cost, PanelError> {
     let opened = view.results()?;
     let matched = &opened.matched;
     let range = DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px };
@@ -231,12 +236,11 @@ fn cost(view: &ResultsView, volume: Volume, x: usize, y: usize) -> Result<Cost, 
     let scale = if options.method.compares_intensities() { "DN^2" } else { "1 - correlation" };
     let matcher = Matcher::new(volume, options)?;
     let (candidates, costs) = matcher.costs_of_row(y, matched.reference, range, matched.ordering_constraint);
-    let chosen = f64::from(opened.disparity.at(x, y));
     Ok(Cost {
         disparity_px: (0..costs.candidates()).map(|k| candidates.disparity_px(k as f64)).collect(),
         cost: (0..costs.candidates()).map(|k| costs.at(k, x)).collect(),
         scale,
-        chosen_px: chosen.is_finite().then_some(chosen),
+        chosen_px: line.map(|line| line.disparity_px),
     })
 }
 

@@ -3,6 +3,7 @@ import { api, type StageInfo } from '../api';
 import { CurvePanel, type Curve } from '../components/CurvePanel';
 import { Key } from '../components/Key';
 import { Loaded } from '../components/Loaded';
+import { moment } from '../format/moment';
 
 function Errors({ info }: { info: StageInfo }) {
   const x = useMemo(() => info.frames.map(({ index }) => index), [info]);
@@ -94,7 +95,7 @@ function Retakes({ info }: { info: StageInfo }) {
           <ul class="log">
             {info.events.map(({ at, words }, index) => (
               <li key={index}>
-                <time>{at}</time> {words}
+                <time dateTime={at}>{moment(at)}</time> {words}
               </li>
             ))}
           </ul>

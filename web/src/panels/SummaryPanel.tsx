@@ -1,3 +1,4 @@
+import { moment } from '../format/moment';
 import { percent, significant } from '../format/number';
 import { results } from '../store/results';
 
@@ -8,7 +9,7 @@ export function SummaryPanel() {
   const { sequence, results: matched, geometry } = held;
   const rows: [string, string][] = [
     ['sequence', sequence.name],
-    ['created', sequence.created],
+    ['created', moment(sequence.created)],
     [
       'frames',
       `${sequence.frames} of ${sequence.columns} × ${sequence.rows} px, ${sequence.bit_depth} bit`,

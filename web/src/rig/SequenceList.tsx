@@ -1,4 +1,5 @@
 import { useEffect } from 'preact/hooks';
+import { moment } from '../format/moment';
 import { about } from '../store/results';
 import { loadSequences, openSequence, sequences } from './sequences';
 import { OrderButton } from './OrderButton';
@@ -16,7 +17,7 @@ function Line({ entry }: { entry: SequenceEntry }) {
           {entry.name}
         </OrderButton>
       </th>
-      <td>{entry.created}</td>
+      <td>{moment(entry.created)}</td>
       <td>
         {entry.frames} of {entry.planned} frames
       </td>
