@@ -7,6 +7,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use rayon::prelude::*;
+
 use super::normal::{Normal, Solution};
 use epirig_core::grid::Grid;
 
@@ -29,44 +31,19 @@ pub struct Correlation {
     pub along_y: Vec<f64>,
 }
 
-/// Gives the two values of all pairs that lie this far apart.
-type Pairs<'a> = &'a dyn Fn(usize, &mut dyn FnMut(f64, f64));
-
 impl Correlation {
     /// Of a field whose values scatter about 0; NaN does not count. Lags up to an eighth of the field are
     /// looked at, beyond which too few independent parts would be left.
     pub fn of(residual: &Grid<f32>) -> Self {
         let (rows, columns) = (residual.rows(), residual.columns());
-        let at = |x: usize, y: usize| f64::from(residual.at(x, y));
-        let along = |size: usize, pairs: Pairs<'_>| {
-            let mut kept = vec![1.0];
-            for lag in 1..(size / 8).max(2) {
-                let (mut products, mut squares) = (0.0, 0.0);
-                pairs(lag, &mut |one, other| {
-                    let product = one * other;
-                    if !product.is_nan() {
-                        products += product;
-                        squares += 0.5 * (one * one + other * other);
-                    }
-                });
-                let correlation = if squares > 0.0 { products / squares } else { 0.0 };
-                if correlation < VANISHED {
-                    break;
-                }
-                kept.push(correlation);
-            }
-            kept
-        };
         Self {
-            along_x: along(columns, &|lag, give| {
-                for y in 0..rows {
-                    (lag..columns).for_each(|x| give(at(x - lag, y), at(x, y)));
-                }
+            along_x: until_vanished(columns, |lag| {
+                let pairs = |y| products(&residual.row(y)[..columns - lag], &residual.row(y)[lag..]);
+                (0..rows).into_par_iter().map(pairs).collect()
             }),
-            along_y: along(rows, &|lag, give| {
-                for y in lag..rows {
-                    (0..columns).for_each(|x| give(at(x, y - lag), at(x, y)));
-                }
+            along_y: until_vanished(rows, |lag| {
+                let pairs = |y| products(residual.row(y - lag), residual.row(y));
+                (lag..rows).into_par_iter().map(pairs).collect()
             }),
         }
     }
@@ -96,6 +73,35 @@ impl Correlation {
         };
         share(&self.along_x) * share(&self.along_y)
     }
+}
+
+/// The correlation at lags 0, 1, 2 ... of a field with `size` pixels along it, up to where it vanishes. `of`
+/// gives the [products](products) of each row at a lag: they are summed in the order of the rows, so that the
+/// number of threads changes nothing.
+fn until_vanished(size: usize, of: impl Fn(usize) -> Vec<(f64, f64)>) -> Vec<f64> {
+    let correlation = |lag: usize| {
+        let add = |(a, b): (f64, f64), (c, d): (f64, f64)| (a + c, b + d);
+        let (products, squares) = of(lag).into_iter().fold((0.0, 0.0), add);
+        if squares > 0.0 { products / squares } else { 0.0 }
+    };
+    let known = (1..(size / 8).max(2)).map(correlation).take_while(|value| *value >= VANISHED);
+    std::iter::once(1.0).chain(known).collect()
+}
+
+/// The sum of a b, and that of (a^2 + b^2) / 2, over all pairs of which both are known.
+fn products(one: &[f32], other: &[f32]) -> (f64, f64) {
+    /// Sums that do not wait for each other.
+    const LANES: usize = 8;
+    let (mut sums, mut squares) = ([0.0; LANES], [0.0; LANES]);
+    for (one, other) in one.chunks(LANES).zip(other.chunks(LANES)) {
+        for (lane, (&a, &b)) in one.iter().zip(other).enumerate() {
+            let (a, b) = (f64::from(a), f64::from(b));
+            let known = !(a * b).is_nan();
+            sums[lane] += if known { a * b } else { 0.0 };
+            squares[lane] += if known { 0.5 * (a * a + b * b) } else { 0.0 };
+        }
+    }
+    (sums.iter().sum(), squares.iter().sum())
 }
 
 /// The division of a field into squares.
