@@ -20,9 +20,9 @@ export function RigView() {
       <div class="rig-column" tabIndex={-1}>
         <JobBar />
         <FocusPane />
-        <HistogramPane />
-        <ControlsPane />
         <StagePane />
+        <ControlsPane />
+        <HistogramPane />
         <DoctorPane />
         <TargetPane />
         <MoreControlsPane />
