@@ -10,8 +10,8 @@ const BARS: usize = 256;
 const TAIL: f64 = 0.005;
 /// Connected pixels beyond the usual range that are a feature and not noise.
 const FEATURE_PX: usize = 64;
-/// Pixels that tell the range and the histogram of a map: of a larger one every second, third, ... row and
-/// column. At 0.5 % of the values they tell the share to 1 % of it.
+/// Values that tell the range and the histogram of a map: of more, every second, third, ... is looked at. They
+/// tell a share of 0.5 % to 1 % of it.
 const MOST_PX: usize = 2 << 20;
 
 /// How the values of a map are spread.
@@ -45,10 +45,7 @@ impl Statistics {
         let all = || map.values().iter().copied().filter(|value| value.is_finite());
         let valid = all().count();
         let share_valid = valid as f64 / map.values().len().max(1) as f64;
-        let step = (1..).find(|step| map.values().len() / (step * step) <= MOST_PX).unwrap_or(1);
-        let coarse = (step > 1).then(|| every(map, step));
-        let told = coarse.as_ref().unwrap_or(map);
-        let mut known: Vec<f32> = told.values().iter().copied().filter(|value| value.is_finite()).collect();
+        let mut known: Vec<f32> = all().step_by(valid.div_ceil(MOST_PX).max(1)).collect();
         if known.is_empty() {
             let histogram = Histogram { low: 0.0, high: 1.0, counts: vec![0; BARS] };
             return Self { valid, share_valid, low: 0.0, high: 1.0, minimum: 0.0, maximum: 1.0, histogram };
@@ -59,6 +56,9 @@ impl Statistics {
             *known.select_nth_unstable_by(index, f32::total_cmp).1
         };
         let (low, high) = (at(TAIL), at(1.0 - TAIL));
+        let step = (1..).find(|step| map.values().len() / (step * step) <= MOST_PX).unwrap_or(1);
+        let coarse = (step > 1).then(|| every(map, step));
+        let told = coarse.as_ref().unwrap_or(map);
         let feature = (FEATURE_PX / (step * step)).max(1);
         let low = features(told, feature, |value| value < low).min(low);
         let high = -features(&told.map(|value| -value), feature, |value| value < -high).min(-high);
