@@ -11,6 +11,7 @@ mod reported;
 use epirig_core::statistics::upper_median;
 use std::time::Instant;
 
+use rayon::prelude::*;
 use thiserror::Error;
 use tracing::{info, info_span};
 
@@ -150,12 +151,16 @@ pub fn measure(
 
     let _span = info_span!("results").entered();
     progress.begin("writing results", 1);
-    write_maps(folder, &maps, heights.as_ref())?;
-    let (candidates, costs) = matcher.row_costs(y, &maps);
-    for figure in paper_figures(&maps, FigureRow { y, epi: &epi, candidates, costs: &costs, truth })? {
-        folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?;
-        folder.write(&format!("figures/{}.csv", figure.name), figure.csv.as_bytes())?;
-    }
+    let figures = || -> Result<(), PipelineError> {
+        let (candidates, costs) = matcher.row_costs(y, &maps);
+        for figure in paper_figures(&maps, FigureRow { y, epi: &epi, candidates, costs: &costs, truth })? {
+            folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?;
+            folder.write(&format!("figures/{}.csv", figure.name), figure.csv.as_bytes())?;
+        }
+        Ok(())
+    };
+    let (figures, written) = rayon::join(figures, || write_maps(folder, &maps, heights.as_ref()));
+    figures.and(written)?;
     folder.write_summary(&summary)?;
     progress.end();
     info!("results written");
@@ -202,35 +207,37 @@ fn positions_name(source: Option<PositionSource>) -> String {
     .to_owned()
 }
 
+/// Writes maps and their pictures. Packing takes longer than writing, so files are packed side by side.
 fn write_maps(
     folder: &ResultsFolder,
     maps: &DisparityMaps,
     heights: Option<&Heights>,
 ) -> Result<(), PipelineError> {
-    for name in ["disparity.pfm", "disparity.tiff", "disparity.npy"] {
-        folder.write_map(name, &maps.disparity)?;
-    }
-    folder.write_map("sigma.tiff", &maps.sigma)?;
-    folder.write_map("cost.tiff", &maps.cost)?;
-    folder.write_map("confidence.tiff", &maps.confidence)?;
-    folder.write_mask("mask.png", &maps.answer)?;
-    let range = ValueRange::of(&maps.disparity, 0.05);
-    folder.write_picture("disparity.png", &map_picture(&maps.disparity, "Disparity", "px", range)?)?;
-    let range = ValueRange::of_most(&maps.disparity, 0.05);
-    folder.write_picture(
-        "disparity-detail.png",
-        &map_picture(&maps.disparity, "Disparity, most of it", "px", range)?,
-    )?;
+    let DisparityMaps { disparity, sigma, cost, confidence, .. } = maps;
+    let mut files = vec![("sigma.tiff", sigma), ("cost.tiff", cost), ("confidence.tiff", confidence)];
+    files.extend(["disparity.pfm", "disparity.tiff", "disparity.npy"].map(|name| (name, disparity)));
     // Sigma at borders is many times that of the surface, so the range is that of the surface.
-    let range = ValueRange { low: 0.0, high: 3.0 * median(&maps.sigma).unwrap_or(1.0) as f32 };
-    folder.write_picture("sigma.png", &map_picture(&maps.sigma, "Sigma of the disparity", "px", range)?)?;
-    if let Some(heights) = heights {
-        folder.write_map("height_mm.tiff", &heights.height_mm)?;
-        folder.write_map("height_sigma_mm.tiff", &heights.sigma_mm)?;
-        let range = ValueRange::of(&heights.height_mm, 0.01);
-        folder.write_picture("height.png", &map_picture(&heights.height_mm, "Height", "mm", range)?)?;
+    let of_sigma = ValueRange { low: 0.0, high: 3.0 * median(sigma).unwrap_or(1.0) as f32 };
+    let most = ValueRange::of_most(disparity, 0.05);
+    let mut pictures = vec![
+        ("disparity.png", disparity, "Disparity", "px", ValueRange::of(disparity, 0.05)),
+        ("disparity-detail.png", disparity, "Disparity, most of it", "px", most),
+        ("sigma.png", sigma, "Sigma of the disparity", "px", of_sigma),
+    ];
+    if let Some(Heights { height_mm, sigma_mm, .. }) = heights {
+        files.extend([("height_mm.tiff", height_mm), ("height_sigma_mm.tiff", sigma_mm)]);
+        pictures.push(("height.png", height_mm, "Height", "mm", ValueRange::of(height_mm, 0.01)));
     }
-    Ok(())
+    let draw = |&(name, map, title, unit, range)| -> Result<(), PipelineError> {
+        Ok(folder.write_picture(name, &map_picture(map, title, unit, range)?)?)
+    };
+    let (drawn, written) = rayon::join(
+        || pictures.par_iter().try_for_each(draw),
+        || files.par_iter().try_for_each(|(name, map)| folder.write_map(name, map)),
+    );
+    drawn?;
+    written?;
+    Ok(folder.write_mask("mask.png", &maps.answer)?)
 }
 
 fn summarise(
