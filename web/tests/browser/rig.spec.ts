@@ -108,6 +108,7 @@ test.describe('STOP', () => {
     rig.tell({ stage: { ...rig.state.stage, moving: false } });
     await expect(page.getByText('still', { exact: true })).toBeAttached();
     await page.getByRole('button', { name: 'Keys' }).click();
+    await expect(dialog).toBeVisible();
     await page.keyboard.press('Escape');
     await expect(dialog).toHaveCount(0);
     await page.getByRole('spinbutton', { name: 'go to' }).focus();
