@@ -5,7 +5,7 @@ import { ApiError } from '../api';
 import { say } from '../store/actions';
 import { rig } from './api';
 import { held, jog } from './jogging';
-import { rigState } from './store';
+import { rigState, tries } from './store';
 
 /** Whether a STOP of this page is on its way, and whether it is known not to arrive. */
 export const stopSent = signal<'no' | 'sent' | 'failing'>('no');
@@ -59,7 +59,9 @@ export function listenForStop(): void {
       if (event.repeat || (event.key !== 'Escape' && event.key !== 'Pause')) return;
       const closes = event.key === 'Escape' && document.querySelector('dialog[open]') !== null;
       const { task, stage } = rigState.peek() ?? {};
-      if (closes && task === null && stage?.moving === false && held.peek() === null) return;
+      const rests = task === null && stage?.moving === false && held.peek() === null;
+      // Without contact nobody knows whether something is under way.
+      if (closes && rests && tries.peek() === 0) return;
       void stop();
     },
     { capture: true },
