@@ -18,7 +18,8 @@ use epirig_server::{Server, ServerOptions};
 /// See and control the rig, scan and measure in a browser
 ///
 /// Prints a link. Its page shows the live picture, the stage, a scan with its growing map, and the results.
-/// Only who has the link may move or set anything. Ctrl-C ends it; a scan ends after the frame in hand.
+/// Only who has this link may move or set anything; a second link is for those who only watch. Ctrl-C ends it;
+/// a scan ends after the frame in hand.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig ui --rig sim                            no hardware needed

@@ -31,6 +31,7 @@ impl Site for Echo {
 struct Running {
     address: SocketAddr,
     token: String,
+    watch_token: String,
     stop: StopSwitch,
     thread: Option<JoinHandle<Result<(), ServerError>>>,
 }
@@ -39,9 +40,10 @@ impl Running {
     fn with(limits: Limits) -> Self {
         let server = Server::bind(&ServerOptions { limits, ..ServerOptions::default() }).unwrap();
         let (address, stop) = (server.address(), server.stop_switch());
-        let token = server.link().split_once("token=").unwrap().1.to_owned();
+        let [token, watch_token] =
+            [server.link(), server.watch_link()].map(|link| link.split_once("token=").unwrap().1.to_owned());
         let thread = Some(std::thread::spawn(move || server.run(Echo)));
-        Self { address, token, stop, thread }
+        Self { address, token, watch_token, stop, thread }
     }
 
     fn new() -> Self {
@@ -108,6 +110,9 @@ fn nothing_is_changed_without_the_token() {
     let wrong = format!("x-epirig-token: {}0\r\n", &server.token[1..]);
     assert_eq!(server.ask("POST /api/move", "", "{}").0, 401);
     assert_eq!(server.ask("POST /api/move", &wrong, "{}").0, 401);
+    let watch = format!("x-epirig-token: {}\r\n", server.watch_token);
+    let (status, words) = server.ask("POST /api/move", &watch, "{}");
+    assert!(status == 401 && words.contains("the link for watching"), "{status} {words}");
     let (status, answer) = server.ask("POST /api/move", &with, "{\"to\": 3}");
     assert_eq!((status, answer.as_str()), (200, "[\"move\",{\"to\":3}]"));
     assert_eq!(server.ask("POST /api/move", &with, "no json").0, 400);

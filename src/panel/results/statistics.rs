@@ -10,6 +10,8 @@ const BARS: usize = 256;
 const TAIL: f64 = 0.005;
 /// Connected pixels beyond the usual range that are a feature and not noise.
 const FEATURE_PX: usize = 64;
+/// The same of a coarser map, at least: two or three pixels are connected by chance.
+const LEAST_FEATURE: usize = 4;
 /// Values that tell the range and the histogram of a map: of more, every second, third, ... is looked at. They
 /// tell a share of 0.5 % to 1 % of it.
 const MOST_PX: usize = 2 << 20;
@@ -59,7 +61,7 @@ impl Statistics {
         let step = (1..).find(|step| map.values().len() / (step * step) <= MOST_PX).unwrap_or(1);
         let coarse = (step > 1).then(|| every(map, step));
         let told = coarse.as_ref().unwrap_or(map);
-        let feature = (FEATURE_PX / (step * step)).max(1);
+        let feature = (FEATURE_PX / (step * step)).max(LEAST_FEATURE);
         let low = features(told, feature, |value| value < low).min(low);
         let high = -features(&told.map(|value| -value), feature, |value| value < -high).min(-high);
         let (minimum, maximum) =

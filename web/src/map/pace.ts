@@ -1,7 +1,7 @@
 // A computer without a graphics chip cannot draw a large map at every picture of the screen. While a handle
 // moves it then draws fewer pixels: a smooth motion says more than fine detail.
 
-/** Longest time from one picture to the next that still looks smooth. */
+/** At 60 Hz pictures are 17 ms apart, and 33 ms where one was missed: this lies between. */
 const SMOOTH_MS = 25;
 /** After a longer time nothing was moving, which tells nothing of the computer. */
 const PAUSE_MS = 250;

@@ -7,6 +7,7 @@ import { results } from '../store/results';
 import { pin, selection } from '../store/selection';
 import { exaggeration, palette } from '../store/settings';
 import { shownRange } from '../map/field';
+import { roundBelow } from '../map/scale_bar';
 import type { View3d } from '../view3d';
 
 const MOST_POINTS = 250_000;
@@ -21,13 +22,10 @@ function heightLook(): { low: number; high: number; table: Uint8Array } {
   return { ...range, table: colourTable(colours) };
 }
 
-/** Shows the relief a twelfth as high as the object is wide, rounded to 1, 2 or 5 times a power of ten. */
-export function reliefExaggeration(relief_mm: number, width_mm: number): number {
+/** Shows the relief a twelfth as high as the object is wide, or a little less. */
+function reliefExaggeration(relief_mm: number, width_mm: number): number {
   const wanted = width_mm / 12 / relief_mm;
-  if (!Number.isFinite(wanted) || wanted <= 1) return 1;
-  const power = 10 ** Math.floor(Math.log10(wanted));
-  const step = [5, 2, 1].find((one) => one * power <= wanted) ?? 1;
-  return Math.min(step * power, MOST_EXAGGERATION);
+  return wanted > 1 && Number.isFinite(wanted) ? Math.min(roundBelow(wanted), MOST_EXAGGERATION) : 1;
 }
 
 export function View3dPanel() {

@@ -5,6 +5,7 @@ import { Section } from './Section';
 import { order, rigState } from './store';
 import { whyNoOrders } from './why';
 
+/** From the best to the worst. */
 const VERDICTS: Record<Verdict, [icon: string, word: string]> = {
   good: ['✓', 'ok'],
   unknown: ['?', 'not known'],
@@ -12,12 +13,10 @@ const VERDICTS: Record<Verdict, [icon: string, word: string]> = {
   bad: ['✕', 'fault'],
 };
 
-const WORST_FIRST: readonly Verdict[] = ['bad', 'warning', 'unknown', 'good'];
-
 /** Faults first; else in the order in which they were looked at. */
-export function worstFirst(checks: readonly Check[]): Check[] {
-  const rank = ({ verdict }: Check): number => WORST_FIRST.indexOf(verdict);
-  return [...checks].sort((one, other) => rank(one) - rank(other));
+function worstFirst(checks: readonly Check[]): Check[] {
+  const rank = ({ verdict }: Check): number => Object.keys(VERDICTS).indexOf(verdict);
+  return [...checks].sort((one, other) => rank(other) - rank(one));
 }
 
 /** `9 ok, 1 warning`: the worst last, as it is what is looked for. */

@@ -1,15 +1,8 @@
+import { moment } from '../format/moment';
 import { rig, type SequenceEntry } from '../rig/api';
 import { order } from '../rig/store';
 import { whyNot, whyNotStart } from './control';
 import { openResults, Order, Reason } from './JobCard';
-
-/** A date as people read it; what is no date stays as it is. */
-function dateText(text: string): string {
-  const date = new Date(text);
-  return Number.isNaN(date.getTime())
-    ? text
-    : date.toLocaleString('en-GB', { dateStyle: 'medium', timeStyle: 'short' });
-}
 
 function Entry({ entry }: { entry: SequenceEntry }) {
   const { name, created, frames, planned, ended, can_be_resumed, measured } = entry;
@@ -17,7 +10,7 @@ function Entry({ entry }: { entry: SequenceEntry }) {
     <li>
       <div class="entry-words">
         <b>{name}</b>
-        <span class="muted note">{dateText(created)}</span>
+        <span class="muted note">{moment(created)}</span>
         <span class="note">
           {frames} of {planned} frames, {ended}
           {measured && ', measured'}

@@ -17,7 +17,6 @@ export const hillshade = signal(false);
 export const maskHatch = signal(true);
 /** Opacity of the photograph over the map, from 0 to 1. */
 export const photo = signal(0);
-/** Exaggeration of heights in the 3-D view. */
 /** How much too large heights are in 3-D; null for as much as shows the relief. */
 export const exaggeration = signal<number | null>(null);
 

@@ -229,7 +229,7 @@ async function hide(page: Page, hidden: boolean): Promise<void> {
 test.describe('states', () => {
   test('without a token everything is shown and off', async ({ page }) => {
     await opened(page, { token: false });
-    await expect(page.locator('.who')).toContainText('watching');
+    await expect(page.locator('.who')).toHaveText(/watching$/);
     await expect(page.locator('.job')).toContainText('only watches');
     for (const name of ['Move +0.1 mm', 'Hold to move right', 'Home (hold)', 'Go', 'Run short']) {
       await expect(page.getByRole('button', { name, exact: true })).toBeDisabled();
@@ -287,6 +287,7 @@ test.describe('states', () => {
     });
     await expect(page.getByRole('progressbar', { name: 'Doctor' })).toHaveAttribute('aria-valuenow', '30');
     await expect(page.getByText('Doctor: runs')).toBeVisible();
+    await expect(page.getByRole('list', { name: 'Checks' })).toHaveCount(0);
     await expect(page.locator('.job')).toContainText('doctor: whole run noise · 3 of 10 · about 50 s left');
     const step = page.getByRole('button', { name: 'Move +1 mm' });
     await expect(step).toBeDisabled();

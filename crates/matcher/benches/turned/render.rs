@@ -77,7 +77,8 @@ fn frame(scene: &Scene, texture: &Texture, (t, offset): (u64, f64), side_px: usi
 }
 
 /// The column in the middle frame of what is seen at `x` in a frame `offset` away: s + d(s, y) offset = x. The
-/// disparity changes by less than a third of a px per px, so each round brings it three times nearer.
+/// disparity changes by less than a fifth of a px per px, and the offset is at most half, so that each round
+/// brings it ten times nearer.
 fn origin(scene: &Scene, x: f64, y: f64, offset: f64) -> f64 {
     const NEAR_PX: f64 = 1e-7;
     let mut s = x;

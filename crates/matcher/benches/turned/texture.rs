@@ -1,4 +1,5 @@
-//! Textures that are drawn on surfaces.
+//! Textures that are drawn on surfaces. Nothing here is the simulator's: a bench that rendered with it would
+//! share its mistakes.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

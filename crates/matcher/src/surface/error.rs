@@ -45,7 +45,7 @@ pub enum SurfaceError {
     /// Two levels are there, but no part of one is wide enough to be measured beyond the reach of its walls.
     #[error(
         "two levels are there, some {depth_mm:.2} mm apart, but they are too narrow to be measured: no pixel of one of them \
-         lies {margin_px} px from the other; match with a smaller window, or bring the camera nearer"
+         lies farther than {margin_px} px from the other; match with a smaller window, or bring the camera nearer"
     )]
     TooNarrow {
         /// Distance from the walls that is left out, in px.
