@@ -4,7 +4,7 @@ use clap::Args;
 
 use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{
-    DisparityRange, MatchOptions, Method, Occlusion, OrderingConstraint, ReferenceFrame, Search,
+    DisparityRange, MatchOptions, Method, Occlusion, OrderingConstraint, ReferenceFrame, Search, Surfaces,
 };
 
 use super::choice::choice;
@@ -60,6 +60,10 @@ pub(super) struct MatchArguments {
     /// Reject pixels whose confidence is lower, 0 to 1 (only without the ordering constraint)
     #[arg(long, value_name = "SHARE", default_value_t = usual().minimum_confidence)]
     min_confidence: f64,
+    /// How the sub-pixel fit joins pixels: by windows along rows and columns, or by planes with one line
+    /// through discs, for edges at other angles
+    #[arg(long, value_parser = choice::<Surfaces>(), default_value_t = usual().surfaces)]
+    fit_surface: Surfaces,
     /// Side of the smallest window of the sub-pixel fit, odd, 1 to 21 px [default: 3, with --quick 5]
     #[arg(long, value_name = "PX")]
     fit_window: Option<usize>,
@@ -90,6 +94,7 @@ impl MatchArguments {
             occlusion: self.occlusion,
             ordering_constraint: self.ordering_constraint,
             refine: defaults.refine && !self.no_fit,
+            surfaces: self.fit_surface,
             refine_window_px: self.fit_window.unwrap_or(defaults.refine_window_px),
             wanted_sigma_px: self.wanted_sigma,
             maximum_sigma_px: self.max_sigma,

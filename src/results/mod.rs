@@ -21,7 +21,7 @@ pub use write::{ResultsFolder, mask_value};
 
 use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{
-    LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search,
+    LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search, Surfaces,
 };
 
 /// Version of `match.json`.
@@ -50,6 +50,9 @@ pub struct MatchSettings {
     pub occlusion: Occlusion,
     /// Whether the fit over all frames was made.
     pub fit: bool,
+    /// How the fit joined observations; windows if absent.
+    #[serde(default = "windows")]
+    pub surfaces: Surfaces,
     /// Side of the smallest window of the fit, in px.
     pub fit_window_px: usize,
     /// Sigma up to which windows grow, in px; absent if they do not.
@@ -59,6 +62,11 @@ pub struct MatchSettings {
     pub maximum_sigma_px: f64,
     /// Least confidence of an answer without the ordering constraint.
     pub minimum_confidence: f64,
+}
+
+/// What results without the setting were made with.
+fn windows() -> Surfaces {
+    Surfaces::Windows
 }
 
 /// Pixel locking over many frames, as in [`epirig_matcher::PixelLocking`].

@@ -30,7 +30,7 @@ pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{Matcher, match_volume};
 pub use options::{
     Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
-    OrderingConstraint, ReferenceFrame, Search,
+    OrderingConstraint, ReferenceFrame, Search, Surfaces,
 };
 pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

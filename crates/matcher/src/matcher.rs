@@ -168,6 +168,7 @@ fn matched(
     };
     drop(halved);
     let fit_options = Fit {
+        surfaces: options.surfaces,
         window_px: options.refine_window_px,
         wanted_sigma_px: options.wanted_sigma_px,
         effort: options.effort,

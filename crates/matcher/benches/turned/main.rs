@@ -1,19 +1,20 @@
 //! The error of the whole match on structures at any angle, with textures and seeds that nothing was tuned on.
 //!
-//! `cargo bench -p epirig-matcher --bench turned [-- --seed N] [--quick]` prints a table in Markdown, a row
+//! `cargo bench -p epirig-matcher --bench turned [-- --seed N] [--quick] [--lines]` prints a table in Markdown, a row
 //! for each scene: errors in px and in units of sigma, and the time. `--test` takes two small scenes.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 
 mod render;
 mod scenes;
+#[allow(dead_code, reason = "tests use the figures")]
 mod score;
 mod texture;
 
 use std::time::Instant;
 
 use epirig_core::progress::Silent;
-use epirig_matcher::{MatchOptions, ReferenceFrame, match_volume};
+use epirig_matcher::{MatchOptions, ReferenceFrame, Surfaces, match_volume};
 use render::{Size, rendered};
 use scenes::scenes;
 use score::Score;
@@ -25,7 +26,8 @@ fn main() {
     let seed = place.map_or(1, |place| arguments[place + 1].parse().unwrap());
     let is_test = given("--test");
     let size = if is_test { Size { side_px: 64, frames: 15 } } else { Size { side_px: 256, frames: 51 } };
-    let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
+    let surfaces = if given("--lines") { Surfaces::Lines } else { Surfaces::Windows };
+    let options = MatchOptions { reference: ReferenceFrame::Middle, surfaces, ..MatchOptions::default() };
     let options = if given("--quick") { options.quick() } else { options };
     println!("{}", Score::HEAD);
     for scene in scenes(seed).into_iter().take(if is_test { 2 } else { usize::MAX }) {

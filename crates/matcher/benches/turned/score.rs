@@ -68,6 +68,21 @@ impl Score {
         }
     }
 
+    /// Mean error, in px.
+    pub(super) fn mean_px(&self) -> f64 {
+        self.mean
+    }
+
+    /// Share of the errors within two sigma.
+    pub(super) fn within_2_sigma(&self) -> f64 {
+        self.within[1]
+    }
+
+    /// Depth that was read over the true one; NaN without two levels.
+    pub(super) fn depth(&self) -> f64 {
+        self.depth.unwrap_or(f64::NAN)
+    }
+
     /// A row of the table.
     pub(super) fn line(&self, name: &str, seconds: f64) -> String {
         let mpx = |px: f64| format!("{:.1}", 1e3 * px);

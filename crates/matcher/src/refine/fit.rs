@@ -1,11 +1,13 @@
 //! The options of the fit.
 
 use crate::lines::SeenRule;
-use crate::options::Effort;
+use crate::options::{Effort, Surfaces};
 
 /// How the fit is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
+    /// How observations are joined.
+    pub surfaces: Surfaces,
     /// Side of the smallest window, in px, odd.
     pub window_px: usize,
     /// Wanted sigma in px: a window that leaves a larger one grows as far as it has to, up to 11 px, and on

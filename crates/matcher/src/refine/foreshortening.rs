@@ -16,12 +16,19 @@ use super::planes::{ObservationMaps, SurfacePlanes};
 /// The largest variance of a blur that is believed, in px^2: a point spread of sigma 2 px.
 const LARGEST_BLUR: f64 = 4.0;
 
+/// The variance of a blur in px^2, and one over the variance with which it is known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Blur {
+    pub(super) variance: f64,
+    pub(super) information: f64,
+}
+
 /// Finds the variance of the blur, in px^2, from the observations and the planes through them, and takes its
 /// effect off the observations' moments. Without slants nothing is found and nothing changes.
-pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePlanes) {
+pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePlanes) -> Blur {
     let rows = observations.rows();
     // Numerator and denominator of the regression, row by row: the order of sums is fixed.
-    let sums: Vec<(f64, f64)> = (0..rows)
+    let sums: Vec<[f64; 3]> = (0..rows)
         .into_par_iter()
         .map(|y| {
             let drift = drift_row(observations, map, y);
@@ -29,21 +36,25 @@ pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePl
                 (observations.moment.row(y), observations.weight.row(y), observations.inverse.row(y));
             let disparity = map.disparity.row(y);
             let noise = map.variance.row(y);
-            let (mut numerator, mut denominator) = (0.0, 0.0);
+            let variance = observations.noise.row(y);
+            let [mut numerator, mut denominator, mut information] = [0.0; 3];
             for (place, &drift) in drift.iter().enumerate() {
                 if drift != 0.0 && noise[place].is_finite() {
                     let deviation = moment[place] - weight[place] * disparity[place];
                     numerator += f64::from(deviation * drift * inverse[place]);
                     denominator += f64::from(drift * drift * inverse[place]);
+                    if inverse[place] > 0.0 {
+                        information += f64::from(drift * drift * inverse[place] / variance[place]);
+                    }
                 }
             }
-            (numerator, denominator)
+            [numerator, denominator, information]
         })
         .collect();
-    let (numerator, denominator) =
-        sums.into_iter().fold((0.0, 0.0), |sum, row| (sum.0 + row.0, sum.1 + row.1));
+    let add = |sum: [f64; 3], row: [f64; 3]| std::array::from_fn(|index| sum[index] + row[index]);
+    let [numerator, denominator, information] = sums.into_iter().fold([0.0; 3], add);
     if denominator <= 0.0 {
-        return;
+        return Blur { variance: 0.0, information: 0.0 };
     }
     let blur = (numerator / denominator).clamp(0.0, LARGEST_BLUR);
     let drifts: Vec<Vec<f32>> = (0..rows).into_par_iter().map(|y| drift_row(observations, map, y)).collect();
@@ -52,6 +63,7 @@ pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePl
             *moment -= blur as f32 * drift;
         }
     });
+    Blur { variance: blur, information }
 }
 
 /// Moments that a blur of variance 1 adds to row `y`: S g (p I_xx + q I_xy).
@@ -80,6 +92,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+    use crate::refine::padded::Padded;
 
     const ROWS: usize = 40;
     const COLUMNS: usize = 48;
@@ -108,6 +121,7 @@ mod tests {
     /// which have no neighbour on one side.
     fn observations_through(blur: f64, scale: f64, sigma: f64) -> (ObservationMaps, SurfacePlanes) {
         let mut observations = ObservationMaps::empty(ROWS, COLUMNS);
+        observations.noise = Padded::filled(ROWS, COLUMNS, 1.0);
         let mut map = SurfacePlanes::unknown(ROWS, COLUMNS);
         let mut random = ChaCha8Rng::seed_from_u64(11);
         for y in 0..ROWS {

@@ -13,7 +13,8 @@
 //!   (`visibility`).
 //! - The drift that slant gives to the blur is subtracted (`foreshortening`).
 //! - Pixels at rims go to the surface that has more of them (`mixed_pixels`).
-//! - Windows follow the surface (`adaptive_support`, `support`).
+//! - Windows follow the surface (`adaptive_support`, `support`), or discs with lines through them do
+//!   (`lines_in_discs`).
 //!
 //! For noise s the covariance of the solution is s^2 times the inverse of the normal matrix. For one pixel or
 //! an upright window that is the Cramer-Rao bound var(d) = s^2 / (sum of w) (equidistant frames: 12 s^2 / (N
@@ -27,6 +28,7 @@ mod fit;
 mod foreshortening;
 mod gains;
 mod in_view;
+mod lines_in_discs;
 mod locking;
 mod mixed_pixels;
 mod moments;
@@ -46,10 +48,12 @@ use rayon::prelude::*;
 
 use super::lines::{Lines, SeenRule};
 use super::locking::LockingAmplitudes;
+use super::options::Surfaces;
 use adaptive_support::join_observations;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 pub use fit::Fit;
+use lines_in_discs::{EVEN_SHARE, Joined, Joining, joined as join_lines};
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use outlier_test::outliers_of_row;
 use padded::{PAD, Padded};
@@ -100,10 +104,11 @@ pub fn fit(
     report: impl Fn() + Sync,
 ) -> FitResult {
     let (rows, columns) = (guess.rows(), guess.columns());
-    let steps = Steps::new(volume, lines, &guess, options.rule, options.effort);
+    let steps = Steps::new(volume, lines, &guess, options.rule, (options.effort, options.surfaces));
     let mut current = guess;
+    let mut share = EVEN_SHARE;
     for _ in 1..options.steps {
-        steps.take(&mut current, &report);
+        share = steps.take(&mut current, &report);
     }
     let turns = Turns::new();
     let minimum_frames = options.rule.minimum_frames;
@@ -122,7 +127,16 @@ pub fn fit(
     });
     planes.forget_residuals();
     let origin = steps.origin;
-    let surface = join_observations(steps.level, &mut planes, &current, origin, Some(options));
+    let Joined { disparity: joined, variance, texture } = match options.surfaces {
+        Surfaces::Windows => {
+            let surface = join_observations(steps.level, &mut planes, &current, origin, Some(options));
+            Joined { disparity: surface.disparity, variance: surface.variance, texture: surface.texture }
+        }
+        Surfaces::Lines => {
+            let joining = Joining { effort: options.effort, share, wanted_sigma_px: options.wanted_sigma_px };
+            join_lines(steps.level, &mut planes, (&current, origin), options.steps > 0, joining)
+        }
+    };
     drop(planes);
     let amplitudes = Amplitudes::of(&sums);
     let least_texture = (TEXTURE_OVER_NOISE * texture_of_noise(lines)) as f32;
@@ -144,10 +158,10 @@ pub fn fit(
     out.enumerate().for_each(|(y, (disparity, sigma))| {
         let row = |plane: &Padded, x: usize| plane.row(y)[PAD + x];
         for x in 0..columns {
-            let (guess, found) = (disparity[x], row(&surface.disparity, x) + origin);
+            let (guess, found) = (disparity[x], row(&joined, x) + origin);
             let bias = locking_px.as_ref().map_or(0.0, |biases| biases.row(y)[x]);
-            let variance = row(&surface.variance, x) + bias * bias;
-            let textured = row(&surface.texture, x) > least_texture && variance.is_finite();
+            let variance = row(&variance, x) + bias * bias;
+            let textured = row(&texture, x) > least_texture && variance.is_finite();
             sigma[x] = if textured && !guess.is_nan() { variance.sqrt() } else { f32::NAN };
             if options.steps == 0 {
                 // The step that the fit would have made, and did not, is a part of the error.

@@ -219,6 +219,28 @@ impl SurfacePlanes {
         planes
     }
 
+    /// A surface, counted from `origin`, whose slants are the differences of neighbours up to this steep, in
+    /// px/px: steeper ones are edges of things.
+    pub(super) fn of_surface(surface: &Grid<f32>, origin: f32, steepest: f32) -> Self {
+        let (rows, columns) = (surface.rows(), surface.columns());
+        let mut planes = Self::unknown(rows, columns);
+        let slant = |difference: f32, distance: usize| {
+            let slant = difference / distance.max(1) as f32;
+            if slant.abs() <= steepest { slant } else { 0.0 }
+        };
+        planes.par_rows().enumerate().for_each(|(y, row)| {
+            let (above, below) = (y.saturating_sub(1), (y + 1).min(rows - 1));
+            for (x, disparity) in surface.row(y).iter().enumerate().filter(|(_, value)| !value.is_nan()) {
+                let (place, left, right) = (PAD + x, x.saturating_sub(1), (x + 1).min(columns - 1));
+                row.disparity[place] = disparity - origin;
+                row.variance[place] = 0.0;
+                row.slant_x[place] = slant(surface.at(right, y) - surface.at(left, y), right - left);
+                row.slant_y[place] = slant(surface.at(x, below) - surface.at(x, above), below - above);
+            }
+        });
+        planes
+    }
+
     /// Gives back the room of the misfits.
     pub(super) fn forget_misfit(&mut self) {
         self.misfit = Padded::given_back();

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::adaptive_support::join_observations;
 use super::gains::corrections;
+use super::lines_in_discs::{EVEN_SHARE, rough_surface};
 use super::mixed_pixels::RowSamples;
 use super::observations::{
     FramesUsed, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
@@ -15,7 +16,7 @@ use super::planes::ObservationMaps;
 use super::spline::{RESAMPLED_NOISE_GAIN, Spline, SplineEpi, VALUE_NOISE_GAIN};
 use super::visibility::visible_intervals;
 use crate::lines::{Lines, SeenRule};
-use crate::options::{Effort, Occlusion};
+use crate::options::{Effort, Occlusion, Surfaces};
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 
@@ -35,6 +36,9 @@ pub(super) struct Steps<'a> {
     pub(super) rule: SeenRule,
     pub(super) spline: Spline,
     pub(super) level: Level,
+    /// How observations are joined.
+    surfaces: Surfaces,
+    effort: Effort,
     gains: Option<Vec<f32>>,
     series_reach_px: f32,
     /// A disparity in the middle of all, so that sums of differences from it are exact enough in single
@@ -60,10 +64,16 @@ impl<'a> Steps<'a> {
         lines: &'a Lines,
         guess: &Grid<f32>,
         rule: SeenRule,
-        effort: Effort,
+        (effort, surfaces): (Effort, Surfaces),
     ) -> Self {
         let gains = corrections(volume, lines, guess, effort);
-        Self { gains, series_reach_px: SERIES_REACH_PX, ..Self::rough(volume, lines, guess, rule) }
+        Self {
+            gains,
+            surfaces,
+            effort,
+            series_reach_px: SERIES_REACH_PX,
+            ..Self::rough(volume, lines, guess, rule)
+        }
     }
 
     /// Steps from `guess` before the last one; gains of frames are not estimated.
@@ -75,6 +85,8 @@ impl<'a> Steps<'a> {
             rule,
             spline: Spline::new(),
             level: Level::new(),
+            surfaces: Surfaces::Windows,
+            effort: Effort::Quick,
             gains: None,
             series_reach_px: ROUGH_SERIES_REACH_PX,
             origin: 0.5 * (low + high),
@@ -137,8 +149,8 @@ impl<'a> Steps<'a> {
     }
 
     /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each
-    /// row.
-    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) {
+    /// row. Returns the share of discs that a line crosses, if the surface is made of these.
+    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) -> f64 {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
         let look = |row: ObservedRow<'_>| {
             report();
@@ -152,10 +164,16 @@ impl<'a> Steps<'a> {
         };
         let (mut planes, misplaced) = self.observations(current, every, look);
         planes.forget_residuals();
-        let surface = join_observations(self.level, &mut planes, current, self.origin, None);
+        let (disparity, share) = match self.surfaces {
+            Surfaces::Windows => {
+                let surface = join_observations(self.level, &mut planes, current, self.origin, None);
+                (surface.disparity, EVEN_SHARE)
+            }
+            Surfaces::Lines => rough_surface(self.level, &planes, (current, self.origin), self.effort),
+        };
         let columns = current.columns();
         for (y, misplaced) in misplaced.into_iter().enumerate() {
-            let found = &surface.disparity.row(y)[PAD..PAD + columns];
+            let found = &disparity.row(y)[PAD..PAD + columns];
             for (value, found) in current.row_mut(y).iter_mut().zip(found) {
                 // A step beyond a pixel is no step of a linearisation.
                 *value += (found + self.origin - *value).clamp(-1.0, 1.0);
@@ -166,6 +184,7 @@ impl<'a> Steps<'a> {
                 current.row_mut(y)[x] = stepped[x.wrapping_add_signed(isize::from(away))];
             }
         }
+        share
     }
 }
 

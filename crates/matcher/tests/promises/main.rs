@@ -13,3 +13,4 @@ mod painted;
 mod painted_scenes;
 mod promises;
 mod repetitive_texture;
+mod turned;

@@ -70,6 +70,7 @@ fn fitted(
     let mut guess = Grid::filled(ROWS, COLUMNS, 0.0);
     (0..ROWS).for_each(|y| guess.row_mut(y).fill(disparity(y) as f32 + 0.03));
     let options = Fit {
+        surfaces: crate::options::Surfaces::Windows,
         window_px: 3,
         wanted_sigma_px: 0.005,
         effort: Effort::Full,

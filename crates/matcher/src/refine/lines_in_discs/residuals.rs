@@ -1,0 +1,128 @@
+//! What residuals of neighbours have in common: relief that discs smooth away, and noise that is alike.
+//!
+//! Relief that is small against the noise of single observations is not seen by a disc, and no covariance of a
+//! fit tells of it. Noise of resampled, averaged or binned frames is alike in neighbouring pixels, so these
+//! tell less than as many independent ones. Both leave residuals r = v - d alike. For pixels i and j whose
+//! observations have the weights w and errors with the correlation rho
+//!
+//! ```text
+//! E r_i r_j = h^2 - V + rho / sqrt(w_i w_j)
+//! h^2: variance of the relief, V: that of the disparity, which both residuals share
+//! ```
+//!
+//! Means over many pairs, weighted by w_i w_j, tell h^2 from pixels so far apart that their noise is not
+//! alike, and the sum of rho from neighbours:
+//!
+//! ```text
+//! V' = V (1 + sum over neighbours of sqrt(w_i w_j) rho / sum of w) + h^2
+//! ```
+
+use fearless_simd::Level;
+use rayon::prelude::*;
+
+use super::observed::Observed;
+use super::pooling::{halved_sums, pooled};
+use super::surface::Surface;
+use crate::refine::padded::{PAD, Padded};
+
+/// Columns and rows between pixels whose noise may be alike, one of each two opposite ones ...
+const NEAR: [(usize, isize); 6] = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 0), (0, 2)];
+/// ... and between pixels whose noise is not, but whose relief is.
+const APART: [(usize, isize); 4] = [(3, 0), (0, 3), (2, 2), (2, -2)];
+/// Means are taken over a Gaussian of this standard deviation, in pixels of the map that has been halved so
+/// often: 29 px.
+const SIGMA_PX: f32 = 3.6;
+const HALVINGS: usize = 3;
+/// Chance leaves a mean beyond this many of its standard deviations once in forty.
+const CHANCE_SIGMAS: f32 = 2.0;
+/// A residual counts no more than this many of its standard deviations: it may be an outlier.
+const LARGEST_RESIDUAL: f32 = 3.0;
+
+/// Residuals over their standard deviations, and the roots of the precisions; zero where there is none.
+struct Residuals<'a> {
+    surface: &'a Surface,
+    normalised: Padded,
+    roots: Padded,
+    extent: (usize, usize),
+}
+
+/// Sums over pairs of pixels, by cells of the halved map.
+struct Pairs {
+    /// Of w_i w_j.
+    weights: Padded,
+    /// Of w_i w_j (r_i r_j + V).
+    products: Padded,
+}
+
+impl<'a> Residuals<'a> {
+    fn of(observed: &Observed, surface: &'a Surface) -> Self {
+        let extent = (observed.rows(), observed.columns);
+        let [mut roots, mut normalised] = [(); 2].map(|()| Padded::filled(extent.0, extent.1, 0.0));
+        roots.par_rows().zip(normalised.par_rows()).enumerate().for_each(|(y, (roots, normalised))| {
+            let (value, precision) = (observed.value.row(y), observed.precision.row(y));
+            let (disparity, variance) = (surface.disparity.row(y), surface.variance.row(y));
+            for place in PAD..PAD + extent.1 {
+                if precision[place] > 0.0 && variance[place].is_finite() {
+                    roots[place] = precision[place].sqrt();
+                    let residual = roots[place] * (value[place] - disparity[place]);
+                    normalised[place] = residual.clamp(-LARGEST_RESIDUAL, LARGEST_RESIDUAL);
+                }
+            }
+        });
+        Self { surface, normalised, roots, extent }
+    }
+
+    /// Sums over the pairs that lie so many columns and rows apart.
+    fn pairs(&self, level: Level, apart: &[(usize, isize)]) -> Pairs {
+        let (rows, columns) = self.extent;
+        let [mut weights, mut products] = [(); 2].map(|()| Padded::filled(rows, columns, 0.0));
+        weights.par_rows().zip(products.par_rows()).enumerate().for_each(|(y, (weights, products))| {
+            // The variance by the places of walls is not the noise's.
+            let (variance, by_place) = (self.surface.variance.row(y), self.surface.by_place.row(y));
+            let (roots, residuals) = (self.roots.row(y), self.normalised.row(y));
+            for &(across, down) in apart {
+                let Some(other) = y.checked_add_signed(down).filter(|other| *other < rows) else { continue };
+                let (others, other_residuals) = (self.roots.row(other), self.normalised.row(other));
+                for place in PAD..PAD + columns {
+                    let root = roots[place] * others[place + across];
+                    if root > 0.0 {
+                        let product = residuals[place] * other_residuals[place + across];
+                        weights[place] += root * root;
+                        products[place] += root * (product + root * (variance[place] - by_place[place]));
+                    }
+                }
+            }
+        });
+        Pairs { weights: self.pooled(level, weights), products: self.pooled(level, products) }
+    }
+
+    fn pooled(&self, level: Level, mut map: Padded) -> Padded {
+        let mut extent = self.extent;
+        for _ in 0..HALVINGS {
+            map = halved_sums(&map, extent);
+            extent = (extent.0.div_ceil(2), extent.1.div_ceil(2));
+        }
+        pooled(level, &map, SIGMA_PX)
+    }
+}
+
+/// Raises the variances of `surface` by what residuals have in common.
+pub(super) fn raise_by_residuals(level: Level, observed: &Observed, surface: &mut Surface) {
+    let residuals = Residuals::of(observed, surface);
+    let (near, apart) = (residuals.pairs(level, &NEAR), residuals.pairs(level, &APART));
+    let precisions = residuals.pooled(level, observed.precision.clone());
+    surface.variance.par_rows().enumerate().for_each(|(y, variance)| {
+        let row = y >> HALVINGS;
+        for (place, variance) in variance.iter_mut().enumerate().skip(PAD).take(observed.columns) {
+            let cell = PAD + ((place - PAD) >> HALVINGS);
+            let at = |map: &Padded| map.row(row)[cell];
+            if at(&apart.weights) > 0.0 {
+                let relief = at(&apart.products) / at(&apart.weights);
+                let alike = 2.0 * (at(&near.products) - relief * at(&near.weights)) / at(&precisions);
+                // Squared weights of a Gaussian sum to half of what weights do.
+                let chance = CHANCE_SIGMAS * (0.5 / at(&apart.weights)).sqrt();
+                *variance = *variance * (1.0 + alike.max(0.0)) + (relief - chance).max(0.0);
+            }
+        }
+    });
+}

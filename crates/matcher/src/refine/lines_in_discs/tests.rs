@@ -1,0 +1,137 @@
+use fearless_simd::{Level, SimdBase, dispatch, f32x16};
+
+use super::approximate::{power_of_two, rough_logarithm};
+use super::disc::{directions, points};
+use super::*;
+
+const ROWS: usize = 40;
+const COLUMNS: usize = 70;
+const MODEL: Model = Model {
+    shapes: [Shapes::PlanesAndLines; 2],
+    rim_px: RIM_PX,
+    line_odds: 1.0,
+    blur: 0.0,
+    wanted_variance: f32::INFINITY,
+};
+
+/// Observations of a surface by column and row, with this precision in 1/px^2, around a guess of 0 or as given.
+fn observed(precision: f32, surface: impl Fn(f32, f32) -> f32, guess: impl Fn(f32, f32) -> f32) -> Observed {
+    let map = |value: &dyn Fn(f32, f32) -> f32, beside: f32| {
+        let mut map = Padded::filled(ROWS, COLUMNS, beside);
+        for y in 0..ROWS {
+            for x in 0..COLUMNS {
+                map.row_mut(y)[PAD + x] = value(x as f32, y as f32);
+            }
+        }
+        map
+    };
+    Observed {
+        value: map(&surface, 0.0),
+        precision: map(&|_, _| precision, 0.0),
+        guess: map(&guess, f32::NAN),
+        columns: COLUMNS,
+    }
+}
+
+/// The largest error at pixels for which `counts` says so.
+fn largest_error(found: &Surface, truth: impl Fn(f32, f32) -> f32, counts: impl Fn(f32, f32) -> bool) -> f32 {
+    let pixels = (0..ROWS).flat_map(|y| (0..COLUMNS).map(move |x| (x, y)));
+    let inside = pixels.filter(|&(x, y)| counts(x as f32, y as f32));
+    inside
+        .map(|(x, y)| (found.disparity.row(y)[PAD + x] - truth(x as f32, y as f32)).abs())
+        .fold(0.0, f32::max)
+}
+
+/// Whether the large disc lies in the image.
+fn inside(x: f32, y: f32) -> bool {
+    (8.0..COLUMNS as f32 - 8.0).contains(&x) && (8.0..ROWS as f32 - 8.0).contains(&y)
+}
+
+#[test]
+fn powers_and_logarithms_are_as_exact_as_they_say() {
+    dispatch!(Level::new(), simd => {
+        for index in 0..800_u16 {
+            let exponent = -0.1 * f32::from(index);
+            let power = power_of_two(simd, f32x16::splat(simd, exponent)).as_slice()[0];
+            let exact = f64::from(exponent).exp2();
+            assert!((f64::from(power) / exact - 1.0).abs() < 1e-4, "2^{exponent}: {power}");
+            let value = exact as f32 * 1e6;
+            let logarithm = rough_logarithm(simd, f32x16::splat(simd, value)).as_slice()[0];
+            assert!((logarithm - value.log2()).abs() < 0.05, "{value}: {logarithm}");
+        }
+    });
+}
+
+#[test]
+fn discs_have_the_pixels_that_they_say_and_strips_hold_each_once() {
+    for (squared_radius, count) in [(SMALL, SMALL_PIXELS), (LARGE, LARGE_PIXELS)] {
+        let points = points(squared_radius);
+        assert_eq!(points.len() as f32, count);
+        for direction in directions(&points, RIM_PX) {
+            let mut order = direction.points.clone();
+            order.sort_unstable();
+            assert!(order.iter().enumerate().all(|(index, point)| usize::from(*point) == index));
+            assert_eq!(usize::from(*direction.ends.last().unwrap()), points.len());
+        }
+    }
+}
+
+#[test]
+fn planes_are_found_as_they_are_and_known_as_well_as_discs_allow() {
+    let plane = |x: f32, y: f32| 0.01 * x - 0.02 * y + 0.3;
+    let observed = observed(100.0, plane, plane);
+    let (found, share) = surface(Level::new(), &observed, MODEL);
+    // The prior of slants takes 0.7 % of them in a disc of 32 pixels, which half a pixel from its middle are 7e-5.
+    let error = largest_error(&found, plane, inside);
+    assert!(error < 1e-4, "{error}");
+    let variance = found.variance.row(ROWS / 2)[PAD + COLUMNS / 2];
+    let bound = 1.0 / (100.0 * LARGE_PIXELS);
+    assert!(variance > bound && variance < 3.0 * bound, "{variance} {bound}");
+    assert!(share < 0.2, "{share}");
+}
+
+#[test]
+fn steps_at_any_angle_end_discs() {
+    for degrees in [0.0_f32, 20.0, 33.0, 45.0, 71.0, 90.0] {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let across = |x: f32, y: f32| cosine * (x - 35.3) + sine * (y - 20.2);
+        let step = |x: f32, y: f32| if across(x, y) > 0.0 { 0.2 } else { 0.0 };
+        // A step of 0.2 px is ten sigma of single observations.
+        let observed = observed(2500.0, step, |_, _| 0.0);
+        let (found, share) = surface(Level::new(), &observed, MODEL);
+        // Two pixels from the edge less is left than a single observation scatters by, which is a tenth of the
+        // step. A plane through the smallest disc would leave a quarter.
+        let error = largest_error(&found, step, |x, y| inside(x, y) && across(x, y).abs() > 2.0);
+        assert!(error < 0.02, "{degrees}: {error}");
+        assert!(share > 0.1, "{degrees}: {share}");
+    }
+}
+
+#[test]
+fn other_surfaces_do_not_take_part() {
+    let edge = |x: f32, _: f32| if x < 30.5 { 0.0 } else { 5.0 };
+    let observed = observed(400.0, edge, edge);
+    let (found, _) = surface(Level::new(), &observed, MODEL);
+    assert!(largest_error(&found, edge, |_, _| true) < 1e-3);
+}
+
+#[test]
+fn pixels_without_a_guess_stay_unknown() {
+    let gap = |x: f32, _: f32| if x == 20.0 { f32::NAN } else { 0.0 };
+    let (found, _) = surface(Level::new(), &observed(400.0, |_, _| 0.0, gap), MODEL);
+    assert!((0..ROWS).all(|y| found.variance.row(y)[PAD + 20] == f32::INFINITY));
+    assert!((0..ROWS).all(|y| found.variance.row(y)[PAD + 21].is_finite()));
+}
+
+#[test]
+fn larger_discs_serve_where_sigma_is_larger_than_wanted() {
+    let plane = |_: f32, _: f32| 0.3;
+    let observed = observed(4.0, plane, plane);
+    let variance = |wanted_variance: f32| {
+        let (found, _) = surface(Level::new(), &observed, Model { wanted_variance, ..MODEL });
+        let error = largest_error(&found, plane, |_, _| true);
+        assert!(error < 1e-3, "{error}");
+        found.variance.row(ROWS / 2)[PAD + COLUMNS / 2]
+    };
+    assert!(variance(1e-6) < 0.5 * variance(f32::INFINITY));
+}
