@@ -64,11 +64,12 @@ pub(super) struct MatchArguments {
     /// through discs, for edges at other angles
     #[arg(long, value_parser = choice::<Surfaces>(), default_value_t = usual().surfaces)]
     fit_surface: Surfaces,
-    /// Side of the smallest window of the sub-pixel fit, odd, 1 to 21 px [default: 3, with --quick 5]
+    /// Side of the smallest window of the sub-pixel fit by windows, odd, 1 to 21 px [default: 3, with --quick
+    /// 5]
     #[arg(long, value_name = "PX")]
     fit_window: Option<usize>,
     /// Let windows of the fit grow where they leave a larger sigma than this, in px: up to 11 px, and up to
-    /// 21 px on surfaces without relief. `inf` keeps all windows at the smallest size
+    /// 21 px on surfaces without relief (discs: up to 115 px). `inf` keeps all windows at the smallest size
     #[arg(long, value_name = "PX", default_value_t = usual().wanted_sigma_px)]
     wanted_sigma: f64,
     /// Interpolate three costs by a parabola instead of the fit over all frames (always so for correlation)

@@ -77,7 +77,7 @@ impl<'a> Residuals<'a> {
         let (rows, columns) = self.extent;
         let [mut weights, mut products] = [(); 2].map(|()| Padded::filled(rows, columns, 0.0));
         weights.par_rows().zip(products.par_rows()).enumerate().for_each(|(y, (weights, products))| {
-            // The variance by the places of walls is not the noise's.
+            // What is added for walls and relief is no noise.
             let (variance, by_place) = (self.surface.variance.row(y), self.surface.by_place.row(y));
             let (roots, residuals) = (self.roots.row(y), self.normalised.row(y));
             for &(across, down) in apart {

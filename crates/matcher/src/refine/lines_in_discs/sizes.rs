@@ -22,7 +22,7 @@
 //!
 //! Relief that is small against the noise of single observations changes predictions by little, and then the
 //! larger disc smooths it away. But it makes both sizes disagree everywhere: what the mean of the squared
-//! differences over many pixels exceeds chance by is added to V, times p^2.
+//! differences over many pixels exceeds chance by is added to the variance, times p^2.
 
 use fearless_simd::Level;
 use rayon::prelude::*;
@@ -36,7 +36,7 @@ use crate::refine::padded::{PAD, Padded};
 /// halved so often: 29 px.
 const DISAGREEMENT_PX: f32 = 3.6;
 const DISAGREEMENT_HALVINGS: usize = 3;
-/// Chance leaves a mean beyond this many of its standard deviations once in forty.
+/// Chance leaves a mean beyond this many of its standard deviations once in six.
 const CHANCE_SIGMAS: f32 = 1.0;
 
 /// A single prediction counts no less than this logarithm: it may be an outlier.

@@ -14,7 +14,8 @@ pub(super) struct Surface {
     pub(super) disparity: Padded,
     /// Variance of the disparity if the model of the disc is right, in px^2; infinite where it is unknown.
     pub(super) variance: Padded,
-    /// Variance by the places of walls between those that are tried, in px^2.
+    /// What is to be added to it, in px^2: by places of walls between those that are tried, and by relief that
+    /// larger discs smooth away.
     pub(super) by_place: Padded,
     /// Slants of the plane through the disc, in px per pixel of the map; no room where they are not needed.
     pub(super) slants: [Padded; 2],
