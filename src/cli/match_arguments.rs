@@ -62,7 +62,12 @@ pub(super) struct MatchArguments {
     min_confidence: f64,
     /// How the sub-pixel fit joins pixels: by windows along rows and columns, or by planes with one line
     /// through discs, for edges at other angles
-    #[arg(long, value_parser = choice::<Surfaces>(), default_value_t = usual().surfaces)]
+    #[arg(
+        long,
+        value_parser = choice::<Surfaces>(),
+        default_value_t = usual().surfaces,
+        conflicts_with = "fit_window"
+    )]
     fit_surface: Surfaces,
     /// Side of the smallest window of the sub-pixel fit by windows, odd, 1 to 21 px [default: 3, with --quick
     /// 5]

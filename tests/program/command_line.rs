@@ -50,6 +50,15 @@ fn a_first_look_says_that_it_is_one() {
     assert_eq!(settings(&["--quick", "--fit-window", "7"])["fit_window_px"], 7);
     let whole = settings(&[]);
     assert_eq!((&whole["quick"], &whole["fit_window_px"]), (&false.into(), &3.into()));
+    assert_eq!(whole["surfaces"], "windows");
+    assert_eq!(settings(&["--fit-surface", "lines"])["surfaces"], "lines");
+    // Discs have no smallest window.
+    fails(
+        folder.path(),
+        &["match", "seq", "--fit-surface", "lines", "--fit-window", "5"],
+        2,
+        &["--fit-surface", "--fit-window"],
+    );
     // It has windows of one size.
     fails(
         folder.path(),

@@ -107,10 +107,11 @@ epirig_core::choices! {
 epirig_core::choices! {
     /// How the fit joins the observations of pixels to a surface.
     pub enum Surfaces {
-        /// Windows along rows and columns that follow the surface. Their sigma has been verified on more scenes.
+        /// Windows along rows and columns that follow the surface.
         Windows = "windows",
-        /// Planes, and planes with one line through them, in discs. Edges at any angle to rows and columns are
-        /// as sharp as noise allows, with a half to a third of the windows' error.
+        /// Planes, and planes with one line through them, in discs. Hollows at any angle to rows and columns
+        /// have a third to a half of the error that windows leave where they are turned. Sigma is up to a fifth
+        /// too large on planes, and the largest error at sharp creases exceeds that of windows.
         Lines = "lines",
     }
 }
@@ -183,8 +184,7 @@ pub struct MatchOptions {
     pub surfaces: Surfaces,
     /// Side of the smallest window of the fit, in px, odd, 1 to 21; with [`Surfaces::Windows`].
     pub refine_window_px: usize,
-    /// The fit's window grows where it leaves a larger sigma than this, in px; infinite: all windows are the
-    /// smallest. With [`Effort::Quick`] they always are.
+    /// The fit's window or disc grows where it leaves a larger sigma than this, in px; infinite: none does. With [`Effort::Quick`] they always are.
     pub wanted_sigma_px: f64,
     /// A pixel whose sigma exceeds this has no answer, in px.
     pub maximum_sigma_px: f64,

@@ -1,7 +1,8 @@
 //! The error of the whole match on structures at any angle, with textures and seeds that nothing was tuned on.
 //!
-//! `cargo bench -p epirig-matcher --bench turned [-- --seed N] [--quick] [--lines]` prints a table in Markdown, a row
-//! for each scene: errors in px and in units of sigma, and the time. `--test` takes two small scenes.
+//! `cargo bench -p epirig-matcher --bench turned [-- --seed N] [--quick] [--lines]` prints a table in
+//! Markdown, a row for each scene: errors in px and in units of sigma, and the time. `--test` takes two small
+//! scenes.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 

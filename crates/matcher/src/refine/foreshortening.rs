@@ -43,9 +43,7 @@ pub(super) fn take_off_drift(observations: &mut ObservationMaps, map: &SurfacePl
                     let deviation = moment[place] - weight[place] * disparity[place];
                     numerator += f64::from(deviation * drift * inverse[place]);
                     denominator += f64::from(drift * drift * inverse[place]);
-                    if inverse[place] > 0.0 {
-                        information += f64::from(drift * drift * inverse[place] / variance[place]);
-                    }
+                    information += f64::from(drift * drift * inverse[place] / variance[place]);
                 }
             }
             [numerator, denominator, information]

@@ -53,7 +53,7 @@ use adaptive_support::join_observations;
 use epirig_core::grid::Grid;
 use epirig_core::volume::Volume;
 pub use fit::Fit;
-use lines_in_discs::{EVEN_SHARE, Joined, Joining, joined as join_lines};
+use lines_in_discs::{Joined, Joining, joined as join_lines};
 use locking::{Amplitudes, Prediction, RowLines, RowSums, Turns, is_sampled};
 use outlier_test::outliers_of_row;
 use padded::{PAD, Padded};
@@ -106,7 +106,7 @@ pub fn fit(
     let (rows, columns) = (guess.rows(), guess.columns());
     let steps = Steps::new(volume, lines, &guess, options.rule, (options.effort, options.surfaces));
     let mut current = guess;
-    let mut share = EVEN_SHARE;
+    let mut share = None;
     for _ in 1..options.steps {
         share = steps.take(&mut current, &report);
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::adaptive_support::join_observations;
 use super::gains::corrections;
-use super::lines_in_discs::{EVEN_SHARE, rough_surface};
+use super::lines_in_discs::rough_surface;
 use super::mixed_pixels::RowSamples;
 use super::observations::{
     FramesUsed, Observation, ROUGH_SERIES_REACH_PX, SERIES_REACH_PX, UNOBSERVED, row_observations,
@@ -150,7 +150,7 @@ impl<'a> Steps<'a> {
 
     /// Takes a step from `current` by some of the frames; NaN stays NaN. `report` is called once for each
     /// row. Returns the share of discs that a line crosses, if the surface is made of these.
-    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) -> f64 {
+    pub(super) fn take(&self, current: &mut Grid<f32>, report: impl Fn() + Sync) -> Option<f64> {
         let every = (self.volume.frames() / COARSE_FRAMES).max(1);
         let look = |row: ObservedRow<'_>| {
             report();
@@ -167,9 +167,13 @@ impl<'a> Steps<'a> {
         let (disparity, share) = match self.surfaces {
             Surfaces::Windows => {
                 let surface = join_observations(self.level, &mut planes, current, self.origin, None);
-                (surface.disparity, EVEN_SHARE)
+                (surface.disparity, None)
             }
-            Surfaces::Lines => rough_surface(self.level, &planes, (current, self.origin), self.effort),
+            Surfaces::Lines => {
+                let guess = (&*current, self.origin);
+                let (disparity, share) = rough_surface(self.level, &planes, guess, self.effort);
+                (disparity, Some(share))
+            }
         };
         let columns = current.columns();
         for (y, misplaced) in misplaced.into_iter().enumerate() {

@@ -25,10 +25,10 @@ const SIZE: Size = Size { side_px: 160, frames: 51 };
 /// Hollows 0.1 px deep and 12.6 px wide, with noise of 1 DN.
 const MEAN_PX: Promise = Promise::as_asked(Bounds::at_most(0.0058));
 /// Required within 0.015 of 1. Reached, over all pixels, those of walls included: 0.974 to 1.000.
-const DEPTH: Promise = Promise::missed(Bounds::between(0.985, 1.015), Bounds::between(0.96, 1.02));
+const DEPTH: Promise = Promise::missed(Bounds::between(0.985, 1.015), Bounds::between(0.972, 1.015));
 /// Required 0.93 to 0.97. Reached: 0.919 to 0.959; a frame has some 100 independent discs, so two percent are
 /// chance.
-const WITHIN_2_SIGMA: Promise = Promise::missed(Bounds::between(0.93, 0.97), Bounds::between(0.90, 0.99));
+const WITHIN_2_SIGMA: Promise = Promise::missed(Bounds::between(0.93, 0.97), Bounds::between(0.91, 0.97));
 
 fn score(scene: &Scene, surfaces: Surfaces) -> Score {
     let options = MatchOptions { reference: ReferenceFrame::Middle, surfaces, ..MatchOptions::default() };
@@ -50,14 +50,17 @@ fn hollows_are_known_alike_at_any_angle() {
     figures.finish();
 }
 
-/// Of what windows are off by, a third to a half is left where there are edges. The bounds are looser by as
-/// much as another seed changes them.
+/// Shares of the windows' error that are left, with three seeds: 0.35 to 0.36, 0.46 to 0.47, 0.47 to 0.55 and
+/// 0.75 to 0.83. The bounds are a seventh above the largest.
 #[test]
 fn lines_leave_less_error_than_windows() {
     let all = scenes(SEED);
-    for (name, share) in
-        [("stripes 0.1 px, 33 deg", 0.6), ("bumps", 0.6), ("roof, 33 deg", 0.8), ("plane, noise 3 DN", 1.0)]
-    {
+    for (name, share) in [
+        ("stripes 0.1 px, 33 deg", 0.41),
+        ("bumps", 0.54),
+        ("roof, 33 deg", 0.63),
+        ("plane, noise 3 DN", 0.95),
+    ] {
         let scene = all.iter().find(|scene| scene.name == name).unwrap();
         let [lines, windows] =
             [Surfaces::Lines, Surfaces::Windows].map(|surfaces| score(scene, surfaces).mean_px());

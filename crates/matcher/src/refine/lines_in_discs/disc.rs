@@ -24,8 +24,7 @@ impl Point {
     }
 }
 
-/// The pixels of a disc of this squared radius in px^2, row by row; pairs of columns that begin with an even
-/// one are together.
+/// The pixels of a disc of this squared radius in px^2, row by row.
 pub(super) fn points(squared_radius: usize) -> Vec<Point> {
     let radius = (squared_radius as f32).sqrt();
     let reach = radius.ceil() as isize;

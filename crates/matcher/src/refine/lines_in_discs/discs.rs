@@ -5,16 +5,15 @@ use rayon::prelude::*;
 
 use super::disc::{INNER, Point, directions, points};
 use super::lines::{Averaged, Lines};
-use super::model::{Model, Shapes};
+use super::model::{Model, STEEPEST, Shapes};
 use super::observed::Observed;
 use super::plane::Normal;
 use super::surface::{Surface, SurfaceRow};
 use crate::refine::moments::LANES;
 use crate::refine::padded::{PAD, Padded};
 
-/// Guesses of one surface differ by their step, and for each px of distance by a slant this steep at most.
+/// Guesses of one surface differ by this step at most, and for each px of distance by the steepest slant.
 const SLACK_PX: f32 = 0.5;
-const SLACK_PER_PX: f32 = 0.3;
 /// Pixels of the largest disc.
 const MOST_POINTS: usize = 176;
 
@@ -24,26 +23,31 @@ pub(super) struct Discs {
     /// Largest difference of guesses at each point, in px.
     slack_px: Vec<f32>,
     lines: Option<Lines>,
-    /// Whether slants are put out, which carry disparities to smaller pixels.
-    has_slants: bool,
+    /// Width of the map's pixels, in px of the image.
+    pixel: f32,
 }
 
 impl Discs {
     /// Discs of this squared radius in pixels of the map, which are `pixel` px of the image wide.
     pub(super) fn new(squared_radius: usize, shapes: Shapes, model: &Model, pixel: f32) -> Self {
         let points = points(squared_radius);
-        let slack_px =
-            points.iter().map(|point| SLACK_PX + SLACK_PER_PX * pixel * point.distance()).collect();
+        let slack_px = points.iter().map(|point| SLACK_PX + STEEPEST * pixel * point.distance()).collect();
         let lines = (shapes == Shapes::PlanesAndLines).then(|| {
             Lines::new(directions(&points, model.rim_px), model.line_odds, model.blur / (pixel * pixel))
         });
-        Self { points, slack_px, lines, has_slants: pixel > 1.0 }
+        Self { points, slack_px, lines, pixel }
+    }
+
+    /// How many pixels of the image a disc holds.
+    pub(super) fn pixels(&self) -> f32 {
+        self.points.len() as f32 * self.pixel * self.pixel
     }
 
     /// The surface at all pixels whose `guesses` are numbers; it stays unknown at the others. And the share of
     /// discs that a line crosses.
     pub(super) fn surface(&self, level: Level, observed: &Observed, guesses: &Padded) -> (Surface, f64) {
-        let mut surface = Surface::unknown(observed.rows(), observed.columns, self.has_slants);
+        // Slants carry disparities from wide pixels to narrow ones.
+        let mut surface = Surface::unknown(observed.rows(), observed.columns, self.pixel > 1.0);
         let pairs = surface.par_row_pairs().enumerate();
         let counts = pairs.map(|(pair, mut rows)| {
             dispatch!(level, simd => self.rows(simd, (observed, guesses), 2 * pair, &mut rows))
@@ -128,6 +132,7 @@ impl Discs {
         let mut normal = Normal::prior(simd);
         let (mut squares, mut number) = (zero, zero);
         for (index, point) in self.points.iter().enumerate() {
+            // Rows above the image come out as huge numbers.
             let row = y.wrapping_add_signed(point.row);
             if row >= observed.rows() {
                 continue;

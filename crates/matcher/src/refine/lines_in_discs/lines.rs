@@ -58,8 +58,8 @@ impl<S: Simd> Shape<S> {
 /// A strip's shape and weight.
 type Strip<S> = (Shape<S>, f32x16<S>);
 
-/// A line that has been fitted: logarithm of its weight to the base 2, alpha, 1 / S, and the whitened sums of
-/// its shape.
+/// A line that has been fitted: logarithm of its weight to the base 2, alpha, 1 / S, the whitened sums of its
+/// shape, and the part of the sum of squared observations that it explains.
 type Fitted<S> = [f32x16<S>; 7];
 
 /// One over the prior variance of a kind of line, and the logarithm of its weight when nothing is observed.

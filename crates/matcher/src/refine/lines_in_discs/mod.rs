@@ -30,7 +30,7 @@ use super::planes::{ObservationMaps, SurfacePlanes};
 use crate::options::Effort;
 use discs::Discs;
 use epirig_core::grid::Grid;
-use model::{Model, Shapes};
+use model::{Model, STEEPEST, Shapes};
 use observed::Observed;
 use pooling::{halved_sums, of_observed};
 use residuals::raise_by_residuals;
@@ -38,11 +38,9 @@ use sizes::take_larger;
 use surface::Surface;
 use texture::texture;
 
-/// Squared radius of the smallest discs and of the next ones, in px^2, and their numbers of pixels.
+/// Squared radius of the smallest discs, of 32 pixels, and of the next ones, of 164, in px^2.
 const SMALL: usize = 9;
-const SMALL_PIXELS: f32 = 32.0;
 const LARGE: usize = 52;
-const LARGE_PIXELS: f32 = 164.0;
 /// Half of the larger disc's radius, in px: predictions are compared within a Gaussian of this standard
 /// deviation.
 const HALF_LARGE_PX: f32 = 3.6;
@@ -57,10 +55,8 @@ const RIM_PX: f32 = 1.4;
 /// has 1/12, and a lens spreads a point by some 0.45 px; 0.1 more or less.
 const EXPECTED_BLUR: f64 = 0.28;
 const EXPECTED_BLUR_INFORMATION: f64 = 100.0;
-/// Guesses that differ by more from pixel to pixel are of two surfaces, in px/px.
-const STEEPEST: f32 = 0.3;
 /// Share of discs that a line crosses, where nothing is known.
-pub(super) const EVEN_SHARE: f64 = 0.5;
+const EVEN_SHARE: f64 = 0.5;
 /// Lines cross at least this share of the discs, and leave out at least as many: other discs cannot exclude a
 /// line in one.
 const LEAST_SHARE: f64 = 0.02;
@@ -80,15 +76,15 @@ pub(super) struct Joined {
 pub(super) struct Joining {
     /// With [`Effort::Quick`] lines cross small discs only.
     pub(super) effort: Effort,
-    /// Share of discs that a line crosses, before anything is observed.
-    pub(super) share: f64,
+    /// Share of discs that a line crosses, as a step before found it.
+    pub(super) share: Option<f64>,
     /// Larger discs are used where sigma exceeds this, in px; infinite: nowhere.
     pub(super) wanted_sigma_px: f64,
 }
 
 impl Joining {
     fn model(self, rim_px: f32, blur: f64) -> Model {
-        let share = self.share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+        let share = self.share.unwrap_or(EVEN_SHARE).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
         let (large, wanted_sigma_px) = match self.effort {
             Effort::Full => (Shapes::PlanesAndLines, self.wanted_sigma_px),
             Effort::Quick => (Shapes::Planes, f64::INFINITY),
@@ -111,7 +107,7 @@ pub(super) fn rough_surface(
     (guess, origin): (&Grid<f32>, f32),
     effort: Effort,
 ) -> (Padded, f64) {
-    let joining = Joining { effort, share: EVEN_SHARE, wanted_sigma_px: f64::INFINITY };
+    let joining = Joining { effort, share: None, wanted_sigma_px: f64::INFINITY };
     let model = joining.model(2.0 * RIM_PX, EXPECTED_BLUR);
     let (surface, share) = surface(level, &Observed::of(observations, guess, origin), model);
     (surface.disparity, share)
@@ -136,18 +132,20 @@ pub(super) fn joined(
     let observed = Observed::of(observations, guess, origin);
     let (mut surface, _) = surface(level, &observed, joining.model(RIM_PX, blur));
     raise_by_residuals(level, &observed, &mut surface);
-    let Surface { disparity, mut variance, by_place, .. } = surface;
-    variance.values.par_iter_mut().zip(&by_place.values).for_each(|(variance, more)| *variance += more);
+    let Surface { disparity, mut variance, addition, .. } = surface;
+    variance.values.par_iter_mut().zip(&addition.values).for_each(|(variance, more)| *variance += more);
     Joined { disparity, variance, texture: texture(level, &observed) }
 }
 
 /// The surface at each pixel that has a guess, and the share of discs that a line crosses.
 fn surface(level: Level, observed: &Observed, model: Model) -> (Surface, f64) {
     let [small, large] = model.shapes;
-    let (mut surface, share_of_small) =
-        Discs::new(SMALL, small, &model, 1.0).surface(level, observed, &observed.guess);
-    let (larger, share) = Discs::new(LARGE, large, &model, 1.0).surface(level, observed, &observed.guess);
-    take_larger(level, observed, &mut surface, &larger, (HALF_LARGE_PX, 0), SMALL_PIXELS);
+    let mut discs = Discs::new(SMALL, small, &model, 1.0);
+    let (mut surface, share_of_small) = discs.surface(level, observed, &observed.guess);
+    let mut pixels = discs.pixels();
+    discs = Discs::new(LARGE, large, &model, 1.0);
+    let (larger, share) = discs.surface(level, observed, &observed.guess);
+    take_larger(level, observed, &mut surface, &larger, (HALF_LARGE_PX, 0), pixels);
     drop(larger);
     let mut halved = Vec::new();
     for halvings in 1..=MOST_HALVINGS {
@@ -158,12 +156,12 @@ fn surface(level: Level, observed: &Observed, model: Model) -> (Surface, f64) {
         halved.push(finer.halved());
         let coarse = &halved[halvings - 1];
         let guesses = where_wanted(coarse, &wanted);
-        let (mut larger, _) =
-            Discs::new(LARGE, large, &model, (1 << halvings) as f32).surface(level, coarse, &guesses);
+        pixels = discs.pixels();
+        discs = Discs::new(LARGE, large, &model, (1 << halvings) as f32);
+        let (mut larger, _) = discs.surface(level, coarse, &guesses);
         for finer in (0..halvings).rev() {
             larger = larger.doubled(if finer == 0 { observed } else { &halved[finer - 1] });
         }
-        let pixels = LARGE_PIXELS * (1 << (2 * (halvings - 1))) as f32;
         take_larger(level, observed, &mut surface, &larger, (HALF_LARGE_PX, halvings), pixels);
     }
     (surface, if large == Shapes::Planes { share_of_small } else { share })
@@ -179,12 +177,8 @@ fn pixels_that_want_more(
 ) -> Option<Padded> {
     let wants =
         |place: usize, y: usize| f32::from(u8::from(surface.variance.row(y)[place] > wanted_variance));
-    let mut wanted = of_observed(observed, wants);
-    let mut extent = (observed.rows(), observed.columns);
-    for _ in 0..halvings {
-        wanted = halved_sums(&wanted, extent);
-        extent = (extent.0.div_ceil(2), extent.1.div_ceil(2));
-    }
+    let extent = (observed.rows(), observed.columns);
+    let wanted = halved_sums(of_observed(observed, wants), extent, halvings);
     wanted.values.par_iter().any(|count| *count > 0.0).then_some(wanted)
 }
 

@@ -51,8 +51,16 @@ fn add_times(sums: &mut [f32], more: &[f32], weight: f32) {
     sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += weight * more);
 }
 
-/// Sums of each 2 x 2 pixels.
-pub(super) fn halved_sums(map: &Padded, (rows, columns): (usize, usize)) -> Padded {
+/// Sums of each 2 x 2 pixels of a map of so many rows and columns, so often.
+pub(super) fn halved_sums(mut map: Padded, mut extent: (usize, usize), halvings: usize) -> Padded {
+    for _ in 0..halvings {
+        map = halved(&map, extent);
+        extent = (extent.0.div_ceil(2), extent.1.div_ceil(2));
+    }
+    map
+}
+
+fn halved(map: &Padded, (rows, columns): (usize, usize)) -> Padded {
     let mut halved = Padded::filled(rows.div_ceil(2), columns.div_ceil(2), 0.0);
     halved.par_rows().enumerate().for_each(|(y, out)| {
         let upper = map.row(2 * y);

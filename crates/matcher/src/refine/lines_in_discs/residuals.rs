@@ -78,7 +78,7 @@ impl<'a> Residuals<'a> {
         let [mut weights, mut products] = [(); 2].map(|()| Padded::filled(rows, columns, 0.0));
         weights.par_rows().zip(products.par_rows()).enumerate().for_each(|(y, (weights, products))| {
             // What is added for walls and relief is no noise.
-            let (variance, by_place) = (self.surface.variance.row(y), self.surface.by_place.row(y));
+            let (variance, addition) = (self.surface.variance.row(y), self.surface.addition.row(y));
             let (roots, residuals) = (self.roots.row(y), self.normalised.row(y));
             for &(across, down) in apart {
                 let Some(other) = y.checked_add_signed(down).filter(|other| *other < rows) else { continue };
@@ -88,7 +88,7 @@ impl<'a> Residuals<'a> {
                     if root > 0.0 {
                         let product = residuals[place] * other_residuals[place + across];
                         weights[place] += root * root;
-                        products[place] += root * (product + root * (variance[place] - by_place[place]));
+                        products[place] += root * (product + root * (variance[place] - addition[place]));
                     }
                 }
             }
@@ -96,13 +96,8 @@ impl<'a> Residuals<'a> {
         Pairs { weights: self.pooled(level, weights), products: self.pooled(level, products) }
     }
 
-    fn pooled(&self, level: Level, mut map: Padded) -> Padded {
-        let mut extent = self.extent;
-        for _ in 0..HALVINGS {
-            map = halved_sums(&map, extent);
-            extent = (extent.0.div_ceil(2), extent.1.div_ceil(2));
-        }
-        pooled(level, &map, SIGMA_PX)
+    fn pooled(&self, level: Level, map: Padded) -> Padded {
+        pooled(level, &halved_sums(map, self.extent, HALVINGS), SIGMA_PX)
     }
 }
 

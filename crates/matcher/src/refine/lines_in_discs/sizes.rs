@@ -59,20 +59,16 @@ pub(super) fn take_larger(
         let known = surface.variance.row(y)[place].is_finite() && larger.variance.row(y)[place].is_finite();
         if known { score(observed, larger, place, y) - score(observed, surface, place, y) } else { 0.0 }
     };
-    let mut evidence = of_observed(observed, both);
-    let mut extent = (observed.rows(), observed.columns);
-    for _ in 0..halvings {
-        evidence = halved_sums(&evidence, extent);
-        extent = (extent.0.div_ceil(2), extent.1.div_ceil(2));
-    }
+    let extent = (observed.rows(), observed.columns);
+    let evidence = halved_sums(of_observed(observed, both), extent, halvings);
     let evidence = pooled(level, &evidence, sigma_px);
     let disagreement = disagreement(level, observed, (surface, larger), pixels);
-    let Surface { disparity, variance, by_place, .. } = surface;
-    let rows = disparity.par_rows().zip(variance.par_rows()).zip(by_place.par_rows()).enumerate();
-    rows.for_each(|(y, ((disparity, variance), by_place))| {
+    let Surface { disparity, variance, addition, .. } = surface;
+    let rows = disparity.par_rows().zip(variance.par_rows()).zip(addition.par_rows()).enumerate();
+    rows.for_each(|(y, ((disparity, variance), addition))| {
         let evidence = evidence.row(y >> halvings);
         let disagreement = disagreement.row(y >> DISAGREEMENT_HALVINGS);
-        let maps = [&larger.disparity, &larger.variance, &larger.by_place].map(|map: &Padded| map.row(y));
+        let maps = [&larger.disparity, &larger.variance, &larger.addition].map(|map: &Padded| map.row(y));
         for place in PAD..PAD + observed.columns {
             let [d, v, walls] = maps.map(|map| map[place]);
             if !v.is_finite() {
@@ -94,9 +90,9 @@ pub(super) fn take_larger(
                 let sure = rest * rest * small + (1.0 - rest * rest) * v.min(small);
                 variance[place] = sure + share * rest * (apart * apart - chance).max(0.0);
                 disparity[place] += share * apart;
-                by_place[place] += share * (walls - by_place[place] + share * smoothed);
+                addition[place] += share * (walls - addition[place] + share * smoothed);
             } else {
-                (disparity[place], variance[place], by_place[place]) = (d, v, walls);
+                (disparity[place], variance[place], addition[place]) = (d, v, walls);
             }
         }
     });
@@ -122,12 +118,8 @@ fn disagreement(
         (v.is_finite() && w.is_finite()).then_some([v, v - w])
     };
     let mean = |value: &(dyn Fn(usize, usize) -> f32 + Sync)| {
-        let mut map = of_observed(observed, value);
-        let mut extent = (observed.rows(), observed.columns);
-        for _ in 0..DISAGREEMENT_HALVINGS {
-            map = halved_sums(&map, extent);
-            extent = (extent.0.div_ceil(2), extent.1.div_ceil(2));
-        }
+        let extent = (observed.rows(), observed.columns);
+        let map = halved_sums(of_observed(observed, value), extent, DISAGREEMENT_HALVINGS);
         pooled(level, &map, DISAGREEMENT_PX)
     };
     let counts = mean(&|place, y| f32::from(u8::from(both(place, y).is_some())));

@@ -7,6 +7,9 @@ use super::observed::Observed;
 use crate::refine::moments::LANES;
 use crate::refine::padded::{PAD, Padded};
 
+/// A disparity this far from a pixel's guess is another surface's, in px.
+const ANOTHER_SURFACE_PX: f32 = 1.0;
+
 /// Maps of a surface.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
@@ -16,7 +19,7 @@ pub(super) struct Surface {
     pub(super) variance: Padded,
     /// What is to be added to it, in px^2: by places of walls between those that are tried, and by relief that
     /// larger discs smooth away.
-    pub(super) by_place: Padded,
+    pub(super) addition: Padded,
     /// Slants of the plane through the disc, in px per pixel of the map; no room where they are not needed.
     pub(super) slants: [Padded; 2],
 }
@@ -31,7 +34,7 @@ impl Surface {
         Self {
             disparity: map(0.0),
             variance: map(f32::INFINITY),
-            by_place: map(0.0),
+            addition: map(0.0),
             slants: [slant(), slant()],
         }
     }
@@ -40,7 +43,7 @@ impl Surface {
     pub(super) fn par_row_pairs(&mut self) -> impl IndexedParallelIterator<Item = Vec<SurfaceRow<'_>>> {
         let stride = self.disparity.stride;
         let [p, q] = &mut self.slants;
-        let maps = [&mut self.disparity, &mut self.variance, &mut self.by_place, p, q];
+        let maps = [&mut self.disparity, &mut self.variance, &mut self.addition, p, q];
         let mut maps = maps.map(|map| map.values.chunks_mut(stride));
         let rows = std::iter::from_fn(move || {
             let [a, b, c, d, e] = &mut maps;
@@ -62,8 +65,8 @@ impl Surface {
     pub(super) fn doubled(&self, fine: &Observed) -> Self {
         let mut doubled = Self::unknown(fine.rows(), fine.columns, true);
         doubled.par_row_pairs().enumerate().for_each(|(half, rows)| {
-            let (d, variance, by_place) =
-                (self.disparity.row(half), self.variance.row(half), self.by_place.row(half));
+            let (d, variance, addition) =
+                (self.disparity.row(half), self.variance.row(half), self.addition.row(half));
             let [p, q] = [0, 1].map(|along| self.slants[along].row(half));
             for ((y, SurfaceRow(row)), down) in (2 * half..).zip(rows).zip([-0.25, 0.25]) {
                 let guess = fine.guess.row(y);
@@ -72,9 +75,9 @@ impl Surface {
                     let across = if (place - PAD).is_multiple_of(2) { -0.25 } else { 0.25 };
                     let disparity = d[from] + p[from] * across + q[from] * down;
                     row[0][place] = disparity;
-                    let same = (disparity - guess[place]).abs() < ONE_SURFACE_PX;
+                    let same = (disparity - guess[place]).abs() < ANOTHER_SURFACE_PX;
                     row[1][place] = if same { variance[from] } else { f32::INFINITY };
-                    row[2][place] = by_place[from];
+                    row[2][place] = addition[from];
                     row[3][place] = 0.5 * p[from];
                     row[4][place] = 0.5 * q[from];
                 }
@@ -83,9 +86,6 @@ impl Surface {
         doubled
     }
 }
-
-/// A disparity this far from a pixel's guess is another surface's, in px.
-const ONE_SURFACE_PX: f32 = 1.0;
 
 impl SurfaceRow<'_> {
     /// Puts what was found at every other and every next place from `start` on, where it serves.
