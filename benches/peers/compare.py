@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import functools
 import importlib.metadata
 import itertools
 import json
@@ -18,9 +19,12 @@ import numba
 import numpy as np
 from PIL import Image
 
+import alternatives
 import peers
 import reference
 import scene as scenes
+import scenes as four_scenes
+import tracks
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGES = ("numpy", "numba", "opencv-python", "pyvale")
@@ -36,6 +40,8 @@ class Run:
     disparity: np.ndarray
     sigma: np.ndarray | None = None
     remark: str = ""
+    place: np.ndarray | None = None
+    """Where along x the disparity holds, in px, if not at the centres of the pixels."""
 
 
 REPEATED_S = 10
@@ -172,6 +178,63 @@ def sigma_coverage(run, scene):
     return f"{run.name}: {np.mean(ratio < 1):.1%} of the errors lie within one sigma, {np.mean(ratio < 2):.1%} within two"
 
 
+WRONG_PX = 0.25
+"""An answer that is off by more is wrong, not inaccurate."""
+
+ALTERNATIVES = {
+    "dynamic programming [3]": ("first and last", alternatives.dynamic_programming),
+    "confidently stable matching [9]": ("first and last", alternatives.stable_matching),
+    "verification [8]": (f"{alternatives.IMAGES} at random", alternatives.verification),
+    "Lucas-Kanade, frame to frame [10]": ("all", functools.partial(tracks.lucas_kanade, to_first=False)),
+    "Lucas-Kanade, each to the first [10]": ("all", functools.partial(tracks.lucas_kanade, to_first=True)),
+    "lines of features [1]": ("all", tracks.bolles),
+}
+
+
+def measured_alternatives(arguments, scene, folder):
+    """epirig and the paper's alternatives on one of the four scenes."""
+    folder.mkdir()
+    for quick in (False, True):
+        yield epirig(arguments.program, folder, scene, scene.range_px, arguments.repeats, quick)
+    for name, (used, method) in ALTERNATIVES.items():
+        # On a corner of the scene first, so that no timing contains compilation.
+        method(scene.frames[:, :24, :128], scene.range_px)
+        seconds, answer = best_of(arguments.repeats, lambda method=method: method(scene.frames, scene.range_px))
+        disparity, place = answer if isinstance(answer, tuple) else (answer, None)
+        yield Run(name, used, seconds, disparity, place=place)
+
+
+def alternatives_table(runs, scene):
+    """The runs on one of the four scenes, as a Markdown table. Errors are over all answered pixels that both end frames see."""
+    lines = [
+        "| method | frames used | time, s | answered | mean error, px | wrong | mean error of the others, px |",
+        "| --- | --- " + "| ---: " * 5 + "|",
+    ]
+    columns = np.arange(scene.disparity.shape[1])
+    for run in runs:
+        beside = 0 if run.place is None else scene.slant * (run.place - columns)
+        error = np.abs(run.disparity - scene.disparity - beside)
+        answered = scene.visible & np.isfinite(error)
+        error = error[answered]
+        right = error[error <= WRONG_PX]
+        lines.append(
+            f"| {run.name} | {run.frames} | {run.seconds:.2f} | {answered.sum() / scene.visible.sum():.1%} | {error.mean():.4f} "
+            f"| {1 - right.size / error.size:.2%} | {right.mean():.4f} |"
+        )
+    return "\n".join(lines)
+
+
+def compare_alternatives(arguments, folder):
+    """A heading and a table for each of the four scenes."""
+    parts = []
+    for name in four_scenes.SCENES:
+        scene = four_scenes.render(name)
+        runs = list(measured_alternatives(arguments, scene, folder / name))
+        parts += [f"### {scene.title}", "", alternatives_table(runs, scene), ""]
+        print("\n".join(parts[-4:]), flush=True)
+    return parts
+
+
 def processor():
     """The processor's name, as far as the system tells."""
     try:
@@ -196,11 +259,39 @@ def version(package):
         return "not installed"
 
 
+def conditions(arguments, extent):
+    """What was measured with what, in one sentence."""
+    return (
+        f"{extent}; {arguments.threads} cores of {processor()}; epirig at {revision()}; Python {platform.python_version()}, "
+        + ", ".join(f"{package} {version(package)}" for package in PACKAGES)
+        + "."
+    )
+
+
+def compare_peers(arguments, folder):
+    """The table of the peers, and what epirig says of itself."""
+    size = scenes.SMALL if arguments.small else scenes.FULL
+    scene = scenes.render(size)
+    runs = list(measured(arguments, scene, folder))
+    ours = [run for run in runs if run.sigma is not None]
+    extent = f"{size.side_px} x {size.side_px} pixels, {size.frames} frames, {size.range_px[1] - size.range_px[0]:.0f} px of range"
+    return [
+        conditions(arguments, extent),
+        "",
+        table(runs, scene),
+        "",
+        *[f"- {run.remark}." for run in ours],
+        *[f"- {sigma_coverage(run, scene)}." for run in ours],
+        "",
+    ]
+
+
 def main():
     """Parses the command line, runs everything, prints and writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", type=Path, default=REPOSITORY / "target/release/epirig", help="epirig, built in release mode")
     parser.add_argument("--small", action="store_true", help="256 x 256 x 40 instead of 1024 x 1024 x 100")
+    parser.add_argument("--alternatives", action="store_true", help="the paper's alternatives on four scenes, instead of the peers")
     parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="cores for every method [default: all]")
     parser.add_argument("--repeats", type=int, default=3, help="the best of so many runs counts, and of more if they are short [default: 3]")
     parser.add_argument("--without", nargs="*", default=[], choices=["numba", "sgbm", "dis", "pyvale"], help="methods to leave out")
@@ -212,30 +303,19 @@ def main():
     cv2.setNumThreads(arguments.threads)
     numba.set_num_threads(arguments.threads)
 
-    size = scenes.SMALL if arguments.small else scenes.FULL
-    scene = scenes.render(size)
     arguments.program = arguments.program.resolve()
+    out = arguments.out and arguments.out.resolve()
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         # pyvale leaves a log where it runs.
-        runs = list(measured(arguments, scene, Path(folder)))
-    ours = [run for run in runs if run.sigma is not None]
-    text = "\n".join(
-        [
-            f"{size.side_px} x {size.side_px} pixels, {size.frames} frames, {size.range_px[1] - size.range_px[0]:.0f} px of range; "
-            f"{arguments.threads} cores of {processor()}; epirig at {revision()}; Python {platform.python_version()}, "
-            + ", ".join(f"{package} {version(package)}" for package in PACKAGES)
-            + ".",
-            "",
-            table(runs, scene),
-            "",
-            *[f"- {run.remark}." for run in ours],
-            *[f"- {sigma_coverage(run, scene)}." for run in ours],
-            "",
-        ]
-    )
+        if arguments.alternatives:
+            extent = f"{four_scenes.COLUMNS} x {four_scenes.ROWS} pixels, {four_scenes.FRAMES} frames"
+            lines = [conditions(arguments, extent), "", *compare_alternatives(arguments, Path(folder))]
+        else:
+            lines = compare_peers(arguments, Path(folder))
+    text = "\n".join(lines)
     print(text)
-    if arguments.out:
-        arguments.out.write_text(text)
+    if out:
+        out.write_text(text)
 
 
 if __name__ == "__main__":
