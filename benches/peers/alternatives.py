@@ -203,7 +203,7 @@ def dynamic_programming(frames, range_px):
 MARGIN = 0.1
 """By how much a correlation must exceed those of its competitors: larger, and fewer answers, of which fewer are wrong. Tuned."""
 LEAST_CORRELATION = 0.7
-"""Of a match: what remains at random stays out of it. Tuned."""
+"""Of a match: chance reaches less. Tuned."""
 
 
 @numba.njit(parallel=True)

@@ -261,8 +261,9 @@ def version(package):
 
 def conditions(arguments, extent):
     """What was measured with what, in one sentence."""
+    cores = "1 core" if arguments.threads == 1 else f"{arguments.threads} cores"
     return (
-        f"{extent}; {arguments.threads} cores of {processor()}; epirig at {revision()}; Python {platform.python_version()}, "
+        f"{extent}; {cores} of {processor()}; epirig at {revision()}; Python {platform.python_version()}, "
         + ", ".join(f"{package} {version(package)}" for package in PACKAGES)
         + "."
     )
