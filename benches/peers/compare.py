@@ -204,16 +204,21 @@ def measured_alternatives(arguments, scene, folder):
         yield Run(name, used, seconds, disparity, place=place)
 
 
+def errors(run, scene):
+    """Signed error of every pixel, at the place the method states."""
+    columns = np.arange(scene.disparity.shape[1])
+    beside = 0 if run.place is None else scene.slant * (run.place - columns)
+    return run.disparity - scene.disparity - beside
+
+
 def alternatives_table(runs, scene):
     """The runs on one of the four scenes, as a Markdown table. Errors are over all answered pixels that both end frames see."""
     lines = [
         "| method | frames used | time, s | answered | mean error, px | wrong | mean error of the others, px |",
         "| --- | --- " + "| ---: " * 5 + "|",
     ]
-    columns = np.arange(scene.disparity.shape[1])
     for run in runs:
-        beside = 0 if run.place is None else scene.slant * (run.place - columns)
-        error = np.abs(run.disparity - scene.disparity - beside)
+        error = np.abs(errors(run, scene))
         answered = scene.visible & np.isfinite(error)
         error = error[answered]
         right = error[error <= WRONG_PX]
@@ -224,14 +229,46 @@ def alternatives_table(runs, scene):
     return "\n".join(lines)
 
 
+def hollows_table(runs, scene):
+    """What is left of the tile's relief: its depth over all of the tile, and how much pixels scatter. Without wrong answers."""
+    lines = ["| method | depth of the hollows, px | scatter of a pixel, px |", "| --- " + "| ---: " * 2 + "|"]
+    share = np.broadcast_to(four_scenes.hollow_share(np.arange(scene.disparity.shape[1], dtype=float)), scene.disparity.shape)
+    for run in runs:
+        error = errors(run, scene)
+        right = scene.visible & (np.abs(error) <= WRONG_PX)
+        depth = four_scenes.HOLLOW_PX + error[right & (share == 0)].mean() - error[right & (share == 1)].mean()
+        lines.append(f"| {run.name} | {depth:.4f} | {error[right].std():.4f} |")
+    return "\n".join(lines)
+
+
+def bars_table(runs, scene):
+    """How much of each bar is found: share of all of its pixels that have a right answer."""
+    bars = four_scenes.BARS
+    lines = ["| method " + "".join(f"| {width} px " for _, width in bars) + "|", "| --- " + "| ---: " * len(bars) + "|"]
+    for run in runs:
+        right = np.abs(errors(run, scene)) <= WRONG_PX
+        shares = [right[slice(*four_scenes.BAR_ROWS), left : left + width].mean() for left, width in bars]
+        lines.append(f"| {run.name} " + "".join(f"| {share:.0%} " for share in shares) + "|")
+    return "\n".join(lines)
+
+
 def compare_alternatives(arguments, folder):
     """A heading and a table for each of the four scenes."""
+    more = {
+        "tile": ("The relief, without wrong answers:", hollows_table),
+        "bars": ("Share of the pixels of each bar that have a right answer:", bars_table),
+    }
     parts = []
     for name in four_scenes.SCENES:
         scene = four_scenes.render(name)
-        runs = list(measured_alternatives(arguments, scene, folder / name))
+        runs = []
+        for run in measured_alternatives(arguments, scene, folder / name):
+            print(f"{name}, {run.name}: {run.seconds:.2f} s", flush=True)
+            runs.append(run)
         parts += [f"### {scene.title}", "", alternatives_table(runs, scene), ""]
-        print("\n".join(parts[-4:]), flush=True)
+        if name in more:
+            intro, made = more[name]
+            parts += [intro, "", made(runs, scene), ""]
     return parts
 
 

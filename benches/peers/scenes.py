@@ -47,11 +47,20 @@ def edge_px(x, y):
     return 42.0 + np.where(from_edge < 0, 0.08, -0.05) * from_edge + 0.01 * (y - ROWS / 2)
 
 
-def tile_px(x, y):
-    """The paper's tile: a plane with upright hollows, 24 px of 48 wide and 0.1 px deep, with flanks of 4 px."""
+HOLLOW_PX = 0.1
+"""Depth of the hollows of the tile, in px of disparity."""
+
+
+def hollow_share(x):
+    """0 on the ridges of the tile, 1 in its hollows, smooth between: hollows are 24 px of 48 wide, with flanks of 4 px."""
     phase = np.abs((x + 12) % 48 - 24)
     share = np.clip((14 - phase) / 4, 0, 1)
-    return 40.0 + 1.5 * x / COLUMNS + 0.8 * y / ROWS - 0.1 * share**2 * (3 - 2 * share)
+    return share**2 * (3 - 2 * share)
+
+
+def tile_px(x, y):
+    """The paper's tile: a plane with upright hollows."""
+    return 40.0 + 1.5 * x / COLUMNS + 0.8 * y / ROWS - HOLLOW_PX * hollow_share(x)
 
 
 def curved_px(x, y):
