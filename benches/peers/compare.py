@@ -230,8 +230,8 @@ def alternatives_table(runs, scene):
 
 
 def hollows_table(runs, scene):
-    """What is left of the tile's relief: its depth over all of the tile, and how much pixels scatter. Without wrong answers."""
-    lines = ["| method | depth of the hollows, px | scatter of a pixel, px |", "| --- " + "| ---: " * 2 + "|"]
+    """What is left of the tile's relief: its mean depth, and how far errors of pixels lie apart. Without wrong answers."""
+    lines = ["| method | depth of the hollows, px | standard deviation of the errors, px |", "| --- " + "| ---: " * 2 + "|"]
     share = np.broadcast_to(four_scenes.hollow_share(np.arange(scene.disparity.shape[1], dtype=float)), scene.disparity.shape)
     for run in runs:
         error = errors(run, scene)
@@ -296,12 +296,12 @@ def version(package):
         return "not installed"
 
 
-def conditions(arguments, extent):
+def conditions(arguments, extent, packages):
     """What was measured with what, in one sentence."""
     cores = "1 core" if arguments.threads == 1 else f"{arguments.threads} cores"
     return (
         f"{extent}; {cores} of {processor()}; epirig at {revision()}; Python {platform.python_version()}, "
-        + ", ".join(f"{package} {version(package)}" for package in PACKAGES)
+        + ", ".join(f"{package} {version(package)}" for package in packages)
         + "."
     )
 
@@ -314,7 +314,7 @@ def compare_peers(arguments, folder):
     ours = [run for run in runs if run.sigma is not None]
     extent = f"{size.side_px} x {size.side_px} pixels, {size.frames} frames, {size.range_px[1] - size.range_px[0]:.0f} px of range"
     return [
-        conditions(arguments, extent),
+        conditions(arguments, extent, PACKAGES),
         "",
         table(runs, scene),
         "",
@@ -347,7 +347,7 @@ def main():
         # pyvale leaves a log where it runs.
         if arguments.alternatives:
             extent = f"{four_scenes.COLUMNS} x {four_scenes.ROWS} pixels, {four_scenes.FRAMES} frames"
-            lines = [conditions(arguments, extent), "", *compare_alternatives(arguments, Path(folder))]
+            lines = [conditions(arguments, extent, PACKAGES[:-1]), "", *compare_alternatives(arguments, Path(folder))]
         else:
             lines = compare_peers(arguments, Path(folder))
     text = "\n".join(lines)
