@@ -6,8 +6,10 @@ use crate::refine::padded::{PAD, Padded};
 use crate::refine::planes::ObservationMaps;
 use epirig_core::grid::Grid;
 
-/// An observation as far from its guess as this, in px, is no step of a linearisation.
+/// An observation that is as far from its guess as this, in px, and as this many of its standard deviations more, is
+/// no step of a linearisation. Noise may carry it farther: to leave it out then would pull the mean to the guess.
 const LARGEST_STEP_PX: f32 = 1.0;
+const STEP_SIGMAS: f32 = 3.0;
 /// Observations of one surface among 2 x 2 pixels have guesses that differ by this much at most, in px.
 const ONE_SURFACE_PX: f32 = 0.5;
 
@@ -40,7 +42,8 @@ impl Observed {
                 let place = PAD + x;
                 around[place] = guess - origin;
                 value[place] = moment[place] * inverse[place];
-                let near = (value[place] - around[place]).abs() < LARGEST_STEP_PX;
+                let sigma = (noise[place] * inverse[place]).sqrt();
+                let near = (value[place] - around[place]).abs() < LARGEST_STEP_PX + STEP_SIGMAS * sigma;
                 if inverse[place] > 0.0 && near {
                     precision[place] = weight[place] / noise[place];
                 }

@@ -9,8 +9,9 @@
 //! ```
 //!
 //! Its difference between two sizes, summed over a Gaussian as wide as half of the larger disc, is the
-//! logarithm of their odds. Where a corner, a second line or curvature breaks the larger disc's model, the
-//! smaller one predicts better.
+//! logarithm of their odds, but for the share of places where the larger one is right, which the whole image
+//! tells (expectation maximisation; Dempster, Laird and Rubin 1977). Where a corner, a second line or curvature
+//! breaks the larger disc's model, the smaller one predicts better.
 //!
 //! With the share p of the larger disc, the disparity is the mean of both. As the larger disc holds the
 //! smaller one, their difference has by chance the variance V_small - V_large (Hausman 1978); what exceeds
@@ -39,6 +40,13 @@ const DISAGREEMENT_HALVINGS: usize = 3;
 /// Chance leaves a mean beyond this many of its standard deviations once in six.
 const CHANCE_SIGMAS: f32 = 1.0;
 
+/// One pixel of each so many rows and columns tells how often the larger disc is right: neighbours tell the same.
+const SAMPLED: usize = 4;
+/// Steps of expectation maximisation: the share is then known to a hundredth.
+const STEPS: usize = 5;
+/// Each size is right at least at this share of the places: others cannot exclude it at one.
+const LEAST_SHARE: f64 = 0.02;
+
 /// A single prediction counts no less than this logarithm: it may be an outlier.
 const LEAST_SCORE: f32 = -12.0;
 /// A pixel's own observation has no more than this share in its disparity.
@@ -62,6 +70,11 @@ pub(super) fn take_larger(
     let extent = (observed.rows(), observed.columns);
     let evidence = halved_sums(of_observed(observed, both), extent, halvings);
     let evidence = pooled(level, &evidence, sigma_px);
+    let usual = usual_odds(observed, |place, y| {
+        let (small, large) = (surface.variance.row(y)[place], larger.variance.row(y)[place]);
+        let evidence = evidence.row(y >> halvings)[PAD + ((place - PAD) >> halvings)];
+        (small.is_finite() && large.is_finite()).then(|| odds(evidence, small, large))
+    });
     let disagreement = disagreement(level, observed, (surface, larger), pixels);
     let Surface { disparity, variance, addition, .. } = surface;
     let rows = disparity.par_rows().zip(variance.par_rows()).zip(addition.par_rows()).enumerate();
@@ -77,8 +90,7 @@ pub(super) fn take_larger(
             let small = variance[place];
             let share = if small.is_finite() {
                 let evidence = evidence[PAD + ((place - PAD) >> halvings)];
-                // Of two that predict as well the better known one has the larger share.
-                1.0 / (1.0 + (-evidence).exp() * (v / small).sqrt())
+                1.0 / (1.0 + 1.0 / (usual * odds(evidence, small, v)))
             } else {
                 1.0
             };
@@ -96,6 +108,29 @@ pub(super) fn take_larger(
             }
         }
     });
+}
+
+/// Odds of the larger disc, if both are as likely before. Of two that predict as well the better known one has
+/// the larger odds.
+fn odds(evidence: f32, small: f32, large: f32) -> f32 {
+    evidence.exp() * (small / large).sqrt()
+}
+
+/// The odds that the larger disc is right where nothing is observed. `odds` are those of a pixel, if both are as
+/// likely before.
+fn usual_odds(observed: &Observed, odds: impl Fn(usize, usize) -> Option<f32>) -> f32 {
+    let mut found = Vec::new();
+    for y in (0..observed.rows()).step_by(SAMPLED) {
+        let places = (PAD..PAD + observed.columns).step_by(SAMPLED);
+        found.extend(places.filter_map(|place| odds(place, y)).map(f64::from));
+    }
+    let mut usual = 1.0;
+    for _ in 0..STEPS {
+        let shares = found.iter().map(|odds| 1.0 / (1.0 + 1.0 / (odds * usual)));
+        let share = (shares.sum::<f64>() / found.len().max(1) as f64).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+        usual = share / (1.0 - share);
+    }
+    usual as f32
 }
 
 /// The logarithm of the density that a surface predicts for an observation from all others.
