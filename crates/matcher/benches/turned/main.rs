@@ -36,6 +36,6 @@ fn main() {
         let begun = Instant::now();
         let maps = match_volume(&volume, &options, &Silent).unwrap();
         let seconds = begun.elapsed().as_secs_f64();
-        println!("{}", Score::of(&scene, size, &maps).line(&scene.name, seconds));
+        println!("{}", Score::of(&scene, &maps).line(&scene.name, seconds));
     }
 }

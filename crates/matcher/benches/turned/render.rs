@@ -1,5 +1,5 @@
 //! Frames of a scene as an 8-bit camera gives them: light is averaged over each pixel and spread by the lens
-//! in the frame, not on the surface.
+//! in the frame, not on the surface. A turned camera's frames are rectified as a rig's are.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -8,6 +8,9 @@ use rayon::prelude::*;
 
 use super::scenes::Scene;
 use super::texture::Texture;
+use epirig_calibration::lens::{Distortion, Lens};
+use epirig_calibration::photometry::Correction;
+use epirig_calibration::rectification::{Mapping, Rectifier};
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
@@ -27,6 +30,12 @@ const SPREAD_PX: f64 = 0.45;
 const DARK_DN: f64 = 20.0;
 const LIGHT_DN: f64 = 230.0;
 
+/// How a turned camera is: roll and pan, and a lens that brings corners nearer to the middle by some px.
+const ROLL_RAD: f64 = 0.012;
+const PAN_RAD: f64 = 0.007;
+const FOCAL_PX: f64 = 700.0;
+const DISTORTION: f64 = -0.3;
+
 /// All frames; tau goes from 0 to 1, and disparity is that of the middle.
 pub(super) fn rendered(scene: &Scene, size: Size) -> Volume {
     let Size { side_px, frames } = size;
@@ -34,17 +43,38 @@ pub(super) fn rendered(scene: &Scene, size: Size) -> Volume {
     let texture = Texture::new(scene.paint, scene.seed);
     let middle = tau.values()[tau.middle_frame()];
     let offsets: Vec<f64> = tau.values().iter().map(|tau| tau - middle).collect();
-    let mut volume = Volume::new(side_px, side_px, 8, tau);
-    let all: Vec<Frame> = offsets
-        .par_iter()
-        .enumerate()
-        .map(|(t, &offset)| frame(scene, &texture, (t as u64, offset), side_px))
-        .collect();
-    all.iter().enumerate().for_each(|(t, frame)| volume.insert(t, frame).unwrap());
+    let frames = |place: &(dyn Fn(f64, f64) -> (f64, f64) + Sync)| -> Vec<Frame> {
+        let offsets = offsets.par_iter().enumerate();
+        offsets.map(|(t, &offset)| frame((scene, place), &texture, (t as u64, offset), side_px)).collect()
+    };
+    if !scene.rectified {
+        let mut volume = Volume::new(side_px, side_px, 8, tau);
+        let all = frames(&|x, y| (x, y));
+        all.iter().enumerate().for_each(|(t, frame)| volume.insert(t, frame).unwrap());
+        return volume;
+    }
+    let middle = 0.5 * (side_px - 1) as f64;
+    let distortion = Distortion { k1: DISTORTION, ..Distortion::default() };
+    let lens = Lens { distortion, ..Lens::pinhole(FOCAL_PX, middle, middle) };
+    let mapping = Mapping::fitting(lens, ROLL_RAD, PAN_RAD, side_px, side_px).unwrap();
+    let (right, down) = (0.5 * (mapping.camera.columns - 1) as f64, 0.5 * (mapping.camera.rows - 1) as f64);
+    let rectifier = Rectifier::new(mapping, Correction::default()).unwrap();
+    let all = frames(&|x, y| {
+        let (x, y) = mapping.rectified(x + middle, y + middle).unwrap();
+        (x - right, y - down)
+    });
+    let mut volume = rectifier.volume(8, tau);
+    rectifier.insert(&mut volume, 0, &all).unwrap();
     volume
 }
 
-fn frame(scene: &Scene, texture: &Texture, (t, offset): (u64, f64), side_px: usize) -> Frame {
+/// A frame whose pixels lie at these places of the scene, by column and row from the middle.
+fn frame(
+    (scene, place): (&Scene, &(dyn Fn(f64, f64) -> (f64, f64) + Sync)),
+    texture: &Texture,
+    (t, offset): (u64, f64),
+    side_px: usize,
+) -> Frame {
     let (along, down) = (aperture(ALONG), aperture(DOWN));
     let (reach_x, reach_y) = (along.len() / 2, down.len() / 2);
     let middle = 0.5 * (side_px - 1) as f64;
@@ -56,6 +86,7 @@ fn frame(scene: &Scene, texture: &Texture, (t, offset): (u64, f64), side_px: usi
         let y = (row as f64 - reach_y as f64) / DOWN as f64 - middle;
         for (index, sample) in samples.iter_mut().enumerate() {
             let x = (index as f64 - reach_x as f64) / ALONG as f64 - middle;
+            let (x, y) = place(x, y);
             *sample = texture.shade(origin(scene, x, y, offset), y);
         }
         for (x, value) in narrowed.iter_mut().enumerate() {

@@ -14,6 +14,8 @@ pub(super) struct Scene {
     pub(super) noise_dn: f64,
     /// How deep the structure is, in px, if it has two levels.
     pub(super) depth_px: Option<f64>,
+    /// Whether the camera is turned, and its frames are rectified.
+    pub(super) rectified: bool,
     pub(super) seed: u64,
 }
 
@@ -89,7 +91,8 @@ pub(super) fn scenes(seed: u64) -> Vec<Scene> {
     let mut all: Vec<Scene> = Vec::new();
     let mut add = |name: String, disparity: Disparity, paint: Paint, noise_dn: f64, depth_px: Option<f64>| {
         let seed = seed.wrapping_mul(1000) + all.len() as u64;
-        all.push(Scene { name, disparity, paint, noise_dn, depth_px, seed });
+        let rectified = name.ends_with("rectified");
+        all.push(Scene { name, disparity, paint, noise_dn, depth_px, rectified, seed });
     };
     for degrees in [0.0, 17.0, 33.0, 45.0, 60.0, 90.0] {
         add(format!("stripes 0.1 px, {degrees} deg"), stripes(degrees, 0.1), Paint::Grains, 1.0, Some(0.1));
@@ -116,5 +119,10 @@ pub(super) fn scenes(seed: u64) -> Vec<Scene> {
         let texture = if paint == Paint::Cells { ", cells" } else { "" };
         add(format!("plane, noise {noise_dn} DN{texture}"), plane(), paint, noise_dn, None);
     }
+    for noise_dn in [1.0, 3.0] {
+        add(format!("plane, noise {noise_dn} DN, rectified"), plane(), Paint::Grains, noise_dn, None);
+    }
+    let name = "stripes 0.1 px, 33 deg, rectified".to_owned();
+    add(name, stripes(33.0, 0.1), Paint::Grains, 1.0, Some(0.1));
     all
 }

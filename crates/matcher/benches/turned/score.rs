@@ -1,6 +1,5 @@
 //! How far a match is from the truth.
 
-use super::render::Size;
 use super::scenes::Scene;
 use epirig_matcher::DisparityMaps;
 
@@ -23,18 +22,18 @@ impl Score {
     pub(super) const HEAD: &'static str = "| scene | mean error, mpx | 99 % below | largest | wrong | answered | within 1 sigma | 2 sigma | depth read | s |\n\
          | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |";
 
-    pub(super) fn of(scene: &Scene, size: Size, maps: &DisparityMaps) -> Self {
-        let side = size.side_px;
-        let middle = 0.5 * (side - 1) as f64;
+    pub(super) fn of(scene: &Scene, maps: &DisparityMaps) -> Self {
+        let (rows, columns) = (maps.disparity.rows(), maps.disparity.columns());
+        let (right, down) = (0.5 * (columns - 1) as f64, 0.5 * (rows - 1) as f64);
         let (mut errors, mut wrong, mut all) = (Vec::new(), 0, 0);
         let mut within = [0; 2];
         // Regression of what was found on the truth.
         let mut pairs: Vec<(f64, f64)> = Vec::new();
         for (x, y) in
-            (BORDER_PX..side - BORDER_PX).flat_map(|y| (BORDER_PX..side - BORDER_PX).map(move |x| (x, y)))
+            (BORDER_PX..rows - BORDER_PX).flat_map(|y| (BORDER_PX..columns - BORDER_PX).map(move |x| (x, y)))
         {
             all += 1;
-            let truth = (scene.disparity)(x as f64 - middle, y as f64 - middle);
+            let truth = (scene.disparity)(x as f64 - right, y as f64 - down);
             let (found, sigma) = (f64::from(maps.disparity.at(x, y)), f64::from(maps.sigma.at(x, y)));
             if !found.is_finite() {
                 continue;

@@ -32,7 +32,7 @@ const WITHIN_2_SIGMA: Promise = Promise::missed(Bounds::between(0.93, 0.97), Bou
 
 fn score(scene: &Scene, surfaces: Surfaces) -> Score {
     let options = MatchOptions { reference: ReferenceFrame::Middle, surfaces, ..MatchOptions::default() };
-    Score::of(scene, SIZE, &match_volume(&rendered(scene, SIZE), &options, &Silent).unwrap())
+    Score::of(scene, &match_volume(&rendered(scene, SIZE), &options, &Silent).unwrap())
 }
 
 #[test]
