@@ -40,18 +40,30 @@ impl Samples {
 
     /// The mean; 0 for no samples.
     pub fn mean(&self) -> f64 {
-        let sum: u64 = match self {
-            Self::U8(values) => values.iter().map(|&value| u64::from(value)).sum(),
-            Self::U16(values) => values.iter().map(|&value| u64::from(value)).sum(),
+        // Sums of so few samples fit 32 bit, which are added several at a time.
+        const TOGETHER: usize = 1 << 16;
+        fn sum<T: Copy + Into<u32>>(values: &[T]) -> u64 {
+            let part = |some: &[T]| some.iter().map(|&value| value.into()).sum::<u32>();
+            values.chunks(TOGETHER).map(|some| u64::from(part(some))).sum()
+        }
+        let sum = match self {
+            Self::U8(values) => sum(values),
+            Self::U16(values) => sum(values),
         };
         sum as f64 / self.len().max(1) as f64
     }
 
     /// How many samples are at least `level`.
     pub fn count_at_least(&self, level: u16) -> usize {
+        // Counts of so few samples fit 8 bit, which are added several at a time.
+        const TOGETHER: usize = 255;
+        fn count<T: Copy + PartialOrd>(values: &[T], level: T) -> usize {
+            let part = |some: &[T]| some.iter().map(|&value| u8::from(value >= level)).sum::<u8>();
+            values.chunks(TOGETHER).map(|some| usize::from(part(some))).sum()
+        }
         match self {
-            Self::U8(values) => values.iter().filter(|&&value| u16::from(value) >= level).count(),
-            Self::U16(values) => values.iter().filter(|&&value| value >= level).count(),
+            Self::U8(values) => u8::try_from(level).map_or(0, |level| count(values, level)),
+            Self::U16(values) => count(values, level),
         }
     }
 
@@ -171,6 +183,21 @@ pub fn full_scale(bit_depth: u8) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn brightness_is_that_of_all_samples() {
+        let narrow = Samples::U8((0..200_000).map(|index| (index % 251) as u8).collect());
+        let wide = Samples::U16((0..200_000).map(|index| (65535 - index % 7) as u16).collect());
+        let sum = |modulus: u64| (0..200_000).map(|index| index % modulus).sum::<u64>();
+        assert_eq!(narrow.mean(), sum(251) as f64 / 2e5);
+        assert_eq!(wide.mean(), (200_000 * 65535 - sum(7)) as f64 / 2e5);
+        let least = |modulus: u64, level: u64| (0..200_000).filter(|index| index % modulus >= level).count();
+        assert_eq!(narrow.count_at_least(100), least(251, 100));
+        assert_eq!((narrow.count_at_least(0), narrow.count_at_least(256)), (200_000, 0));
+        assert_eq!(wide.count_at_least(65535), (0..200_000).filter(|index| index % 7 == 0).count());
+        let none = Samples::U8(Vec::new());
+        assert_eq!((none.mean(), none.count_at_least(0)), (0.0, 0));
+    }
 
     #[test]
     fn a_frame_holds_what_its_bit_depth_allows() {

@@ -1,5 +1,6 @@
 //! The rectified spatio-temporal block f(x, y, t), laid out so that an EPI is contiguous.
 
+mod filling;
 mod halved;
 mod means;
 mod refilled;
@@ -11,6 +12,7 @@ use thiserror::Error;
 
 use crate::frame::{Frame, Samples, full_scale};
 use crate::tau::Tau;
+pub use filling::Filling;
 use means::copy_means;
 
 /// Why a frame does not go into a volume.
@@ -120,41 +122,12 @@ impl Volume {
         }
     }
 
-    /// Puts `frame` at place `index`.
+    /// Puts `frame` at place `index`. [`filling`](Self::filling) takes frames from several threads.
     ///
     /// # Errors
     /// [`VolumeError`] if the frame is unlike the volume or the index is not in it.
     pub fn insert(&mut self, index: usize, frame: &Frame) -> Result<(), VolumeError> {
-        let frames = self.frames();
-        if index >= frames {
-            return Err(VolumeError::NoSuchFrame { index, frames });
-        }
-        if self.is_fine() {
-            return Err(VolumeError::NotRectified { index });
-        }
-        let columns = self.columns;
-        let alike =
-            frame.rows() == self.rows && frame.columns() == columns && frame.bit_depth() == self.bit_depth;
-        match (self.own_samples(), frame.samples()) {
-            (Samples::U8(target), Samples::U8(source)) if alike => {
-                scatter(target, source, index, frames, columns);
-            }
-            (Samples::U16(target), Samples::U16(source)) if alike => {
-                scatter(target, source, index, frames, columns);
-            }
-            _ => {
-                return Err(VolumeError::Unlike {
-                    index,
-                    rows: frame.rows(),
-                    columns: frame.columns(),
-                    bit_depth: frame.bit_depth(),
-                    expected_rows: self.rows,
-                    expected_columns: self.columns,
-                    expected_bit_depth: self.bit_depth,
-                });
-            }
-        }
-        Ok(())
+        self.filling().insert(index, frame)
     }
 
     /// Puts the counts of a [fine](Self::fine) volume, as samples of 16 bit, at place `index`.
@@ -163,26 +136,7 @@ impl Volume {
     /// [`VolumeError`] if the samples are not 16 bit wide or of another size, the volume is not fine, or the
     /// index is not in it.
     pub fn insert_counts(&mut self, index: usize, counts: &Frame) -> Result<(), VolumeError> {
-        let (frames, columns) = (self.frames(), self.columns);
-        if index >= frames {
-            return Err(VolumeError::NoSuchFrame { index, frames });
-        }
-        let alike = self.is_fine() && counts.rows() == self.rows && counts.columns() == columns;
-        match (self.own_samples(), counts.samples()) {
-            (Samples::U16(target), Samples::U16(source)) if alike => {
-                scatter(target, source, index, frames, columns);
-                Ok(())
-            }
-            _ => Err(VolumeError::Unlike {
-                index,
-                rows: counts.rows(),
-                columns: counts.columns(),
-                bit_depth: counts.bit_depth(),
-                expected_rows: self.rows,
-                expected_columns: self.columns,
-                expected_bit_depth: 16,
-            }),
-        }
+        self.filling().insert_counts(index, counts)
     }
 
     /// Number of rows, which is the number of EPIs.
@@ -328,12 +282,6 @@ impl Volume {
             Samples::U8(values) => values.len(),
             Samples::U16(values) => 2 * values.len(),
         }
-    }
-}
-
-fn scatter<T: Copy>(target: &mut [T], source: &[T], index: usize, frames: usize, columns: usize) {
-    for (epi, row) in target.chunks_exact_mut(frames * columns).zip(source.chunks_exact(columns)) {
-        epi[index * columns..(index + 1) * columns].copy_from_slice(row);
     }
 }
 

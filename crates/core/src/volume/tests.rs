@@ -21,6 +21,33 @@ fn rows_of_frames_come_back() {
 }
 
 #[test]
+fn frames_from_several_threads_go_to_their_places() {
+    use rayon::prelude::*;
+    // More rows than a thread writes at once, and not a multiple of them.
+    let (rows, columns, frames) = (75, 5, 9);
+    for bit_depth in [8, 12] {
+        let value = |x: usize, y: usize, t: usize| 31 * x + 7 * y + 3 * t;
+        let frame = |t: usize| {
+            let values =
+                (0..rows * columns).map(|index| value(index % columns, index / columns, t) as u16 % 251);
+            let samples = match bit_depth {
+                8 => Samples::U8(values.map(|value| value as u8).collect()),
+                _ => Samples::U16(values.collect()),
+            };
+            Frame::new(rows, columns, bit_depth, samples).unwrap()
+        };
+        let mut volume = Volume::new(rows, columns, bit_depth, Tau::equidistant(frames).unwrap());
+        let filling = volume.filling();
+        (0..frames).into_par_iter().for_each(|t| filling.insert(t, &frame(t)).unwrap());
+        let mut row = [0.0; 5];
+        for (y, t) in (0..rows).flat_map(|y| (0..frames).map(move |t| (y, t))) {
+            volume.copy_row(y, t, &mut row);
+            assert_eq!(row, std::array::from_fn(|x| (value(x, y, t) % 251) as f32));
+        }
+    }
+}
+
+#[test]
 fn counts_of_a_fine_volume_go_in_as_they_are() {
     let mut volume = Volume::fine(1, 2, 8, Tau::equidistant(2).unwrap());
     let counts = Frame::new(1, 2, 16, Samples::U16(vec![32768, 65535])).unwrap();

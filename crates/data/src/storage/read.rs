@@ -122,7 +122,7 @@ pub fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
     let metadata = file.metadata().map_err(ReadError::io(path))?;
     // A terminal has an end; of a device that has none, little is read.
     let limit = if kind(metadata.file_type()) == "a device" { limit.min(LARGEST_OF_A_DEVICE) } else { limit };
-    read_to_limit(file, path, limit)
+    read_to_limit(file, path, limit, 0)
 }
 
 /// The same as text.
@@ -165,11 +165,12 @@ pub(super) fn read_open(file: File, path: &Path, limit: u64) -> Result<Vec<u8>, 
     if metadata.len() > limit {
         return Err(ReadError::TooLarge { path: path.to_owned(), limit });
     }
-    read_to_limit(file, path, limit)
+    read_to_limit(file, path, limit, metadata.len())
 }
 
-fn read_to_limit(file: File, path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
-    let mut bytes = Vec::new();
+/// Reads at most `limit` bytes of a file that has `expected` of them.
+fn read_to_limit(file: File, path: &Path, limit: u64, expected: u64) -> Result<Vec<u8>, ReadError> {
+    let mut bytes = Vec::with_capacity(usize::try_from(expected.min(limit)).unwrap_or_default());
     // It may grow while it is read, or be longer than it says.
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(ReadError::io(path))?;
     if bytes.len() as u64 > limit {
