@@ -242,7 +242,8 @@ fn write_comparison(
         ..Chart::default()
     };
     results.write_picture("height-along-row.png", &chart.picture()?)?;
-    Ok(results.write("height-along-row.csv", chart.csv().as_bytes())?)
+    results.write("height-along-row.csv", chart.csv());
+    Ok(())
 }
 
 /// Columns and rows that have a truth, with a margin.

@@ -158,11 +158,11 @@ pub(super) fn write_answers(
     let SurfaceAnswers { summary, rest_mm, profile, used } = answers;
     folder.write_map("height_mm.tiff", rest_mm)?;
     let title = format!("Height after the trend, sequence {}", summary.sequence_uid);
-    folder.write("height.gsf", &gsf(rest_mm, summary.pixel_mm, &title))?;
-    folder.write("surface.ply", &points(heights, &summary.sequence_uid))?;
-    folder.write("profile.csv", profile_csv(profile).as_bytes())?;
+    folder.write("height.gsf", gsf(rest_mm, summary.pixel_mm, &title));
+    folder.write("surface.ply", points(heights, &summary.sequence_uid));
+    folder.write("profile.csv", profile_csv(profile));
     if let Some(levels) = &summary.levels {
-        folder.write("hollows.csv", parts_csv(levels).as_bytes())?;
+        folder.write("hollows.csv", parts_csv(levels));
     }
     let range = ValueRange::of(rest_mm, 0.01);
     folder.write_picture("height.png", &map_picture(rest_mm, "Height after the trend", "mm", range)?)?;

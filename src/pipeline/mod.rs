@@ -153,17 +153,19 @@ pub fn measure(
     progress.begin("writing results", 1);
     let figures = || -> Result<(), PipelineError> {
         let (candidates, costs) = matcher.row_costs(y, &maps);
-        for figure in paper_figures(&maps, FigureRow { y, epi: &epi, candidates, costs: &costs, truth })? {
-            folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?;
-            folder.write(&format!("figures/{}.csv", figure.name), figure.csv.as_bytes())?;
-        }
-        Ok(())
+        let row = FigureRow { y, epi: &epi, candidates, costs: &costs, truth };
+        paper_figures(&maps, row)?.into_par_iter().try_for_each(|figure| {
+            folder.write(&format!("figures/{}.csv", figure.name), figure.csv);
+            Ok(folder.write_picture(&format!("figures/{}.png", figure.name), &figure.picture)?)
+        })
     };
-    let (figures, written) = rayon::join(figures, || write_maps(folder, &maps, heights.as_ref()));
+    let median_sigma_px = summary.median_sigma_px;
+    let maps_and_pictures = || write_maps(folder, &maps, median_sigma_px, heights.as_ref());
+    let (figures, written) = rayon::join(figures, maps_and_pictures);
     figures.and(written)?;
     folder.write_summary(&summary)?;
     progress.end();
-    info!("results written");
+    info!("results packed");
     Ok(Measurement { maps, heights, summary })
 }
 
@@ -207,34 +209,44 @@ fn positions_name(source: Option<PositionSource>) -> String {
     .to_owned()
 }
 
+/// How the colours of a picture are spread over the values of its map.
+type Spread = fn(&Grid<f32>) -> ValueRange;
+
 /// Writes maps and their pictures. Packing takes longer than writing, so files are packed side by side.
 fn write_maps(
     folder: &ResultsFolder,
     maps: &DisparityMaps,
+    median_sigma_px: Option<f64>,
     heights: Option<&Heights>,
 ) -> Result<(), PipelineError> {
     let DisparityMaps { disparity, sigma, cost, confidence, .. } = maps;
     let mut files = vec![("sigma.tiff", sigma), ("cost.tiff", cost), ("confidence.tiff", confidence)];
-    files.extend(["disparity.pfm", "disparity.tiff", "disparity.npy"].map(|name| (name, disparity)));
-    // Sigma at borders is many times that of the surface, so the range is that of the surface.
-    let of_sigma = ValueRange { low: 0.0, high: 3.0 * median(sigma).unwrap_or(1.0) as f32 };
-    let most = ValueRange::of_most(disparity, 0.05);
+    files.extend(["disparity.tiff", "disparity.npy", "disparity.pfm"].map(|name| (name, disparity)));
+    let all: Spread = |disparity| ValueRange::of(disparity, 0.05);
+    let most: Spread = |disparity| ValueRange::of_most(disparity, 0.05);
     let mut pictures = vec![
-        ("disparity.png", disparity, "Disparity", "px", ValueRange::of(disparity, 0.05)),
+        ("disparity.png", disparity, "Disparity", "px", all),
         ("disparity-detail.png", disparity, "Disparity, most of it", "px", most),
-        ("sigma.png", sigma, "Sigma of the disparity", "px", of_sigma),
     ];
     if let Some(Heights { height_mm, sigma_mm, .. }) = heights {
         files.extend([("height_mm.tiff", height_mm), ("height_sigma_mm.tiff", sigma_mm)]);
-        pictures.push(("height.png", height_mm, "Height", "mm", ValueRange::of(height_mm, 0.01)));
+        pictures.push(("height.png", height_mm, "Height", "mm", |height| ValueRange::of(height, 0.01)));
     }
-    let draw = |&(name, map, title, unit, range)| -> Result<(), PipelineError> {
-        Ok(folder.write_picture(name, &map_picture(map, title, unit, range)?)?)
+    let draw = |&(name, map, title, unit, spread): &(&str, &Grid<f32>, &str, &str, Spread)| {
+        Ok(folder.write_picture(name, &map_picture(map, title, unit, spread(map))?)?)
     };
-    let (drawn, written) = rayon::join(
-        || pictures.par_iter().try_for_each(draw),
-        || files.par_iter().try_for_each(|(name, map)| folder.write_map(name, map)),
-    );
+    let draw_sigma = || -> Result<(), PipelineError> {
+        // Sigma at borders is many times that of the surface, so the range is that of the surface.
+        let range = ValueRange { low: 0.0, high: 3.0 * median_sigma_px.unwrap_or(1.0) as f32 };
+        let picture = map_picture(sigma, "Sigma of the disparity", "px", range)?;
+        Ok(folder.write_picture("sigma.png", &picture)?)
+    };
+    let draw_all = || {
+        let (sigma, others) = rayon::join(draw_sigma, || pictures.par_iter().try_for_each(draw));
+        others.and(sigma)
+    };
+    let write_all = || files.par_iter().try_for_each(|(name, map)| folder.write_map(name, map));
+    let (drawn, written) = rayon::join(draw_all, write_all);
     drawn?;
     written?;
     Ok(folder.write_mask("mask.png", &maps.answer)?)
@@ -249,6 +261,8 @@ fn summarise(
     seconds: f64,
 ) -> MatchSummary {
     let (tau_before, tau_after) = (lines.tau_before(), lines.tau_after());
+    let (median_disparity_px, median_sigma_px) =
+        rayon::join(|| median(&maps.disparity), || median(&maps.sigma));
     MatchSummary {
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -271,8 +285,8 @@ fn summarise(
         no_texture: maps.share(Answer::NoTexture),
         ambiguous: maps.share(Answer::Ambiguous),
         occluded: maps.share(Answer::Occluded),
-        median_disparity_px: median(&maps.disparity),
-        median_sigma_px: median(&maps.sigma),
+        median_disparity_px,
+        median_sigma_px,
         pixel_locking: maps.locking.map(LockingSummary::from),
         distance_mm: heights.map(|heights| heights.distance_mm),
         seconds,

@@ -37,7 +37,7 @@ pub fn inspect_surface(
     folder: &ResultsFolder,
 ) -> Result<SurfaceSummary, PipelineError> {
     let answers = analyse_surface(measured.heights, &measured.opened.matched, questions)?;
-    folder.write("report.html", surface_report(measured, &answers)?.as_bytes())?;
+    folder.write("report.html", surface_report(measured, &answers)?);
     write_answers(folder, measured.heights, &answers)?;
     Ok(answers.summary)
 }

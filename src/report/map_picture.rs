@@ -2,6 +2,7 @@
 
 use image::{Rgb, RgbImage};
 use plotters::prelude::*;
+use rayon::prelude::*;
 
 use super::{FONT, ReportError, register_font};
 use epirig_core::grid::Grid;
@@ -27,12 +28,12 @@ impl ValueRange {
     /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if no
     /// value is known.
     pub fn of(map: &Grid<f32>, least_span: f32) -> Self {
-        let known = sorted_known(map);
+        let mut known = known(map);
         if known.is_empty() {
             return NOTHING_KNOWN;
         }
-        let at = |share: f64| known[((known.len() - 1) as f64 * share) as usize];
-        let (low, high) = (at(0.01), at(0.99));
+        let last = (known.len() - 1) as f64;
+        let (low, high) = of_ranks(&mut known, [(last * 0.01) as usize, (last * 0.99) as usize]);
         let missing = (least_span - (high - low)).max(0.0);
         Self { low: low - 0.5 * missing, high: high + 0.5 * missing }
     }
@@ -40,11 +41,12 @@ impl ValueRange {
     /// Three times the interquartile range of the known values around it, at least `least_span` wide, so that
     /// one near object does not take all colours. 0 to 1 if no value is known.
     pub fn of_most(map: &Grid<f32>, least_span: f32) -> Self {
-        let known = sorted_known(map);
+        let mut known = known(map);
         if known.is_empty() {
             return NOTHING_KNOWN;
         }
-        let (lower, upper) = (known[known.len() / 4], known[known.len() * 3 / 4]);
+        let count = known.len();
+        let (lower, upper) = of_ranks(&mut known, [count / 4, count * 3 / 4]);
         let reach = (upper - lower).max(least_span / 3.0);
         Self { low: lower - reach, high: upper + reach }
     }
@@ -53,10 +55,15 @@ impl ValueRange {
 /// The range of a map without any value.
 const NOTHING_KNOWN: ValueRange = ValueRange { low: 0.0, high: 1.0 };
 
-fn sorted_known(map: &Grid<f32>) -> Vec<f32> {
-    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| value.is_finite()).collect();
-    known.sort_unstable_by(f32::total_cmp);
-    known
+fn known(map: &Grid<f32>) -> Vec<f32> {
+    map.values().iter().copied().filter(|value| value.is_finite()).collect()
+}
+
+/// The values of these ranks among `values`, the first not larger than the second.
+fn of_ranks(values: &mut [f32], [low, high]: [usize; 2]) -> (f32, f32) {
+    let (below, &mut upper, _) = values.select_nth_unstable_by(high, f32::total_cmp);
+    let lower = if low < high { *below.select_nth_unstable_by(low, f32::total_cmp).1 } else { upper };
+    (lower, upper)
 }
 
 /// `map` in the colours of viridis over `range`, grey where unknown, with a title that has the unit, and a
@@ -75,10 +82,16 @@ pub fn map_picture(
     let (width, height) = ((map.columns() * factor) as u32, (map.rows() * factor) as u32);
     let full = (width + BAR_SPACE, height.max(120) + TITLE_HEIGHT + 10);
     let mut picture = RgbImage::from_pixel(full.0, full.1, Rgb([255, 255, 255]));
-    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        let value = map.at(x as usize / factor, y as usize / factor);
-        picture.put_pixel(x, y + TITLE_HEIGHT, colour(value, range));
-    }
+    let row_bytes = 3 * full.0 as usize;
+    let samples: &mut [u8] = &mut picture;
+    let rows = samples.par_chunks_exact_mut(row_bytes).skip(TITLE_HEIGHT as usize).take(height as usize);
+    rows.enumerate().for_each(|(y, row)| {
+        let pixels = row.chunks_exact_mut(3 * factor).zip(map.row(y / factor));
+        for (pixels, &value) in pixels {
+            let Rgb(shade) = colour(value, range);
+            pixels.chunks_exact_mut(3).for_each(|pixel| pixel.copy_from_slice(&shade));
+        }
+    });
     let bar_height = full.1 - TITLE_HEIGHT - 30;
     let bar_top = TITLE_HEIGHT + 10;
     for step in 0..bar_height {
@@ -183,6 +196,17 @@ mod tests {
         assert_eq!(*picture.get_pixel(2, TITLE_HEIGHT), Rgb([68, 1, 84]));
         // The title is drawn: something is dark above the map.
         assert!((0..100).any(|x| (0..TITLE_HEIGHT).any(|y| picture.get_pixel(x, y).0[0] < 100)));
+    }
+
+    #[test]
+    fn ranges_are_those_of_the_sorted_values() {
+        let values: Vec<f32> = (0..1000).map(|index| ((index * 389) % 1000) as f32).collect();
+        let map = Grid::from_values(10, 100, values).unwrap();
+        assert_eq!(ValueRange::of(&map, 0.05), ValueRange { low: 9.0, high: 989.0 });
+        assert_eq!(ValueRange::of_most(&map, 0.05), ValueRange { low: -250.0, high: 1250.0 });
+        let one = Grid::from_values(1, 2, vec![3.0, f32::NAN]).unwrap();
+        assert_eq!(ValueRange::of(&one, 1.0), ValueRange { low: 2.5, high: 3.5 });
+        assert_eq!(ValueRange::of(&Grid::filled(1, 2, f32::NAN), 1.0), NOTHING_KNOWN);
     }
 
     #[test]

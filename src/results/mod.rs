@@ -7,6 +7,7 @@ mod place;
 mod read;
 mod surface;
 mod write;
+mod writer;
 
 use serde::{Deserialize, Serialize};
 

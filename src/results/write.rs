@@ -1,12 +1,12 @@
 //! Writing the folder of results.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use image::{GrayImage, RgbImage};
 use serde::Serialize;
 
 use super::place::check_target;
+use super::writer::{Waiting, Writer};
 use super::{MatchSummary, ResultsError, ResultsKind};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;
@@ -28,12 +28,16 @@ pub fn mask_value(answer: Answer) -> u8 {
 
 /// A folder of results while it is written, beside its final place. [`ResultsFolder::commit`] moves it there
 /// as a whole. If it is dropped before, nothing is left.
+///
+/// Files are written by a thread of their own, while the next ones are made. So a file that cannot be written
+/// is an error of `commit`.
 pub struct ResultsFolder {
     target: PathBuf,
     kind: ResultsKind,
     overwrite: bool,
+    /// Comes before the folder that it writes to: it is dropped first.
+    writer: Writer,
     scratch: Scratch,
-    disk: Mutex<Box<dyn Disk>>,
 }
 
 impl ResultsFolder {
@@ -68,52 +72,38 @@ impl ResultsFolder {
         })?;
         let building = scratch.path().join(BUILDING);
         disk.make_folder(&building).map_err(io("make a folder in", &building))?;
-        Ok(Self { target: target.to_owned(), kind, overwrite, scratch, disk: Mutex::new(disk) })
+        Ok(Self { target: target.to_owned(), kind, overwrite, writer: Writer::to(disk), scratch })
     }
 
     fn building(&self) -> PathBuf {
         self.scratch.path().join(BUILDING)
     }
 
-    fn disk(&self) -> MutexGuard<'_, Box<dyn Disk>> {
-        self.disk.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Writes `bytes` as file `name`, which may be in a subfolder.
-    ///
-    /// # Errors
-    /// [`ResultsError::Io`].
-    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
-        let path = self.building().join(name);
-        let mut disk = self.disk();
-        let mut write = || {
-            if let Some(parent) = path.parent().filter(|parent| !parent.exists()) {
-                disk.make_folder(parent)?;
-            }
-            disk.write(&path, bytes)?;
-            disk.sync(&path)
-        };
+    pub fn write(&self, name: &str, bytes: impl Into<Vec<u8>>) {
         // Errors name the final place, not the temporary one.
-        write().map_err(io("write", &self.target.join(name)))
+        let (path, named) = (self.building().join(name), self.target.join(name));
+        self.writer.write(Waiting { path, named, bytes: bytes.into() });
     }
 
     /// Writes a map; the extension of its name gives the format.
     ///
     /// # Errors
-    /// [`ResultsError`] if the extension is unknown or the file cannot be written.
+    /// [`ResultsError`] if the extension is unknown or the map cannot be encoded.
     pub fn write_map(&self, name: &str, map: &Grid<f32>) -> Result<(), ResultsError> {
         let path = self.target.join(name);
         let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
         let format = MapFormat::from_extension(&extension)
             .ok_or(ResultsError::UnknownFormat { path: path.clone() })?;
         let bytes = format.encode(map).map_err(|source| ResultsError::Format { path, source })?;
-        self.write(name, &bytes)
+        self.write(name, bytes);
+        Ok(())
     }
 
     /// Writes a colour picture as PNG.
     ///
     /// # Errors
-    /// [`ResultsError`] if it cannot be encoded or written.
+    /// [`ResultsError`] if it cannot be encoded.
     pub fn write_picture(&self, name: &str, picture: &RgbImage) -> Result<(), ResultsError> {
         self.write_image(name, |bytes| picture.write_to(bytes, image::ImageFormat::Png))
     }
@@ -121,7 +111,7 @@ impl ResultsFolder {
     /// Writes the mask as a grey PNG, with the values of [`mask_value`].
     ///
     /// # Errors
-    /// [`ResultsError`] if it cannot be encoded or written.
+    /// [`ResultsError`] if it cannot be encoded.
     pub fn write_mask(&self, name: &str, answers: &Grid<Answer>) -> Result<(), ResultsError> {
         self.write_grey(name, &answers.map(mask_value))
     }
@@ -129,7 +119,7 @@ impl ResultsFolder {
     /// Writes grey values as PNG.
     ///
     /// # Errors
-    /// [`ResultsError`] if it cannot be encoded or written.
+    /// [`ResultsError`] if it cannot be encoded.
     pub fn write_grey(&self, name: &str, values: &Grid<u8>) -> Result<(), ResultsError> {
         let size = (values.columns() as u32, values.rows() as u32);
         let mask = GrayImage::from_raw(size.0, size.1, values.values().to_vec()).unwrap_or_default();
@@ -144,13 +134,14 @@ impl ResultsFolder {
         let mut bytes = std::io::Cursor::new(Vec::new());
         let path = self.target.join(name);
         encode(&mut bytes).map_err(|error| ResultsError::Picture { path, reason: error.to_string() })?;
-        self.write(name, bytes.get_ref())
+        self.write(name, bytes.into_inner());
+        Ok(())
     }
 
     /// Writes `match.json`.
     ///
     /// # Errors
-    /// [`ResultsError::Io`].
+    /// [`ResultsError`] if it cannot be encoded.
     pub fn write_summary(&self, summary: &MatchSummary) -> Result<(), ResultsError> {
         self.write_json("match.json", summary)
     }
@@ -158,23 +149,26 @@ impl ResultsFolder {
     /// Writes a record as JSON.
     ///
     /// # Errors
-    /// [`ResultsError`] if it cannot be encoded or written.
+    /// [`ResultsError`] if it cannot be encoded.
     pub fn write_json(&self, name: &str, record: &impl Serialize) -> Result<(), ResultsError> {
         let path = self.target.join(name);
         let text = serde_json::to_string_pretty(record)
             .map_err(|error| ResultsError::BadSummary { path, reason: error.to_string() })?;
-        self.write(name, (text + "\n").as_bytes())
+        self.write(name, text + "\n");
+        Ok(())
     }
 
-    /// Moves the folder to its final place, and replaces what was there.
+    /// Waits until all files are written, moves the folder to its final place, and replaces what was there.
     ///
     /// # Errors
-    /// [`ResultsError`]; the former folder stays if the new one cannot replace it.
-    pub fn commit(self) -> Result<(), ResultsError> {
+    /// [`ResultsError`] of the first file that could not be written, or of the move; the former folder stays
+    /// if the new one cannot replace it.
+    pub fn commit(mut self) -> Result<(), ResultsError> {
+        let building = self.building();
+        let mut disk = self.writer.finish()?;
         // The place may have been filled since the work began.
         check_target(&self.target, self.kind, self.overwrite)?;
-        let building = self.building();
-        let placed = put_in_place(&mut **self.disk(), &building, &self.target);
+        let placed = put_in_place(&mut **disk, &building, &self.target);
         placed.map_err(io("put in place", &self.target))
     }
 }

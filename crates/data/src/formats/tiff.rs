@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::encoder::compression::DeflateLevel;
 use tiff::encoder::{Compression, TiffEncoder, colortype::Gray32Float};
 
 use super::error::{FormatError, malformed};
@@ -12,7 +13,8 @@ pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
     let mut bytes = Cursor::new(Vec::new());
     let bad = |error| malformed("TIFF", error);
     let encoder = TiffEncoder::new(&mut bytes).map_err(bad)?;
-    let mut encoder = encoder.with_compression(Compression::Deflate(Default::default()));
+    // Floats hardly become smaller, whatever effort is made: noise is all that most of their bits hold.
+    let mut encoder = encoder.with_compression(Compression::Deflate(DeflateLevel::Fast));
     encoder.write_image::<Gray32Float>(map.columns() as u32, map.rows() as u32, map.values()).map_err(bad)?;
     Ok(bytes.into_inner())
 }
