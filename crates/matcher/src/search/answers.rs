@@ -1,6 +1,5 @@
 //! What the search finds, for a row and for the image.
 
-use super::task::Task;
 use crate::candidates::Candidates;
 use crate::lines::Lines;
 use crate::maps::Answer;
@@ -22,18 +21,21 @@ pub(crate) struct Searched {
 }
 
 impl Searched {
-    pub(super) fn of_rows(task: Task<'_>, rows: &[RowAnswers]) -> Self {
-        let (count, columns) = (task.volume.rows(), task.volume.columns());
-        let mut maps: [Grid<f32>; 3] = std::array::from_fn(|_| Grid::filled(count, columns, f32::NAN));
-        let mut answer = Grid::filled(count, columns, Answer::LeavesImage);
-        for (y, row) in rows.iter().enumerate() {
-            for (map, values) in maps.iter_mut().zip([&row.disparity, &row.cost, &row.confidence]) {
-                map.row_mut(y).copy_from_slice(values);
-            }
-            answer.row_mut(y).copy_from_slice(&row.answer);
+    /// No pixel has a disparity.
+    pub(super) fn unknown(rows: usize, columns: usize) -> Self {
+        let unknown = || Grid::filled(rows, columns, f32::NAN);
+        let answer = Grid::filled(rows, columns, Answer::LeavesImage);
+        Self { guess: unknown(), cost: unknown(), confidence: unknown(), answer, deviation_share: None }
+    }
+
+    /// Takes the answers of the rows from `first` on.
+    pub(super) fn put(&mut self, first: usize, rows: &[RowAnswers]) {
+        for (y, row) in rows.iter().enumerate().map(|(index, row)| (first + index, row)) {
+            self.guess.row_mut(y).copy_from_slice(&row.disparity);
+            self.cost.row_mut(y).copy_from_slice(&row.cost);
+            self.confidence.row_mut(y).copy_from_slice(&row.confidence);
+            self.answer.row_mut(y).copy_from_slice(&row.answer);
         }
-        let [guess, cost, confidence] = maps;
-        Self { guess, cost, confidence, answer, deviation_share: None }
     }
 }
 

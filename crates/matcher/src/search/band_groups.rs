@@ -1,8 +1,10 @@
 //! Groups of bands that are searched at once: as many as memory holds.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
-use super::answers::RowAnswers;
+use super::answers::{RowAnswers, Searched};
 use super::rows::bands;
 use super::semi_global::{Bands, Penalties, Span};
 use super::task::Task;
@@ -32,26 +34,29 @@ pub(super) fn groups_of_bands(task: Task<'_>, candidates: usize) -> Result<Group
     }
 }
 
-/// Answers of all rows in their order, found by `answers` with room for the counts of a band. `progress`
-/// counts each row.
+/// Answers of all rows, found by `answers` with room for the counts of a band. `progress` counts each row.
+///
+/// A band's answers go into the maps at once: held until the end, those of all bands would keep as much memory
+/// again from the fit.
 pub(super) fn searched_groups(
+    Task { volume, .. }: Task<'_>,
     Groups { groups, band_counts }: Groups,
     progress: &dyn Progress,
     answers: impl Fn(Span, &mut [u16]) -> Vec<RowAnswers> + Sync,
-) -> Vec<RowAnswers> {
-    let mut rows = Vec::new();
+) -> Searched {
+    let found = Mutex::new(Searched::unknown(volume.rows(), volume.columns()));
     // All room is one piece, so that it goes back to the system as a whole before the fit needs memory.
     let mut room = vec![0; band_counts * groups.iter().map(Vec::len).max().unwrap_or(0)];
     for group in groups {
         let mut rest = room.as_mut_slice();
         let mut part = || rest.split_off_mut(..band_counts).unwrap_or_default();
         let bands: Vec<_> = group.into_iter().map(|span| (span, part())).collect();
-        rows.par_extend(bands.into_par_iter().flat_map_iter(|(span, room)| {
-            let count = span.answered.len() as u64;
-            let answers = answers(span, room);
+        bands.into_par_iter().for_each(|(span, room)| {
+            let (first, count) = (span.answered.start, span.answered.len() as u64);
+            let rows = answers(span, room);
+            found.lock().unwrap_or_else(PoisonError::into_inner).put(first, &rows);
             progress.advance(count);
-            answers
-        }));
+        });
     }
-    rows
+    found.into_inner().unwrap_or_else(PoisonError::into_inner)
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::answers::{RowAnswers, bracketed, rival_distance};
+use super::answers::{RowAnswers, Searched, bracketed, rival_distance};
 use super::band_groups::{Groups, groups_of_bands, penalties, searched_groups};
 use super::semi_global::{Aggregation, PathAggregation, Span, typical_cost};
 use super::task::Task;
@@ -23,20 +23,20 @@ const BAND_COSTS: usize = 1 << 24;
 ///
 /// # Errors
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
-pub(super) fn rows(task: Task<'_>, progress: &dyn Progress) -> Result<Vec<RowAnswers>, MatchError> {
+pub(super) fn searched(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
     let Task { volume, range, options, .. } = task;
     let search = Exhaustive { task, candidates: Candidates::covering(range, options.disparity_step_px) };
     if !options.semi_global {
         let bands = search.pieces(0..volume.rows()).map(Span::alone).collect();
         let groups = Groups { groups: vec![bands], band_counts: 0 };
-        return Ok(searched_groups(groups, progress, |span, _| search.single_rows(span.answered)));
+        return Ok(searched_groups(task, groups, progress, |span, _| search.single_rows(span.answered)));
     }
     let groups = groups_of_bands(task, search.candidates.count())?;
     let typical = typical_cost(volume.rows(), options.method.resolution(), |y| {
         search.single_rows(y..y + 1).into_iter().flat_map(|row| row.cost).collect()
     });
     let penalties = penalties(task, typical);
-    Ok(searched_groups(groups, progress, |span, room| {
+    Ok(searched_groups(task, groups, progress, |span, room| {
         search.rows_together(span, Aggregation { penalties, room })
     }))
 }

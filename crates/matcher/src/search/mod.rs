@@ -58,7 +58,7 @@ const COARSER: f64 = 2.0;
 /// [`MatchError::TooManyToAggregate`] if costs are to be aggregated across rows and take too much memory.
 pub(super) fn search(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, MatchError> {
     match task.options.search_used() {
-        Search::Exhaustive => Ok(Searched::of_rows(task, &exhaustive::rows(task, progress)?)),
+        Search::Exhaustive => exhaustive::searched(task, progress),
         Search::Factorised => factorised(task, progress),
     }
 }
@@ -91,10 +91,9 @@ fn factorised(task: Task<'_>, progress: &dyn Progress) -> Result<Searched, Match
         };
         penalties(task, typical)
     });
-    let rows = searched_groups(groups, progress, |span, room| {
+    let mut searched = searched_groups(task, groups, progress, |span, room| {
         answers(span, penalties.map(|penalties| Aggregation { penalties, room }))
     });
-    let mut searched = Searched::of_rows(task, &rows);
     if ordering == OrderingUsed::Off {
         filling::drop_ambiguous(&mut searched, options.minimum_confidence);
     }
