@@ -45,8 +45,6 @@ fn peak_bytes() -> Option<usize> {
 }
 
 fn match_and_tell_peak(scan: &Path, way: &str) {
-    // As the program does.
-    epirig::cli::keep_memory();
     let (_, options) = ways().into_iter().find(|(name, _)| *name == way).unwrap();
     let sequence = Sequence::open(scan).unwrap();
     let results = ResultsFolder::create(&scan.join(way), ResultsKind::Match, false).unwrap();

@@ -50,7 +50,7 @@ use tracing::{Span, error, info, info_span};
 use error::CliError;
 use failure::{Failure, kind};
 use log::LogArguments;
-pub use memory::keep_memory;
+use memory::share_arena;
 use progress::{Talk, answer_failure, tell};
 
 const EXIT_CODES: &str =
@@ -149,11 +149,6 @@ fn start_threads() {
 }
 
 impl Verb {
-    /// Whether the verb asks for the same memory again and again. A page is served for hours, and memory is given back.
-    fn computes(&self) -> bool {
-        !matches!(self, Self::View(_) | Self::Ui(_))
-    }
-
     /// Whether the verb may take frames, which are logged.
     fn scans(&self) -> bool {
         matches!(self, Self::Capture(_) | Self::Resume(_) | Self::Run(_) | Self::Demo(_) | Self::Ui(_))
@@ -181,10 +176,8 @@ impl Verb {
 /// Runs the program with the process's arguments. Call it while there is one thread.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
-    if cli.verb.computes() {
-        // Without it everything works, only slower.
-        keep_memory();
-    }
+    // Without it everything works as long as addresses last.
+    share_arena();
     let talk = Talk::new(cli.json, cli.quiet);
     let listening = log::listen(&cli.log, cli.quiet, cli.verb.scans());
     if let Err(error) = interrupt::install() {
