@@ -75,7 +75,7 @@ def run_program(arguments):
     return time.perf_counter() - begun
 
 
-def epirig(program, folder, scene, range_px, repeats, quick):
+def epirig(program, folder, scene, range_px, repeats, options):
     """epirig by its command line. Seconds are those of the matching, as match.json has them; the remark tells those of the command."""
     sequence = folder / "sequence"
     if not sequence.exists():
@@ -85,9 +85,7 @@ def epirig(program, folder, scene, range_px, repeats, quick):
             Image.fromarray(frame).save(images / f"{t:04}.png", compress_level=1)
         run_program([program, "import", images, "--out", sequence, "--quiet"])
     results = folder / "results"
-    command = [program, "match", sequence, "--out", results, "--overwrite", "--quiet"]
-    if quick:
-        command.append("--quick")
+    command = [program, "match", sequence, "--out", results, "--overwrite", "--quiet", *options]
     if range_px is not None:
         command.append(f"--range={range_px[0]}..{range_px[1]}")
     runs = []
@@ -95,7 +93,7 @@ def epirig(program, folder, scene, range_px, repeats, quick):
         wall = run_program(command)
         runs.append((json.loads((results / "match.json").read_text())["seconds"], wall))
     seconds, wall = min(runs)
-    name = ("epirig --quick" if quick else "epirig") + (", range unknown" if range_px is None else "")
+    name = " ".join(["epirig", *options]) + (", range unknown" if range_px is None else "")
     return Run(
         name,
         "all",
@@ -130,8 +128,8 @@ def measured(arguments, scene, folder):
 
     methods = {
         "epirig": lambda: [
-            epirig(arguments.program, folder, scene, known, arguments.repeats, quick)
-            for quick in (False, True)
+            epirig(arguments.program, folder, scene, known, arguments.repeats, options)
+            for options in ((), ("--quick",))
             for known in (range_px, None)
         ],
         "numba": lambda: [numba_reference()],
@@ -194,8 +192,8 @@ ALTERNATIVES = {
 def measured_alternatives(arguments, scene, folder):
     """epirig and the paper's alternatives on one of the four scenes."""
     folder.mkdir()
-    for quick in (False, True):
-        yield epirig(arguments.program, folder, scene, scene.range_px, arguments.repeats, quick)
+    for options in ((), ("--fit-surface", "lines"), ("--quick",)):
+        yield epirig(arguments.program, folder, scene, scene.range_px, arguments.repeats, options)
     for name, (used, method) in ALTERNATIVES.items():
         # On a corner of the scene first, so that no timing contains compilation.
         method(scene.frames[:, :24, :128], scene.range_px)
