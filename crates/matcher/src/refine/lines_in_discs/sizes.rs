@@ -42,7 +42,7 @@ const CHANCE_SIGMAS: f32 = 1.0;
 
 /// One pixel of each so many rows and columns tells how often the larger disc is right: neighbours tell the same.
 const SAMPLED: usize = 4;
-/// Steps of expectation maximisation: the share is then known to a hundredth.
+/// Steps of expectation maximisation.
 const STEPS: usize = 5;
 /// Each size is right at least at this share of the places: others cannot exclude it at one.
 const LEAST_SHARE: f64 = 0.02;
@@ -118,7 +118,7 @@ fn odds(evidence: f32, small: f32, large: f32) -> f32 {
 
 /// The odds that the larger disc is right where nothing is observed. `odds` are those of a pixel, if both are as
 /// likely before.
-fn usual_odds(observed: &Observed, odds: impl Fn(usize, usize) -> Option<f32>) -> f32 {
+pub(super) fn usual_odds(observed: &Observed, odds: impl Fn(usize, usize) -> Option<f32>) -> f32 {
     let mut found = Vec::new();
     for y in (0..observed.rows()).step_by(SAMPLED) {
         let places = (PAD..PAD + observed.columns).step_by(SAMPLED);

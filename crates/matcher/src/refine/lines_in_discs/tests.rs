@@ -2,6 +2,7 @@ use fearless_simd::{Level, SimdBase, dispatch, f32x16};
 
 use super::approximate::{power_of_two, rough_logarithm};
 use super::disc::{directions, points};
+use super::sizes::usual_odds;
 use super::*;
 
 const ROWS: usize = 40;
@@ -105,6 +106,44 @@ fn steps_at_any_angle_end_discs() {
         assert!(error < 0.02, "{degrees}: {error}");
         assert!(share > 0.1, "{degrees}: {share}");
     }
+}
+
+#[test]
+fn noise_may_carry_an_observation_from_its_guess_and_a_step_may_not() {
+    const TRUTH: f32 = 0.8;
+    let kept = |sigma: f32, away: f32| {
+        let mut maps = ObservationMaps::empty(ROWS, COLUMNS);
+        maps.noise = Padded::filled(ROWS, COLUMNS, 1.0);
+        let weight = 1.0 / (sigma * sigma);
+        for (x, y) in (0..ROWS).flat_map(|y| (0..COLUMNS).map(move |x| (x, y))) {
+            let value = TRUTH + if (x + y) % 2 == 0 { away } else { -away };
+            maps.weight.row_mut(y)[PAD + x] = weight;
+            maps.moment.row_mut(y)[PAD + x] = weight * value;
+            maps.inverse.row_mut(y)[PAD + x] = 1.0 / weight;
+        }
+        let observed = Observed::of(&maps, &Grid::filled(ROWS, COLUMNS, 0.0), 0.0);
+        let found = surface(Level::new(), &observed, MODEL).0;
+        let kept = observed.precision.row(3)[PAD..PAD + COLUMNS].iter().filter(|one| **one > 0.0).count();
+        (kept, largest_error(&found, |_, _| TRUTH, inside))
+    };
+    // Both signs cancel to less than a fifth of their size in the smallest disc.
+    let (all, error) = kept(5.0, 5.0);
+    assert!(all == COLUMNS && error < 0.2 * 5.0, "{all}: {error}");
+    let (none, _) = kept(0.01, 5.0);
+    assert_eq!(none, 0);
+}
+
+#[test]
+fn the_usual_odds_are_those_of_most_places() {
+    let observed = observed(1.0, |_, _| 0.0, |_, _| 0.0);
+    // In nine tenths of the columns the larger disc predicts better by far, elsewhere the smaller one.
+    let odds = |place: usize, _| Some(if (place - PAD) * 10 < 9 * COLUMNS { 1e6 } else { 1e-6 });
+    let found = usual_odds(&observed, odds);
+    // 16 of the 18 columns that are looked at.
+    assert!((found - 8.0).abs() < 0.01, "{found}");
+    // What cannot be compared says nothing.
+    let compared = |place: usize, y: usize| if place.is_multiple_of(8) { odds(place, y) } else { None };
+    assert!(usual_odds(&observed, compared) > 4.0);
 }
 
 #[test]
