@@ -20,10 +20,10 @@ import numpy as np
 from PIL import Image
 
 import alternatives
+import four_scenes
 import peers
 import reference
 import scene as scenes
-import scenes as four_scenes
 import tracks
 
 REPOSITORY = Path(__file__).resolve().parents[2]

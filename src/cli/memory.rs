@@ -11,12 +11,18 @@
 pub(super) fn share_arena() -> bool {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        // SAFETY: takes two numbers by value and changes only parameters of the allocator, under its own
-        // lock. It accepts any values. Existing allocations are not affected.
-        is_limited() && unsafe { libc::mallopt(libc::M_ARENA_MAX, 1) } == 1
+        is_limited() && one_arena()
     }
     #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
     false
+}
+
+/// Whether the allocator makes no arena besides its first from now on.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+fn one_arena() -> bool {
+    // SAFETY: takes two numbers by value and changes only parameters of the allocator, under its own lock. It
+    // accepts any values. Existing allocations are not affected.
+    unsafe { libc::mallopt(libc::M_ARENA_MAX, 1) == 1 }
 }
 
 /// Whether `ulimit -v` or `-d` limits this process.
@@ -33,5 +39,6 @@ mod tests {
     #[test]
     fn threads_share_an_arena_where_addresses_are_limited() {
         assert_eq!(share_arena(), is_limited());
+        assert!(one_arena());
     }
 }

@@ -170,7 +170,10 @@ pub(super) fn read_open(file: File, path: &Path, limit: u64) -> Result<Vec<u8>, 
 
 /// Reads at most `limit` bytes of a file that has `expected` of them.
 fn read_to_limit(file: File, path: &Path, limit: u64, expected: u64) -> Result<Vec<u8>, ReadError> {
-    let mut bytes = Vec::with_capacity(usize::try_from(expected.min(limit)).unwrap_or_default());
+    let mut bytes = Vec::new();
+    // A file may say that it is larger than memory, which is no reason to end the program.
+    let room = usize::try_from(expected.min(limit)).unwrap_or(usize::MAX);
+    bytes.try_reserve_exact(room).map_err(|_| ReadError::io(path)(io::ErrorKind::OutOfMemory.into()))?;
     // It may grow while it is read, or be longer than it says.
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(ReadError::io(path))?;
     if bytes.len() as u64 > limit {
