@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod lens;
+pub mod motion;
 pub mod photometry;
 pub mod rectification;
 pub mod registration;

@@ -1,0 +1,134 @@
+//! How far parts of a picture have moved: block matching by correlation, coarse and then fine.
+
+use super::reduced::{Reduced, Small};
+
+/// Side of a block and distance of blocks, in pixels of the coarse picture.
+const SIDE: usize = 20;
+const PITCH: usize = 24;
+/// Farthest shift that is looked for, in pixels of the coarse picture.
+const REACH: isize = 12;
+/// Blocks correlate at least so well, or they do not show the same thing.
+const LEAST_CORRELATION: f32 = 0.7;
+/// Another shift that correlates as well, less this, leaves it open which is true.
+const AMBIGUOUS: f32 = 0.06;
+/// Fall of the correlation from its peak to one pixel beside it: less leaves the shift along that axis open.
+const LEAST_FALL: f32 = 0.004;
+/// Least standard deviation of a block with texture, in DN of 8 bit or as a share of its mean.
+const LEAST_CONTRAST_DN: f32 = 1.0;
+
+/// A block that was found again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shift {
+    /// Whither it has moved, in pixels of the reduced picture.
+    pub(super) x: f32,
+    pub(super) y: f32,
+}
+
+/// What was found between two pictures.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Shifts {
+    /// Blocks with texture.
+    pub(super) textured: usize,
+    /// Those that were found again at one place.
+    pub(super) found: Vec<Shift>,
+}
+
+/// Shifts of the blocks of `from` on their way to `to`.
+pub(super) fn shifts(from: &Reduced, to: &Reduced) -> Shifts {
+    let mut shifts = Shifts::default();
+    let (rows, columns) = (from.coarse.rows, from.coarse.columns);
+    if (to.coarse.rows, to.coarse.columns) != (rows, columns) {
+        return shifts;
+    }
+    for top in (0..rows.saturating_sub(SIDE - 1)).step_by(PITCH) {
+        for left in (0..columns.saturating_sub(SIDE - 1)).step_by(PITCH) {
+            let Some(block) = Block::of(&from.coarse, top, left, SIDE) else { continue };
+            shifts.textured += 1;
+            shifts.found.extend(
+                coarse_shift(&block, &to.coarse).and_then(|start| fine_shift(from, to, top, left, start)),
+            );
+        }
+    }
+    shifts
+}
+
+/// A square of a picture without its mean.
+struct Block {
+    top: usize,
+    left: usize,
+    side: usize,
+    values: Vec<f32>,
+    /// Root of the sum of the squares.
+    norm: f32,
+}
+
+impl Block {
+    fn of(picture: &Small, top: usize, left: usize, side: usize) -> Option<Self> {
+        let mut values = Vec::with_capacity(side * side);
+        (0..side).for_each(|row| values.extend_from_slice(picture.row(top + row, left, side)));
+        let mean = values.iter().sum::<f32>() / values.len() as f32;
+        values.iter_mut().for_each(|value| *value -= mean);
+        let norm = values.iter().map(|value| value * value).sum::<f32>().sqrt();
+        let contrast = norm / side as f32;
+        (contrast >= LEAST_CONTRAST_DN).then_some(Self { top, left, side, values, norm })
+    }
+
+    /// The correlation with the square that is (x, y) farther in `picture`; `None` beyond its border.
+    fn correlation(&self, picture: &Small, x: isize, y: isize) -> Option<f32> {
+        let top = self.top.checked_add_signed(y)?;
+        let left = self.left.checked_add_signed(x)?;
+        if top + self.side > picture.rows || left + self.side > picture.columns {
+            return None;
+        }
+        let (mut sum, mut squares, mut product) = (0.0_f32, 0.0_f32, 0.0_f32);
+        for (row, values) in self.values.chunks_exact(self.side).enumerate() {
+            // Sums of lanes, which are added several at a time.
+            const LANES: usize = 4;
+            let other = picture.row(top + row, left, self.side);
+            let mut lanes = [[0.0_f32; LANES]; 3];
+            for (ours, theirs) in values.chunks_exact(LANES).zip(other.chunks_exact(LANES)) {
+                for lane in 0..LANES {
+                    lanes[0][lane] += theirs[lane];
+                    lanes[1][lane] += theirs[lane] * theirs[lane];
+                    lanes[2][lane] += ours[lane] * theirs[lane];
+                }
+            }
+            sum += lanes[0].iter().sum::<f32>();
+            squares += lanes[1].iter().sum::<f32>();
+            product += lanes[2].iter().sum::<f32>();
+        }
+        let variance = squares - sum * sum / self.values.len() as f32;
+        (variance > 0.0).then(|| product / (self.norm * variance.sqrt()))
+    }
+}
+
+/// The shift by whole pixels at which the block correlates best, if no other does nearly as well.
+fn coarse_shift(block: &Block, to: &Small) -> Option<(isize, isize)> {
+    let all = (-REACH..=REACH).flat_map(|y| (-REACH..=REACH).map(move |x| (x, y)));
+    let tried: Vec<_> = all.filter_map(|(x, y)| Some((block.correlation(to, x, y)?, x, y))).collect();
+    let &(best, x, y) = tried.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let is_far = |other_x: isize, other_y: isize| (other_x - x).abs().max((other_y - y).abs()) > 2;
+    let rival = tried.iter().filter(|(_, other_x, other_y)| is_far(*other_x, *other_y)).map(|tried| tried.0);
+    let second = rival.fold(0.0_f32, f32::max);
+    (best >= LEAST_CORRELATION * 0.9 && second < best - AMBIGUOUS).then_some((x, y))
+}
+
+/// The shift in parts of a pixel, from that of the coarse picture.
+fn fine_shift(from: &Reduced, to: &Reduced, top: usize, left: usize, start: (isize, isize)) -> Option<Shift> {
+    let block = Block::of(&from.fine, 2 * top, 2 * left, 2 * SIDE)?;
+    let near = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (2 * start.0 + x, 2 * start.1 + y)));
+    let tried = near.filter_map(|(x, y)| Some((block.correlation(&to.fine, x, y)?, x, y)));
+    let (best, x, y) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    if best < LEAST_CORRELATION {
+        return None;
+    }
+    let parabola = |before: f32, after: f32| {
+        let (fall_before, fall_after) = (best - before, best - after);
+        let is_peak = fall_before >= 0.0 && fall_after >= 0.0 && fall_before + fall_after >= 2.0 * LEAST_FALL;
+        is_peak.then(|| 0.5 * (fall_before - fall_after) / (fall_before + fall_after))
+    };
+    let beside = |dx, dy| block.correlation(&to.fine, x + dx, y + dy);
+    let part_x = parabola(beside(-1, 0)?, beside(1, 0)?)?;
+    let part_y = parabola(beside(0, -1)?, beside(0, 1)?)?;
+    Some(Shift { x: x as f32 + part_x, y: y as f32 + part_y })
+}
