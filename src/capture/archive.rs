@@ -194,6 +194,7 @@ mod tests {
             origin: Origin::Imported {
                 folder: String::new(),
                 conversions: Vec::new(),
+                findings: Vec::new(),
                 calibration_folders: Default::default(),
                 rig: None,
             },

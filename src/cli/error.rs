@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::failure::{DEVICE, INTEGRITY, INTERRUPTED, NO_DEVICE, REJECTED, RESUMABLE, TROUBLE, USAGE};
+use super::failure::{
+    DEVICE, INTEGRITY, INTERRUPTED, NO_ANSWER, NO_DEVICE, REJECTED, RESUMABLE, TROUBLE, USAGE,
+};
 use crate::calibrate::CalibrateError;
 use crate::capture::CaptureError;
 use crate::doctor::DoctorError;
@@ -85,6 +87,9 @@ pub(super) enum CliError {
     Usage(String),
     #[error("{0}")]
     Integrity(String),
+    /// A match in which no pixel has an answer.
+    #[error("{0}")]
+    NoAnswer(String),
     #[error("cannot print the result: {0}")]
     Output(#[from] std::io::Error),
 }
@@ -169,7 +174,8 @@ impl CliError {
             Self::Match(error)
             | Self::LeaveOut(LeaveOutError::Match(error))
             | Self::SplitHalf(SplitHalfError::Match(error)) => match error {
-                MatchError::TooSmall { .. } | MatchError::NoRange => INTEGRITY,
+                MatchError::NoRange => NO_ANSWER,
+                MatchError::TooSmall { .. } => INTEGRITY,
                 _ => USAGE,
             },
             Self::Results(error) => match error {
@@ -202,6 +208,7 @@ impl CliError {
             },
             Self::Read(error) => read_code(error),
             Self::RecordedRig(_) | Self::Integrity(_) => INTEGRITY,
+            Self::NoAnswer(_) => NO_ANSWER,
             Self::Server(ServerError::Listen { .. }) => USAGE,
             Self::Server(_) | Self::Report(_) | Self::Output(_) | Self::File { .. } | Self::Memory { .. } => {
                 TROUBLE
@@ -257,6 +264,7 @@ fn sequence_code(error: &SequenceError) -> u8 {
         | SequenceError::NoName { .. }
         | SequenceError::Link { .. }
         | SequenceError::NoImages { .. }
+        | SequenceError::NoMatch { .. }
         | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }
         | SequenceError::TooManyFrames { .. }

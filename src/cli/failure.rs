@@ -16,6 +16,8 @@ pub(super) const INTEGRITY: u8 = 5;
 pub(super) const REJECTED: u8 = 6;
 /// An interrupted scan that can be resumed.
 pub(super) const RESUMABLE: u8 = 7;
+/// A match in which no pixel has an answer.
+pub(super) const NO_ANSWER: u8 = 8;
 /// Interrupted: 128 + SIGINT, as shells do.
 pub(super) const INTERRUPTED: u8 = 130;
 
@@ -26,7 +28,7 @@ pub(super) const INTERRUPTED: u8 = 130;
 /// ```
 ///
 /// `message` is the line of stderr without `error: `. `kind` stands for the exit code: `trouble` (1), `usage` (2), `no-device` (3),
-/// `device` (4), `data` (5), `rejected` (6), `resumable` (7), `interrupted` (130).
+/// `device` (4), `data` (5), `rejected` (6), `resumable` (7), `no-answer` (8), `interrupted` (130).
 ///
 /// stdout holds one object at most: a verb that has printed its result (such as the findings of `verify`)
 /// prints no second one. Options that cannot be parsed are reported on stderr only.
@@ -57,6 +59,7 @@ pub(super) fn kind(exit_code: u8) -> &'static str {
         INTEGRITY => "data",
         REJECTED => "rejected",
         RESUMABLE => "resumable",
+        NO_ANSWER => "no-answer",
         INTERRUPTED => "interrupted",
         _ => "trouble",
     }

@@ -6,12 +6,14 @@ use clap::Args;
 
 use super::match_arguments::MatchArguments;
 use super::need::{check_match, frames_of};
+use super::no_answer::no_answer;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
-use crate::pipeline::{Measurement, View, measure};
+use crate::pipeline::{Measurement, PipelineError, View, measure};
 use crate::results::{ResultsFolder, ResultsKind};
 use epirig_data::sequence::{FrameKind, Sequence};
+use epirig_matcher::MatchError;
 
 /// Compute the disparity of every pixel, and its height if lens and stage axis are known
 #[derive(Debug, Args)]
@@ -76,7 +78,11 @@ impl Match {
             talk,
         )?;
         let view = View { figure_row: self.figure_row, truth: None };
-        let measurement = measure(&sequence, calibration.as_ref(), &options, view, &folder, talk)?;
+        let measured = measure(&sequence, calibration.as_ref(), &options, view, &folder, talk);
+        if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
+            return Err(no_answer(&sequence, "no range of disparities is significant in the data"));
+        }
+        let measurement = measured?;
         folder.commit()?;
         if drops_surface {
             talk.say(&format!(
@@ -90,9 +96,17 @@ impl Match {
             let picture = out.join("disparity.png");
             match measurement.summary.median_disparity_px {
                 Some(_) => format!("{}look at {}\n", describe(&measurement), picture.display()),
-                None => format!("{}no pixel has an answer\n", describe(&measurement)),
+                None => describe(&measurement),
             }
-        })
+        })?;
+        match measurement.summary.median_disparity_px {
+            Some(_) => Ok(()),
+            None => {
+                let reasons = out.join("mask.png");
+                let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
+                Err(no_answer(&sequence, &what))
+            }
+        }
     }
 }
 
@@ -153,8 +167,10 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
             if locking.from_lines { "" } else { " (or a half or third of that: depends on the texture)" },
         ));
     }
-    if summary.median_disparity_px.is_some_and(|median| median.abs() < 0.1) {
-        talk.say("hint: the frames hardly differ: the median disparity is below 0.1 px; check that the stage moved");
+    if let Some(median_px) = summary.median_disparity_px.filter(|median_px| median_px.abs() < 0.1) {
+        talk.say(&format!(
+            "hint: the median disparity is {median_px:.3} px over the whole baseline: most of the answered pixels hardly move along the rows"
+        ));
     }
 }
 

@@ -25,6 +25,7 @@ mod match_arguments;
 mod matching;
 mod memory;
 mod need;
+mod no_answer;
 mod plan;
 mod progress;
 mod rectify;
@@ -55,7 +56,8 @@ use progress::{Talk, answer_failure, tell};
 
 const EXIT_CODES: &str =
     "Exit codes: 0 done, 1 file, disk or memory trouble, 2 wrong use, 3 no device, 4 device fault, \
-5 bad or damaged data, 6 calibration rejected, 7 interrupted and can be resumed, 130 interrupted.
+5 bad or damaged data, 6 calibration rejected, 7 interrupted and can be resumed, 8 match without any answer, \
+130 interrupted.
 
 Examples:
   epirig demo                                       a simulated measurement, no hardware needed

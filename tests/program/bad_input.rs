@@ -20,7 +20,12 @@ fn sequence(folder: &Path) {
 fn an_empty_folder() {
     let folder = folder();
     fs::create_dir(folder.path().join("photos")).unwrap();
-    fails(folder.path(), &["import", "photos", "--out", "seq"], 2, &["photos", "no PNG, TIFF or JPEG"]);
+    fails(
+        folder.path(),
+        &["import", "photos", "--out", "seq"],
+        2,
+        &["photos", "no images that are read", "PNG"],
+    );
     fails(folder.path(), &["import", "nowhere", "--out", "seq"], 1, &["nowhere", "check the path"]);
     assert_eq!(names(folder.path()), ["photos"]);
 }
@@ -47,7 +52,7 @@ fn frames_of_different_sizes() {
     images(&folder.path().join("photos"), 4);
     let odd = Frame::new(24, 60, 8, Samples::U8(vec![7; 24 * 60])).unwrap();
     write_png(&folder.path().join("photos/frame_2.png"), &odd);
-    let words = ["frame_2.png", "60 x 24", "64 x 24", "--frames"];
+    let words = ["frame_2.png", "60 x 24", "64 x 24", "--exclude 2`", "--frames"];
     fails(folder.path(), &["import", "photos", "--out", "seq"], 5, &words);
     assert_eq!(names(folder.path()), ["photos"]);
 }
@@ -175,9 +180,11 @@ fn frames_without_texture() {
         write_png(&photos.join(format!("{index}.png")), &flat);
     }
     succeeds(folder.path(), &["import", "photos", "--out", "seq"]);
-    fails(folder.path(), &["match", "seq"], 5, &["too little texture", "give the range"]);
-    let summary = succeeds(folder.path(), &["match", "seq", "--range", "0..5", "--json"]);
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    fails(folder.path(), &["match", "seq"], 8, &["no range", "too little texture"]);
+    let output = epirig(folder.path(), &["match", "seq", "--range", "0..5", "--json"]);
+    assert_eq!(output.status.code(), Some(8));
+    // One object: the result, which is there although no pixel has an answer.
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(summary["answered"], 0.0);
 }
 

@@ -8,6 +8,8 @@ mod camera_commands;
 mod command_line;
 #[cfg(unix)]
 mod hostile_files;
+mod import_motion;
+mod import_sources;
 mod independent_readers;
 #[cfg(unix)]
 mod killed_scans;

@@ -9,7 +9,7 @@ use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_core::volume::Volume;
-use epirig_data::sequence::import::{ImportOptions, import};
+use epirig_data::sequence::import::{ImportOptions, NoInspector, import, list_images};
 use epirig_data::sequence::{Sequence, load_volume};
 use epirig_matcher::evaluate::leave_out;
 use epirig_matcher::{DisparityMaps, MatchOptions, ReferenceFrame, match_volume, tau_corrections};
@@ -62,7 +62,7 @@ fn photographs(used: Used, test: &str) -> Option<Volume> {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("trees");
     let options = ImportOptions { frames: Some(used.frames), ..ImportOptions::default() };
-    import(&trees, &out, &options, &Silent).unwrap();
+    import(&list_images(&trees).unwrap(), &out, &options, &mut NoInspector, &Silent).unwrap();
     Some(load_volume(&Sequence::open(&out).unwrap(), &Silent).unwrap())
 }
 

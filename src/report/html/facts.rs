@@ -117,10 +117,13 @@ fn rig(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
             }
             rows.extend(configuration.iter().flat_map(camera_rows));
         }
-        Origin::Imported { folder, conversions, .. } => {
+        Origin::Imported { folder, conversions, findings, .. } => {
             rows.push(("images from", folder.as_str().into()));
             if !conversions.is_empty() {
                 rows.push(("converted", conversions.join("; ").into()));
+            }
+            if !findings.is_empty() {
+                rows.push(("found at import", findings.join("; ").into()));
             }
         }
         Origin::Rectified { folder, sequence_uid, .. } => {

@@ -143,10 +143,10 @@ fn a_hole_in_numbered_images_is_named() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && said.contains("frame_3") && said.contains("--positions"), "{said}");
     fs::remove_dir_all(path.join("seq")).unwrap();
-    fs::rename(path.join("photos/frame_3.part"), path.join("photos/frame_3.BMP")).unwrap();
-    fails(path, &import, 5, &["frame_3.BMP", "not read"]);
+    fs::rename(path.join("photos/frame_3.part"), path.join("photos/frame_3.WEBP")).unwrap();
+    fails(path, &import, 5, &["frame_3.WEBP", "not read"]);
     // Also at the end; but what is there in a format that is read is.
-    fs::rename(path.join("photos/frame_3.BMP"), path.join("photos/frame_5.dng")).unwrap();
+    fs::rename(path.join("photos/frame_3.WEBP"), path.join("photos/frame_5.dng")).unwrap();
     fails(path, &import, 5, &["frame_5.dng", "not read"]);
     fs::rename(path.join("photos/frame_5.dng"), path.join("photos/frame_4.dng")).unwrap();
     assert!(!path.join("seq").exists());

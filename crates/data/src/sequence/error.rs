@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use super::pixels::image_formats;
 use crate::storage::{ReadError, RecordError};
 use epirig_core::frame::FrameError;
 use epirig_core::tau::TauError;
@@ -68,10 +69,18 @@ pub enum SequenceError {
     #[error("nothing more is written after an error; see the one before")]
     Closed,
     /// A folder without images.
-    #[error("{} holds no PNG, TIFF or JPEG images; give the folder that holds the frames", path.display())]
+    #[error("{} holds no images that are read ({}); give the folder that holds the frames", path.display(), image_formats())]
     NoImages {
         /// The folder.
         path: PathBuf,
+    },
+    /// A pattern that no file fits.
+    #[error("{}: {reason}; check the folder and the ending", pattern.display())]
+    NoMatch {
+        /// The pattern.
+        pattern: PathBuf,
+        /// Why there is no file.
+        reason: String,
     },
     /// Names of images that are not files.
     #[error("{}: {}; each name has to be one image: put it there, or move the name away, or every later frame would be one step off", folder.display(), found.join(", "))]
@@ -108,7 +117,7 @@ pub enum SequenceError {
         most: usize,
     },
     /// A selection of frames that do not exist.
-    #[error("frames {first}..{last} are not all there: {} holds {count} images, 0 to {}; change --frames", path.display(), count.saturating_sub(1))]
+    #[error("images {first}..{last} are not all there: {} holds {count} images, 0 to {}; change {option}", path.display(), count.saturating_sub(1))]
     NoSuchFrames {
         /// The folder.
         path: PathBuf,
@@ -118,6 +127,8 @@ pub enum SequenceError {
         last: usize,
         /// Images in the folder.
         count: usize,
+        /// The option.
+        option: &'static str,
     },
     /// An image that cannot be decoded.
     #[error("{} is damaged or no image: {reason}; copy it again from its source, or import the frames without it", path.display())]
@@ -128,16 +139,18 @@ pub enum SequenceError {
         reason: String,
     },
     /// An image unlike the first.
-    #[error("{} is {found}, but {} is {expected}; all frames must be alike: remove it, or select frames that are with --frames", path.display(), first.display())]
+    #[error("{} is {found}, but {} is {expected}; all frames must be alike: `--exclude {unlike_most}` leaves out what differs from most images, --frames selects a part", path.display(), first.display())]
     Unlike {
         /// The file.
         path: PathBuf,
         /// Its size and format.
-        found: String,
+        found: Box<str>,
         /// The first file.
         first: PathBuf,
         /// Size and format of the first.
-        expected: String,
+        expected: Box<str>,
+        /// Numbers of the images that differ from most, as --exclude takes them.
+        unlike_most: Box<str>,
     },
     /// A calibration image unlike the frames.
     #[error("{} is {found}, but the frames are {expected}; calibration images are valid for the frames only if the same camera took them with \

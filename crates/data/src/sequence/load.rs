@@ -59,7 +59,7 @@ pub fn load_volume(sequence: &Sequence, progress: &dyn Progress) -> Result<Volum
 mod tests {
     use super::*;
     use crate::sequence::encode_png;
-    use crate::sequence::import::{ImportOptions, import};
+    use crate::sequence::import::{ImportOptions, NoInspector, import, list_images};
     use epirig_core::frame::Samples;
     use epirig_core::progress::Silent;
 
@@ -73,7 +73,8 @@ mod tests {
             let frame = Frame::new(40, 6, 8, Samples::U8((0..240).map(|index| index % 13 + t).collect()));
             std::fs::write(images.join(format!("{t:02}.png")), encode_png(&frame.unwrap()).unwrap()).unwrap();
         }
-        import(&images, &folder, &ImportOptions::default(), &Silent).unwrap();
+        import(&list_images(&images).unwrap(), &folder, &ImportOptions::default(), &mut NoInspector, &Silent)
+            .unwrap();
         let sequence = Sequence::open(&folder).unwrap();
         let threads = |count: usize| rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
         let alone = threads(1).install(|| load_volume(&sequence, &Silent)).unwrap();

@@ -15,7 +15,6 @@ mod listing;
 mod load;
 mod lock;
 mod nominal_lens;
-mod numbering;
 mod pixels;
 mod positions;
 mod reader;
@@ -32,7 +31,9 @@ pub use listing::sequences_in;
 pub use load::load_volume;
 pub use lock::{lock, refuse_busy};
 pub use nominal_lens::{FocalLength, NominalLens};
-pub use pixels::{DecodedImage, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header};
+pub use pixels::{
+    DecodedImage, Header, ImageFault, LARGEST_IMAGE, decode_grey, encode_png, header, image_formats,
+};
 pub use positions::read_positions;
 pub use reader::{JOURNAL, Sequence};
 pub use record::{

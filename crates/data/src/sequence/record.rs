@@ -29,10 +29,13 @@ pub enum Origin {
     },
     /// Taken by other software.
     Imported {
-        /// The folder that held the images.
+        /// The folder or the video that held the images, or the first that was named.
         folder: String,
         /// Conversions of the images, one sentence each.
         conversions: Vec<String>,
+        /// What looked wrong in the frames, one sentence each.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        findings: Vec<String>,
         /// The folders that held calibration images, by the sequence's own folder for them.
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
         calibration_folders: BTreeMap<String, String>,

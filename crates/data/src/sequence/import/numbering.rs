@@ -4,14 +4,15 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::SequenceError;
+use super::super::error::SequenceError;
+use super::super::pixels::image_formats;
 
 /// Most holes that are named.
 const MOST: usize = 100;
 
 /// Formats of images that are not read.
-const OTHER_FORMATS: [&str; 12] =
-    ["bmp", "gif", "webp", "heic", "heif", "avif", "jp2", "jxl", "pgm", "dng", "raw", "nef"];
+const OTHER_FORMATS: [&str; 13] =
+    ["gif", "webp", "heic", "heif", "avif", "jp2", "jxl", "dng", "raw", "nef", "cr2", "arw", "exr"];
 
 /// Names, without ending, that `images` lack between the first and the last, if their names differ by a number alone.
 pub(super) fn holes(images: &[PathBuf]) -> Vec<String> {
@@ -45,7 +46,7 @@ pub(super) fn refuse_other_images(folder: &Path, images: &[PathBuf]) -> Result<(
             && !read.contains(&path.file_stem());
         if is_frame {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            found.push(format!("{name} is an image of a format that is not read (PNG, TIFF and JPEG are)"));
+            found.push(format!("{name} is an image of a format that is not read ({} are)", image_formats()));
         }
     }
     found.sort();

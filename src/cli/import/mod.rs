@@ -1,29 +1,46 @@
 //! `epirig import`.
 
+mod inspection;
+mod parse;
+mod sorting;
+mod video;
+
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::choice::choice;
 use super::need::{close_others, refuse_more_than_there_is};
 use super::rig::{Options, named_profile};
 use super::{CliError, Talk};
 use crate::pipeline::import_need;
 use crate::profile::{Override, Profile};
 use crate::rig::nominal_lens;
-use epirig_data::sequence::import::{ImportOptions, Imported, import, list_images};
+use epirig_calibration::motion::MotionCheck;
+use epirig_data::sequence::import::{
+    ImportOptions, Imported, Listing, Rotation, SortOrder, Span, choose, find_images, import,
+};
 use epirig_data::sequence::{FrameKind, LARGEST_IMAGE, header};
 use epirig_data::storage::read_file;
+use inspection::Inspection;
+pub(super) use parse::parse_positive;
+use parse::{parse_frames, parse_point, parse_span};
+use sorting::{Sorting, sort_by_motion};
+use video::Video;
 
-/// Import images of other software as a sequence
+/// Import images or a video of other software as a sequence
 ///
-/// The images are not changed. Colour is converted to grey, which is reported and recorded. Files are sorted
-/// in natural order: frame_9 before frame_10.
+/// The images are not changed. Colour is converted to grey, which is reported and recorded. Images are sorted
+/// by name, in natural order: frame_9 before frame_10.
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig import photos/ --out seq
-  epirig import photos/ --out seq --frames 40..80
+  epirig import 'photos/*.jpg' --out seq
+  epirig import scan.mp4 --out seq                            needs the program ffmpeg
+  epirig import photos/ --out seq --frames 40..80 --exclude 47,52..53
+  epirig import photos/ --out seq --sort time --rotate 90     names in disorder, motion upwards
   epirig import photos/ --out seq --step-mm 1.5 --focal-length-px 2844
   epirig import photos/ --out seq --positions positions.csv
   epirig import photos/ --out seq --rig rig.toml --flat white/ --dark cap/ --board boards/
@@ -33,14 +50,25 @@ with the same settings. Only [optics], [target] and [board] of a rig profile are
 target on the object, and the hand-held chess-board. Positions come from --step-mm or --positions."
 )]
 pub(super) struct Import {
-    /// Folder of PNG, TIFF or JPEG images, 8 or 16 bit
-    dir: PathBuf,
+    /// Folder, images, a pattern in quotes, or a video. Images are PNG, TIFF, JPEG, BMP, PGM or PPM, grey or
+    /// colour, 8 or 16 bit
+    #[arg(required = true, value_name = "IMAGES")]
+    images: Vec<PathBuf>,
     /// Folder of the new sequence
     #[arg(long, value_name = "SEQ")]
     out: PathBuf,
-    /// First and last image to use, counted from 0 in natural order, both included
+    /// What the images are sorted by
+    #[arg(long, value_parser = choice::<Sorting>(), default_value_t = Sorting::Name)]
+    sort: Sorting,
+    /// First and last image to use, counted from 0 in the order of --sort, both included
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
-    frames: Option<(usize, usize)>,
+    frames: Option<Span>,
+    /// Images to leave out: numbers as for --frames, or ranges of them. Their places stay empty with --step-mm
+    #[arg(long, value_name = "N,A..B", value_delimiter = ',', value_parser = parse_span)]
+    exclude: Vec<Span>,
+    /// Degrees by which all images are turned clockwise: the motion must be along the rows
+    #[arg(long, value_name = "DEGREES", value_parser = choice::<Rotation>(), default_value_t = Rotation::None)]
+    rotate: Rotation,
     /// Table of positions in mm, one for each image used: one number per line, or a column position_mm
     #[arg(long, value_name = "FILE.csv", conflicts_with = "step_mm")]
     positions: Option<PathBuf>,
@@ -79,14 +107,13 @@ pub(super) struct Import {
 
 impl Import {
     /// Memory for the import. All images have the size of the first, or are refused by their headers.
-    fn check_memory(&self) -> Result<(), CliError> {
-        let listing = list_images(&self.dir)?;
+    fn check_memory(&self, listing: &Listing, frames: usize) -> Result<(), CliError> {
         let first = self.frames.map_or(0, |(first, _)| first);
         let Some(image) = listing.images.get(first) else { return Ok(()) };
         let bytes = read_file(image, LARGEST_IMAGE)?;
         // An unreadable image is reported by the import itself.
         let Ok(head) = header(&bytes) else { return Ok(()) };
-        let need = import_need(head.rows, head.columns, 2 * bytes.len() as u64);
+        let need = import_need(head.rows, head.columns, 2 * bytes.len() as u64) + MotionCheck::need(frames);
         refuse_more_than_there_is("importing", need, close_others)
     }
 
@@ -100,8 +127,10 @@ impl Import {
         }
         let recorded = profile.clone().map(Profile::of_lens_and_targets);
         let rig = recorded.map(serde_json::to_value).transpose().map_err(std::io::Error::other)?;
-        let options = ImportOptions {
+        let mut options = ImportOptions {
             frames: self.frames,
+            exclude: self.exclude.clone(),
+            rotate: self.rotate,
             positions: self.positions.clone(),
             step_mm: self.step_mm,
             bit_depth: self.bit_depth,
@@ -112,14 +141,40 @@ impl Import {
             rig,
             link: self.link,
         };
-        self.check_memory()?;
-        let imported = import(&self.dir, &self.out, &options, talk)?;
+        // Frames of a video are there as long as this is.
+        let video = self.video(talk)?;
+        let mut listing = match &video {
+            Some(video) => find_images(&[video.folder().to_owned()], SortOrder::Name)?,
+            None => find_images(&self.images, self.sort.of_files())?,
+        };
+        if video.is_some() {
+            listing.place.clone_from(&self.images[0]);
+        }
+        let chosen = choose(&listing, options.frames, &options.exclude)?;
+        self.check_memory(&listing, chosen.len())?;
+        if self.sort == Sorting::Motion {
+            // What is chosen is chosen by name.
+            listing.images = chosen.iter().map(|image| image.path.clone()).collect();
+            (options.frames, options.exclude) = (None, Vec::new());
+            sort_by_motion(&mut listing)?;
+        }
+        let mut inspection = Inspection::new(chosen.len(), self.sort == Sorting::Motion);
+        let imported = import(&listing, &self.out, &options, &mut inspection, talk)?;
+        drop(video);
         for conversion in &imported.conversions {
             talk.say(&format!("note: {conversion}"));
+        }
+        for finding in &imported.findings {
+            talk.say(&format!("note: {finding}"));
         }
         if let Some(first) = imported.hidden.first() {
             let count = imported.hidden.len();
             talk.say(&format!("note: {count} hidden file(s) ignored, such as {first}"));
+        }
+        if imported.has_gaps && options.step_mm.is_none() && options.positions.is_none() {
+            talk.say(
+                "note: the images beside one that was left out now count as one step apart; if they are two, give --step-mm or --positions",
+            );
         }
         if let Some(first) = imported.holes.first() {
             let count = imported.holes.len();
@@ -158,6 +213,23 @@ impl Import {
         })
     }
 
+    /// The frames of the video, if one is given.
+    fn video(&self, talk: &Talk) -> Result<Option<Video>, CliError> {
+        match &self.images[..] {
+            [path] if video::is_video_name(path) && path.is_file() => {
+                let most = self.frames.map(|(_, last)| last.saturating_add(1));
+                Ok(Some(Video::extract(path, &self.out, most, talk)?))
+            }
+            images => match images.iter().find(|path| video::is_video_name(path) && path.is_file()) {
+                Some(path) => Err(CliError::Usage(format!(
+                    "{} is a video, and other images are given beside it; import it alone",
+                    path.display()
+                ))),
+                None => Ok(None),
+            },
+        }
+    }
+
     /// The profile that options name, if any. The default profile of this folder belongs to another rig and
     /// is not used.
     fn profile(&self) -> Result<Option<Profile>, CliError> {
@@ -192,27 +264,4 @@ fn calibration_frames(imported: &Imported) -> String {
     let kinds = FrameKind::CALIBRATION.iter().map(|kind| kind.folder());
     let counts = kinds.filter_map(|kind| Some((kind, imported.calibration_frames.get(kind)?)));
     counts.map(|(kind, count)| format!(", {count} {kind}")).collect()
-}
-
-fn parse_frames(text: &str) -> Result<(usize, usize), String> {
-    let wrong =
-        || format!("\"{text}\" is not a range of images; write the first and the last, such as 40..80");
-    let (first, last) = text.split_once("..").ok_or_else(wrong)?;
-    Ok((first.trim().parse().map_err(|_| wrong())?, last.trim().parse().map_err(|_| wrong())?))
-}
-
-/// A finite number above zero.
-pub(super) fn parse_positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err(format!("\"{text}\" is not a positive number")),
-    }
-}
-
-fn parse_point(text: &str) -> Result<(f64, f64), String> {
-    let wrong = || format!("\"{text}\" is not a point; write column,row such as 511.5,511.5");
-    let (x, y) = text.split_once(',').ok_or_else(wrong)?;
-    let number =
-        |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(wrong);
-    Ok((number(x)?, number(y)?))
 }

@@ -1,13 +1,23 @@
 //! Image files, decoded to frames and encoded from them.
 
+mod bmp;
+mod fault;
+mod formats;
+mod jpeg;
+mod pnm;
+mod tiff;
+
 use std::io::Cursor;
 
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageReader};
-use thiserror::Error;
+use image::{DynamicImage, ImageDecoder, ImageEncoder, ImageFormat, ImageReader};
 
 use epirig_core::frame::{Frame, FrameError, Samples};
 use epirig_core::grid::area;
+pub use fault::ImageFault;
+pub use formats::image_formats;
+pub(super) use formats::is_image_name;
+use formats::kind_of;
 
 /// An image as a grey frame, with its conversion.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,37 +30,6 @@ pub struct DecodedImage {
     pub conversion: Option<&'static str>,
 }
 
-/// Why an image file makes no frame.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum ImageFault {
-    /// The bytes do not follow their format.
-    #[error("{0}")]
-    Damaged(String),
-    /// A sound file of a kind that is not read.
-    #[error("{0}")]
-    Unsupported(String),
-    /// More pixels than can be measured.
-    #[error("{columns} x {rows} pixels are more than can be measured (16384 x 16384)")]
-    TooLarge {
-        /// Its rows.
-        rows: usize,
-        /// Its columns.
-        columns: usize,
-    },
-}
-
-impl From<image::ImageError> for ImageFault {
-    fn from(error: image::ImageError) -> Self {
-        match error {
-            image::ImageError::Unsupported(_) => {
-                Self::Unsupported(format!("{error}; save it as a grey PNG of 8 or 16 bit"))
-            }
-            other => Self::Damaged(other.to_string()),
-        }
-    }
-}
-
 /// The header of an image file, before a pixel is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
@@ -58,16 +37,17 @@ pub struct Header {
     pub rows: usize,
     /// Columns of that frame.
     pub columns: usize,
-    /// Bits of its stored samples: 8 or 16.
+    /// Bits of its stored samples: 8 or 16, or what a PGM states.
     pub bits: u8,
 }
 
-/// Reads the head of a PNG, TIFF or JPEG alone: a small file can say that it is very large.
+/// Reads the head of an image file alone: a small file can say that it is very large.
 ///
 /// # Errors
 /// [`ImageFault`].
 pub fn header(bytes: &[u8]) -> Result<Header, ImageFault> {
-    head(bytes).map(|(_, _, _, header)| header)
+    let (bytes, _) = tiff::without_palette(bytes)?;
+    head(&bytes).map(|(_, _, _, header)| header)
 }
 
 /// Bytes of the largest image file that is read: room for the largest that is decoded, if it is not
@@ -78,17 +58,22 @@ pub const LARGEST_IMAGE: u64 = 5 << 28;
 /// bit three quarters.
 const MOST_DECODED: u64 = 1 << 30;
 
-type Head<'a> = (image::ImageFormat, Box<dyn ImageDecoder + 'a>, Orientation, Header);
+type Head<'a> = (ImageFormat, Box<dyn ImageDecoder + 'a>, Orientation, Header);
 
 fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|error| ImageFault::Damaged(error.to_string()))?;
-    let format = reader.format().ok_or_else(|| ImageFault::Damaged("not a PNG, TIFF or JPEG".to_owned()))?;
+    let unknown = || ImageFault::Damaged(format!("it is none of {}", image_formats()));
+    let kind = reader.format().and_then(kind_of).ok_or_else(unknown)?;
+    let format = kind.format;
+    if format == ImageFormat::Tiff {
+        tiff::refuse_floats(bytes)?;
+    }
     let mut limits = image::Limits::no_limits();
     limits.max_alloc = Some(match format {
         // For PNG this limits data beside the pixels, such as colour profiles.
-        image::ImageFormat::Png => 64 << 20,
+        ImageFormat::Png => 64 << 20,
         _ => 2 * MOST_DECODED,
     });
     reader.limits(limits);
@@ -102,63 +87,23 @@ fn head(bytes: &[u8]) -> Result<Head<'_>, ImageFault> {
         let reason = "it takes more than 1 GiB decoded; save it as a grey PNG of 8 or 16 bit";
         return Err(ImageFault::Unsupported(reason.to_owned()));
     }
-    match format {
-        image::ImageFormat::Jpeg => check_jpeg(bytes, rows, columns)?,
-        image::ImageFormat::Tiff => check_single(bytes)?,
-        _ => {}
-    }
+    (kind.check)(bytes, rows, columns)?;
     let colour = decoder.color_type();
-    let bits = match colour.bytes_per_pixel() / colour.channel_count() {
+    let stored = match colour.bytes_per_pixel() / colour.channel_count() {
         1 => 8,
         2 => 16,
         _ => {
-            let reason = "floating-point samples are not read; save it as a grey PNG of 8 or 16 bit";
+            let reason = "its samples are not of 8 or 16 bit; save it as a grey PNG of 8 or 16 bit";
             return Err(ImageFault::Unsupported(reason.to_owned()));
         }
     };
+    let stated = if format == ImageFormat::Pnm { pnm::stated_bits(bytes) } else { None };
+    let bits = stated.unwrap_or(stored);
     let orientation = decoder.orientation()?;
     if turns_by_a_quarter(orientation) {
         (rows, columns) = (columns, rows);
     }
     Ok((format, Box::new(decoder), orientation, Header { rows, columns, bits }))
-}
-
-/// Refuses images that a decoder would complete: their end is missing, or they are too large for their bytes.
-fn check_jpeg(bytes: &[u8], rows: usize, columns: usize) -> Result<(), ImageFault> {
-    /// A block of 64 pixels takes a bit at least.
-    const PIXELS_OF_A_BYTE: usize = 8 * 64;
-    /// Larger sides overflow in the decoder.
-    const LONGEST: usize = 65_528;
-    const START_OF_SCAN: u8 = 0xda;
-    const END: u8 = 0xd9;
-    if rows.max(columns) > LONGEST {
-        return Err(ImageFault::TooLarge { rows, columns });
-    }
-    // Segments up to the first scan: marker, length, contents.
-    let mut place = 2;
-    while let Some(&[0xff, marker, high, low]) = bytes.get(place..place + 4) {
-        place += 2 + usize::from(u16::from_be_bytes([high, low]));
-        if marker == START_OF_SCAN {
-            break;
-        }
-    }
-    let data = bytes.get(place..).unwrap_or_default();
-    // Within the compressed data 0xff is followed by 0 or by a restart.
-    let has_end = data.windows(2).any(|pair| pair == [0xff, END]);
-    if !has_end || rows * columns > PIXELS_OF_A_BYTE * data.len() {
-        return Err(ImageFault::Damaged("it ends before its last pixel".to_owned()));
-    }
-    Ok(())
-}
-
-/// Refuses a file of several images: it is not known which of them is the frame.
-fn check_single(bytes: &[u8]) -> Result<(), ImageFault> {
-    let several = tiff::decoder::Decoder::new(Cursor::new(bytes)).is_ok_and(|decoder| decoder.more_images());
-    if several {
-        let reason = "it holds several images; save each as a file of its own";
-        return Err(ImageFault::Unsupported(reason.to_owned()));
-    }
-    Ok(())
 }
 
 /// Whether rows become columns.
@@ -172,18 +117,22 @@ fn turns_by_a_quarter(orientation: Orientation) -> bool {
     )
 }
 
-/// Decodes a PNG, TIFF or JPEG, whatever its name says, and makes it grey: Rec. 709 luma of the stored
+/// Decodes an image file, whatever its name says, and makes it grey: Rec. 709 luma of the stored
 /// values, transparency ignored.
 ///
 /// # Errors
 /// [`ImageFault`].
 pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, ImageFault> {
-    let (format, decoder, orientation, _) = head(bytes)?;
+    let (bytes, palette) = tiff::without_palette(bytes)?;
+    let (format, decoder, orientation, Header { bits, .. }) = head(&bytes)?;
     let mut image = DynamicImage::from_decoder(decoder)?;
+    if let Some(palette) = palette {
+        image = palette.colours(&image)?;
+    }
     let turned = orientation != Orientation::NoTransforms;
     image.apply_orientation(orientation);
     let (width, height) = (image.width(), image.height());
-    let lossy = format == image::ImageFormat::Jpeg;
+    let lossy = format == ImageFormat::Jpeg;
     let colour = image.color().has_color();
     let alpha = image.color().has_alpha();
     let conversion = match (colour, lossy) {
@@ -197,17 +146,22 @@ pub fn decode_grey(bytes: &[u8]) -> Result<DecodedImage, ImageFault> {
         (false, true) => Some("JPEG decoded; lossy compression limits accuracy"),
         (false, false) => alpha.then_some("transparency dropped"),
     };
-    let (bit_depth, samples) = match image {
-        DynamicImage::ImageLuma8(grey) => (8, Samples::U8(grey.into_raw())),
-        DynamicImage::ImageLuma16(grey) => (16, Samples::U16(grey.into_raw())),
+    let mut samples = match image {
+        DynamicImage::ImageLuma8(grey) => Samples::U8(grey.into_raw()),
+        DynamicImage::ImageLuma16(grey) => Samples::U16(grey.into_raw()),
         wide @ (DynamicImage::ImageLumaA16(_)
         | DynamicImage::ImageRgb16(_)
-        | DynamicImage::ImageRgba16(_)) => (16, Samples::U16(wide.to_luma16().into_raw())),
-        narrow => (8, Samples::U8(narrow.to_luma8().into_raw())),
+        | DynamicImage::ImageRgba16(_)) => Samples::U16(wide.to_luma16().into_raw()),
+        narrow => Samples::U8(narrow.to_luma8().into_raw()),
     };
-    let frame = Frame::new(height as usize, width as usize, bit_depth, samples)
+    match &mut samples {
+        Samples::U8(values) if bits < 8 => pnm::unscale(values, 0xff, bits),
+        Samples::U16(values) if bits < 16 => pnm::unscale(values, 0xffff, bits),
+        _ => {}
+    }
+    let frame = Frame::new(height as usize, width as usize, bits, samples)
         .map_err(|error| ImageFault::Damaged(error.to_string()))?;
-    let usable_as_is = format == image::ImageFormat::Png && conversion.is_none();
+    let usable_as_is = format == ImageFormat::Png && conversion.is_none();
     Ok(DecodedImage { frame, usable_as_is, conversion })
 }
 

@@ -1,0 +1,96 @@
+//! What the images show of the motion, in words that name the images.
+
+use epirig_calibration::motion::{Doubt, MotionCheck};
+use epirig_core::frame::Frame;
+use epirig_data::sequence::import::{Chosen, Inspector, spans_of};
+
+/// Names of images that are told at most.
+const MOST_NAMES: usize = 3;
+
+/// Looks at frames while they are imported.
+pub(super) struct Inspection {
+    check: MotionCheck,
+    images: Vec<Chosen>,
+    /// Whether the order was found from the motion, so that none is better.
+    is_ordered: bool,
+}
+
+impl Inspection {
+    /// An inspection of so many frames.
+    pub(super) fn new(count: usize, is_ordered: bool) -> Self {
+        Self { check: MotionCheck::new(count), images: Vec::new(), is_ordered }
+    }
+
+    fn name(&self, frame: usize) -> String {
+        let image = &self.images[frame];
+        format!("image {} ({})", image.number, file_name(image))
+    }
+
+    /// Several images: numbers as `--exclude` takes them, and some names.
+    fn names(&self, frames: &[usize]) -> (String, String) {
+        let numbers: Vec<usize> = frames.iter().map(|&frame| self.images[frame].number).collect();
+        let names: Vec<String> =
+            frames.iter().take(MOST_NAMES).map(|&frame| file_name(&self.images[frame])).collect();
+        let more = if frames.len() > MOST_NAMES { ", ..." } else { "" };
+        (spans_of(&numbers), names.join(", ") + more)
+    }
+
+    fn words(&self, doubt: &Doubt) -> Option<String> {
+        Some(match doubt {
+            Doubt::Foreign(frames) => {
+                let (numbers, names) = self.names(frames);
+                format!(
+                    "{} image(s) do not show what the others show: {numbers} ({names}); `--exclude {numbers}` leaves them out",
+                    frames.len()
+                )
+            }
+            Doubt::Still => "nothing moves from the first image to the last: parts with texture stay within a fifth of a pixel; a match \
+                             needs images from places along a line"
+                .to_owned(),
+            Doubt::Vertical => {
+                "what moves goes along the columns, and a match needs motion along the rows; import with --rotate 90".to_owned()
+            }
+            Doubt::Oblique(degrees) => format!(
+                "what moves goes at {degrees:.0} degrees to the rows, and a match needs motion along them; turn the camera, or turn the images \
+                 by that angle in an image program"
+            ),
+            Doubt::Disorder(_) if self.is_ordered => return None,
+            Doubt::Disorder(order) => {
+                let place = (1..order.len()).find(|&place| order[place].abs_diff(order[place - 1]) != 1)?;
+                format!(
+                    "the images are not in the order of the motion: {} shows the next place after {}; --sort motion puts them in order, and \
+                     --sort time may",
+                    self.name(order[place]),
+                    self.name(order[place - 1])
+                )
+            }
+            Doubt::TurnsRound(frame) => {
+                let numbers = self.images.iter().map(|image| image.number);
+                let (first, last) = (numbers.clone().min()?, numbers.max()?);
+                let turn = self.images[*frame].number;
+                let (from, to) = if 2 * turn >= first + last { (first, turn) } else { (turn, last) };
+                format!(
+                    "the motion turns round at {}: a match needs one direction; `--frames {from}..{to}` takes a part",
+                    self.name(*frame)
+                )
+            }
+            _ => return None,
+        })
+    }
+}
+
+impl Inspector for Inspection {
+    fn look(&mut self, image: &Chosen, frame: &Frame) {
+        self.check.look(frame);
+        self.images.push(image.clone());
+    }
+
+    fn findings(&mut self) -> Vec<String> {
+        let motion = self.check.motion();
+        motion.doubts.iter().filter_map(|doubt| self.words(doubt)).collect()
+    }
+}
+
+fn file_name(image: &Chosen) -> String {
+    image.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -1,0 +1,163 @@
+//! Frames of a video, by the program ffmpeg.
+
+use std::ffi::{OsStr, OsString};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use super::super::{CliError, Talk};
+use epirig_data::storage::Scratch;
+
+/// How names of videos end.
+const ENDINGS: [&str; 14] =
+    ["mp4", "m4v", "mov", "avi", "mkv", "webm", "mpg", "mpeg", "wmv", "mts", "m2ts", "mjpg", "mjpeg", "y4m"];
+/// Parts of names of pixel formats whose samples have more than 8 bit.
+const WIDE: [&str; 10] = ["9le", "9be", "10le", "10be", "12le", "12be", "14le", "16le", "16be", "p010"];
+/// How frames keep their number: none is repeated or left out to keep a rate. The second is that of ffmpeg
+/// before version 5.1.
+const ALL_FRAMES: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
+/// Names of the frames.
+const NAMES: &str = "frame_%06d.png";
+
+/// Whether the name ends as that of a video.
+pub(super) fn is_video_name(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    ending.is_some_and(|ending| ENDINGS.contains(&&*ending))
+}
+
+/// The frames of a video as grey PNG files, in a folder that goes when this is dropped.
+pub(super) struct Video {
+    scratch: Scratch,
+}
+
+impl Video {
+    /// Extracts the frames, the first `most` of them if it is given, into a hidden folder beside `out`.
+    pub(super) fn extract(
+        path: &Path,
+        out: &Path,
+        most: Option<usize>,
+        talk: &Talk,
+    ) -> Result<Self, CliError> {
+        let wide = is_wide(path)?;
+        let scratch = Scratch::beside(out).map_err(|(path, source)| CliError::File {
+            path,
+            action: "make a folder in",
+            source,
+        })?;
+        talk.say(&format!("extracting the frames of {} with ffmpeg", path.display()));
+        for all_frames in ALL_FRAMES {
+            let mut command = ffmpeg("error", path)?;
+            // Not by its path, in which a % would stand for a number.
+            command.current_dir(scratch.path());
+            command
+                .args(["-map", "0:v:0", "-pix_fmt", if wide { "gray16be" } else { "gray" }])
+                .args(all_frames);
+            if let Some(most) = most {
+                command.args(["-frames:v", &most.to_string()]);
+            }
+            command.args(["-start_number", "0", NAMES]);
+            let output = run(command, path)?;
+            let said = String::from_utf8_lossy(&output.stderr).trim().to_owned();
+            let knows_option = !said.contains("Unrecognized option");
+            if output.status.success() {
+                talk.say(
+                    "note: a video is compressed with loss, which limits accuracy; single images are better",
+                );
+                if !said.is_empty() {
+                    talk.say(&format!("note: ffmpeg says: {}", last_line(&said)));
+                }
+                return Ok(Self { scratch });
+            } else if knows_option {
+                return Err(refused(path, &said));
+            }
+        }
+        Err(refused(path, "it knows none of our options"))
+    }
+
+    /// The folder of the frames.
+    pub(super) fn folder(&self) -> &Path {
+        self.scratch.path()
+    }
+}
+
+/// Whether the samples of the video have more than 8 bit, as ffmpeg describes it.
+fn is_wide(path: &Path) -> Result<bool, CliError> {
+    // Without an output it ends with an error, after it has described the input.
+    let said = run(ffmpeg("info", path)?, path)?;
+    let said = String::from_utf8_lossy(&said.stderr).into_owned();
+    let video = said.lines().find(|line| line.contains("Video:"));
+    let video = video.ok_or_else(|| refused(path, &said))?;
+    let words = video.split(|letter: char| !letter.is_ascii_alphanumeric());
+    Ok(words.into_iter().any(|word| WIDE.iter().any(|wide| word.ends_with(wide))))
+}
+
+/// ffmpeg, which reads the video and says as much as `level`.
+fn ffmpeg(level: &str, path: &Path) -> Result<Command, CliError> {
+    let whole = std::path::absolute(path).map_err(|source| CliError::File {
+        path: path.to_owned(),
+        action: "find",
+        source,
+    })?;
+    // With "file:" a colon in the name means nothing.
+    let mut input = OsString::from("file:");
+    input.push(whole);
+    let mut command = Command::new("ffmpeg");
+    command.args(["-nostdin", "-hide_banner", "-loglevel", level, "-i"]).arg(input);
+    Ok(command)
+}
+
+fn run(mut command: Command, path: &Path) -> Result<Output, CliError> {
+    let output = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).output();
+    output.map_err(|error| match error.kind() {
+        ErrorKind::NotFound => CliError::Usage(without_ffmpeg(path)),
+        _ => CliError::File { path: PathBuf::from("ffmpeg"), action: "run", source: error },
+    })
+}
+
+/// What to do where there is no ffmpeg.
+fn without_ffmpeg(path: &Path) -> String {
+    let folder = path.file_stem().unwrap_or(OsStr::new("video")).to_string_lossy().into_owned() + "-frames";
+    format!(
+        "{0} is a video, and the program ffmpeg, which reads videos, is not installed; install it, or run where it is: \
+         mkdir {1} && ffmpeg -i {0} -fps_mode passthrough -pix_fmt gray {1}/{NAMES}   and then: epirig import {1} --out SEQ",
+        quoted(&path.to_string_lossy()),
+        quoted(&folder),
+    )
+}
+
+/// A name as a shell takes it.
+fn quoted(name: &str) -> String {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./".contains(letter);
+    match !name.is_empty() && name.chars().all(is_plain) {
+        true => name.to_owned(),
+        false => format!("'{}'", name.replace('\'', r"'\''")),
+    }
+}
+
+fn refused(path: &Path, said: &str) -> CliError {
+    let reason = last_line(said);
+    CliError::Integrity(format!(
+        "{}: ffmpeg cannot read it as a video ({reason}); play it to see whether it is whole, or convert it",
+        path.display()
+    ))
+}
+
+fn last_line(said: &str) -> &str {
+    said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it says nothing").trim()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_videos_and_names_for_shells() {
+        assert!(is_video_name(Path::new("a/Scan.MP4")) && !is_video_name(Path::new("a.png")));
+        assert_eq!(quoted("a/b-1.mp4"), "a/b-1.mp4");
+        assert_eq!(quoted("it's.mp4"), r"'it'\''s.mp4'");
+        let words = without_ffmpeg(Path::new("my scan.mov"));
+        assert!(
+            words.contains("ffmpeg -i 'my scan.mov'") && words.contains("'my scan-frames'/frame_%06d.png")
+        );
+    }
+}

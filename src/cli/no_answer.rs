@@ -1,0 +1,82 @@
+//! A match without any answer: what the frames show of the motion.
+
+use super::CliError;
+use epirig_calibration::motion::{Doubt, Motion, MotionCheck};
+use epirig_data::sequence::Sequence;
+
+/// The failure of a match of which `what` is said, with what is measured in the frames.
+pub(super) fn no_answer(sequence: &Sequence, what: &str) -> CliError {
+    let mut check = MotionCheck::new(sequence.frames().len());
+    for frame in sequence.frames() {
+        // A frame that cannot be read has been reported before anything was matched.
+        if let Ok(frame) = sequence.read(frame) {
+            check.look(&frame);
+        }
+    }
+    CliError::NoAnswer(format!("{what}; {}", words(&check.motion())))
+}
+
+/// What was measured, and what helps.
+fn words(motion: &Motion) -> String {
+    let doubts: Vec<String> = motion.doubts.iter().filter_map(doubt).collect();
+    let measured = match motion.step_px {
+        Some((0.0, 0.0)) => "nothing moves in the frames".to_owned(),
+        Some((x, y)) => format!(
+            "what moves goes by {x:.2} px along the rows and {y:.2} px along the columns from frame to frame"
+        ),
+        None => "how far anything moves could not be measured: there is too little texture, or it goes too far from frame to frame".to_owned(),
+    };
+    match doubts.is_empty() {
+        false => format!("{measured}: {}", doubts.join("; ")),
+        true => format!(
+            "{measured}; look at the frames, leave out --range, or try --semi-global for weak texture"
+        ),
+    }
+}
+
+fn doubt(doubt: &Doubt) -> Option<String> {
+    Some(match doubt {
+        Doubt::Foreign(frames) => {
+            let frames: Vec<String> = frames.iter().map(usize::to_string).collect();
+            format!(
+                "frames {} do not show what the others show; import without them (--exclude)",
+                frames.join(", ")
+            )
+        }
+        Doubt::Still => "take frames from places along a line".to_owned(),
+        Doubt::Vertical => {
+            "a match needs motion along the rows; import the images with --rotate 90".to_owned()
+        }
+        Doubt::Oblique(degrees) => {
+            format!(
+                "that is {degrees:.0} degrees from the rows, along which a match needs it; turn the camera"
+            )
+        }
+        Doubt::Disorder(_) => {
+            "the frames are not in the order of the motion; import the images with --sort motion".to_owned()
+        }
+        Doubt::TurnsRound(frame) => {
+            format!("the motion turns round at frame {frame}; import one part with --frames")
+        }
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_that_move_are_not_asked_whether_they_do() {
+        let moving = Motion { step_px: Some((-3.25, 0.01)), doubts: Vec::new() };
+        assert!(words(&moving).contains("-3.25 px along the rows and 0.01 px along the columns"));
+        let vertical = Motion { step_px: Some((0.0, 4.0)), doubts: vec![Doubt::Vertical] };
+        assert!(
+            words(&vertical).contains("4.00 px along the columns")
+                && words(&vertical).contains("--rotate 90")
+        );
+        let still = Motion { step_px: Some((0.0, 0.0)), doubts: vec![Doubt::Still] };
+        assert!(words(&still).starts_with("nothing moves in the frames: take frames"));
+        assert!(words(&Motion::default()).contains("could not be measured"));
+    }
+}
