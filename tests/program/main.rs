@@ -9,6 +9,7 @@ mod command_line;
 #[cfg(unix)]
 mod hostile_files;
 mod independent_readers;
+mod independent_roughness;
 #[cfg(unix)]
 mod killed_scans;
 mod logging;
