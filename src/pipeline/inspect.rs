@@ -101,6 +101,7 @@ pub fn analyse_surface(
     let outliers = find_outliers(&rest_mm, heights, steps.ok(), questions.steps.least_area_px);
     let outlier_px = leave_out(&outliers, &mut rest_mm, &mut extent);
     let pixel_mm = heights.pixel_mm();
+    let filtered_mm = filters.any().then(|| filters.applied(&rest_mm, pixel_mm));
     let summary = SurfaceSummary {
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -123,7 +124,7 @@ pub fn analyse_surface(
         no_levels: steps.err().map(ToString::to_string),
         filters,
         roughness: filters
-            .roughness(&rest_mm, &heights.sigma_mm, pixel_mm, |_, _| true)
+            .roughness_behind(filtered_mm.as_ref().unwrap_or(&rest_mm), &heights.sigma_mm)
             .ok_or(SurfaceError::TooFewPixels { pixels: 0, what: "the roughness" })?,
         trend,
     };
@@ -132,7 +133,6 @@ pub fn analyse_surface(
     let correlation_px = steps.map_or(f64::INFINITY, |steps| steps.correlation.length_px());
     let profile = profile(heights, &rest_mm, line, correlation_px)?;
     let used = used_values(all, &extent, steps.ok());
-    let filtered_mm = filters.any().then(|| filters.applied(&rest_mm, pixel_mm));
     Ok(SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used })
 }
 

@@ -92,7 +92,12 @@ impl Filters {
                 }
             }
         }
-        let found = roughness(&self.applied(&chosen, pixel_mm), sigma_mm, |_, _| true)?;
+        self.roughness_behind(&self.applied(&chosen, pixel_mm), sigma_mm)
+    }
+
+    /// Roughness of heights that have been filtered: those that [`applied`](Self::applied) gave.
+    pub fn roughness_behind(&self, filtered_mm: &Grid<f32>, sigma_mm: &Grid<f32>) -> Option<Roughness> {
+        let found = roughness(filtered_mm, sigma_mm, |_, _| true)?;
         let noise_is_known = self.s_filter_mm.is_none();
         Some(Roughness {
             sq_noise_mm: found.sq_noise_mm.filter(|_| noise_is_known),
@@ -128,34 +133,41 @@ fn smoothed(field: Grid<f32>, weights: &[f64]) -> Grid<f32> {
     if columns == 0 {
         return field;
     }
+    let reach = weights.len() - 1;
     let mut along_rows = field.clone();
     along_rows.values_mut().par_chunks_exact_mut(columns).enumerate().for_each(|(y, row)| {
-        let values: Vec<f64> = field.row(y).iter().map(|&value| f64::from(value)).collect();
-        let mut sums: Vec<f64> = values.iter().map(|value| weights[0] * value).collect();
-        for (away, &weight) in weights.iter().enumerate().skip(1).take_while(|&(away, _)| away < columns) {
-            add(&mut sums[away..], &values, weight);
-            add(&mut sums, &values[away..], weight);
+        let mut padded = vec![0.0; columns + 2 * reach];
+        padded[reach..].iter_mut().zip(field.row(y)).for_each(|(padded, &value)| *padded = f64::from(value));
+        let mut sums: Vec<f64> =
+            padded[reach..reach + columns].iter().map(|value| weights[0] * value).collect();
+        for (away, &weight) in weights.iter().enumerate().skip(1) {
+            let (before, behind) = (&padded[reach - away..], &padded[reach + away..]);
+            let pairs = before.iter().zip(behind);
+            sums.iter_mut().zip(pairs).for_each(|(sum, (one, other))| *sum += weight * (one + other));
         }
         row.iter_mut().zip(sums).for_each(|(value, sum)| *value = sum as f32);
     });
     let mut both = field;
     both.values_mut().par_chunks_exact_mut(columns).enumerate().for_each(|(y, row)| {
-        let mut sums = vec![0.0; columns];
-        for (away, &weight) in weights.iter().enumerate() {
-            let above = y.checked_sub(away);
-            let below = Some(y + away).filter(|&below| away > 0 && below < rows);
-            for other in [above, below].into_iter().flatten() {
-                let values = along_rows.row(other);
-                sums.iter_mut().zip(values).for_each(|(sum, &value)| *sum += weight * f64::from(value));
+        let own = along_rows.row(y);
+        let mut sums: Vec<f64> = own.iter().map(|&value| weights[0] * f64::from(value)).collect();
+        for (away, &weight) in weights.iter().enumerate().skip(1) {
+            let above = y.checked_sub(away).map(|above| along_rows.row(above));
+            let below = (y + away < rows).then(|| along_rows.row(y + away));
+            match (above, below) {
+                (Some(one), Some(other)) => {
+                    let pairs = one.iter().zip(other).map(|(&one, &other)| f64::from(one) + f64::from(other));
+                    sums.iter_mut().zip(pairs).for_each(|(sum, pair)| *sum += weight * pair);
+                }
+                (Some(only), None) | (None, Some(only)) => {
+                    sums.iter_mut().zip(only).for_each(|(sum, &value)| *sum += weight * f64::from(value));
+                }
+                (None, None) => break,
             }
         }
         row.iter_mut().zip(sums).for_each(|(value, sum)| *value = sum as f32);
     });
     both
-}
-
-fn add(sums: &mut [f64], values: &[f64], weight: f64) {
-    sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
 }
 
 #[cfg(test)]
