@@ -17,6 +17,7 @@ use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
 use epirig_core::grid::Grid;
+use epirig_data::formats::MapFacts;
 use epirig_matcher::MatchOptions;
 use epirig_matcher::evaluate::{TruthReport, compare_with_truth, median_step};
 use epirig_simulator::{Scene, Truth};
@@ -201,9 +202,10 @@ impl Demo {
 fn write_truth(folder: &Path, truth: &Truth) -> Result<(), CliError> {
     // The folder is new, so its contents need no kind for replacement.
     let files = ResultsFolder::create(folder, ResultsKind::Match, false)?;
-    files.write_map("disparity.pfm", &truth.disparity)?;
-    files.write_map("height_mm.tiff", &truth.height_mm)?;
-    files.write_map("visible_frames.tiff", &truth.visible_frames.map(f32::from))?;
+    let plain = MapFacts::default();
+    files.write_map("disparity.pfm", &truth.disparity, &plain)?;
+    files.write_map("height_mm.tiff", &truth.height_mm, &plain)?;
+    files.write_map("visible_frames.tiff", &truth.visible_frames.map(f32::from), &plain)?;
     Ok(files.commit()?)
 }
 

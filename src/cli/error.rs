@@ -19,6 +19,7 @@ use crate::report::ReportError;
 use crate::results::ResultsError;
 use crate::rig::RigError;
 use epirig_calibration::target::TargetError;
+use epirig_data::formats::FormatError;
 use epirig_data::sequence::SequenceError;
 use epirig_data::storage::ReadError;
 use epirig_devices::Blame;
@@ -186,7 +187,8 @@ impl CliError {
                 | ResultsError::Link { .. }
                 | ResultsError::NotAFolder { .. }
                 | ResultsError::NoName { .. }
-                | ResultsError::UnknownFormat { .. } => USAGE,
+                | ResultsError::UnknownFormat { .. }
+                | ResultsError::Format { source: FormatError::Unsuitable { .. }, .. } => USAGE,
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
                 ResultsError::Read(error) => read_code(error),
                 _ => TROUBLE,

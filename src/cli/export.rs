@@ -1,17 +1,25 @@
 //! `epirig export`.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use super::files::write_new;
+use super::need::{check, close_others};
 use super::scan_end::tell_results;
 use super::{CliError, Talk};
-use crate::results::{ResultsError, read_map, read_summary};
-use epirig_data::formats::MapFormat;
+use crate::pipeline::{OpenedResults, open_results, surface_need, surface_points};
+use crate::report::{ValueRange, map_picture};
+use crate::results::{MatchSummary, ResultsError, encoded_picture, read_map, read_summary};
+use epirig_core::grid::Grid;
+use epirig_data::formats::{MapFacts, MapFormat, Quantity};
+use epirig_data::sequence::Sequence;
+use epirig_data::storage::parent;
+use epirig_matcher::surface::Heights;
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MapName {
     Disparity,
     Sigma,
@@ -19,28 +27,84 @@ enum MapName {
     Confidence,
     Height,
     HeightSigma,
+    /// Height after removal of the form, as `epirig surface` found it
+    HeightWithoutForm,
+}
+
+/// What is known of a map by its name.
+struct About {
+    file: &'static str,
+    title: &'static str,
+    unit: &'static str,
+    quantity: Quantity,
+    /// Colours of a picture span at least this much.
+    least_span: f32,
 }
 
 impl MapName {
-    fn file(self) -> &'static str {
-        match self {
-            Self::Disparity => "disparity.tiff",
-            Self::Sigma => "sigma.tiff",
-            Self::Cost => "cost.tiff",
-            Self::Confidence => "confidence.tiff",
-            Self::Height => "height_mm.tiff",
-            Self::HeightSigma => "height_sigma_mm.tiff",
+    fn about(self) -> About {
+        let (file, title, unit, quantity, least_span) = match self {
+            Self::Disparity => ("disparity.tiff", "Disparity", "px", Quantity::ImagePx, 0.05),
+            Self::Sigma => {
+                ("sigma.tiff", "Standard uncertainty of the disparity", "px", Quantity::ImagePx, 0.001)
+            }
+            Self::Cost => ("cost.tiff", "Cost", "of the chosen line", Quantity::Number, 0.001),
+            Self::Confidence => ("confidence.tiff", "Confidence", "0 to 1", Quantity::Number, 0.001),
+            Self::Height => ("height_mm.tiff", "Height", "mm", Quantity::LengthMm, 0.01),
+            Self::HeightSigma => (
+                "height_sigma_mm.tiff",
+                "Standard uncertainty of the height",
+                "mm",
+                Quantity::LengthMm,
+                0.001,
+            ),
+            Self::HeightWithoutForm => {
+                ("surface/height_mm.tiff", "Height after the form", "mm", Quantity::LengthMm, 0.01)
+            }
+        };
+        About { file, title, unit, quantity, least_span }
+    }
+}
+
+/// What the ending of a file asks for.
+enum Output {
+    Map(MapFormat),
+    Points,
+    Picture,
+}
+
+const POINTS: &str = "ply";
+const PICTURE: &str = "png";
+
+impl Output {
+    fn from_path(path: &Path) -> Option<Self> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        match &extension[..] {
+            POINTS => Some(Self::Points),
+            PICTURE => Some(Self::Picture),
+            other => MapFormat::from_extension(other).map(Self::Map),
         }
+    }
+
+    /// All endings, as in `.pfm, .tiff or .npy`.
+    fn extensions() -> String {
+        let formats = MapFormat::ALL.iter().map(|format| format.extension());
+        let all: Vec<String> = formats.chain([POINTS]).map(|extension| format!(".{extension}")).collect();
+        format!("{} or .{PICTURE}", all.join(", "))
     }
 }
 
 /// Export a map of the results to the format of another program
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:
+#[command(
+    after_help = format!("Examples:
   epirig export seq --out disparity.csv
   epirig export seq --map height --out height.npy
+  epirig export seq --map height-without-form --out for/gwyddion.gsf
 
-The extension chooses the format: .pfm, .tiff, .npy or .csv.")]
+The extension chooses the format: {}. PLY (points) and X3P are for
+heights only. A folder that is missing is made.", Output::extensions())
+)]
 pub(super) struct Export {
     /// Folder of the sequence
     seq: PathBuf,
@@ -64,24 +128,92 @@ struct Exported {
 
 impl Export {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        let extension = self.out.extension().unwrap_or_default().to_string_lossy();
-        let format = MapFormat::from_extension(&extension).ok_or_else(|| {
+        let output = Output::from_path(&self.out).ok_or_else(|| {
             CliError::Usage(format!(
-                "{} has an unknown extension; give .pfm, .tiff, .npy or .csv",
-                self.out.display()
+                "{} has an unknown extension; give {}",
+                self.out.display(),
+                Output::extensions()
             ))
         })?;
         if self.out.exists() {
             return Err(CliError::Usage(format!("{} exists already; give another name", self.out.display())));
         }
-        let folder = self.results.unwrap_or_else(|| self.seq.join("results"));
-        tell_results(&read_summary(&folder)?, talk);
-        let map = read_map(&folder.join(self.map.file()))?;
-        let bytes =
-            format.encode(&map).map_err(|source| ResultsError::Format { path: self.out.clone(), source })?;
+        let folder = self.results.clone().unwrap_or_else(|| self.seq.join("results"));
+        let summary = read_summary(&folder)?;
+        tell_results(&summary, talk);
+        let about = self.map.about();
+        let path = folder.join(about.file);
+        if self.map == MapName::HeightWithoutForm && !path.exists() {
+            return Err(CliError::Usage(format!(
+                "{} is not there; run `epirig surface` first",
+                path.display()
+            )));
+        }
+        let map = read_map(&path)?;
+        let bytes = match output {
+            Output::Map(format) => {
+                let facts = self.facts(format, &folder, &summary);
+                let encoded = format.encode_with(&map, &facts);
+                encoded.map_err(|source| ResultsError::Format { path: self.out.clone(), source })?
+            }
+            Output::Points => self.points(&map, &folder, talk)?,
+            Output::Picture => {
+                let range = ValueRange::of(&map, about.least_span);
+                encoded_picture(&self.out, &map_picture(&map, about.title, about.unit, range)?)?
+            }
+        };
+        let place = parent(&self.out);
+        fs::create_dir_all(place).map_err(|source| CliError::File {
+            path: place.to_owned(),
+            action: "make",
+            source,
+        })?;
         write_new(&self.out, &bytes)?;
         let exported =
             Exported { file: self.out.display().to_string(), rows: map.rows(), columns: map.columns() };
         talk.result(&exported, || format!("{}: {} x {}\n", exported.file, exported.columns, exported.rows))
+    }
+
+    /// What `format` may say of the map. Without a sequence the size of a pixel is not known.
+    fn facts(&self, format: MapFormat, folder: &Path, summary: &MatchSummary) -> MapFacts {
+        let About { title, unit, quantity, .. } = self.map.about();
+        let title = format!("{title} ({unit}), sequence {}", summary.sequence_uid);
+        let mut facts = MapFacts { quantity, title, ..MapFacts::default() };
+        if format.holds_facts()
+            && let Ok((sequence, opened)) = self.opened(folder)
+        {
+            facts.pixel_mm = opened.heights.as_ref().map(Heights::pixel_mm);
+            facts.taken = Some(sequence.record().created.clone());
+        }
+        facts
+    }
+
+    fn opened(&self, folder: &Path) -> Result<(Sequence, OpenedResults), CliError> {
+        let sequence = Sequence::open(&self.seq)?;
+        let opened = open_results(&sequence, folder)?;
+        Ok((sequence, opened))
+    }
+
+    fn points(&self, map: &Grid<f32>, folder: &Path, talk: &Talk) -> Result<Vec<u8>, CliError> {
+        let About { title, quantity, least_span, .. } = self.map.about();
+        if quantity != Quantity::LengthMm || self.map == MapName::HeightSigma {
+            return Err(CliError::Usage(
+                ".ply is for points in space; give --map height or --map height-without-form".to_owned(),
+            ));
+        }
+        let need = surface_need(map.rows(), map.columns());
+        check("making points of a map", need, talk, close_others)?;
+        let (sequence, opened) = self.opened(folder)?;
+        let heights = opened.heights.as_ref().filter(|heights| {
+            (heights.height_mm.rows(), heights.height_mm.columns()) == (map.rows(), map.columns())
+        });
+        let heights = heights.ok_or_else(|| {
+            CliError::Integrity(format!("{}: its maps do not fit the sequence", folder.display()))
+        })?;
+        let about = format!(
+            "{title} as z, towards the camera; x to the right, y up; sequence {}",
+            sequence.record().uid
+        );
+        Ok(surface_points(heights, map, ValueRange::of(map, least_span), &[&about]))
     }
 }

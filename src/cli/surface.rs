@@ -15,7 +15,7 @@ use crate::pipeline::{
 };
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
+use epirig_matcher::surface::{Filters, Heights, Rectangle, Roughness, TrendKind};
 
 /// The report in the folder of the surface.
 const REPORT: &str = "report.html";
@@ -33,12 +33,15 @@ const REPORT: &str = "report.html";
   epirig surface seq --profile 100,512,900,512 --profile-width 9
   epirig surface seq --region 240,330,715,665
   epirig surface seq --trend plane --overwrite
+  epirig surface seq --s-filter-mm 1 --l-filter-mm 8 --overwrite
 
 All values belong to the largest connected region, without outliers, very uncertain heights and
-its rim. The folder results/surface holds report.html (the whole measurement on one page, which
-prints and needs no network), height_mm.tiff and height.gsf (the region after removal of
-the form), surface.ply (all points as measured), hollows.csv, profile.csv, surface.json, and
-pictures. In used.png, white pixels were used, light grey ones are walls and outliers, and dark grey
+its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
+standard deviations above the upper or below the lower level. The folder results/surface holds
+report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff,
+height.gsf, height.x3p and surface.ply (the region after removal of the form), hollows.csv,
+profile.csv, surface.json, and pictures. With a filter it also holds filtered_mm.tiff and
+filtered.x3p (the heights between the cut-offs). In used.png, white pixels were used, light grey ones are walls and outliers, and dark grey
 ones were left out."
 )]
 pub(super) struct Surface {
@@ -65,6 +68,15 @@ pub(super) struct Surface {
     /// Width over which the profile is averaged, across its line, in px
     #[arg(long, value_name = "PX", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     profile_width: u32,
+    /// Cut-off of the S-filter, in mm: shorter waves do not count as roughness [default: no filter]
+    #[arg(long, value_name = "MM")]
+    s_filter_mm: Option<f64>,
+    /// Cut-off of the L-filter, in mm: longer waves do not count as roughness [default: no filter]
+    #[arg(long, value_name = "MM")]
+    l_filter_mm: Option<f64>,
+    /// Points of surface.ply as measured, without removal of the form
+    #[arg(long)]
+    points_with_form: bool,
     #[command(flatten)]
     anyway: AnywayArgument,
 }
@@ -87,8 +99,16 @@ impl Surface {
             )));
         }
         let steps = steps_options(&opened.matched.settings, self.trend);
-        let questions =
-            SurfaceQuestions { steps, region, line, profile_width_px: self.profile_width as usize };
+        let filters = Filters { s_filter_mm: self.s_filter_mm, l_filter_mm: self.l_filter_mm };
+        filters.check(heights.pixel_mm()).map_err(|error| CliError::Usage(error.to_string()))?;
+        let questions = SurfaceQuestions {
+            steps,
+            region,
+            line,
+            profile_width_px: self.profile_width as usize,
+            filters,
+            points_with_form: self.points_with_form,
+        };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
         let measured = MeasuredSurface { sequence: &sequence, results: &results, opened: &opened, heights };
@@ -129,7 +149,7 @@ pub(super) fn measure_surface(
     let opened = open_results(sequence, results)?;
     let heights = heights(&opened, sequence, results, talk)?;
     let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
-    let questions = SurfaceQuestions { steps, region: None, line: None, profile_width_px: 1 };
+    let questions = SurfaceQuestions::usual(steps);
     let out = results.join("surface");
     let folder = ResultsFolder::create(&out, ResultsKind::Surface, false)?;
     let measured = MeasuredSurface { sequence, results, opened: &opened, heights };
@@ -149,7 +169,7 @@ fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
 pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let field = &summary.field;
     let mut text = format!(
-        "field              {:.1} % of {} heights; left out: {} uncertain, {} apart from it, {} at its rim (used.png)\n\
+        "field              {:.1} % of {} heights; left out: {} uncertain, {} apart from it, {} at its rim, {} outliers (used.png)\n\
          distance           {:.2} mm, a pixel is {:.4} mm wide\n\
          trend              tilt {:.4} deg along x, {:.4} deg along y; bow {:.4} mm over the field\n",
         100.0 * field.used_px as f64 / field.answered_px as f64,
@@ -157,6 +177,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         field.uncertain_px,
         field.apart_px,
         field.rim_px,
+        field.outlier_px,
         summary.distance_mm,
         summary.pixel_mm,
         summary.tilt_deg.0,
@@ -188,19 +209,28 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
                 wider.depth_mm, wider.margin_px, levels.margin_px
             ));
         }
-        if let Some(rough) = &levels.roughness {
-            text.push_str(&format!(
-                "about the levels   Sa {:.4} mm, Sq {:.4} mm; noise alone would give Sq {:.4} mm\n",
-                rough.sa_mm, rough.sq_mm, rough.sq_noise_mm
-            ));
+        for (name, rough) in [
+            ("about the levels", &levels.roughness),
+            ("upper level", &levels.upper),
+            ("lower level", &levels.lower),
+        ] {
+            text.extend(rough.iter().map(|rough| roughness_line(name, rough)));
         }
     }
     if let Some(reason) = &summary.no_levels {
         text.push_str(&format!("no step height     {reason}\n"));
     }
-    let rough = &summary.roughness;
-    text + &format!(
-        "field              Sa {:.4} mm, Sq {:.4} mm, Sz {:.4} mm; noise alone would give Sq {:.4} mm\n",
-        rough.sa_mm, rough.sq_mm, rough.sz_mm, rough.sq_noise_mm
+    text.push_str(&roughness_line("field", &summary.roughness));
+    let cutoff = |cutoff_mm: Option<f64>| cutoff_mm.map_or("none".to_owned(), |mm| format!("{mm} mm"));
+    let Filters { s_filter_mm, l_filter_mm } = summary.filters;
+    text + &format!("cut-offs           S-filter {}, L-filter {}\n", cutoff(s_filter_mm), cutoff(l_filter_mm))
+}
+
+fn roughness_line(name: &str, rough: &Roughness) -> String {
+    let noise =
+        rough.sq_noise_mm.map_or(String::new(), |mm| format!("; noise alone would give Sq {mm:.4} mm"));
+    format!(
+        "{name:<19}Sa {:.4} mm, Sq {:.4} mm, Sz {:.4} mm, Ssk {:.2}, Sku {:.2}{noise}\n",
+        rough.sa_mm, rough.sq_mm, rough.sz_mm, rough.ssk, rough.sku
     )
 }

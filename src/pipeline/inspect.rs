@@ -1,21 +1,22 @@
 //! Analyses a surface, and writes files and pictures.
 
 use super::PipelineError;
+use super::points::surface_points;
 use crate::report::{Chart, Marks, Series, ValueRange, map_picture};
 use crate::results::{
     FieldSummary, LevelsSummary, MatchSettings, MatchSummary, ResultsFolder, SurfaceSummary,
 };
 use epirig_core::grid::Grid;
-use epirig_data::formats::{Vertex, gsf, ply};
+use epirig_data::formats::MapFacts;
 
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
-    Extent, Heights, Line, Profile, Rectangle, Steps, StepsOptions, SurfaceError, TrendKind, find_extent,
-    find_steps, fit_trend, profile, roughness,
+    Extent, Filters, Heights, Line, Profile, Rectangle, Steps, StepsOptions, SurfaceError, TrendKind,
+    find_extent, find_outliers, find_steps, fit_trend, profile,
 };
 
 /// Version of `surface.json`.
-const FORMAT_VERSION: u32 = 3;
+const FORMAT_VERSION: u32 = 4;
 
 /// Questions about a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +29,18 @@ pub struct SurfaceQuestions {
     pub line: Option<((f64, f64), (f64, f64))>,
     /// Width over which the profile is averaged, across the line, in px.
     pub profile_width_px: usize,
+    /// Filters of the roughness.
+    pub filters: Filters,
+    /// Whether the points of `surface.ply` keep the form.
+    pub points_with_form: bool,
+}
+
+impl SurfaceQuestions {
+    /// The questions of `epirig surface` without options.
+    pub fn usual(steps: StepsOptions) -> Self {
+        let filters = Filters::default();
+        Self { steps, region: None, line: None, profile_width_px: 1, filters, points_with_form: false }
+    }
 }
 
 /// The options of the search for two levels in results that were matched with `settings`.
@@ -50,8 +63,10 @@ pub fn steps_options(settings: &MatchSettings, trend: TrendKind) -> StepsOptions
 pub struct SurfaceAnswers {
     /// The numbers of `surface.json`.
     pub summary: SurfaceSummary,
-    /// Heights of the region after removal of the form, in mm; NaN elsewhere.
+    /// Heights of the region after removal of the form, without outliers, in mm; NaN elsewhere.
     pub rest_mm: Grid<f32>,
+    /// The same between the cut-offs of the filters; `None` without a filter.
+    pub filtered_mm: Option<Grid<f32>>,
     /// The profile.
     pub profile: Profile,
     /// Grey values of `used.png`: 0 no height; 80 a height that is not used; 160 used, but not for the levels
@@ -70,7 +85,9 @@ pub fn analyse_surface(
     questions: &SurfaceQuestions,
 ) -> Result<SurfaceAnswers, PipelineError> {
     let all = heights;
-    let extent = find_extent(all, questions.region, questions.steps.margin_px)?;
+    let filters = questions.filters;
+    filters.check(all.pixel_mm())?;
+    let mut extent = find_extent(all, questions.region, questions.steps.margin_px)?;
     let heights = &all.only(&extent.used);
     let (trend, steps) = match find_steps(heights, &questions.steps) {
         Ok(steps) => (steps.trend.clone(), Ok(steps)),
@@ -79,15 +96,19 @@ pub fn analyse_surface(
         }
         Err(error) => return Err(error.into()),
     };
-    let rest_mm = trend.removed_from(heights);
+    let mut rest_mm = trend.removed_from(heights);
     let steps = steps.as_ref();
+    let outliers = find_outliers(&rest_mm, heights, steps.ok(), questions.steps.least_area_px);
+    let outlier_px = leave_out(&outliers, &mut rest_mm, &mut extent);
+    let pixel_mm = heights.pixel_mm();
+    let filtered_mm = filters.any().then(|| filters.applied(&rest_mm, pixel_mm));
     let summary = SurfaceSummary {
         format: FORMAT_VERSION,
         program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
         sequence_uid: matched.sequence_uid.clone(),
         scan_ended: matched.scan_ended.clone(),
         distance_mm: heights.distance_mm,
-        pixel_mm: heights.pixel_mm(),
+        pixel_mm,
         field: FieldSummary {
             region: questions.region,
             answered_px: extent.answered_px,
@@ -95,12 +116,15 @@ pub fn analyse_surface(
             uncertain_px: extent.uncertain_px,
             apart_px: extent.apart_px,
             rim_px: extent.rim_px,
+            outlier_px,
         },
         tilt_deg: trend.tilt_deg(),
         bow_mm: trend.bow_mm(),
-        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights)),
+        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights, &filters)),
         no_levels: steps.err().map(ToString::to_string),
-        roughness: roughness(&rest_mm, &heights.sigma_mm, |_, _| true)
+        filters,
+        roughness: filters
+            .roughness_behind(filtered_mm.as_ref().unwrap_or(&rest_mm), &heights.sigma_mm)
             .ok_or(SurfaceError::TooFewPixels { pixels: 0, what: "the roughness" })?,
         trend,
     };
@@ -109,7 +133,19 @@ pub fn analyse_surface(
     let correlation_px = steps.map_or(f64::INFINITY, |steps| steps.correlation.length_px());
     let profile = profile(heights, &rest_mm, line, correlation_px)?;
     let used = used_values(all, &extent, steps.ok());
-    Ok(SurfaceAnswers { summary, rest_mm, profile, used })
+    Ok(SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used })
+}
+
+/// Takes the outliers out of the heights and of the extent; their number.
+fn leave_out(outliers: &Grid<bool>, rest_mm: &mut Grid<f32>, extent: &mut Extent) -> usize {
+    let mut count = 0;
+    let places = rest_mm.values_mut().iter_mut().zip(extent.used.values_mut());
+    for ((height, used), _) in places.zip(outliers.values()).filter(|&(_, &outlier)| outlier) {
+        (*height, *used) = (f32::NAN, false);
+        count += 1;
+    }
+    extent.used_px -= count;
+    count
 }
 
 /// The row with as many used pixels above as below, from the first to the last column of the region.
@@ -133,38 +169,57 @@ fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Gri
     values
 }
 
-fn levels(steps: &Steps, rest_mm: &Grid<f32>, heights: &Heights) -> LevelsSummary {
+fn levels(steps: &Steps, rest_mm: &Grid<f32>, heights: &Heights, filters: &Filters) -> LevelsSummary {
     let mut about = rest_mm.clone();
     for (height, &lower) in about.values_mut().iter_mut().zip(steps.lower.values()) {
         *height += if lower { steps.depth.depth_mm as f32 } else { 0.0 };
     }
+    // Pixels of the other level, and those near the walls, are not seen by the filters.
+    let roughness_of = |lower: Option<bool>| {
+        let counts = |x, y| steps.used.at(x, y) && lower.is_none_or(|lower| steps.lower.at(x, y) == lower);
+        filters.roughness(&about, &heights.sigma_mm, heights.pixel_mm(), counts)
+    };
     LevelsSummary {
         depth: steps.depth,
         raised: steps.raised,
         margin_px: steps.margin_px,
         by_margin: steps.by_margin.clone(),
         correlation_reach_px: steps.correlation.reach_px(),
-        roughness: roughness(&about, &heights.sigma_mm, |x, y| steps.used.at(x, y)),
+        roughness: roughness_of(None),
+        upper: roughness_of(Some(false)),
+        lower: roughness_of(Some(true)),
         parts: steps.parts.clone(),
     }
 }
 
-/// Writes the files of `answers` about `heights` into `folder`.
+/// Writes the files of `answers` about `heights` into `folder`; the frames were taken at `taken`, as in RFC
+/// 3339.
 pub(super) fn write_answers(
     folder: &ResultsFolder,
     heights: &Heights,
     answers: &SurfaceAnswers,
+    questions: &SurfaceQuestions,
+    taken: &str,
 ) -> Result<(), PipelineError> {
-    let SurfaceAnswers { summary, rest_mm, profile, used } = answers;
-    folder.write_map("height_mm.tiff", rest_mm)?;
-    let title = format!("Height after the trend, sequence {}", summary.sequence_uid);
-    folder.write("height.gsf", gsf(rest_mm, summary.pixel_mm, &title));
-    folder.write("surface.ply", points(heights, &summary.sequence_uid));
+    let SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used } = answers;
+    let title = format!("Height after the trend in mm, sequence {}", summary.sequence_uid);
+    let facts = MapFacts { taken: Some(taken.to_owned()), ..MapFacts::lengths(summary.pixel_mm, title) };
+    for name in ["height_mm.tiff", "height.gsf", "height.x3p"] {
+        folder.write_map(name, rest_mm, &facts)?;
+    }
+    if let Some(filtered_mm) = filtered_mm {
+        let title = format!("Height between the cut-offs in mm, sequence {}", summary.sequence_uid);
+        let facts = MapFacts { title, ..facts };
+        for name in ["filtered_mm.tiff", "filtered.x3p"] {
+            folder.write_map(name, filtered_mm, &facts)?;
+        }
+    }
+    let range = ValueRange::of(rest_mm, 0.01);
+    folder.write("surface.ply", points(heights, answers, range, questions.points_with_form));
     folder.write("profile.csv", profile_csv(profile));
     if let Some(levels) = &summary.levels {
         folder.write("hollows.csv", parts_csv(levels));
     }
-    let range = ValueRange::of(rest_mm, 0.01);
     folder.write_picture("height.png", &map_picture(rest_mm, "Height after the trend", "mm", range)?)?;
     folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
     folder.write_grey("used.png", used)?;
@@ -172,37 +227,23 @@ pub(super) fn write_answers(
     Ok(())
 }
 
-/// Vertices with x to the right, y up and z towards the camera, and two triangles between any four neighbours
-/// that have heights.
-fn points(heights: &Heights, sequence_uid: &str) -> Vec<u8> {
-    let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
-    let mut numbers = Grid::filled(rows, columns, None);
-    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for y in 0..rows {
-        for x in 0..columns {
-            let (height_mm, sigma_mm) = (heights.height_mm.at(x, y), heights.sigma_mm.at(x, y));
-            if height_mm.is_nan() {
-                continue;
-            }
-            let (x_mm, y_mm) = heights.lateral_mm(x, y);
-            numbers.row_mut(y)[x] = Some(vertices.len() as u32);
-            vertices.push(Vertex { place_mm: [x_mm as f32, -y_mm as f32, height_mm], sigma_mm });
-            if x == 0 || y == 0 {
-                continue;
-            }
-            let corners =
-                (numbers.at(x - 1, y - 1), numbers.at(x - 1, y), numbers.at(x, y), numbers.at(x, y - 1));
-            if let (Some(a), Some(b), Some(c), Some(d)) = corners {
-                triangles.extend([[a, b, c], [a, c, d]]);
-            }
+/// The region as PLY: after removal of the form, or with it.
+fn points(heights: &Heights, answers: &SurfaceAnswers, range: ValueRange, with_form: bool) -> Vec<u8> {
+    let SurfaceAnswers { summary, rest_mm, .. } = answers;
+    let source = format!("source: epirig {}, sequence {}", env!("CARGO_PKG_VERSION"), summary.sequence_uid);
+    let level = format!("the level {} mm away", heights.distance_mm);
+    if with_form {
+        let mut as_measured = heights.height_mm.clone();
+        for (height, rest) in as_measured.values_mut().iter_mut().zip(rest_mm.values()) {
+            *height = if rest.is_nan() { f32::NAN } else { *height };
         }
+        let axes = format!("x to the right, y up, z towards the camera from {level}; the form is kept");
+        let range = ValueRange::of(&as_measured, 0.01);
+        return surface_points(heights, &as_measured, range, &[&source, &axes]);
     }
-    let source = format!("source: epirig {}, sequence {sequence_uid}", env!("CARGO_PKG_VERSION"));
-    let axes = format!(
-        "x to the right, y up, z towards the camera from the level {} mm away; no trend removed",
-        heights.distance_mm
-    );
-    ply(&vertices, &triangles, &[&source, &axes])
+    let axes =
+        format!("x to the right, y up, z towards the camera from the form near {level}; the form is removed");
+    surface_points(heights, rest_mm, range, &[&source, &axes])
 }
 
 fn number(value: f64) -> String {
@@ -266,7 +307,7 @@ pub(super) fn chart(profile: &Profile, summary: &SurfaceSummary) -> Chart {
         x_label: "distance (mm)".to_owned(),
         y_label: "height (mm)".to_owned(),
         // The range is wide enough that noise does not look like relief.
-        least_y_span: 6.0 * summary.roughness.sq_noise_mm,
+        least_y_span: 6.0 * summary.roughness.sq_noise_mm.unwrap_or(0.0),
         series,
         ..Chart::default()
     }

@@ -5,6 +5,7 @@ mod calibration;
 mod inspect;
 mod need;
 mod opened;
+mod points;
 mod rectified;
 mod reported;
 
@@ -27,6 +28,7 @@ use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
+use epirig_data::formats::{MapFacts, Quantity};
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::lines::Lines;
 use epirig_matcher::surface::{Geometry, Heights, SurfaceError, heights};
@@ -41,6 +43,7 @@ pub use need::{
     surface_need,
 };
 pub use opened::{OpenedResults, open_results};
+pub use points::surface_points;
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
 
@@ -220,8 +223,19 @@ fn write_maps(
     heights: Option<&Heights>,
 ) -> Result<(), PipelineError> {
     let DisparityMaps { disparity, sigma, cost, confidence, .. } = maps;
-    let mut files = vec![("sigma.tiff", sigma), ("cost.tiff", cost), ("confidence.tiff", confidence)];
-    files.extend(["disparity.tiff", "disparity.npy", "disparity.pfm"].map(|name| (name, disparity)));
+    let facts = |quantity: Quantity, title: &str| MapFacts {
+        quantity,
+        pixel_mm: heights.map(Heights::pixel_mm),
+        title: title.to_owned(),
+        taken: None,
+    };
+    let disparities = |name| (name, disparity, facts(Quantity::ImagePx, "Disparity in px"));
+    let mut files = vec![
+        ("sigma.tiff", sigma, facts(Quantity::ImagePx, "Standard uncertainty of the disparity in px")),
+        ("cost.tiff", cost, facts(Quantity::Number, "Cost")),
+        ("confidence.tiff", confidence, facts(Quantity::Number, "Confidence")),
+    ];
+    files.extend(["disparity.tiff", "disparity.npy", "disparity.pfm"].map(disparities));
     let all: Spread = |disparity| ValueRange::of(disparity, 0.05);
     let most: Spread = |disparity| ValueRange::of_most(disparity, 0.05);
     let mut pictures = vec![
@@ -229,7 +243,11 @@ fn write_maps(
         ("disparity-detail.png", disparity, "Disparity, most of it", "px", most),
     ];
     if let Some(Heights { height_mm, sigma_mm, .. }) = heights {
-        files.extend([("height_mm.tiff", height_mm), ("height_sigma_mm.tiff", sigma_mm)]);
+        let sigma_title = "Standard uncertainty of the height in mm";
+        files.extend([
+            ("height_mm.tiff", height_mm, facts(Quantity::LengthMm, "Height in mm")),
+            ("height_sigma_mm.tiff", sigma_mm, facts(Quantity::LengthMm, sigma_title)),
+        ]);
         pictures.push(("height.png", height_mm, "Height", "mm", |height| ValueRange::of(height, 0.01)));
     }
     let draw = |&(name, map, title, unit, spread): &(&str, &Grid<f32>, &str, &str, Spread)| {
@@ -245,7 +263,7 @@ fn write_maps(
         let (sigma, others) = rayon::join(draw_sigma, || pictures.par_iter().try_for_each(draw));
         others.and(sigma)
     };
-    let write_all = || files.par_iter().try_for_each(|(name, map)| folder.write_map(name, map));
+    let write_all = || files.par_iter().try_for_each(|(name, map, facts)| folder.write_map(name, map, facts));
     let (drawn, written) = rayon::join(draw_all, write_all);
     drawn?;
     written?;

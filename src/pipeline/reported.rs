@@ -38,7 +38,7 @@ pub fn inspect_surface(
 ) -> Result<SurfaceSummary, PipelineError> {
     let answers = analyse_surface(measured.heights, &measured.opened.matched, questions)?;
     folder.write("report.html", surface_report(measured, &answers)?);
-    write_answers(folder, measured.heights, &answers)?;
+    write_answers(folder, measured.heights, &answers, questions, &measured.sequence.record().created)?;
     Ok(answers.summary)
 }
 

@@ -127,6 +127,11 @@ pub fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
     joined
 }
 
+/// Red, green and blue of a height in the colours of [`map_picture`] over `range`.
+pub fn height_colour(height_mm: f32, range: ValueRange) -> [u8; 3] {
+    colour(height_mm, range).0
+}
+
 fn colour(value: f32, range: ValueRange) -> Rgb<u8> {
     if value.is_nan() {
         return UNKNOWN;

@@ -14,7 +14,7 @@ use thiserror::Error;
 pub use calibration::calibration_figures;
 pub use chart::{Chart, Marks, Series};
 pub use figures::{Figure, FigureRow, paper_figures};
-pub use map_picture::{ValueRange, map_picture, side_by_side};
+pub use map_picture::{ValueRange, height_colour, map_picture, side_by_side};
 
 /// A picture cannot be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -41,7 +41,10 @@ const FIGURES: &[&str] = &[
 const SURFACE: &[&str] = &[
     "surface.json",
     "surface.ply",
+    "filtered.x3p",
+    "filtered_mm.tiff",
     "height.gsf",
+    "height.x3p",
     "height.png",
     "height_mm.tiff",
     "hollows.csv",

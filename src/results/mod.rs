@@ -18,7 +18,7 @@ pub use read::{
     read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
 };
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
-pub use write::{ResultsFolder, mask_value};
+pub use write::{ResultsFolder, encoded_picture, mask_value};
 
 use epirig_matcher::interpolation::Interpolation;
 use epirig_matcher::{

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use epirig_matcher::surface::{Depth, DepthAtMargin, Part, Rectangle, Roughness, Trend};
+use epirig_matcher::surface::{Depth, DepthAtMargin, Filters, Part, Rectangle, Roughness, Trend};
 
 /// Contents of `surface.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -32,7 +32,9 @@ pub struct SurfaceSummary {
     pub levels: Option<LevelsSummary>,
     /// Why there are no levels.
     pub no_levels: Option<String>,
-    /// Roughness of the region after removal of the form; hollows are included.
+    /// Filters of all roughness here.
+    pub filters: Filters,
+    /// Roughness of the region after removal of the form and of outliers; hollows are included.
     pub roughness: Roughness,
 }
 
@@ -51,6 +53,8 @@ pub struct FieldSummary {
     pub apart_px: usize,
     /// Pixels left out at the rim of the region.
     pub rim_px: usize,
+    /// Pixels left out because they lie far beyond the levels, with few others: outliers.
+    pub outlier_px: usize,
 }
 
 /// The two levels of a surface.
@@ -68,6 +72,10 @@ pub struct LevelsSummary {
     pub correlation_reach_px: usize,
     /// Roughness of the levels away from the walls, with the noise that sigma predicts.
     pub roughness: Option<Roughness>,
+    /// Roughness of the upper level alone, away from the walls.
+    pub upper: Option<Roughness>,
+    /// Roughness of the lower level alone, away from the walls.
+    pub lower: Option<Roughness>,
     /// Each part.
     pub parts: Vec<Part>,
 }

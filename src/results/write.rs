@@ -1,5 +1,6 @@
 //! Writing the folder of results.
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{GrayImage, RgbImage};
@@ -9,7 +10,7 @@ use super::place::check_target;
 use super::writer::{Waiting, Writer};
 use super::{MatchSummary, ResultsError, ResultsKind};
 use epirig_core::grid::Grid;
-use epirig_data::formats::MapFormat;
+use epirig_data::formats::{MapFacts, MapFormat};
 use epirig_data::storage::{Disk, RealDisk, Scratch, put_in_place, recover};
 use epirig_matcher::Answer;
 
@@ -24,6 +25,25 @@ pub fn mask_value(answer: Answer) -> u8 {
         Answer::Occluded => 120,
         Answer::Ambiguous => 160,
     }
+}
+
+/// A colour picture as PNG, for the file `path`.
+///
+/// # Errors
+/// [`ResultsError::Picture`] if it cannot be encoded.
+pub fn encoded_picture(path: &Path, picture: &RgbImage) -> Result<Vec<u8>, ResultsError> {
+    encoded_image(path, |bytes| picture.write_to(bytes, image::ImageFormat::Png))
+}
+
+fn encoded_image(
+    path: &Path,
+    encode: impl FnOnce(&mut Cursor<Vec<u8>>) -> image::ImageResult<()>,
+) -> Result<Vec<u8>, ResultsError> {
+    let mut bytes = Cursor::new(Vec::new());
+    let failed =
+        |error: image::ImageError| ResultsError::Picture { path: path.to_owned(), reason: error.to_string() };
+    encode(&mut bytes).map_err(failed)?;
+    Ok(bytes.into_inner())
 }
 
 /// A folder of results while it is written, beside its final place. [`ResultsFolder::commit`] moves it there
@@ -86,16 +106,16 @@ impl ResultsFolder {
         self.writer.write(Waiting { path, named, bytes: bytes.into() });
     }
 
-    /// Writes a map; the extension of its name gives the format.
+    /// Writes a map, and what its format can hold of `facts`; the extension of its name gives the format.
     ///
     /// # Errors
     /// [`ResultsError`] if the extension is unknown or the map cannot be encoded.
-    pub fn write_map(&self, name: &str, map: &Grid<f32>) -> Result<(), ResultsError> {
+    pub fn write_map(&self, name: &str, map: &Grid<f32>, facts: &MapFacts) -> Result<(), ResultsError> {
         let path = self.target.join(name);
         let extension = Path::new(name).extension().unwrap_or_default().to_string_lossy();
         let format = MapFormat::from_extension(&extension)
             .ok_or(ResultsError::UnknownFormat { path: path.clone() })?;
-        let bytes = format.encode(map).map_err(|source| ResultsError::Format { path, source })?;
+        let bytes = format.encode_with(map, facts).map_err(|source| ResultsError::Format { path, source })?;
         self.write(name, bytes);
         Ok(())
     }
@@ -129,12 +149,10 @@ impl ResultsFolder {
     fn write_image(
         &self,
         name: &str,
-        encode: impl FnOnce(&mut std::io::Cursor<Vec<u8>>) -> image::ImageResult<()>,
+        encode: impl FnOnce(&mut Cursor<Vec<u8>>) -> image::ImageResult<()>,
     ) -> Result<(), ResultsError> {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        let path = self.target.join(name);
-        encode(&mut bytes).map_err(|error| ResultsError::Picture { path, reason: error.to_string() })?;
-        self.write(name, bytes.into_inner());
+        let bytes = encoded_image(&self.target.join(name), encode)?;
+        self.write(name, bytes);
         Ok(())
     }
 

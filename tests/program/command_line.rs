@@ -132,7 +132,17 @@ fn photographs_become_a_disparity_map() {
     succeeds(folder.path(), &["export", "seq", "--map", "height", "--out", "height.csv"]);
     assert_eq!(fs::read_to_string(folder.path().join("height.csv")).unwrap().lines().count(), 24);
     fails(folder.path(), &["export", "seq", "--out", "height.csv"], 2, &["height.csv", "exists"]);
-    fails(folder.path(), &["export", "seq", "--out", "map.xyz"], 2, &["map.xyz", ".npy"]);
+    fails(folder.path(), &["export", "seq", "--out", "map.xyz"], 2, &["map.xyz", ".npy", ".x3p", ".png"]);
+    succeeds(folder.path(), &["export", "seq", "--map", "height", "--out", "a/new/folder/height.X3P"]);
+    assert!(folder.path().join("a/new/folder/height.X3P").is_file());
+    // What is no height is no surface, and leaves no folder behind.
+    fails(folder.path(), &["export", "seq", "--out", "other/map.x3p"], 2, &["other/map.x3p", "heights"]);
+    fails(folder.path(), &["export", "seq", "--out", "other/map.ply"], 2, &["--map height"]);
+    let map = ["export", "seq", "--map", "height-without-form", "--out", "other/map.npy"];
+    fails(folder.path(), &map, 2, &["epirig surface"]);
+    assert!(!folder.path().join("other").exists());
+    fails(folder.path(), &["surface", "seq", "--s-filter-mm", "1"], 2, &["S-filter", "three pixels"]);
+    fails(folder.path(), &["surface", "seq", "--s-filter-mm", "9", "--l-filter-mm", "8"], 2, &["L-filter"]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::support::{images, succeeds};
 
 const SCRIPT: &str = r#"
-import sys, numpy, cv2, gsffile, plyfile
+import sys, numpy, cv2, gsffile, plyfile, xml.etree.ElementTree, zipfile
 from PIL import Image
 results = sys.argv[1]
 npy = numpy.load(results + "/disparity.npy")
@@ -34,12 +34,34 @@ assert (numpy.isfinite(field) == (used >= 160)).all() and ((used > 0) == known).
 assert 0.3 < (used >= 160).mean() < 1.0
 # A pixel is Z / f = 240 mm / 128 px wide.
 assert abs(metadata["XReal"] / 64 - 1.875e-3) < 5e-6 and abs(metadata["YReal"] / 24 - 1.875e-3) < 5e-6, metadata
-ply = plyfile.PlyData.read(surface + "/surface.ply")
-assert len(ply["vertex"]) == known.sum() and {"x", "y", "z", "sigma"} == {p.name for p in ply["vertex"].properties}
+# 1.875 mm are 5.333 px per cm; 3 is cm.
+for path in [results + "/height_mm.tiff", results + "/disparity.tiff", surface + "/height_mm.tiff"]:
+    tags = Image.open(path).tag_v2
+    assert tags[296] == 3 and all(abs(float(tags[tag]) - 10 / 1.875) < 0.02 for tag in (282, 283)), dict(tags)
+with zipfile.ZipFile(surface + "/height.x3p") as archive:
+    root = xml.etree.ElementTree.fromstring(archive.read("main.xml"))
+    heights = numpy.frombuffer(archive.read("bindata/data.bin"), "<f4").reshape(24, 64)
+assert numpy.allclose(1000 * heights, rest, rtol=1e-6, atol=0, equal_nan=True)
+assert abs(float(root.find("Record1/Axes/CX/Increment").text) - 1.875e-3) < 5e-6
+assert root.find("Record2/Date").text > "2020"
+region = numpy.isfinite(rest)
+def vertices(path):
+    ply = plyfile.PlyData.read(path)
+    names = {p.name for p in ply["vertex"].properties}
+    assert names == {"x", "y", "z", "sigma", "red", "green", "blue"}, names
+    return ply
 height = cv2.imread(results + "/height_mm.tiff", cv2.IMREAD_UNCHANGED)
-assert (ply["vertex"]["z"] == height[known]).all()
+exported = vertices("new/folder/as-measured.ply")
+assert (exported["vertex"]["z"] == height[known]).all()
+ply = vertices(surface + "/surface.ply")
+assert (ply["vertex"]["z"] == rest[region]).all()
+# Viridis has the more green the higher a value is.
+green = ply["vertex"]["green"][numpy.argsort(ply["vertex"]["z"])].astype(int)
+assert (numpy.diff(green) >= 0).all() and green[-1] > green[0]
+kept = vertices("kept/surface.ply")
+assert (kept["vertex"]["z"] == height[region]).all() and (kept["vertex"]["x"] == ply["vertex"]["x"]).all()
 faces = numpy.stack(ply["face"]["vertex_indices"])
-assert faces.shape[1] == 3 and faces.max() < known.sum()
+assert faces.shape[1] == 3 and faces.max() < region.sum()
 corners = [numpy.stack([ply["vertex"][axis][faces[:, corner]] for axis in "xy"], 1) for corner in range(3)]
 first, second = corners[1] - corners[0], corners[2] - corners[0]
 # Seen from the camera, which is where z points, corners go round against the clock.
@@ -49,6 +71,10 @@ assert profile.dtype.names == ("x_px", "y_px", "distance_mm", "height_mm", "sigm
 row, columns = int(profile["y_px"][0]), profile["x_px"].astype(int)
 assert (profile["y_px"] == row).all() and columns[0] == numpy.nonzero(used >= 160)[1].min()
 assert numpy.allclose(profile["height_mm"], rest[row, columns], rtol=1e-6, atol=0, equal_nan=True)
+picture = cv2.imread("new/picture.png", cv2.IMREAD_UNCHANGED)
+assert picture.ndim == 3 and picture.shape[1] > 400
+field, metadata = gsffile.read_gsf("new/disparity.gsf")
+assert metadata["ZUnits"] == "px" and numpy.allclose(field, npy, equal_nan=True) and abs(metadata["XReal"] / 64 - 1.875e-3) < 5e-6
 frame = cv2.imread(sys.argv[2], cv2.IMREAD_UNCHANGED)
 assert frame.shape == (24, 64) and frame.dtype == numpy.uint8
 "#;
@@ -72,6 +98,14 @@ fn other_programs_read_the_same_numbers() {
     succeeds(folder.path(), &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
     succeeds(folder.path(), &["match", "seq"]);
     succeeds(folder.path(), &["surface", "seq"]);
+    succeeds(folder.path(), &["surface", "seq", "--points-with-form", "--out", "kept"]);
+    for (map, out) in [
+        ("height", "new/folder/as-measured.ply"),
+        ("height-without-form", "new/picture.png"),
+        ("disparity", "new/disparity.gsf"),
+    ] {
+        succeeds(folder.path(), &["export", "seq", "--map", map, "--out", out]);
+    }
     let output = Command::new("python3")
         .args(["-c", SCRIPT, "seq/results", "seq/frames/0003.png"])
         .current_dir(folder.path())

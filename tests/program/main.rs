@@ -11,6 +11,7 @@ mod hostile_files;
 mod import_motion;
 mod import_sources;
 mod independent_readers;
+mod independent_roughness;
 #[cfg(unix)]
 mod killed_scans;
 mod logging;

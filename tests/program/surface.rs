@@ -67,7 +67,7 @@ fn a_tile_before_a_background_is_measured_and_its_region_can_be_chosen() {
     let expected = halves.map(|half| half * half * BOW_MM).iter().sum::<f64>();
     assert!((bow - expected).abs() < 0.1 * BOW_MM, "{bow}, not {expected}");
     let field = |name: &str| found["field"][name].as_u64().unwrap();
-    let parts = ["used_px", "uncertain_px", "apart_px", "rim_px"].map(field);
+    let parts = ["used_px", "uncertain_px", "apart_px", "rim_px", "outlier_px"].map(field);
     assert_eq!(parts.iter().sum::<u64>(), field("answered_px"));
     assert!(parts[0] > 5000 && parts[3] > 200, "{parts:?}");
 

@@ -104,8 +104,9 @@ export interface Roughness {
   sa_mm: number;
   sq_mm: number;
   sz_mm: number;
-  sq_noise_mm: number;
-  sq_without_noise_mm: number;
+  /** `null` behind an S-filter. */
+  sq_noise_mm: number | null;
+  sq_without_noise_mm: number | null;
   pixels: number;
 }
 

@@ -49,7 +49,7 @@ pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummar
         return Err(PanelError::Wrong(format!("the region exceeds the picture of {columns} x {rows} px")));
     }
     let steps = steps_options(&opened.matched.settings, asked.trend);
-    let questions = SurfaceQuestions { steps, region, line: None, profile_width_px: 1 };
+    let questions = SurfaceQuestions { region, ..SurfaceQuestions::usual(steps) };
     Ok(analyse_surface(heights, &opened.matched, &questions)?.summary)
 }
 

@@ -64,7 +64,7 @@ fn analyse(sequence: &Sequence, results: &Path) -> Result<(), PanelError> {
         PanelError::Wrong("no heights: the focal length is unknown, or no pixel has a disparity".to_owned())
     })?;
     let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
-    let questions = SurfaceQuestions { steps, region: None, line: None, profile_width_px: 1 };
+    let questions = SurfaceQuestions::usual(steps);
     let place = ResultsFolder::create(&results.join("surface"), ResultsKind::Surface, true)?;
     inspect_surface(MeasuredSurface { sequence, results, opened: &opened, heights }, &questions, &place)?;
     Ok(place.commit()?)

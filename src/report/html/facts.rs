@@ -202,12 +202,13 @@ fn quality(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
         (
             "heights used",
             format!(
-                "{} of {}; left out: {} uncertain, {} apart, {} at the rim",
+                "{} of {}; left out: {} uncertain, {} apart, {} at the rim, {} outliers",
                 percent(used),
                 field.answered_px,
                 field.uncertain_px,
                 field.apart_px,
-                field.rim_px
+                field.rim_px,
+                field.outlier_px
             )
             .into(),
         ),

@@ -6,7 +6,7 @@ use super::markup::{Markup, data, element, joined, list, pairs, paragraph, table
 use super::number::{fixed, percent, plain, sigma, significant, with_sigma};
 use crate::results::LevelsSummary;
 use epirig_core::choice::Choice as _;
-use epirig_matcher::surface::{Depth, Roughness};
+use epirig_matcher::surface::{Depth, Filters, Roughness};
 
 pub(super) fn steps(report: &Report<'_>) -> Markup {
     let levels = match &report.surface.levels {
@@ -203,20 +203,55 @@ fn form(report: &Report<'_>) -> Markup {
 fn roughness(report: &Report<'_>) -> Markup {
     let row = |name: &str, rough: &Roughness| {
         let mm = |value: f64| fixed(value, 4).into();
-        vec![name.into(), mm(rough.sa_mm), mm(rough.sq_mm), mm(rough.sz_mm), mm(rough.sq_noise_mm)]
+        let noise = rough.sq_noise_mm.map_or("not known".into(), mm);
+        let shape = |value: f64| fixed(value, 2).into();
+        vec![
+            name.into(),
+            mm(rough.sa_mm),
+            mm(rough.sq_mm),
+            mm(rough.sz_mm),
+            shape(rough.ssk),
+            shape(rough.sku),
+            noise,
+        ]
     };
     let mut rows = vec![row("whole field, hollows included", &report.surface.roughness)];
-    let about = report.surface.levels.as_ref().and_then(|levels| levels.roughness.as_ref());
-    rows.extend(about.map(|rough| row("about the two levels", rough)));
+    if let Some(levels) = &report.surface.levels {
+        let regions = [
+            ("about the two levels", &levels.roughness),
+            ("upper level", &levels.upper),
+            ("lower level", &levels.lower),
+        ];
+        rows.extend(regions.iter().filter_map(|(name, rough)| Some(row(name, rough.as_ref()?))));
+    }
     joined([
         table(
-            "Roughness after removal of the form (ISO 25178-2), in mm",
-            &["region", "Sa", "Sq", "Sz", "Sq by noise alone"],
+            "Roughness after removal of the form (ISO 25178-2); Sa, Sq and Sz in mm",
+            &["region", "Sa", "Sq", "Sz", "Ssk", "Sku", "Sq by noise alone"],
             rows,
         ),
-        paragraph(
-            "No S-filter and no L-filter were applied: the values hold noise and waviness. A single wrong pixel \
-             is in Sz.",
-        ),
+        paragraph(filters_in_words(report.surface.filters)),
+        paragraph(format!(
+            "{} outliers were left out: few connected pixels, more than eight standard deviations above the upper \
+             or below the lower level.",
+            report.surface.field.outlier_px
+        )),
     ])
+}
+
+fn filters_in_words(filters: Filters) -> String {
+    match (filters.s_filter_mm, filters.l_filter_mm) {
+        (None, None) => {
+            "No S-filter and no L-filter were applied: the values hold noise and waviness.".to_owned()
+        }
+        (s_filter, l_filter) => {
+            let cutoff = |name: &str, mm: Option<f64>, without: &str| match mm {
+                Some(mm) => {
+                    format!("The {name} has a cut-off of {} mm (Gaussian, ISO 16610-61).", significant(mm, 4))
+                }
+                None => format!("There is no {name}: the values hold {without}."),
+            };
+            [cutoff("S-filter", s_filter, "noise"), cutoff("L-filter", l_filter, "waviness")].join(" ")
+        }
+    }
 }

@@ -7,7 +7,7 @@ use crate::report::{Chart, Series};
 use crate::results::{FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Event, FrameRecord, SequenceRecord, StopRecord};
-use epirig_matcher::surface::{Depth, DepthAtMargin, Part, Roughness, Trend, TrendKind};
+use epirig_matcher::surface::{Depth, DepthAtMargin, Filters, Part, Roughness, Trend, TrendKind};
 
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=alert(2)>&\"";
 
@@ -51,8 +51,8 @@ fn rough() -> Roughness {
         sz_mm: f64::NAN,
         ssk: 0.0,
         sku: 3.0,
-        sq_noise_mm: 0.01,
-        sq_without_noise_mm: 0.01,
+        sq_noise_mm: Some(0.01),
+        sq_without_noise_mm: Some(0.01),
         pixels: 100,
     }
 }
@@ -104,6 +104,7 @@ impl Records {
                     uncertain_px: 1,
                     apart_px: 1,
                     rim_px: 2,
+                    outlier_px: 1,
                 },
                 trend: Trend {
                     kind: TrendKind::Quadric,
@@ -128,6 +129,8 @@ impl Records {
                     }],
                     correlation_reach_px: 4,
                     roughness: None,
+                    upper: None,
+                    lower: None,
                     parts: vec![Part {
                         centre_x_px: 3.0,
                         centre_y_px: 4.0,
@@ -138,6 +141,7 @@ impl Records {
                     }],
                 }),
                 no_levels: None,
+                filters: Filters::default(),
                 roughness: rough(),
             },
             profile: Chart {

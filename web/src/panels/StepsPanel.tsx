@@ -69,10 +69,10 @@ function Parts({ of }: { of: SurfaceSummary }) {
 function RoughnessTable({ of }: { of: Roughness }) {
   const { label, factor } = lengths.value;
   const digits = label === 'mm' ? 4 : 1;
-  const rows: [name: string, words: string, value_mm: number][] = [
+  const rows: [name: string, words: string, value_mm: number | null][] = [
     ['Sa', 'mean distance from the mean height', of.sa_mm],
     ['Sq', 'root mean square', of.sq_mm],
-    ['Sz', 'lowest to highest pixel', of.sz_mm],
+    ['Sz', 'lowest to highest pixel, outliers left out', of.sz_mm],
     ['Sq noise', 'what the sigmas of the pixels predict for a flat surface', of.sq_noise_mm],
     ['Sq without noise', 'root of the difference of squares', of.sq_without_noise_mm],
   ];
@@ -87,7 +87,7 @@ function RoughnessTable({ of }: { of: Roughness }) {
             <th scope="row" title={words}>
               {name}
             </th>
-            <td>{(value * factor).toFixed(digits)}</td>
+            <td>{value === null ? 'not known' : (value * factor).toFixed(digits)}</td>
             <td class="muted">{words}</td>
           </tr>
         ))}

@@ -14,6 +14,14 @@ pub enum FormatError {
         /// What is wrong.
         reason: String,
     },
+    /// The format needs what is not known of the map.
+    #[error("{format} cannot hold this map: {reason}")]
+    Unsuitable {
+        /// The format asked for.
+        format: &'static str,
+        /// What is missing, and what to do.
+        reason: &'static str,
+    },
 }
 
 /// The error for bytes that do not follow `format`.

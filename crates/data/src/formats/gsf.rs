@@ -1,26 +1,39 @@
 //! Gwyddion Simple Field, as <http://gwyddion.net/documentation/user-guide-en/gsf.html> specifies it: a text
 //! header, zeros up to the next multiple of four bytes (one at least), then 32-bit floats, little endian, row
-//! by row from the top. Lengths in m.
+//! by row from the top. Lengths in m. NaN means unknown, as Gwyddion reads it.
 
+use super::codec::{Codec, MapFacts, Quantity};
 use epirig_core::grid::Grid;
 
-/// `height_mm` as a field whose pixels are `pixel_mm` wide and high. NaN means unknown, as Gwyddion reads it.
-///
-/// `title` is shown by Gwyddion; line breaks in it become spaces, since they would end the entry.
-pub fn gsf(height_mm: &Grid<f32>, pixel_mm: f64, title: &str) -> Vec<u8> {
-    let real = |pixels: usize| pixels as f64 * pixel_mm * 1e-3;
+pub(super) const CODEC: Codec = Codec {
+    name: "GSF",
+    extensions: &["gsf"],
+    encode: |map, facts| Ok(encode(map, facts)),
+    holds_facts: true,
+    decode: None,
+};
+
+fn encode(map: &Grid<f32>, facts: &MapFacts) -> Vec<u8> {
+    let (pixel, lateral) = facts.usable_pixel_mm().map_or((1.0, "px"), |pixel_mm| (pixel_mm * 1e-3, "m"));
+    let real = |pixels: usize| pixels as f64 * pixel;
+    let (scale, unit) = match facts.quantity {
+        Quantity::LengthMm => (1e-3, "m"),
+        Quantity::ImagePx => (1.0, "px"),
+        Quantity::Number => (1.0, ""),
+    };
     let mut bytes = format!(
-        "Gwyddion Simple Field 1.0\nXRes = {}\nYRes = {}\nXReal = {:e}\nYReal = {:e}\nXYUnits = m\nZUnits = m\nTitle = {}\n",
-        height_mm.columns(),
-        height_mm.rows(),
-        real(height_mm.columns()),
-        real(height_mm.rows()),
-        title.replace(['\n', '\r', '\0'], " "),
+        "Gwyddion Simple Field 1.0\nXRes = {}\nYRes = {}\nXReal = {:e}\nYReal = {:e}\n\
+         XYUnits = {lateral}\nZUnits = {unit}\nTitle = {}\n",
+        map.columns(),
+        map.rows(),
+        real(map.columns()),
+        real(map.rows()),
+        facts.line(),
     )
     .into_bytes();
     bytes.resize(bytes.len() / 4 * 4 + 4, 0);
-    for &value in height_mm.values() {
-        bytes.extend(((f64::from(value) * 1e-3) as f32).to_le_bytes());
+    for &value in map.values() {
+        bytes.extend(((f64::from(value) * scale) as f32).to_le_bytes());
     }
     bytes
 }
@@ -33,7 +46,7 @@ mod tests {
     fn samples_begin_at_a_multiple_of_four_after_at_least_one_zero() {
         let map = Grid::from_values(1, 2, vec![0.25, f32::NAN]).unwrap();
         for length in 0..8 {
-            let bytes = gsf(&map, 0.5, &"t".repeat(length));
+            let bytes = encode(&map, &MapFacts::lengths(0.5, "t".repeat(length)));
             let header = bytes.iter().position(|&byte| byte == 0).unwrap();
             let text = std::str::from_utf8(&bytes[..header]).unwrap();
             assert!(
@@ -49,5 +62,16 @@ mod tests {
             assert_eq!(bytes[start..start + 4], 2.5e-4_f32.to_le_bytes());
             assert!(f32::from_le_bytes(bytes[start + 4..].try_into().unwrap()).is_nan());
         }
+    }
+
+    #[test]
+    fn pixels_without_a_size_stay_pixels_and_a_title_cannot_end_its_line() {
+        let map = Grid::from_values(1, 2, vec![8.0, 9.0]).unwrap();
+        let title = "a\nXRes = 7\0".to_owned();
+        let bytes = encode(&map, &MapFacts { quantity: Quantity::ImagePx, title, ..MapFacts::default() });
+        let text = String::from_utf8_lossy(&bytes[..bytes.len() - 8]);
+        assert!(text.contains("\nXReal = 2e0\nYReal = 1e0\nXYUnits = px\nZUnits = px\n"), "{text}");
+        assert!(text.contains("\nTitle = a XRes = 7 \n"), "{text}");
+        assert_eq!(bytes[bytes.len() - 4..], 9.0_f32.to_le_bytes());
     }
 }

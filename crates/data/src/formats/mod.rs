@@ -1,86 +1,107 @@
-//! Maps in the file formats that other programs read: PFM, TIFF and NumPy; surfaces as PLY and GSF.
+//! Maps in the file formats that other programs read: PFM, TIFF, NumPy, CSV, GSF and X3P; points as PLY.
 //!
-//! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory, TIFF and NPY, and infinity in
-//! PFM, as the Middlebury benchmark has it.
+//! Maps hold 32-bit floats, rows x columns. Unknown values are NaN in memory and in all formats but PFM, where
+//! they are infinity, as the Middlebury benchmark has it.
 
+mod codec;
+mod csv;
 mod error;
 mod gsf;
 mod npy;
 mod pfm;
 mod ply;
 mod tiff;
+mod x3p;
 
 use epirig_core::grid::Grid;
 
+use codec::Codec;
+pub use codec::{MapFacts, Quantity};
 pub use error::FormatError;
 use error::malformed;
-pub use gsf::gsf;
 pub use ply::{Vertex, ply};
 
-/// A format for maps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MapFormat {
+macro_rules! map_formats {
+    ($($(#[$about:meta])* $name:ident = $codec:path,)*) => {
+        /// A format for maps.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum MapFormat {
+            $($(#[$about])* $name,)*
+        }
+
+        impl MapFormat {
+            /// All formats.
+            pub const ALL: &[Self] = &[$(Self::$name,)*];
+
+            fn codec(self) -> &'static Codec {
+                match self {
+                    $(Self::$name => &$codec,)*
+                }
+            }
+        }
+    };
+}
+
+// A new format is a file with its codec, and a line here.
+map_formats! {
     /// Portable float map, as in the Middlebury benchmark: rows from the bottom up, infinity for unknown.
-    Pfm,
-    /// TIFF with 32-bit float samples, deflated.
-    Tiff,
+    Pfm = pfm::CODEC,
+    /// TIFF with 32-bit float samples, deflated; the pixel size in its resolution tags, in px per cm.
+    Tiff = tiff::CODEC,
     /// NumPy array, `<f4`, shape (rows, columns).
-    Npy,
+    Npy = npy::CODEC,
     /// Comma-separated values, one line for each row of the map, `nan` for unknown.
-    Csv,
+    Csv = csv::CODEC,
+    /// Gwyddion Simple Field: floats with units; lengths in m.
+    Gsf = gsf::CODEC,
+    /// Surface texture of ISO 25178-72: floats in m. For lengths whose pixel size is known.
+    X3p = x3p::CODEC,
 }
 
 impl MapFormat {
     /// The format whose files have this ending, in any case.
     pub fn from_extension(extension: &str) -> Option<Self> {
-        match extension.to_ascii_lowercase().as_str() {
-            "pfm" => Some(Self::Pfm),
-            "tif" | "tiff" => Some(Self::Tiff),
-            "npy" => Some(Self::Npy),
-            "csv" => Some(Self::Csv),
-            _ => None,
-        }
+        let extension = extension.to_ascii_lowercase();
+        Self::ALL.iter().copied().find(|format| format.codec().extensions.contains(&&extension[..]))
     }
 
-    /// `map` as bytes of this format.
+    /// The usual ending of its files, without a dot.
+    pub fn extension(self) -> &'static str {
+        self.codec().extensions[0]
+    }
+
+    /// Whether its files hold more than values: units, the pixel size or a title.
+    pub fn holds_facts(self) -> bool {
+        self.codec().holds_facts
+    }
+
+    /// `map` as bytes of this format, with nothing but its values.
     ///
     /// # Errors
-    /// [`FormatError`] if the encoder refuses, as TIFF does for an empty map.
+    /// As [`encode_with`](Self::encode_with).
     pub fn encode(self, map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
-        match self {
-            Self::Pfm => Ok(pfm::encode(map)),
-            Self::Tiff => tiff::encode(map),
-            Self::Npy => npy::encode(map),
-            Self::Csv => Ok(csv(map)),
-        }
+        self.encode_with(map, &MapFacts::default())
+    }
+
+    /// `map` as bytes of this format, with as much of `facts` as the format has a place for.
+    ///
+    /// # Errors
+    /// [`FormatError`] if the encoder refuses, as TIFF does for an empty map, or if the format needs what
+    /// `facts` do not tell.
+    pub fn encode_with(self, map: &Grid<f32>, facts: &MapFacts) -> Result<Vec<u8>, FormatError> {
+        (self.codec().encode)(map, facts)
     }
 
     /// The map in `bytes`.
     ///
     /// # Errors
-    /// [`FormatError::Malformed`]. CSV is written for tables of other programs and not read back.
+    /// [`FormatError::Malformed`]. CSV, GSF and X3P are written for other programs and not read back.
     pub fn decode(self, bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
-        match self {
-            Self::Pfm => pfm::decode(bytes),
-            Self::Tiff => tiff::decode(bytes),
-            Self::Npy => npy::decode(bytes),
-            Self::Csv => Err(malformed("CSV", "reading it is not supported; use PFM, TIFF or NPY")),
-        }
+        let Codec { name, decode, .. } = self.codec();
+        let decode =
+            decode.ok_or_else(|| malformed(name, "reading it is not supported; use PFM, TIFF or NPY"))?;
+        decode(bytes)
     }
-}
-
-fn csv(map: &Grid<f32>) -> Vec<u8> {
-    let mut text = String::new();
-    for y in 0..map.rows() {
-        for (x, value) in map.row(y).iter().enumerate() {
-            if x > 0 {
-                text.push(',');
-            }
-            text.push_str(&if value.is_nan() { "nan".to_owned() } else { value.to_string() });
-        }
-        text.push('\n');
-    }
-    text.into_bytes()
 }
 
 #[cfg(test)]
@@ -113,5 +134,16 @@ mod tests {
                 let _ = format.decode(&plausible);
             }
         }
+    }
+
+    #[test]
+    fn each_format_has_endings_of_its_own() {
+        for &format in MapFormat::ALL {
+            for extension in format.codec().extensions {
+                assert_eq!(MapFormat::from_extension(&extension.to_ascii_uppercase()), Some(format));
+            }
+        }
+        assert_eq!(MapFormat::from_extension("tif"), Some(MapFormat::Tiff));
+        assert_eq!(MapFormat::from_extension(""), None);
     }
 }

@@ -2,10 +2,19 @@
 
 use npyz::{NpyFile, Order, WriterBuilder};
 
+use super::codec::Codec;
 use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};
 
-pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
+pub(super) const CODEC: Codec = Codec {
+    name: "NPY",
+    extensions: &["npy"],
+    encode: |map, _| encode(map),
+    holds_facts: false,
+    decode: Some(decode),
+};
+
+fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
     let bad = |error: std::io::Error| malformed("NPY", error);
     let mut bytes = Vec::new();
     let shape = [map.rows() as u64, map.columns() as u64];
@@ -16,7 +25,7 @@ pub(super) fn encode(map: &Grid<f32>) -> Result<Vec<u8>, FormatError> {
     Ok(bytes)
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
+fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
     check_header(bytes)?;
     let file = NpyFile::new(bytes).map_err(|error| malformed("NPY", error))?;
     let &[rows, columns] = file.shape() else {

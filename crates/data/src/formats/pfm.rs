@@ -1,10 +1,19 @@
 //! Portable float map: `Pf`, width and height, a scale whose sign tells the byte order, then rows from the
 //! bottom up.
 
+use super::codec::Codec;
 use super::error::{FormatError, malformed};
 use epirig_core::grid::{Grid, area};
 
-pub(super) fn encode(map: &Grid<f32>) -> Vec<u8> {
+pub(super) const CODEC: Codec = Codec {
+    name: "PFM",
+    extensions: &["pfm"],
+    encode: |map, _| Ok(encode(map)),
+    holds_facts: false,
+    decode: Some(decode),
+};
+
+fn encode(map: &Grid<f32>) -> Vec<u8> {
     let mut bytes = format!("Pf\n{} {}\n-1.0\n", map.columns(), map.rows()).into_bytes();
     for y in (0..map.rows()).rev() {
         for &value in map.row(y) {
@@ -15,7 +24,7 @@ pub(super) fn encode(map: &Grid<f32>) -> Vec<u8> {
     bytes
 }
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
+fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
     let bad = |reason: &str| malformed("PFM", reason);
     let mut rest = bytes;
     let mut token = || {

@@ -53,6 +53,19 @@ pub enum SurfaceError {
         /// About how far the levels are apart, in mm: walls make it less.
         depth_mm: f64,
     },
+    /// A cut-off that the pixels or the other filter do not allow.
+    #[error(
+        "the cut-off of the {filter} is {cutoff_mm} mm, but it must be {least_mm:.4} mm or more: at least three pixels, and that of the L-filter \
+         above that of the S-filter"
+    )]
+    CutOff {
+        /// `S-filter` or `L-filter`.
+        filter: &'static str,
+        /// What was asked for, in mm.
+        cutoff_mm: f64,
+        /// The least, in mm.
+        least_mm: f64,
+    },
     /// A profile that would leave the picture.
     #[error(
         "the profile's end at {x}, {y} lies outside the picture of {columns} x {rows} px; give ends in it"

@@ -1,11 +1,13 @@
-//! Surfaces: heights from disparity, the form of the field, step heights, profiles and roughness.
+//! Surfaces: heights from disparity, the form of the field, step heights, outliers, profiles, filters and roughness.
 
 mod blocks;
 mod connected;
 mod error;
 mod extent;
+mod filter;
 mod height;
 mod normal;
+mod outliers;
 mod profile;
 mod roughness;
 mod smooth;
@@ -16,7 +18,9 @@ mod trend;
 pub use blocks::{Correlation, student_t_95};
 pub use error::SurfaceError;
 pub use extent::{Extent, Rectangle, find_extent};
+pub use filter::Filters;
 pub use height::{Geometry, Heights, heights};
+pub use outliers::find_outliers;
 pub use profile::{Line, Profile, ProfilePoint, profile};
 pub use roughness::{Roughness, roughness};
 pub use steps::{Depth, DepthAtMargin, Part, Steps, StepsOptions, find_steps};

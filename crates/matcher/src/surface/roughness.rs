@@ -11,17 +11,17 @@ pub struct Roughness {
     pub sa_mm: f64,
     /// Sq: root mean square distance from the mean height, in mm.
     pub sq_mm: f64,
-    /// Sz: from the lowest to the highest pixel, in mm. A single wrong pixel is in it.
+    /// Sz: from the lowest to the highest pixel, in mm. Outliers must be left out before.
     pub sz_mm: f64,
     /// Ssk: skewness; negative where hollows prevail.
     pub ssk: f64,
     /// Sku: kurtosis; 3 for Gaussian heights, 1 for two levels of equal share.
     pub sku: f64,
     /// Sq that a flat surface would show by the noise that the pixels' sigmas state: their root mean square,
-    /// in mm.
-    pub sq_noise_mm: f64,
+    /// in mm; `None` behind an S-filter, which changes the noise.
+    pub sq_noise_mm: Option<f64>,
     /// Sq without that: the root of Sq^2 - noise^2, in mm; 0 if there is no more than noise.
-    pub sq_without_noise_mm: f64,
+    pub sq_without_noise_mm: Option<f64>,
     /// Pixels that it was found from.
     pub pixels: usize,
 }
@@ -36,7 +36,7 @@ pub struct Roughness {
 /// let rest = Grid::from_values(1, 4, vec![3.0, -1.0, -3.0, 1.0]).unwrap();
 /// let found = roughness(&rest, &Grid::filled(1, 4, 1.0), |_, _| true).unwrap();
 /// assert_eq!((found.sa_mm, found.sz_mm), (2.0, 6.0));
-/// assert_eq!((found.sq_mm, found.sq_without_noise_mm), (5_f64.sqrt(), 2.0));
+/// assert_eq!((found.sq_mm, found.sq_without_noise_mm), (5_f64.sqrt(), Some(2.0)));
 /// ```
 pub fn roughness(
     rest_mm: &Grid<f32>,
@@ -71,8 +71,8 @@ pub fn roughness(
         sz_mm: high - low,
         ssk: shape(3),
         sku: shape(4),
-        sq_noise_mm,
-        sq_without_noise_mm: (sq_mm * sq_mm - sq_noise_mm * sq_noise_mm).max(0.0).sqrt(),
+        sq_noise_mm: Some(sq_noise_mm),
+        sq_without_noise_mm: Some((sq_mm * sq_mm - sq_noise_mm * sq_noise_mm).max(0.0).sqrt()),
         pixels,
     })
 }
@@ -95,7 +95,7 @@ mod tests {
             ("Sz", found.sz_mm, 1.0),
             ("Ssk", found.ssk, 0.0),
             ("Sku", found.sku, 1.5),
-            ("noise", found.sq_noise_mm, 0.01),
+            ("noise", found.sq_noise_mm.unwrap(), 0.01),
         ] {
             assert!((value - truth).abs() < 1e-5, "{name}: {value}, not {truth}");
         }
@@ -113,7 +113,7 @@ mod tests {
         assert!((found.sq_mm - 0.0075_f64.sqrt()).abs() < 1e-8);
         assert!((found.ssk + 0.00075 / 0.0075_f64.powf(1.5)).abs() < 1e-6);
         assert!((found.sku - 1.3125e-4 / 0.0075_f64.powi(2)).abs() < 1e-6);
-        assert_eq!(found.sq_without_noise_mm, 0.0, "more noise than relief");
+        assert_eq!(found.sq_without_noise_mm, Some(0.0), "more noise than relief");
         assert_eq!(roughness(&field, &field, |x, _| x == 2), None);
     }
 }
