@@ -30,7 +30,7 @@ pub struct ImportOptions {
     pub flat: Option<PathBuf>,
     /// A folder of images of a chess-board in a hand.
     pub board: Option<PathBuf>,
-    /// The rig's lens and targets, for [`Origin::Imported`].
+    /// The rig's lens and targets, for [`Origin::Imported`](crate::sequence::Origin::Imported).
     pub rig: Option<serde_json::Value>,
     /// Whether grey PNG files are linked instead of copied.
     pub link: bool,
