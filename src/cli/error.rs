@@ -101,6 +101,8 @@ impl From<PipelineError> for CliError {
             PipelineError::Sequence(error) => Self::Sequence(error),
             PipelineError::Calibrate(error) => Self::from(error),
             PipelineError::Match(error) => Self::Match(error),
+            PipelineError::Halves(SplitHalfError::Match(error)) => Self::Match(error),
+            PipelineError::Halves(error) => Self::Integrity(error.to_string()),
             PipelineError::Results(error) => Self::Results(error),
             PipelineError::Mismatch(error) => Self::Integrity(error.to_string()),
             PipelineError::Report(error) => Self::Report(error),

@@ -10,8 +10,8 @@ use super::need::{check, close_others};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::pipeline::{
-    MeasuredSurface, OpenedResults, SurfaceQuestions, inspect_surface, open_results, steps_options,
-    surface_need,
+    Frames, MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_heights, halves_need,
+    inspect_surface, open_results, steps_options, surface_need,
 };
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_data::sequence::Sequence;
@@ -111,7 +111,14 @@ impl Surface {
         };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
-        let measured = MeasuredSurface { sequence: &sequence, results: &results, opened: &opened, heights };
+        let halves = halves(&sequence, &opened, talk)?;
+        let measured = MeasuredSurface {
+            sequence: &sequence,
+            results: &results,
+            opened: &opened,
+            heights,
+            halves: halves.as_ref(),
+        };
         let summary = inspect_surface(measured, &questions, &folder)?;
         folder.commit()?;
         talk.result(&summary, || format!("{}look at {}\n", describe(&summary), out.join(REPORT).display()))
@@ -139,6 +146,33 @@ fn heights<'a>(
     })
 }
 
+/// The heights by two halves of the frames. Without readable frames the surface is measured all the same, and that
+/// is said.
+fn halves(
+    sequence: &Sequence,
+    opened: &OpenedResults,
+    talk: &Talk,
+) -> Result<Option<[Heights; 2]>, CliError> {
+    let record = sequence.record();
+    let sample_bytes = if opened.calibration.is_some() || record.bit_depth > 8 { 2 } else { 1 };
+    let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
+    let frames = Frames { count: sequence.frames().len(), rows, columns, sample_bytes };
+    check("matching halves of the frames", halves_need(frames), talk, close_others)?;
+    let found = match half_heights(sequence, opened, talk) {
+        Err(PipelineError::Sequence(error)) => {
+            talk.say(&format!("note: {error}"));
+            None
+        }
+        found => found?,
+    };
+    if found.is_none() {
+        talk.say(
+            "note: the frames cannot be divided into halves; a depth is read from the heights that were divided, and is too large",
+        );
+    }
+    Ok(found)
+}
+
 /// Measures the surface of new results as `epirig surface` does without options: the summary, and where the
 /// report is.
 pub(super) fn measure_surface(
@@ -152,7 +186,8 @@ pub(super) fn measure_surface(
     let questions = SurfaceQuestions::usual(steps);
     let out = results.join("surface");
     let folder = ResultsFolder::create(&out, ResultsKind::Surface, false)?;
-    let measured = MeasuredSurface { sequence, results, opened: &opened, heights };
+    let halves = halves(sequence, &opened, talk)?;
+    let measured = MeasuredSurface { sequence, results, opened: &opened, heights, halves: halves.as_ref() };
     let summary = inspect_surface(measured, &questions, &folder)?;
     folder.commit()?;
     Ok((summary, out.join(REPORT)))

@@ -74,13 +74,15 @@ pub struct SurfaceAnswers {
     pub used: Grid<u8>,
 }
 
-/// Answers `questions` about the heights of the results `matched`.
+/// Answers `questions` about the heights of the results `matched`, and of the `halves` of their frames if those are
+/// known.
 ///
 /// # Errors
 /// [`PipelineError::Surface`] if form or profile cannot be computed. A surface with one level is not an
 /// error.
 pub fn analyse_surface(
     heights: &Heights,
+    halves: Option<&[Heights; 2]>,
     matched: &MatchSummary,
     questions: &SurfaceQuestions,
 ) -> Result<SurfaceAnswers, PipelineError> {
@@ -89,7 +91,8 @@ pub fn analyse_surface(
     filters.check(all.pixel_mm())?;
     let mut extent = find_extent(all, questions.region, questions.steps.margin_px)?;
     let heights = &all.only(&extent.used);
-    let (trend, steps) = match find_steps(heights, &questions.steps) {
+    let halves = halves.map(|halves| halves.each_ref().map(|half| half.only(&extent.used)));
+    let (trend, steps) = match find_steps(heights, halves.as_ref(), &questions.steps) {
         Ok(steps) => (steps.trend.clone(), Ok(steps)),
         Err(reason @ (SurfaceError::OneLevel { .. } | SurfaceError::TooNarrow { .. })) => {
             (fit_trend(heights, questions.steps.trend)?, Err(reason))
@@ -120,7 +123,7 @@ pub fn analyse_surface(
         },
         tilt_deg: trend.tilt_deg(),
         bow_mm: trend.bow_mm(),
-        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights, &filters)),
+        levels: steps.ok().map(|steps| levels(steps, &rest_mm, heights, (&filters, halves.is_some()))),
         no_levels: steps.err().map(ToString::to_string),
         filters,
         roughness: filters
@@ -169,7 +172,12 @@ fn used_values(heights: &Heights, extent: &Extent, steps: Option<&Steps>) -> Gri
     values
 }
 
-fn levels(steps: &Steps, rest_mm: &Grid<f32>, heights: &Heights, filters: &Filters) -> LevelsSummary {
+fn levels(
+    steps: &Steps,
+    rest_mm: &Grid<f32>,
+    heights: &Heights,
+    (filters, by_halves): (&Filters, bool),
+) -> LevelsSummary {
     let mut about = rest_mm.clone();
     for (height, &lower) in about.values_mut().iter_mut().zip(steps.lower.values()) {
         *height += if lower { steps.depth.depth_mm as f32 } else { 0.0 };
@@ -181,6 +189,7 @@ fn levels(steps: &Steps, rest_mm: &Grid<f32>, heights: &Heights, filters: &Filte
     };
     LevelsSummary {
         depth: steps.depth,
+        by_halves,
         raised: steps.raised,
         margin_px: steps.margin_px,
         by_margin: steps.by_margin.clone(),

@@ -1,7 +1,7 @@
 //! From a sequence to its calibration and its results: the steps in order.
 
 mod calibration;
-
+mod halves;
 mod inspect;
 mod need;
 mod opened;
@@ -30,6 +30,7 @@ use epirig_core::progress::Progress;
 use epirig_core::volume::Volume;
 use epirig_data::formats::{MapFacts, Quantity};
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
+use epirig_matcher::evaluate::SplitHalfError;
 use epirig_matcher::lines::Lines;
 use epirig_matcher::surface::{Geometry, Heights, SurfaceError, heights};
 use epirig_matcher::{
@@ -37,10 +38,11 @@ use epirig_matcher::{
     OrderingUsed, ReferenceFrame,
 };
 
+pub use halves::half_heights;
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
 pub use need::{
-    Frames, calibration_need, capture_need, frames_that_fit, import_need, match_need, rectification_need,
-    surface_need,
+    Frames, calibration_need, capture_need, frames_that_fit, halves_need, import_need, match_need,
+    rectification_need, surface_need,
 };
 pub use opened::{OpenedResults, open_results};
 pub use points::surface_points;
@@ -60,6 +62,9 @@ pub enum PipelineError {
     /// It cannot be matched.
     #[error(transparent)]
     Match(#[from] MatchError),
+    /// Its halves cannot be matched.
+    #[error(transparent)]
+    Halves(#[from] SplitHalfError),
     /// The results cannot be written or read.
     #[error(transparent)]
     Results(#[from] ResultsError),

@@ -82,6 +82,13 @@ pub fn surface_need(rows: usize, columns: usize) -> u64 {
     Frames { count: 0, rows, columns, sample_bytes: 1 }.with(SURFACE)
 }
 
+/// Most bytes that matching two halves of `frames` takes, for the analysis of their surface.
+pub fn halves_need(frames: Frames) -> u64 {
+    // One half is copied and matched at a time, beside all frames; the maps of both stay.
+    let half = Frames { count: frames.count / 2 + 1, ..frames };
+    half.with(MATCH) + frames.bytes() + surface_need(frames.rows, frames.columns)
+}
+
 /// Most bytes that taking frames of `rows` x `columns` takes; `deep`: more than 8 bit, or averaged.
 pub fn capture_need(rows: usize, columns: usize, deep: bool) -> u64 {
     let frames = Frames { count: 0, rows, columns, sample_bytes: 1 };

@@ -24,6 +24,8 @@ pub struct MeasuredSurface<'a> {
     pub opened: &'a OpenedResults,
     /// The heights.
     pub heights: &'a Heights,
+    /// The heights by halves of the frames, if they are known.
+    pub halves: Option<&'a [Heights; 2]>,
 }
 
 /// Answers `questions` about a surface, and writes the answers into `folder`, which the caller commits: maps,
@@ -36,7 +38,7 @@ pub fn inspect_surface(
     questions: &SurfaceQuestions,
     folder: &ResultsFolder,
 ) -> Result<SurfaceSummary, PipelineError> {
-    let answers = analyse_surface(measured.heights, &measured.opened.matched, questions)?;
+    let answers = analyse_surface(measured.heights, measured.halves, &measured.opened.matched, questions)?;
     folder.write("report.html", surface_report(measured, &answers)?);
     write_answers(folder, measured.heights, &answers, questions, &measured.sequence.record().created)?;
     Ok(answers.summary)
@@ -44,7 +46,7 @@ pub fn inspect_surface(
 
 /// The report of `answers` about a surface, as HTML.
 fn surface_report(measured: MeasuredSurface<'_>, answers: &SurfaceAnswers) -> Result<String, PipelineError> {
-    let MeasuredSurface { sequence, results, opened, heights } = measured;
+    let MeasuredSurface { sequence, results, opened, heights, .. } = measured;
     let mut map_hashes = Vec::new();
     for name in SOURCES {
         let hash = read_result(results, name)?.map(|bytes| blake3::hash(&bytes).to_hex().to_string());

@@ -62,6 +62,9 @@ pub struct FieldSummary {
 pub struct LevelsSummary {
     /// Depth of the lower level below the upper.
     pub depth: Depth,
+    /// Whether each half of the frames was measured on the levels that the other half shows. Otherwise the heights
+    /// were divided by themselves, and the depth is too large.
+    pub by_halves: bool,
     /// Whether parts rise from the lower level.
     pub raised: bool,
     /// Distance from the walls that was left out, in px.

@@ -182,7 +182,12 @@ fn calibration_images_unlike_the_frames_are_refused() {
     assert!(!folder.path().join("seq").exists());
     write_png(&folder.path().join("white/white_1.png"), &simulator(4).expose(10.0, 0));
     fs::create_dir(folder.path().join("empty")).unwrap();
-    fails(folder.path(), &["import", "photos", "--out", "seq", "--dark", "empty"], 2, &["empty", "no images"]);
+    fails(
+        folder.path(),
+        &["import", "photos", "--out", "seq", "--dark", "empty"],
+        2,
+        &["empty", "no images"],
+    );
     fails(
         folder.path(),
         &["import", "photos", "--out", "cap/seq", "--dark", "cap"],

@@ -12,6 +12,7 @@ use epirig_calibration::stage_axis::{find, positioning_error};
 use epirig_calibration::target::{find_boards, track};
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
+use epirig_matcher::evaluate::match_halves;
 use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_steps, heights};
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
@@ -105,6 +106,7 @@ fn one_rig(seed: u64) -> Normalised {
     rectifier.insert(&mut volume, 0, &frames).unwrap();
     let options = MatchOptions { reference: ReferenceFrame::Middle, ..MatchOptions::default() };
     let maps = match_volume(&volume, &options, &Silent).unwrap();
+    let halves = match_halves(&volume, maps.reference, &options, &Silent).unwrap();
 
     // The field between the bands, as a person would cut it out.
     let camera = mapping.camera;
@@ -126,7 +128,8 @@ fn one_rig(seed: u64) -> Normalised {
     let heights = heights(geometry, &cut(&maps.disparity), &cut(&maps.sigma)).unwrap();
     // As `surface` takes them.
     let steps = StepsOptions::for_window(TrendKind::Quadric, 7).with_grown_window(LARGEST_GROWN_WINDOW_PX);
-    let depth = find_steps(&heights, &steps).unwrap().depth;
+    let halves = halves.map(|half| heights.of_maps(&half.maps().each_ref().map(cut)));
+    let depth = find_steps(&heights, Some(&halves), &steps).unwrap().depth;
     let freedom = depth.degrees_of_freedom.unwrap();
     let wider = (freedom / (freedom - 2.0)).sqrt();
     let depth_sigma_mm = depth.scale_sigma_mm.hypot(wider * depth.sigma_mm.unwrap());

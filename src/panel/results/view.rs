@@ -1,15 +1,17 @@
 //! A sequence with its results, opened once.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::epis::Epis;
 use super::frames::Frames;
 use super::maps::Maps;
 use crate::panel::PanelError;
-use crate::pipeline::{OpenedResults, open_results};
+use crate::pipeline::{OpenedResults, half_heights, open_results};
+use epirig_core::progress::Silent;
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::is_there;
+use epirig_matcher::surface::Heights;
 
 /// Name of the usual folder of results.
 pub(super) const RESULTS: &str = "results";
@@ -24,6 +26,8 @@ pub struct ResultsView {
     pub(super) maps: Maps,
     pub(super) frames: Frames,
     pub(super) epis: Arc<Epis>,
+    /// Heights by halves of the frames, from the first question about a step height on.
+    halves: OnceLock<Option<[Heights; 2]>>,
 }
 
 impl ResultsView {
@@ -44,7 +48,7 @@ impl ResultsView {
         let calibration = opened.as_ref().and_then(|opened| opened.calibration.clone());
         let epis = Arc::new(Epis::new(sequence.clone(), calibration.clone()));
         let frames = Frames::new(sequence.clone(), calibration);
-        Ok(Self { sequence, folder, results: opened, maps, frames, epis })
+        Ok(Self { sequence, folder, results: opened, maps, frames, epis, halves: OnceLock::new() })
     }
 
     /// Name of the sequence.
@@ -56,6 +60,12 @@ impl ResultsView {
     pub fn read_ahead(&self) {
         let epis = Arc::clone(&self.epis);
         std::thread::spawn(move || epis.read());
+    }
+
+    /// Heights by halves of the frames; `None` if the frames cannot be read or divided.
+    pub(super) fn halves(&self) -> Option<&[Heights; 2]> {
+        let found = || half_heights(&self.sequence, self.results.as_ref()?, &Silent).ok().flatten();
+        self.halves.get_or_init(found).as_ref()
     }
 
     /// The results.

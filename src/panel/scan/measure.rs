@@ -8,8 +8,8 @@ use crate::memory::available;
 use crate::panel::error::PanelError;
 use crate::panel::shared::Shared;
 use crate::pipeline::{
-    Frames, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, inspect_surface, match_need,
-    measure as match_sequence, open_results, steps_options,
+    Frames, MeasuredSurface, SurfaceQuestions, View, calibrate_sequence, half_heights, inspect_surface,
+    match_need, measure as match_sequence, open_results, steps_options,
 };
 use crate::profile::Profile;
 use crate::results::{ResultsFolder, ResultsKind};
@@ -52,13 +52,13 @@ pub(in crate::panel) fn measure(shared: &Arc<Shared>, folder: &Path) -> Result<(
     match_sequence(&sequence, calibration.as_ref(), &options, view, &place, &notes)?;
     place.commit()?;
     // Results without a surface are results: a lens may be unknown.
-    if let Err(error) = analyse(&sequence, &results) {
+    if let Err(error) = analyse(&sequence, &results, &notes) {
         shared.warn(format!("the surface was not measured: {error}"));
     }
     Ok(())
 }
 
-fn analyse(sequence: &Sequence, results: &Path) -> Result<(), PanelError> {
+fn analyse(sequence: &Sequence, results: &Path, notes: &Notes<'_>) -> Result<(), PanelError> {
     let opened = open_results(sequence, results)?;
     let heights = opened.heights.as_ref().ok_or_else(|| {
         PanelError::Wrong("no heights: the focal length is unknown, or no pixel has a disparity".to_owned())
@@ -66,6 +66,8 @@ fn analyse(sequence: &Sequence, results: &Path) -> Result<(), PanelError> {
     let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
     let questions = SurfaceQuestions::usual(steps);
     let place = ResultsFolder::create(&results.join("surface"), ResultsKind::Surface, true)?;
-    inspect_surface(MeasuredSurface { sequence, results, opened: &opened, heights }, &questions, &place)?;
+    let halves = half_heights(sequence, &opened, notes)?;
+    let measured = MeasuredSurface { sequence, results, opened: &opened, heights, halves: halves.as_ref() };
+    inspect_surface(measured, &questions, &place)?;
     Ok(place.commit()?)
 }

@@ -118,6 +118,7 @@ impl Records {
                 tilt_deg: (0.1, -0.1),
                 bow_mm: 0.2,
                 levels: Some(LevelsSummary {
+                    by_halves: true,
                     depth: depth(0.200_412_3),
                     raised: false,
                     margin_px: 3,

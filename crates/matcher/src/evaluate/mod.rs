@@ -5,6 +5,8 @@ mod consistency;
 mod leave_out;
 mod truth;
 
-pub use consistency::{BothWaysReport, Differences, SplitHalfError, SplitHalfReport, both_ways, split_half};
+pub use consistency::{
+    BothWaysReport, Differences, Half, SplitHalfError, SplitHalfReport, both_ways, match_halves, split_half,
+};
 pub use leave_out::{LeaveOutError, LeaveOutReport, leave_out};
 pub use truth::{ErrorStatistics, SizeMismatch, TruthReport, compare_with_truth, median_step};

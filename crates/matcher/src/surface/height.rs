@@ -27,6 +27,11 @@ impl Geometry {
         Self { focal_length_px, baseline_mm, principal_point_x_px, principal_point_y_px, scale_sigma: 0.0 }
     }
 
+    /// Distance of a point with this disparity in px, in mm.
+    fn distance_mm(&self, disparity_px: f32) -> f64 {
+        (self.focal_length_px * self.baseline_mm).abs() / f64::from(disparity_px.abs())
+    }
+
     /// Relative standard deviation of the scale, from the relative standard deviations of focal length and
     /// baseline, which are independent.
     pub fn with_scale_sigma(self, focal_length: f64, baseline: f64) -> Self {
@@ -74,6 +79,13 @@ impl Heights {
         Self { height_mm: masked(&self.height_mm), sigma_mm: masked(&self.sigma_mm), ..*self }
     }
 
+    /// Heights of other maps of the same view, counted from the same level: disparity and sigma in px over the same
+    /// baseline; rows x columns.
+    #[must_use]
+    pub fn of_maps(&self, [disparity, sigma]: &[Grid<f32>; 2]) -> Self {
+        over_level(self.geometry, self.distance_mm, disparity, sigma)
+    }
+
     /// Width of a pixel's view of the level at `distance_mm`, in mm.
     pub fn pixel_mm(&self) -> f64 {
         self.distance_mm / self.geometry.focal_length_px
@@ -95,18 +107,25 @@ impl Heights {
 /// assert!((heights.height_mm.at(2, 0) + 0.19).abs() < 0.001);
 /// ```
 pub fn heights(geometry: Geometry, disparity: &Grid<f32>, sigma: &Grid<f32>) -> Option<Heights> {
-    let reach = (geometry.focal_length_px * geometry.baseline_mm).abs();
-    let distance = |disparity: f32| reach / f64::from(disparity.abs());
-    let mut distances: Vec<f64> =
-        disparity.values().iter().map(|&d| distance(d)).filter(|distance| distance.is_finite()).collect();
+    let mut distances: Vec<f64> = disparity
+        .values()
+        .iter()
+        .map(|&d| geometry.distance_mm(d))
+        .filter(|distance| distance.is_finite())
+        .collect();
     let distance_mm = upper_median(&mut distances)?;
+    Some(over_level(geometry, distance_mm, disparity, sigma))
+}
+
+/// Heights over the level at `distance_mm`.
+fn over_level(geometry: Geometry, distance_mm: f64, disparity: &Grid<f32>, sigma: &Grid<f32>) -> Heights {
     let finite = |value: f64| if value.is_finite() { value as f32 } else { f32::NAN };
-    let height_mm = disparity.map(|d| finite(distance_mm - distance(d)));
+    let height_mm = disparity.map(|d| finite(distance_mm - geometry.distance_mm(d)));
     let mut sigma_mm = sigma.clone();
     for (sigma, &d) in sigma_mm.values_mut().iter_mut().zip(disparity.values()) {
-        *sigma = finite(f64::from(*sigma) * distance(d) / f64::from(d.abs()));
+        *sigma = finite(f64::from(*sigma) * geometry.distance_mm(d) / f64::from(d.abs()));
     }
-    Some(Heights { height_mm, sigma_mm, distance_mm, geometry })
+    Heights { height_mm, sigma_mm, distance_mm, geometry }
 }
 
 #[cfg(test)]

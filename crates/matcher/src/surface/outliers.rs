@@ -117,7 +117,7 @@ mod tests {
         };
         let heights = field(|x, y| if (x, y) == (60, 50) { -4.0 } else { -depth(x) });
         let options = StepsOptions::for_window(TrendKind::Constant, 7);
-        let steps = find_steps(&heights, &options).unwrap();
+        let steps = find_steps(&heights, None, &options).unwrap();
         let rest_mm = steps.trend.removed_from(&heights);
         let found = find_outliers(&rest_mm, &heights, Some(&steps), options.least_area_px);
         assert!(found.at(60, 50));

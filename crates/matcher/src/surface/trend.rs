@@ -199,6 +199,12 @@ impl<'a> Field<'a> {
         Ok(Self { heights, basis, half_extent, least_sigma: 0.5 * median })
     }
 
+    /// Other heights of the same field, with the same terms.
+    pub(super) fn with_heights<'b>(&self, heights: &'b Heights) -> Result<Field<'b>, SurfaceError> {
+        let other = Field::new(heights, self.basis.kind)?;
+        Ok(Field { basis: self.basis, half_extent: self.half_extent, ..other })
+    }
+
     /// The pixel, if height and sigma are known there.
     pub(super) fn sample(&self, x: usize, y: usize) -> Option<Sample> {
         let (height, sigma) = (self.heights.height_mm.at(x, y), self.heights.sigma_mm.at(x, y));

@@ -7,7 +7,7 @@ mod both_ways;
 mod split_half;
 
 pub use both_ways::{BothWaysReport, both_ways};
-pub use split_half::{Differences, SplitHalfError, SplitHalfReport, split_half};
+pub use split_half::{Differences, Half, SplitHalfError, SplitHalfReport, match_halves, split_half};
 
 /// `count` of `of`, 0 to 1.
 fn share(count: usize, of: usize) -> f64 {

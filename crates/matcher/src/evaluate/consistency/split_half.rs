@@ -4,7 +4,8 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::share;
-use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, ReferenceFrame, match_volume};
+use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, Matcher, ReferenceFrame};
+use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::statistics::quantile_of_sorted;
 use epirig_core::tau::{Tau, TauError};
@@ -83,12 +84,8 @@ pub fn split_half(
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<SplitHalfReport, SplitHalfError> {
-    if volume.frames() < 6 {
-        return Err(SplitHalfError::TooFewFrames(volume.frames()));
-    }
     let reference = options.reference_index(volume)?;
-    let even = Half::matched(volume, reference, 0, options, progress)?;
-    let odd = Half::matched(volume, reference, 1, options, progress)?;
+    let [even, odd] = match_halves(volume, reference, options, progress)?;
     let correlation = even.reference_weight * odd.reference_weight;
     let mut pairs = Vec::with_capacity(volume.rows() * volume.columns());
     for index in 0..volume.rows() * volume.columns() {
@@ -113,8 +110,27 @@ pub fn split_half(
     })
 }
 
+/// Matches the even and the odd frames of `volume` apart, both in the view of frame `reference`, which both
+/// contain, with the other `options`.
+///
+/// # Errors
+/// [`SplitHalfError`] if there are too few frames or a half cannot be matched.
+pub fn match_halves(
+    volume: &Volume,
+    reference: usize,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<[Half; 2], SplitHalfError> {
+    if volume.frames() < 6 {
+        return Err(SplitHalfError::TooFewFrames(volume.frames()));
+    }
+    let half = |parity: usize| Half::matched(volume, reference, parity, options, progress);
+    Ok([half(0)?, half(1)?])
+}
+
 /// The match of every other frame.
-struct Half {
+#[derive(Debug, Clone)]
+pub struct Half {
     maps: DisparityMaps,
     frames: usize,
     /// Part of the whole baseline between its first and its last frame.
@@ -152,9 +168,18 @@ impl Half {
             maximum_sigma_px: options.maximum_sigma_px * span,
             ..options.clone()
         };
-        let maps = match_volume(&volume.selected(&rows, &frames, tau), &options, progress)?;
+        let maps = Matcher::new(volume.selected(&rows, &frames, tau), options)?.matched(progress)?;
         let reference_weight = (volume.tau().values()[reference] - mean) / norm;
         Ok(Self { maps, frames: frames.len(), span, reference_weight })
+    }
+
+    /// Disparity and sigma in px over the whole baseline; rows x columns, NaN without answer.
+    pub fn maps(&self) -> [Grid<f32>; 2] {
+        [&self.maps.disparity, &self.maps.sigma].map(|map| self.over_whole_baseline(map))
+    }
+
+    fn over_whole_baseline(&self, map: &Grid<f32>) -> Grid<f32> {
+        map.map(|px| (f64::from(px) / self.span) as f32)
     }
 
     /// Disparity and sigma over the whole baseline of pixel `index`, row after row; NaN without answer.

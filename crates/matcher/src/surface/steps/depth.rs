@@ -55,11 +55,19 @@ pub struct Part {
     pub depth: Depth,
 }
 
+/// Heights, and the levels that they are measured on.
+pub(super) struct Side<'a> {
+    pub(super) field: &'a Field<'a>,
+    /// Clear of the walls.
+    pub(super) clear: Grid<Level>,
+}
+
 /// Depth and trend of a divided field.
 pub(super) struct Fit {
     pub(super) levels: Levels,
-    /// The pixels that took part.
-    pub(super) used: Grid<Level>,
+    /// The pixels that took part, of each side.
+    pub(super) used: Vec<Grid<Level>>,
+    /// Their number; one of both sides counts once.
     pub(super) pixels: usize,
     solution: Solution,
     outliers: usize,
@@ -82,39 +90,48 @@ fn row(sample: &Sample, terms: usize, level: Level) -> [f64; 7] {
     row
 }
 
-/// Fits to the pixels whose level is known in `clear`; `None` if there are none of one level.
-pub(super) fn fit(field: &Field<'_>, clear: &Grid<Level>) -> Result<Option<Fit>, SurfaceError> {
-    let terms = field.basis.terms();
-    let present = |wanted: Level| clear.values().contains(&wanted);
+/// Fits one depth and one trend to the pixels of all `sides` whose level is known; `None` if there are none of
+/// one level. All sides have the same terms.
+pub(super) fn fit(sides: &[Side<'_>]) -> Result<Option<Fit>, SurfaceError> {
+    let Some(first) = sides.first() else { return Ok(None) };
+    let terms = first.field.basis.terms();
+    let present = |wanted: Level| sides.iter().all(|side| side.clear.values().contains(&wanted));
     if !(present(Level::Upper) && present(Level::Lower)) {
         return Ok(None);
     }
-    let mut used = clear.clone();
-    let mut solution = solve(field, &used)?;
+    let mut used: Vec<Grid<Level>> = sides.iter().map(|side| side.clear.clone()).collect();
+    let mut solution = solve(sides, &used)?;
     // A few far off hold the first fit back; without them the second is right, and finds the others.
     for _ in 0..2 {
-        let level = |sample: &Sample| clear.at(sample.x, sample.y);
-        let known = || field.samples().filter(|sample| level(sample) != Level::Unknown);
-        let mut sizes: Vec<f64> = known()
-            .map(|sample| off(&solution, &sample, terms, level(&sample)).abs() / sample.sigma_mm)
-            .collect();
-        let limit = OUTLIER * SIGMA_OF_MEDIAN * quantile(&mut sizes, 0.5).unwrap_or(0.0);
-        for sample in known() {
-            let level = level(&sample);
-            let inside = off(&solution, &sample, terms, level).abs() <= limit * sample.sigma_mm;
-            used.row_mut(sample.y)[sample.x] = if inside { level } else { Level::Unknown };
+        for (side, used) in sides.iter().zip(&mut used) {
+            let level = |sample: &Sample| side.clear.at(sample.x, sample.y);
+            let known = || side.field.samples().filter(|sample| level(sample) != Level::Unknown);
+            let mut sizes: Vec<f64> = known()
+                .map(|sample| off(&solution, &sample, terms, level(&sample)).abs() / sample.sigma_mm)
+                .collect();
+            let limit = OUTLIER * SIGMA_OF_MEDIAN * quantile(&mut sizes, 0.5).unwrap_or(0.0);
+            for sample in known() {
+                let level = level(&sample);
+                let inside = off(&solution, &sample, terms, level).abs() <= limit * sample.sigma_mm;
+                used.row_mut(sample.y)[sample.x] = if inside { level } else { Level::Unknown };
+            }
         }
-        solution = solve(field, &used)?;
+        solution = solve(sides, &used)?;
     }
-    let count = |map: &Grid<Level>| map.values().iter().filter(|&&level| level != Level::Unknown).count();
-    let pixels = count(&used);
-    let outliers = count(clear) - pixels;
-
+    let clear = sides.iter().map(|side| &side.clear).collect::<Vec<_>>();
+    let pixels = known_pixels(&used.iter().collect::<Vec<_>>());
+    let outliers = known_pixels(&clear) - pixels;
     let levels = Levels {
         coefficients: solution.values.as_slice()[..terms].to_vec(),
         depth_mm: solution.values[terms],
     };
     Ok(Some(Fit { levels, used, solution, pixels, outliers }))
+}
+
+/// Pixels whose level is known in any of the maps.
+fn known_pixels(maps: &[&Grid<Level>]) -> usize {
+    let all = maps.first().map_or(0, |map| map.values().len());
+    (0..all).filter(|&index| maps.iter().any(|map| map.values()[index] != Level::Unknown)).count()
 }
 
 /// How far a pixel lies over its level, in mm.
@@ -124,36 +141,50 @@ fn off(solution: &Solution, sample: &Sample, terms: usize, level: Level) -> f64 
         - row[..=terms].iter().zip(&solution.values).map(|(term, value)| term * value).sum::<f64>()
 }
 
-fn solve(field: &Field<'_>, used: &Grid<Level>) -> Result<Solution, SurfaceError> {
+fn solve(sides: &[Side<'_>], used: &[Grid<Level>]) -> Result<Solution, SurfaceError> {
+    let field = sides[0].field;
     let terms = field.basis.terms();
     let mut sums = Normal::empty();
-    for sample in field.samples() {
-        let level = used.at(sample.x, sample.y);
-        if level != Level::Unknown {
+    for (side, used) in sides.iter().zip(used) {
+        for (sample, level) in known(side.field, used) {
             sums.add(&row(&sample, terms, level)[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
         }
     }
     sums.solve(terms + 1).ok_or_else(|| field.undetermined())
 }
 
+/// The pixels whose level is known, with their levels.
+fn known<'a>(field: &'a Field<'_>, levels: &'a Grid<Level>) -> impl Iterator<Item = (Sample, Level)> + 'a {
+    let with_level = |sample: Sample| (sample, levels.at(sample.x, sample.y));
+    field.samples().map(with_level).filter(|(_, level)| *level != Level::Unknown)
+}
+
 impl Fit {
-    pub(super) fn certainty(&self, field: &Field<'_>) -> Certainty {
-        let terms = field.basis.terms();
-        let (rows, columns) = (self.used.rows(), self.used.columns());
-        let level = |sample: &Sample| self.used.at(sample.x, sample.y);
-        let used = || field.samples().filter(|sample| level(sample) != Level::Unknown);
-        let mut residuals = Grid::filled(rows, columns, f32::NAN);
-        let mut squares = 0.0;
-        for sample in used() {
-            let off = off(&self.solution, &sample, terms, level(&sample));
-            residuals.row_mut(sample.y)[sample.x] = (off / sample.sigma_mm) as f32;
-            squares += off * off;
+    pub(super) fn certainty(&self, sides: &[Side<'_>]) -> Certainty {
+        let terms = sides[0].field.basis.terms();
+        let (rows, columns) = (self.used[0].rows(), self.used[0].columns());
+        // What is off in several sides: their mean.
+        let [mut residuals, mut offs, mut counts] = [(); 3].map(|()| Grid::filled(rows, columns, 0.0_f32));
+        for (side, used) in sides.iter().zip(&self.used) {
+            for (sample, level) in known(side.field, used) {
+                let (Sample { x, y, sigma_mm, .. }, off) =
+                    (sample, off(&self.solution, &sample, terms, level));
+                residuals.row_mut(y)[x] += (off / sigma_mm) as f32;
+                offs.row_mut(y)[x] += off as f32;
+                counts.row_mut(y)[x] += 1.0;
+            }
         }
+        let sums = residuals.values_mut().iter_mut().zip(offs.values_mut()).zip(counts.values());
+        sums.for_each(|((residual, off), &count)| (*residual, *off) = (*residual / count, *off / count));
+        let squares: f64 =
+            offs.values().iter().filter(|off| !off.is_nan()).map(|&off| f64::from(off).powi(2)).sum();
         let correlation = Correlation::of(&residuals);
         let mut blocks = Blocks::new(rows, columns, &correlation);
-        for sample in used() {
-            let row = row(&sample, terms, level(&sample));
-            blocks.of(sample.x, sample.y).add(&row[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
+        for (side, used) in sides.iter().zip(&self.used) {
+            for (sample, level) in known(side.field, used) {
+                let row = row(&sample, terms, level);
+                blocks.of(sample.x, sample.y).add(&row[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
+            }
         }
         let scatter = blocks.scatter(&self.solution, terms + 1);
         Certainty { correlation, scatter_mm: (squares / self.pixels.max(1) as f64).sqrt(), scatter }
@@ -192,7 +223,7 @@ fn depth(depth_mm: f64, scatter: Option<Scatter>, scale_sigma: f64) -> Depth {
 
 /// The parts of the level that is not the ground, each against the ground around it.
 pub(super) fn parts(
-    field: &Field<'_>,
+    sides: &[Side<'_>],
     levels: &Grid<Level>,
     fit: &Fit,
     certainty: &Certainty,
@@ -202,14 +233,14 @@ pub(super) fn parts(
     let raised_by = fit.raised_by(certainty);
     let wanted = if raised { Level::Upper } else { Level::Lower };
     let found = regions(levels).into_iter().filter(|region| region.value == wanted);
-    found.filter_map(|region| part(field, &region, fit, raised_by, options)).collect()
+    found.filter_map(|region| part(sides, &region, fit, raised_by, options)).collect()
 }
 
 /// The depth of a part, with a plane of its own under it and the ground around it, so that a residual trend
 /// does not tilt it (a level, where ground lies on one side only). `None` if nothing of the part or of its
 /// surroundings is clear of the walls.
 fn part(
-    field: &Field<'_>,
+    sides: &[Side<'_>],
     region: &Region,
     fit: &Fit,
     raised_by: Option<Scatter>,
@@ -222,19 +253,24 @@ fn part(
     let (centre_x_px, centre_y_px) = (mean(|pixel| pixel.0), mean(|pixel| pixel.1));
     let scale = (area_px as f64).sqrt();
     let mut sums = Normal::empty();
+    let mut inside = Grid::filled(fit.used[0].rows(), fit.used[0].columns(), false);
+    region.pixels.iter().for_each(|&(x, y)| inside.row_mut(y)[x] = true);
+    let beside = around(&inside, region, options);
     let mut used_px = 0;
-    let mut add = |x: usize, y: usize, inside: bool| {
-        let level = fit.used.at(x, y);
-        if let Some(sample) = field.sample(x, y).filter(|_| level != Level::Unknown) {
+    for (side, used) in sides.iter().zip(&fit.used) {
+        let mut add = |&(x, y): &(usize, usize), wanted: Level| {
+            let Some(sample) = side.field.sample(x, y).filter(|_| used.at(x, y) == wanted) else { return 0 };
             let rest = sample.height_mm - fit.levels.upper_mm(&sample.row);
             let (u, v) = ((x as f64 - centre_x_px) / scale, (y as f64 - centre_y_px) / scale);
-            let lowered = if level == Level::Lower { -1.0 } else { 0.0 };
+            let lowered = if wanted == Level::Lower { -1.0 } else { 0.0 };
             sums.add(&[1.0, lowered, u, v], rest, sample.sigma_mm.powi(-2));
-            used_px += usize::from(inside);
-        }
-    };
-    region.pixels.iter().for_each(|&(x, y)| add(x, y, true));
-    around(region, fit, options).into_iter().for_each(|(x, y)| add(x, y, false));
+            1
+        };
+        let own: usize = region.pixels.iter().map(|pixel| add(pixel, region.value)).sum();
+        used_px = used_px.max(own);
+        beside.iter().for_each(|pixel| _ = add(pixel, region.value.other()));
+    }
+    let heights = sides[0].field.heights;
     let level = sums.solve(2)?;
     let tilted = sums.solve(4).filter(|tilted| tilted.inverse[(1, 1)] < STANDS_IN * level.inverse[(1, 1)]);
     let solution = tilted.unwrap_or(level);
@@ -244,17 +280,16 @@ fn part(
         centre_x_px,
         centre_y_px,
         area_px,
-        area_mm2: area_px as f64 * field.heights.pixel_mm().powi(2),
+        area_mm2: area_px as f64 * heights.pixel_mm().powi(2),
         used_px,
-        depth: depth(solution.values[1], scatter, field.heights.geometry.scale_sigma),
+        depth: depth(solution.values[1], scatter, heights.geometry.scale_sigma),
     })
 }
 
-/// Pixels of the other level near the region: as far from its walls as it is wide, in the mean.
-fn around(region: &Region, fit: &Fit, options: &StepsOptions) -> Vec<(usize, usize)> {
-    let (rows, columns) = (fit.used.rows(), fit.used.columns());
-    let mut reached = Grid::filled(rows, columns, false);
-    region.pixels.iter().for_each(|&(x, y)| reached.row_mut(y)[x] = true);
+/// Pixels near the region: as far from it as it is wide, in the mean.
+fn around(inside: &Grid<bool>, region: &Region, options: &StepsOptions) -> Vec<(usize, usize)> {
+    let (rows, columns) = (inside.rows(), inside.columns());
+    let mut reached = inside.clone();
     let beside = |(x, y): (usize, usize)| {
         let four = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
         four.into_iter().filter(move |&(x, y)| x < columns && y < rows)
@@ -273,11 +308,7 @@ fn around(region: &Region, fit: &Fit, options: &StepsOptions) -> Vec<(usize, usi
                 next.push((x, y));
             }
         }
-        let on_ground = |&&(x, y): &&(usize, usize)| {
-            let level = fit.used.at(x, y);
-            level != Level::Unknown && level != region.value
-        };
-        found.extend(next.iter().filter(on_ground));
+        found.extend(&next);
         front = next;
     }
     found

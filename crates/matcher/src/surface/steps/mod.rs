@@ -19,7 +19,7 @@ use super::height::Heights;
 use super::smooth::{mean_around, without_spikes};
 use super::trend::{Field, Trend};
 pub use depth::{Depth, Part};
-use depth::{Fit, fit, parts};
+use depth::{Fit, Side, fit, parts};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 use levels::{Levels, Point, two_levels};
@@ -80,9 +80,9 @@ pub struct Steps {
     pub trend: Trend,
     /// True on the lower level; meaningful where there is a height.
     pub lower: Grid<bool>,
-    /// Pixels that the fit used: clear of the walls, and no outliers.
+    /// Pixels of the map that the trend was fitted to: clear of the walls, and no outliers.
     pub used: Grid<bool>,
-    /// The correlation of the errors of the pixels used.
+    /// The correlation of the errors of these pixels.
     pub correlation: Correlation,
     /// Distance from the walls that was left out, in px.
     pub margin_px: usize,
@@ -92,20 +92,98 @@ pub struct Steps {
 
 /// Finds the hollows of a field and their depth.
 ///
+/// Heights that say where the hollows are must not say how deep they are: beside the walls noise has put what is
+/// low on the lower level, and what is high on the upper one. So each of the `halves`, the heights by the even and by
+/// the odd frames, whose noise is independent, is measured on the levels that the other one shows (cross-fitting).
+/// Without them the depth is too large.
+///
 /// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on
 /// stripes and on pits).
 ///
 /// # Errors
-/// [`SurfaceError`] if there is one level only, or nothing of one is clear of the walls.
-pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, SurfaceError> {
+/// [`SurfaceError`] if there is one level only, in the heights or in those of a half, or nothing of one is clear
+/// of the walls.
+pub fn find_steps(
+    heights: &Heights,
+    halves: Option<&[Heights; 2]>,
+    options: &StepsOptions,
+) -> Result<Steps, SurfaceError> {
     let field = Field::new(heights, options.trend)?;
+    let whole = divided(&field, options)?;
+    let Some(halves) = halves else {
+        return steps(&field, &whole, &Measured(vec![(&field, &whole)]), options);
+    };
+    let [one, other] = halves.each_ref().map(|half| field.with_heights(half));
+    let (one, other) = (one?, other?);
+    let (by_one, by_other) = rayon::join(|| divided(&one, options), || divided(&other, options));
+    let (by_one, by_other) = (by_one?, by_other?);
+    steps(&field, &whole, &Measured(vec![(&one, &by_other), (&other, &by_one)]), options)
+}
+
+/// Heights to be measured, each with the division that they are measured on.
+struct Measured<'a>(Vec<(&'a Field<'a>, &'a Divided)>);
+
+impl Measured<'_> {
+    fn sides(&self, clear: impl Fn(&Divided) -> Grid<Level>) -> Vec<Side<'_>> {
+        self.0.iter().map(|(field, divided)| Side { field, clear: clear(divided) }).collect()
+    }
+}
+
+/// The depth as it is measured. All else, such as the trend of the map and where its parts are, is that of the `field`
+/// on the levels of the `whole`.
+fn steps(
+    field: &Field<'_>,
+    whole: &Divided,
+    measured: &Measured<'_>,
+    options: &StepsOptions,
+) -> Result<Steps, SurfaceError> {
+    let (margin_px, scale_sigma) = (whole.margin_px, field.heights.geometry.scale_sigma);
+    let narrow = SurfaceError::TooNarrow { margin_px, depth_mm: whole.levels_found.depth_mm };
+    let plateaus = measured.sides(|divided| divided.clear.clone());
+    let fitted = fit(&plateaus)?.ok_or(narrow.clone())?;
+    let certainty = fitted.certainty(&plateaus);
+    let map = [Side { field, clear: whole.clear.clone() }];
+    let of_map = fit(&map)?.ok_or(narrow)?;
+    let certainty_of_map = of_map.certainty(&map);
+    let lower_share = {
+        let count = |wanted| whole.levels.values().iter().filter(|&&level| level == wanted).count() as f64;
+        count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
+    };
+    let raised = lower_share > GROUND;
+    let by_margin = (0..=options.margin_px + MORE_MARGIN).map_while(|margin_px| {
+        let sides = measured.sides(|divided| clear_of_walls(&divided.levels, margin_px));
+        let fitted = fit(&sides).ok()??;
+        let depth = fitted.depth(&fitted.certainty(&sides), scale_sigma);
+        Some(DepthAtMargin {
+            margin_px,
+            depth_mm: depth.depth_mm,
+            half_width_95_mm: depth.half_width_95_mm,
+            used_px: fitted.pixels,
+        })
+    });
+    Ok(Steps {
+        depth: fitted.depth(&certainty, scale_sigma),
+        raised,
+        parts: parts(&plateaus, &whole.levels, &fitted, &certainty, raised, options),
+        by_margin: by_margin.collect(),
+        trend: of_map.trend(field, &certainty_of_map),
+        lower: whole.levels.map(|level| level == Level::Lower),
+        used: of_map.used[0].map(|level| level != Level::Unknown),
+        scatter_mm: certainty_of_map.scatter_mm,
+        correlation: certainty_of_map.correlation,
+        margin_px,
+    })
+}
+
+/// The clearest division of a field, by as little smoothing as will do.
+fn divided(field: &Field<'_>, options: &StepsOptions) -> Result<Divided, SurfaceError> {
     let start = field.robust()?;
-    let clean = without_spikes(&heights.height_mm, spike_limit(heights));
+    let clean = without_spikes(&field.heights.height_mm, spike_limit(field.heights));
     let (rows, columns) = (clean.rows(), clean.columns());
     let mut best: Option<(Divided, f64)> = None;
     let mut refused: Option<SurfaceError> = None;
     for reach in REACHES.into_iter().filter(|reach| 16 * (2 * reach + 1) <= rows.min(columns).max(16)) {
-        match divide(&field, &start, &mean_around(&clean, reach), reach, options) {
+        match divide(field, &start, &mean_around(&clean, reach), reach, options) {
             Ok((divided, clearness)) if clearness >= LEAST => {
                 if best.as_ref().is_none_or(|(_, before)| clearness > *before) {
                     best = Some((divided, clearness));
@@ -115,7 +193,7 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
                 }
             }
             Ok((divided, clearness)) => {
-                let depth_mm = divided.fit.levels.depth_mm;
+                let depth_mm = divided.levels_found.depth_mm;
                 refused =
                     plainer(refused, SurfaceError::OneLevel { depth_mm, scatter_mm: depth_mm / clearness });
             }
@@ -123,26 +201,7 @@ pub fn find_steps(heights: &Heights, options: &StepsOptions) -> Result<Steps, Su
         }
     }
     let none = || refused.unwrap_or(SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 });
-    let (divided, _) = best.ok_or_else(none)?;
-    let lower_share = {
-        let count = |wanted| divided.levels.values().iter().filter(|&&level| level == wanted).count() as f64;
-        count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
-    };
-    let raised = lower_share > GROUND;
-    let fit = &divided.fit;
-    let certainty = fit.certainty(&field);
-    Ok(Steps {
-        depth: fit.depth(&certainty, heights.geometry.scale_sigma),
-        raised,
-        parts: parts(&field, &divided.levels, fit, &certainty, raised, options),
-        by_margin: by_margin(&field, &divided.levels, options),
-        trend: fit.trend(&field, &certainty),
-        lower: divided.levels.map(|level| level == Level::Lower),
-        used: fit.used.map(|level| level != Level::Unknown),
-        scatter_mm: certainty.scatter_mm,
-        correlation: certainty.correlation,
-        margin_px: divided.margin_px,
-    })
+    best.map(|(divided, _)| divided).ok_or_else(none)
 }
 
 /// Of two reasons the one that says more: levels that were seen, or else the clearest division.
@@ -154,29 +213,14 @@ fn plainer(before: Option<SurfaceError>, now: SurfaceError) -> Option<SurfaceErr
     before.filter(|before| clearness(before) >= clearness(&now)).or(Some(now))
 }
 
-/// The depth without a margin at the walls, and with ever more of it, as long as something of both levels is
-/// left.
-fn by_margin(field: &Field<'_>, levels: &Grid<Level>, options: &StepsOptions) -> Vec<DepthAtMargin> {
-    (0..=options.margin_px + MORE_MARGIN)
-        .map_while(|margin_px| {
-            let fit = fit(field, &clear_of_walls(levels, margin_px)).ok()??;
-            let depth = fit.depth(&fit.certainty(field), field.heights.geometry.scale_sigma);
-            Some(DepthAtMargin {
-                margin_px,
-                depth_mm: depth.depth_mm,
-                half_width_95_mm: depth.half_width_95_mm,
-                used_px: fit.pixels,
-            })
-        })
-        .collect()
-}
-
-/// A field divided into two levels, and the fit to them.
+/// A field divided into two levels.
 struct Divided {
     levels: Grid<Level>,
-    fit: Fit,
-    /// Pixels nearer than this to a wall were left out.
+    /// What lies clear of the walls, and the margin that was left out.
+    clear: Grid<Level>,
     margin_px: usize,
+    /// Trend and depth by the heights that divided.
+    levels_found: Levels,
 }
 
 /// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights
@@ -194,18 +238,21 @@ fn divide(
     // A part smaller than the square of the smoothing cannot be distinguished from its noise.
     let least_area_px = options.least_area_px.max(2 * (2 * reach + 1).pow(2));
     let mut divided: Option<Divided> = None;
+    let mut scatter_mm = 0.0;
     for _ in 0..ROUNDS {
         let mut map = label(field, smoothed, &levels);
         without_small_parts(&mut map, least_area_px);
-        if divided.as_ref().is_some_and(|divided| divided.levels == map) {
+        if divided.as_ref().is_some_and(|before| before.levels == map) {
             break;
         }
         // Smoothing moves a wall by up to its reach, to where the noise that is then measured puts it.
         let (clear, margin_px) = roomy(&map, reach, options);
-        let fitted = match fit(field, &clear)? {
-            None if reach > 0 => fit(field, &clear_of_walls(&map, options.margin_px))?,
-            fitted => fitted,
-        };
+        let mut sides = [Side { field, clear }];
+        let mut fitted = fit(&sides)?;
+        if fitted.is_none() && reach > 0 {
+            sides[0].clear = clear_of_walls(&map, options.margin_px);
+            fitted = fit(&sides)?;
+        }
         let Some(fit) = fitted else {
             let Levels { depth_mm, .. } = levels;
             let narrow = SurfaceError::TooNarrow { margin_px: options.margin_px, depth_mm };
@@ -215,10 +262,11 @@ fn divide(
             return Err(one_level);
         }
         levels = fit.levels.clone();
-        divided = Some(Divided { levels: map, fit, margin_px });
+        scatter_mm = smoothed_scatter(field, smoothed, &fit);
+        let [Side { clear, .. }] = sides;
+        divided = Some(Divided { levels: map, clear, margin_px, levels_found: fit.levels });
     }
     let divided = divided.ok_or(one_level)?;
-    let scatter_mm = smoothed_scatter(field, smoothed, &divided.fit);
     if !levels.are_two(&points) {
         return Err(SurfaceError::OneLevel { depth_mm: levels.depth_mm, scatter_mm });
     }
@@ -281,7 +329,7 @@ fn label(field: &Field<'_>, smoothed: &Grid<f32>, levels: &Levels) -> Grid<Level
 fn smoothed_scatter(field: &Field<'_>, smoothed: &Grid<f32>, fit: &Fit) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for sample in field.samples() {
-        let level = fit.used.at(sample.x, sample.y);
+        let level = fit.used[0].at(sample.x, sample.y);
         if level != Level::Unknown {
             let lowered = if level == Level::Lower { fit.levels.depth_mm } else { 0.0 };
             let height_mm = f64::from(smoothed.at(sample.x, sample.y));

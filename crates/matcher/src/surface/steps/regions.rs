@@ -13,7 +13,7 @@ pub(super) enum Level {
 }
 
 impl Level {
-    fn other(self) -> Self {
+    pub(super) fn other(self) -> Self {
         match self {
             Self::Unknown => Self::Unknown,
             Self::Upper => Self::Lower,

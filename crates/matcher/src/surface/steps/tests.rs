@@ -82,7 +82,7 @@ fn the_interval_of_stripes_holds_as_often_as_it_says() {
     for seed in 0..240 {
         let heights =
             field(0.03, seed, |x_mm, y_mm, x, _| bowed(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 });
-        let found = find_steps(&heights, &options(TrendKind::Quadric)).unwrap();
+        let found = find_steps(&heights, None, &options(TrendKind::Quadric)).unwrap();
         assert_eq!((found.parts.len(), found.raised), (5, false));
         all.push(judged(&found.depth, 0.2));
         each.extend(found.parts.iter().map(|part| judged(&part.depth, 0.2)));
@@ -99,7 +99,7 @@ fn the_interval_of_shallow_pits_holds_as_often_as_it_says() {
         let heights = field(0.015, 1000 + seed, |x_mm, y_mm, x, y| {
             tilted(x_mm, y_mm) - if pit(x, y) { 0.05 } else { 0.0 }
         });
-        let found = find_steps(&heights, &options(TrendKind::Plane)).unwrap();
+        let found = find_steps(&heights, None, &options(TrendKind::Plane)).unwrap();
         assert_eq!((found.parts.len(), found.raised), (3, false), "seed {seed}");
         all.push(judged(&found.depth, 0.05));
         each.extend(found.parts.iter().map(|part| judged(&part.depth, 0.05)));
@@ -110,7 +110,7 @@ fn the_interval_of_shallow_pits_holds_as_often_as_it_says() {
 
 /// The depth found, with an error of at most four of its own sigma.
 fn assert_finds(name: &str, heights: &Heights, trend: TrendKind, truth_mm: f64) -> Steps {
-    let found = find_steps(heights, &options(trend)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let found = find_steps(heights, None, &options(trend)).unwrap_or_else(|error| panic!("{name}: {error}"));
     let (error, _) = judged(&found.depth, truth_mm);
     assert!(error.abs() < 4.0, "{name}: {:?}", found.depth);
     assert!(found.depth.sigma_mm.unwrap() < 0.05 * truth_mm, "{name}: {:?}", found.depth);
@@ -182,7 +182,7 @@ fn holes_and_wrong_pixels_change_little() {
 #[test]
 fn the_trend_is_that_of_the_upper_level() {
     let heights = field(0.02, 8, |x_mm, y_mm, x, _| bowed(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 });
-    let trend = find_steps(&heights, &options(TrendKind::Quadric)).unwrap().trend;
+    let trend = find_steps(&heights, None, &options(TrendKind::Quadric)).unwrap().trend;
     let truth = [0.3, 0.004, -0.007, 2e-4, -1e-4, -1.5e-4];
     for ((found, sigma), truth) in trend.coefficients.iter().zip(&trend.sigmas).zip(truth) {
         assert!((found - truth).abs() < 4.0 * sigma.unwrap(), "{found} {sigma:?} {truth}");
@@ -196,7 +196,7 @@ fn levels_that_are_too_narrow_are_said_to_be_there() {
         let narrow = field(0.02, 300 + seed, |x_mm, y_mm, x, _| {
             tilted(x_mm, y_mm) - if x / 6 % 2 == 1 { 0.2 } else { 0.0 }
         });
-        match find_steps(&narrow, &options(TrendKind::Plane)) {
+        match find_steps(&narrow, None, &options(TrendKind::Plane)) {
             Err(SurfaceError::TooNarrow { margin_px: 3, depth_mm }) => {
                 assert!((depth_mm - 0.2).abs() < 0.01, "{depth_mm}");
             }
@@ -210,7 +210,7 @@ fn one_level_is_refused() {
     for seed in 0..15 {
         for trend in [TrendKind::Plane, TrendKind::Quadric] {
             let flat = field(0.02, 100 + seed, |x_mm, y_mm, _, _| tilted(x_mm, y_mm));
-            let found = find_steps(&flat, &options(trend));
+            let found = find_steps(&flat, None, &options(trend));
             assert!(
                 matches!(found, Err(SurfaceError::OneLevel { .. })),
                 "seed {seed}: {:?}",
@@ -220,7 +220,7 @@ fn one_level_is_refused() {
     }
     // A bow that the plane leaves is no level either.
     let bow = field(0.001, 200, |x_mm, y_mm, _, _| 4e-4 * (x_mm * x_mm + y_mm * y_mm));
-    let found = find_steps(&bow, &options(TrendKind::Plane));
+    let found = find_steps(&bow, None, &options(TrendKind::Plane));
     assert!(matches!(found, Err(SurfaceError::OneLevel { .. })), "{:?}", found.map(|found| found.depth));
 }
 
@@ -228,7 +228,7 @@ fn one_level_is_refused() {
 fn fields_without_heights_are_refused() {
     let mut heights = field(0.02, 9, |_, _, _, _| 0.0);
     heights.height_mm.values_mut().fill(f32::NAN);
-    let found = find_steps(&heights, &options(TrendKind::Plane));
+    let found = find_steps(&heights, None, &options(TrendKind::Plane));
     assert_eq!(found.unwrap_err(), SurfaceError::TooFewPixels { pixels: 0, what: "a plane" });
 }
 
@@ -241,9 +241,41 @@ fn the_grown_margin_is_kept_where_hollows_have_the_room() {
         let heights = field(0.01, 7, |x_mm, y_mm, x, _| {
             tilted(x_mm, y_mm) - if x / width % 2 == 1 { 0.2 } else { 0.0 }
         });
-        let found = find_steps(&heights, &grown).unwrap();
+        let found = find_steps(&heights, None, &grown).unwrap();
         assert_eq!(found.margin_px, margin_px, "{width} px");
         // Seven of its standard deviations of some 0.0005 mm.
         assert!((found.depth.depth_mm - 0.2).abs() < 0.004, "{width} px: {}", found.depth.depth_mm);
     }
+}
+
+#[test]
+fn levels_that_another_half_shows_do_not_make_the_depth_larger() {
+    // A depth of three times the scatter of a half.
+    let form =
+        |x_mm: f64, y_mm: f64, x: usize, _: usize| tilted(x_mm, y_mm) - if stripes(x) { 0.12 } else { 0.0 };
+    let mut crossed = Vec::new();
+    for seed in 0..40 {
+        let halves = [0, 1].map(|half| field(0.04, 2 * seed + half, form));
+        let mut whole = halves[0].clone();
+        for (height, other) in whole.height_mm.values_mut().iter_mut().zip(halves[1].height_mm.values()) {
+            *height = 0.5 * (*height + other);
+        }
+        let found = find_steps(&whole, Some(&halves), &options(TrendKind::Plane)).unwrap();
+        assert_eq!(found.parts.len(), 5, "seed {seed}");
+        crossed.push(judged(&found.depth, 0.12));
+    }
+    assert_honest("by halves", &crossed);
+    let mean = crossed.iter().map(|(error, _)| error).sum::<f64>() / crossed.len() as f64;
+    // The mean of 40 is known to 0.16 of a standard uncertainty; three of these.
+    assert!(mean.abs() < 0.48, "{mean}");
+}
+
+#[test]
+fn a_half_that_shows_one_level_is_refused() {
+    let form =
+        |x_mm: f64, y_mm: f64, x: usize, _: usize| tilted(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 };
+    let flat = field(0.03, 2, |x_mm, y_mm, _, _| tilted(x_mm, y_mm));
+    let halves = [field(0.03, 1, form), flat];
+    let found = find_steps(&field(0.03, 3, form), Some(&halves), &options(TrendKind::Plane));
+    assert!(matches!(found, Err(SurfaceError::OneLevel { .. })), "{:?}", found.map(|found| found.depth));
 }

@@ -1,0 +1,25 @@
+//! Heights by two halves of the frames, for depths that nothing was selected by.
+
+use super::{OpenedResults, PipelineError, load, match_options};
+use epirig_core::progress::Progress;
+use epirig_data::sequence::Sequence;
+use epirig_matcher::evaluate::{SplitHalfError, match_halves};
+use epirig_matcher::surface::Heights;
+
+/// Matches the two halves of `sequence` as its results were matched. `None` without heights, or if there are too few
+/// frames.
+///
+/// # Errors
+/// [`PipelineError`] if frames cannot be read or a half cannot be matched.
+pub fn half_heights(
+    sequence: &Sequence,
+    opened: &OpenedResults,
+    progress: &dyn Progress,
+) -> Result<Option<[Heights; 2]>, PipelineError> {
+    let Some(heights) = &opened.heights else { return Ok(None) };
+    let volume = load(sequence, opened.calibration.as_ref(), progress)?;
+    match match_halves(&volume, opened.matched.reference, &match_options(&opened.matched), progress) {
+        Err(SplitHalfError::TooFewFrames(_)) => Ok(None),
+        halves => Ok(Some(halves?.map(|half| heights.of_maps(&half.maps())))),
+    }
+}
