@@ -146,8 +146,8 @@ fn heights<'a>(
     })
 }
 
-/// The heights by two halves of the frames. Without readable frames the surface is measured all the same, and that
-/// is said.
+/// The heights by two halves of the frames. If these cannot be read or matched, the surface is measured all the same,
+/// and that is said.
 fn halves(
     sequence: &Sequence,
     opened: &OpenedResults,
@@ -159,7 +159,7 @@ fn halves(
     let frames = Frames { count: sequence.frames().len(), rows, columns, sample_bytes };
     check("matching halves of the frames", halves_need(frames), talk, close_others)?;
     let found = match half_heights(sequence, opened, talk) {
-        Err(PipelineError::Sequence(error)) => {
+        Err(error @ (PipelineError::Sequence(_) | PipelineError::Halves(_))) => {
             talk.say(&format!("note: {error}"));
             None
         }

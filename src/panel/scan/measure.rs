@@ -66,7 +66,10 @@ fn analyse(sequence: &Sequence, results: &Path, notes: &Notes<'_>) -> Result<(),
     let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
     let questions = SurfaceQuestions::usual(steps);
     let place = ResultsFolder::create(&results.join("surface"), ResultsKind::Surface, true)?;
-    let halves = half_heights(sequence, &opened, notes)?;
+    let halves = half_heights(sequence, &opened, notes).unwrap_or_else(|error| {
+        notes.0.warn(format!("depths are measured without halves of the frames: {error}"));
+        None
+    });
     let measured = MeasuredSurface { sequence, results, opened: &opened, heights, halves: halves.as_ref() };
     inspect_surface(measured, &questions, &place)?;
     Ok(place.commit()?)
