@@ -16,7 +16,7 @@ pub(super) struct Inspection {
 }
 
 impl Inspection {
-    /// An inspection of so many frames.
+    /// An inspection of this number of frames.
     pub(super) fn new(count: usize, is_ordered: bool) -> Self {
         Self { check: MotionCheck::new(count), images: Vec::new(), is_ordered }
     }
