@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+use tracing::warn;
+
 use super::epis::Epis;
 use super::frames::Frames;
 use super::maps::Maps;
@@ -64,7 +66,12 @@ impl ResultsView {
 
     /// Heights by halves of the frames; `None` if the frames cannot be read or divided.
     pub(super) fn halves(&self) -> Option<&[Heights; 2]> {
-        let found = || half_heights(&self.sequence, self.results.as_ref()?, &Silent).ok().flatten();
+        let found = || {
+            half_heights(&self.sequence, self.results.as_ref()?, &Silent).unwrap_or_else(|error| {
+                warn!(%error, "depths are measured without halves of the frames");
+                None
+            })
+        };
         self.halves.get_or_init(found).as_ref()
     }
 
