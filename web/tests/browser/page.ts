@@ -64,9 +64,3 @@ export async function centre(page: Page): Promise<{ x: number; y: number }> {
   if (!box) throw new Error('the map is not on the screen');
   return { x: box.x + Math.round(box.width) / 2, y: box.y + Math.round(box.height) / 2 };
 }
-
-/** The address, once the page has written the selection into it: it does so at most every 200 ms. */
-export async function settledLink(page: Page): Promise<string> {
-  await page.waitForTimeout(500);
-  return page.url();
-}
