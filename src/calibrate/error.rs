@@ -8,7 +8,7 @@ use epirig_calibration::lens::views::LensError;
 use epirig_calibration::photometry::PhotometryError;
 use epirig_calibration::rectification::RectifyError;
 use epirig_calibration::stage_axis::StageAxisError;
-use epirig_calibration::target::TargetError;
+use epirig_calibration::target::{OtherSize, TargetError};
 use epirig_core::tau::TauError;
 use epirig_data::formats::FormatError;
 use epirig_data::sequence::SequenceError;
@@ -44,6 +44,21 @@ pub enum CalibrateError {
     BoardNotDescribed {
         /// Number of board frames.
         frames: usize,
+    },
+    /// A board that is of another size than the profile says.
+    #[error(
+        "the rig's profile describes a board of {} x {} inner corners ([{section}] columns, rows), but {} of {} boards that are seen whole have {}{} x {}; \
+         count its inner corners, and correct the profile or give --set {section}.columns={} --set {section}.rows={}",
+        told.0, told.1, shown.boards, shown.of, if shown.at_least { "at least " } else { "" }, shown.columns, shown.rows,
+        shown.columns, shown.rows
+    )]
+    OtherBoard {
+        /// The section of the profile.
+        section: &'static str,
+        /// Inner corners along a row and along a column, as told.
+        told: (usize, usize),
+        /// What is seen.
+        shown: OtherSize,
     },
     /// Too few board frames show a board.
     #[error(

@@ -101,7 +101,7 @@ pub fn calibrate(
         "stage axis known"
     );
     let mapping = Mapping::fitting(lens.estimate.lens, direction.roll_rad, direction.pan_rad, rows, columns)?;
-    let stage_axis = found.as_ref().map(|found| found.record(mapping.camera.focal_length_px));
+    let stage_axis = found.as_ref().map(|found| found.record(mapping.camera));
 
     let _span = info_span!("positions").entered();
     let mut positions = positions(sequence, plan, found.as_ref(), &mut remarks)?;

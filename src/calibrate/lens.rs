@@ -2,6 +2,7 @@
 
 use super::frames::read_all;
 use super::remarks::Remarks;
+use super::stage_axis::refuse_other_size;
 use super::{CalibrateError, CalibrationPlan, LensKnowledge, LensRecord, LensSource};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::lens::views::{LensCalibration, LensError, PlanarPoint, View, choose_terms};
@@ -35,6 +36,7 @@ pub(super) fn find_lens(
         file: None,
         estimate,
         board_frames: None,
+        corners_of_board: 0,
         board_files: Vec::new(),
     };
     match (&plan.lens, boards.len()) {
@@ -65,7 +67,8 @@ pub(super) fn find_lens(
             let (found, board_files) = from_boards(sequence, &board, remarks, progress)?;
             let estimate = found.estimate.clone();
             let known = known(LensSource::BoardFrames, estimate);
-            Ok(LensRecord { board_frames: Some(found), board_files, ..known })
+            let corners_of_board = board.corners();
+            Ok(LensRecord { board_frames: Some(found), corners_of_board, board_files, ..known })
         }
     }
 }
@@ -89,6 +92,8 @@ fn from_boards(
         frames.par_iter().map(find).collect()
     };
     progress.end();
+    let size = (sequence.record().rows, sequence.record().columns);
+    refuse_other_size("board", found.iter().flatten(), board, size)?;
     let mut views: Vec<View> = Vec::new();
     // The file of each view: errors of the lens count views, but users know files.
     let mut files: Vec<&str> = Vec::new();

@@ -7,7 +7,7 @@ use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::lens::views::LensCalibration;
 use epirig_calibration::photometry::{FrameGains, Linearity, Outcome, Photometry};
 use epirig_calibration::rectification::Mapping;
-use epirig_calibration::stage_axis::{Direction, PositioningError, TargetScale};
+use epirig_calibration::stage_axis::{Direction, Outline, PositioningError, TargetScale};
 
 /// Version of `calibration.json`.
 pub const FORMAT_VERSION: u32 = 4;
@@ -106,6 +106,9 @@ pub struct LensRecord {
     pub estimate: LensEstimate,
     /// The calibration from the board frames.
     pub board_frames: Option<LensCalibration>,
+    /// Number of corners of the whole board; 0 without board frames and in older records.
+    #[serde(default)]
+    pub corners_of_board: usize,
     /// The frame of each of its views.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub board_files: Vec<String>,
@@ -131,6 +134,9 @@ pub struct StageAxisRecord {
     pub corner_sigma_px: f64,
     /// Number of tracked corners.
     pub corners: usize,
+    /// Number of corners of the whole target; 0 in older records.
+    #[serde(default)]
+    pub corners_of_target: usize,
     /// Number of observations used.
     pub observations: usize,
     /// Rejected observations, which contradict the others: frame and corner.
@@ -139,6 +145,9 @@ pub struct StageAxisRecord {
     pub frames: usize,
     /// Median disparity of the corners in the rectified image, in px.
     pub disparity_px: f64,
+    /// Where each band of the target lies in the rectified frames, which is no surface to be measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub target: Vec<Outline>,
 }
 
 /// Position of every frame on the baseline.

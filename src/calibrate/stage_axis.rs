@@ -7,8 +7,9 @@ use super::lens::MOST_BLUR_PX;
 use super::remarks::Remarks;
 use super::{CalibrateError, StageAxisRecord};
 use epirig_calibration::lens::LensEstimate;
-use epirig_calibration::stage_axis::{StageAxis, baseline_by_target, find};
-use epirig_calibration::target::{FoundBoard, Target, Tracks, find_boards, track};
+use epirig_calibration::rectification::RectifiedCamera;
+use epirig_calibration::stage_axis::{StageAxis, baseline_by_target, find, outlines};
+use epirig_calibration::target::{ChessBoard, FoundBoard, Target, Tracks, find_boards, other_size, track};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 
@@ -16,6 +17,7 @@ use epirig_data::sequence::Sequence;
 pub(super) struct FoundAxis {
     pub(super) stage_axis: StageAxis,
     tracks: Tracks,
+    corners_of_target: usize,
     /// Length of the baseline from the size of the squares, in mm.
     pub(super) baseline_by_target_mm: Option<f64>,
 }
@@ -41,6 +43,8 @@ pub(super) fn find_axis(
     let found = found?;
     progress.end();
     refuse_blurred(&found)?;
+    let size = (sequence.record().rows, sequence.record().columns);
+    refuse_other_size("target", found.iter().flatten(), &target.board, size)?;
     let reported_mm = sequence.positions_mm();
     let tracks = track(&found, target, reported_mm.as_deref())?;
     let moved_px = longest_px(&tracks);
@@ -59,7 +63,8 @@ pub(super) fn find_axis(
         ));
     }
     let baseline_by_target_mm = baseline_by_target(&stage_axis.points, &tracks, target);
-    Ok(FoundAxis { stage_axis, tracks, baseline_by_target_mm })
+    let corners_of_target = target.bands * target.board.corners();
+    Ok(FoundAxis { stage_axis, tracks, corners_of_target, baseline_by_target_mm })
 }
 
 /// Least motion of the target over the scan, in px. With a smaller motion, the error of a corner (a hundredth
@@ -82,6 +87,21 @@ fn longest_px(tracks: &Tracks) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Refuses boards that are of another size than `board`, which `section` of the profile describes, in frames of
+/// rows x columns.
+pub(super) fn refuse_other_size<'a>(
+    section: &'static str,
+    found: impl IntoIterator<Item = &'a FoundBoard>,
+    board: &ChessBoard,
+    frame_size: (usize, usize),
+) -> Result<(), CalibrateError> {
+    let told = (board.columns, board.rows);
+    match other_size(found, board, frame_size) {
+        Some(shown) => Err(CalibrateError::OtherBoard { section, told, shown }),
+        None => Ok(()),
+    }
+}
+
 fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
     let mut blur: Vec<f64> = found.iter().flatten().map(|board| board.blur_px).collect();
     let Some(blur_px) = upper_median(&mut blur) else { return Ok(()) };
@@ -92,8 +112,9 @@ fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {
 }
 
 impl FoundAxis {
-    /// The record, for a rectified camera with this focal length.
-    pub(super) fn record(&self, focal_length_px: f64) -> StageAxisRecord {
+    /// The record, for this rectified camera.
+    pub(super) fn record(&self, camera: RectifiedCamera) -> StageAxisRecord {
+        let focal_length_px = camera.focal_length_px;
         let stage_axis = &self.stage_axis;
         let mut disparities: Vec<f64> =
             stage_axis.points.iter().map(|point| focal_length_px * point.disparity).collect();
@@ -107,10 +128,17 @@ impl FoundAxis {
             rows_rms_px: stage_axis.rows_rms_px(),
             corner_sigma_px: stage_axis.noise_factor * upper_median(&mut sigmas).unwrap_or(f64::NAN),
             corners: stage_axis.points.len(),
+            corners_of_target: self.corners_of_target,
             observations: stage_axis.residuals.len(),
             rejected: stage_axis.rejected.clone(),
             frames: stage_axis.tau.iter().flatten().count(),
             disparity_px: upper_median(&mut disparities).unwrap_or(f64::NAN),
+            target: outlines(
+                &stage_axis.points,
+                &self.tracks,
+                focal_length_px,
+                (camera.principal_point_x_px, camera.principal_point_y_px),
+            ),
         }
     }
 }

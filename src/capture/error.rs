@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use epirig_core::shell::quoted;
 use epirig_data::sequence::SequenceError;
 use epirig_devices::Blame;
 use epirig_devices::camera::CameraError;
@@ -164,7 +165,7 @@ pub enum CaptureError {
         others: usize,
     },
     /// The scan stopped early and can be resumed.
-    #[error("{source}; {done} of {planned} frames are in {}: `epirig resume {}` continues", folder.display(), folder.display())]
+    #[error("{source}; {done} of {planned} frames are in {}: `epirig resume {}` continues", folder.display(), quoted(folder))]
     Interrupted {
         /// The sequence.
         folder: PathBuf,

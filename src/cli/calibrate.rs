@@ -19,6 +19,7 @@ use crate::profile::Profile;
 use crate::rig::calibration_plan;
 use epirig_calibration::lens::{LensEstimate, opencv_yaml, ros_camera_info};
 use epirig_calibration::photometry::{FlatMethod, HIGHEST_ORDER, Outcome};
+use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Intrinsics, Sequence};
 use epirig_data::storage::read_text;
 
@@ -110,11 +111,11 @@ impl CalibrateVerb {
         tell(calibration, talk);
         talk.result(calibration, || {
             format!(
-                "{}wrote {}\n{}next: epirig match {} --reference middle\n",
+                "{}wrote {}\n{}next: epirig match {}\n",
                 describe(calibration),
-                self.seq.join(CALIBRATION).display(),
+                quoted(&self.seq.join(CALIBRATION)),
                 look_at(&self.seq.join("calibration")),
-                self.seq.display()
+                quoted(&self.seq)
             )
         })
     }
@@ -140,7 +141,7 @@ impl CalibrateVerb {
 
 /// The line that names the folder of pictures and maps; empty if there is none.
 fn look_at(folder: &Path) -> String {
-    if folder.is_dir() { format!("look at {}\n", folder.display()) } else { String::new() }
+    if folder.is_dir() { format!("look at {}\n", quoted(folder)) } else { String::new() }
 }
 
 fn parse_flat_field(text: &str) -> Result<FlatField, String> {
@@ -281,8 +282,12 @@ pub(super) fn describe(calibration: &Calibration) -> String {
         line(
             "rows",
             format!(
-                "straight to {:.4} px RMS ({} corners in {} frames, each known to {:.4} px)",
-                stage_axis.rows_rms_px, stage_axis.corners, stage_axis.frames, stage_axis.corner_sigma_px
+                "straight to {:.4} px RMS ({} in {} of {} frames, each known to {:.4} px)",
+                stage_axis.rows_rms_px,
+                found_of(stage_axis.corners, stage_axis.corners_of_target),
+                stage_axis.frames,
+                calibration.inputs.counts[0],
+                stage_axis.corner_sigma_px
             ),
         );
     }
@@ -330,7 +335,14 @@ fn lens(calibration: &Calibration) -> String {
     );
     let source = match (record.source, &record.board_frames) {
         (LensSource::BoardFrames, Some(found)) => {
-            format!("from {} board frames, {:.3} px RMS", found.views.len(), found.rms_px)
+            let corners = found.views.iter().map(|view| view.points).sum();
+            format!(
+                "from {} of {} board frames, {}, {:.3} px RMS",
+                found.views.len(),
+                calibration.inputs.counts[3],
+                found_of(corners, found.views.len() * record.corners_of_board),
+                found.rms_px
+            )
         }
         (LensSource::File, _) => format!("from {}", record.file.as_deref().unwrap_or("a file")),
         (LensSource::DataSheet, _) => "from its data sheet".to_owned(),
@@ -339,6 +351,11 @@ fn lens(calibration: &Calibration) -> String {
         }
     };
     format!("{focal_length} ({source})")
+}
+
+/// Corners that were found, of those that there are, if that is known.
+fn found_of(corners: usize, all: usize) -> String {
+    if all > 0 { format!("{corners} of {all} corners") } else { format!("{corners} corners") }
 }
 
 /// A value with the digits that its standard deviation justifies: two digits of the latter.

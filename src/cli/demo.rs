@@ -6,20 +6,23 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::conclusion::conclusion;
 use super::evaluate::table;
 use super::matching::describe;
 use super::need::{close_others, refuse_more_than_there_is};
 use super::run::{Measured, examine_shortly, measure_object};
 use super::scan::Devices;
+use super::surface::measure_surface;
 use super::{CliError, Talk};
 use crate::pipeline::{Frames, Measurement, match_need};
 use crate::profile::{Override, Profile, SIM};
 use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
-use crate::results::{MatchSummary, ResultsFolder, ResultsKind};
+use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_core::grid::Grid;
+use epirig_core::shell::quoted;
 use epirig_data::formats::MapFacts;
-use epirig_matcher::MatchOptions;
-use epirig_matcher::evaluate::{TruthReport, compare_with_truth, median_step};
+use epirig_matcher::evaluate::{TruthReport, compare_with_truth};
+use epirig_matcher::{MatchOptions, ReferenceFrame};
 use epirig_simulator::{Scene, Truth};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -66,7 +69,8 @@ struct DemoOutput<'a> {
     folder: String,
     summary: &'a MatchSummary,
     truth: &'a TruthReport,
-    hollow_depth_mm: Option<f64>,
+    /// The numbers of the surface, if it could be measured.
+    surface: Option<&'a SurfaceSummary>,
     true_hollow_depth_mm: Option<f64>,
 }
 
@@ -84,18 +88,19 @@ impl Demo {
             },
             simulator.config().optics.columns,
             simulator.config().scan.frames,
-            out.display()
+            quoted(&out)
         ));
         let folder = out.join("sequence");
         // The truth serves the comparison below only; the pipeline runs as for any rig.
-        let truth = simulator.truth(0)?;
+        let reference = simulator.config().scan.frames / 2;
+        let truth = simulator.truth(reference)?;
         let mut devices = Devices::of(&profile, None, talk)?;
         // The demo may use few pixels or much noise, so the checks before a scan do not stop it.
         examine_shortly(&mut devices, &profile, &folder, talk)?;
         let measured = measure_object(
             devices,
             &profile,
-            &MatchOptions::default(),
+            &MatchOptions { reference: ReferenceFrame::Index(reference), ..MatchOptions::default() },
             &folder,
             Some(&truth.disparity),
             talk,
@@ -117,28 +122,25 @@ impl Demo {
             Scene::Tile { hollow_depth_mm, .. } => Some(hollow_depth_mm),
             _ => None,
         };
-        let depth_mm = true_depth_mm.zip(measurement.heights.as_ref()).and_then(|(depth_mm, heights)| {
-            // Walls belong to neither level.
-            median_step(&heights.height_mm, &truth.height_mm, 0.0, -depth_mm as f32, 1e-3)
-        });
+        let surface = measure_surface(&folder, &folder.join("results"), talk);
+        let surface = surface.as_ref();
         let output = DemoOutput {
             folder: out.display().to_string(),
             summary,
             truth: &report,
-            hollow_depth_mm: depth_mm,
+            surface: surface.map(|(surface, _)| surface),
             true_hollow_depth_mm: true_depth_mm,
         };
         talk.result(&output, || {
-            let depth = depth_mm.zip(true_depth_mm).map_or(String::new(), |(measured, truth)| {
-                format!("hollow depth, median, mm  {measured:>14.4}   (truth {truth:.4})\n")
+            let found = surface.map_or(String::new(), |(surface, page)| {
+                format!("{}\nlook at {}\n     and ", conclusion(surface, true_depth_mm), quoted(page))
             });
-            let pictures = folder.join("results");
             format!(
-                "{}\n{}{depth}\nlook at {}  (measured beside the truth)\n        {}\n",
+                "{}\n{}\n{}{}  (measured beside the truth)\n",
                 describe(&measurement),
                 table(&report),
-                pictures.join("measured-and-truth.png").display(),
-                pictures.join("height-along-row.png").display(),
+                if found.is_empty() { "look at " } else { &found },
+                quoted(&folder.join("results/measured-and-truth.png")),
             )
         })
     }

@@ -32,8 +32,8 @@ use epirig_matcher::evaluate::{
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
-  epirig evaluate seq --leave-out 5 --reference middle --ordering-constraint off
-  epirig evaluate seq --split-half --reference middle
+  epirig evaluate seq --leave-out 5 --ordering-constraint off
+  epirig evaluate seq --split-half
   epirig evaluate seq --both-ways"
 )]
 pub(super) struct Evaluate {

@@ -25,8 +25,9 @@ pub(super) struct MatchArguments {
     /// the data]
     #[arg(long, value_name = "MIN..MAX", value_parser = parse_range, allow_hyphen_values = true)]
     range: Option<DisparityRange>,
-    /// The reference frame, whose pixels get a disparity: first, middle, last or an index from 0
-    #[arg(long, default_value = "first", value_parser = parse_reference)]
+    /// The reference frame, whose pixels get a disparity: first, middle, last or an index from 0. Most points
+    /// of the middle frame are seen by most frames; the paper takes the first
+    #[arg(long, default_value = "middle", value_parser = parse_reference)]
     reference: ReferenceFrame,
     /// Step between disparity candidates, in px
     #[arg(long, value_name = "PX", default_value_t = usual().disparity_step_px)]

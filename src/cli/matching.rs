@@ -12,8 +12,9 @@ use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::pipeline::{Measurement, PipelineError, View, measure};
 use crate::results::{ResultsFolder, ResultsKind};
+use epirig_core::shell::quoted;
 use epirig_data::sequence::{FrameKind, Sequence};
-use epirig_matcher::MatchError;
+use epirig_matcher::{Answer, DisparityMaps, MatchError};
 
 /// Compute the disparity of every pixel, and its height if lens and stage axis are known
 #[derive(Debug, Args)]
@@ -21,7 +22,7 @@ use epirig_matcher::MatchError;
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig match seq
-  epirig match seq --reference middle --ordering-constraint off      objects that occlude others
+  epirig match seq --ordering-constraint off               objects that occlude others
   epirig match seq --method normalised                     illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
   epirig match seq --quick --out look                      a first look: a third of the time
@@ -87,15 +88,15 @@ impl Match {
         if drops_surface {
             talk.say(&format!(
                 "note: {} belonged to the replaced results and was removed; run `epirig surface {}` again",
-                surface.display(),
-                self.seq.display()
+                quoted(&surface),
+                quoted(&self.seq)
             ));
         }
         advise(&measurement, talk);
         talk.result(&measurement.summary, || {
             let picture = out.join("disparity.png");
             match measurement.summary.median_disparity_px {
-                Some(_) => format!("{}look at {}\n", describe(&measurement), picture.display()),
+                Some(_) => format!("{}look at {}\n", describe(&measurement), quoted(&picture)),
                 None => describe(&measurement),
             }
         })?;
@@ -127,32 +128,38 @@ impl Match {
             talk.say(&format!(
                 "note: the sequence has calibration frames and no {CALIBRATION}; run `epirig calibrate {}` first; now the frames are matched as \
                  they were captured",
-                self.seq.display()
+                quoted(&self.seq)
             ));
         }
     }
 }
 
-/// Prints hints about pixels without an answer.
+/// Prints hints about pixels without an answer, not two about the same ones.
 pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
+    /// An object as small as this share of the frame may be what is left of a larger one.
+    const MUCH: f64 = 0.05;
     let summary = &measurement.summary;
     let at_end = summary.tau_before == 0.0 || summary.tau_after == 0.0;
+    let mut hinted = false;
     if summary.leaves_image > 0.2 && at_end {
+        hinted = true;
         talk.say(&format!(
             "hint: {:.0} % of the pixels leave the image too early for an answer; try --reference middle",
             100.0 * summary.leaves_image
         ));
     }
-    if summary.beyond_range > 0.05 {
+    // A range that was found covers what moves; the rest is no object.
+    if summary.beyond_range > 0.05 && !summary.range_found {
+        hinted = true;
         talk.say(&format!(
             "hint: for {:.0} % of the pixels the best candidate is at an end of the range; widen --range or omit it",
             100.0 * summary.beyond_range
         ));
     }
-    if summary.answered < 0.2 && summary.leaves_image < 0.5 {
+    if !hinted && summary.object * summary.object_answered < 0.5 * summary.object.max(MUCH) {
         talk.say(
-            "hint: few pixels have an answer. The range may not cover the scene (omit --range), the motion may not be along \
-             the rows (rotate the images), or the surface shows little texture",
+            "hint: few pixels have an answer. The surface may show little texture (try --semi-global), or the motion is not \
+             along the rows (rotate the images)",
         );
     }
     if let Some(locking) = summary.pixel_locking.as_ref().filter(|locking| locking.share_locked > 0.05)
@@ -174,28 +181,71 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
     }
 }
 
+/// How much of the object is answered, and what is beside it.
+fn answers(maps: &DisparityMaps) -> String {
+    let object = maps.object();
+    let reasons = [
+        ("leaves image", Answer::LeavesImage),
+        ("beyond range", Answer::BeyondRange),
+        ("no texture", Answer::NoTexture),
+        ("ambiguous", Answer::Ambiguous),
+        ("occluded", Answer::Occluded),
+    ];
+    let all = object.values().len().max(1) as f64;
+    let count = |inside: bool, answer: Option<Answer>| {
+        let pixels = object.values().iter().zip(maps.answer.values());
+        pixels.filter(|&(&is, &has)| is == inside && answer.is_none_or(|answer| has == answer)).count() as f64
+    };
+    // The shares of what has no answer, without those that round to nothing.
+    let shares = |inside: bool, whole: f64, first: &[(&str, Answer)]| {
+        let share = |(name, answer): &(&str, Answer)| {
+            let percent = 100.0 * count(inside, Some(*answer)) / whole;
+            (percent >= 0.05).then(|| format!("{name} {percent:.1} %"))
+        };
+        first.iter().chain(&reasons).filter_map(share).collect::<Vec<_>>().join(", ")
+    };
+    let (inside, outside) = (count(true, None), count(false, None));
+    let mut text = String::new();
+    if inside > 0.0 {
+        let missing = shares(true, inside, &[]);
+        let missing = if missing.is_empty() { missing } else { format!(" ({missing})") };
+        text.push_str(&format!(
+            "object             {:.1} % of the frame; {:.1} % of it answered{missing}\n",
+            100.0 * inside / all,
+            100.0 * count(true, Some(Answer::Found)) / inside,
+        ));
+    }
+    if outside > 0.0 {
+        let name = if inside > 0.0 { "beside it" } else { "frame" };
+        text.push_str(&format!(
+            "{name:<19}{:.1} % of the frame: {}\n",
+            100.0 * outside / all,
+            shares(false, all, &[("answered", Answer::Found)])
+        ));
+    }
+    text
+}
+
 /// The measurement in a few lines.
 pub(super) fn describe(measurement: &Measurement) -> String {
     let summary = &measurement.summary;
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
     let frames = if summary.calibration.is_some() { "corrected and rectified" } else { "as captured" };
+    let positions = match summary.positions.as_str() {
+        "equal-steps" => "steps taken as equal".to_owned(),
+        source => format!("positions from the {source}"),
+    };
     let mut text = format!(
-        "frames             {frames}, positions from the {}\n\
+        "frames             {frames}, {positions}\n\
          range searched     {:.2} .. {:.2} px{}\n\
          ordering constraint {}\n\
-         answered           {:.1} % (leaves image {:.1} %, beyond range {:.1} %, no texture {:.1} %, ambiguous {:.1} %, occluded {:.1} %)\n\
+         {}\
          median disparity   {} px, median sigma {} px\n",
-        summary.positions,
         summary.minimum_px,
         summary.maximum_px,
         if summary.range_found { " (found from the data)" } else { "" },
         summary.ordering_constraint,
-        100.0 * summary.answered,
-        100.0 * summary.leaves_image,
-        100.0 * summary.beyond_range,
-        100.0 * summary.no_texture,
-        100.0 * summary.ambiguous,
-        100.0 * summary.occluded,
+        answers(&measurement.maps),
         number(summary.median_disparity_px),
         number(summary.median_sigma_px),
     );

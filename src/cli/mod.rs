@@ -4,7 +4,9 @@ mod calibrate;
 mod camera;
 mod capture;
 mod choice;
+mod colours;
 mod completions;
+mod conclusion;
 mod decode;
 mod demo;
 mod devices;
@@ -20,6 +22,7 @@ mod init;
 mod interrupt;
 mod licences;
 mod linearity;
+mod lines;
 mod log;
 mod match_arguments;
 mod matching;
@@ -63,7 +66,7 @@ Examples:
   epirig demo                                       a simulated measurement, no hardware needed
   epirig import photos/ --out seq                   your own photographs
   epirig calibrate tile                             lens, stage axis, positions, light
-  epirig match seq --reference middle
+  epirig match seq
   epirig view seq                                   maps and reasons, in a browser
   epirig ui --rig sim                               rig, scan and results, in a browser
   epirig devices                                    serial ports and cameras

@@ -1,15 +1,19 @@
 //! Output while the program works: messages to stderr, data to stdout.
 
 use std::io::{IsTerminal, Write};
+use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use anstream::stream::RawStream;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
+use terminal_size::terminal_size_of;
 
-use super::CliError;
 use super::failure::Failure;
+use super::lines::wrapped;
+use super::{CliError, colours};
 use epirig_core::progress::Progress;
 
 /// The progress bar on the screen. All lines, log lines too, are printed by [`tell`], which hides the bar
@@ -28,7 +32,7 @@ fn bar() -> MutexGuard<'static, Option<ProgressBar>> {
 /// work.
 pub(super) fn tell(line: &str) {
     let write = || {
-        let _ = writeln!(std::io::stderr().lock(), "{}", harmless(line));
+        let _ = writeln!(std::io::stderr().lock(), "{}", fitted(line, &std::io::stderr()));
     };
     // The lock is held only while the bar is read, so that other lines do not wait for this one.
     let shown = bar().clone().filter(|bar| !bar.is_hidden());
@@ -47,6 +51,14 @@ pub(super) fn answer_failure(failure: &Failure) {
         // If stdout is closed, the exit code and stderr still report the failure.
         let _ = print(&(line + "\n"));
     }
+}
+
+/// Text as `stream` shows it: in the width and with the colours of a terminal.
+fn fitted(text: &str, stream: &(impl AsFd + RawStream)) -> String {
+    let text = harmless(text);
+    let Some((width, _)) = terminal_size_of(stream) else { return text };
+    let text = wrapped(&text, usize::from(width.0));
+    if colours::shown_by(stream) { colours::coloured(&text) } else { text }
 }
 
 /// Text to stdout as it is.
@@ -118,7 +130,7 @@ impl Talk {
         text: impl FnOnce() -> String,
     ) -> Result<(), CliError> {
         if !JSON.load(Ordering::SeqCst) {
-            return self.print(&harmless(&text()));
+            return self.print(&fitted(&text(), &std::io::stdout()));
         }
         let line = serde_json::to_string(data).map_err(std::io::Error::other)?;
         match ANSWERED.swap(true, Ordering::SeqCst) {

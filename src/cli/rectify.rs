@@ -9,6 +9,7 @@ use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
 use crate::pipeline::{rectification_need, rectify_sequence};
+use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 
 /// Write the frames of a calibrated sequence, corrected and rectified, as a new sequence
@@ -20,7 +21,7 @@ use epirig_data::sequence::Sequence;
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig rectify tile --out tile-rectified
-  epirig match tile-rectified --reference middle    same result as without it")]
+  epirig match tile-rectified                       same result as without it")]
 pub(super) struct Rectify {
     /// Folder of the sequence, calibrated by `epirig calibrate`
     seq: PathBuf,
@@ -59,8 +60,8 @@ impl Rectify {
         });
         talk.result(&summary, || {
             format!(
-                "{0}: {1} frames of {2} x {3}, {4} bit\nnext: epirig match {0} --reference middle\n",
-                self.out.display(),
+                "{0}: {1} frames of {2} x {3}, {4} bit\nnext: epirig match {0}\n",
+                quoted(&self.out),
                 derived.sources.len(),
                 derived.columns,
                 derived.rows,

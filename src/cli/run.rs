@@ -6,6 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::calibrate::tell;
+use super::conclusion::conclusion;
 use super::doctor::{examine_rig, of, refuse_if_bad};
 use super::match_arguments::MatchArguments;
 use super::matching::{advise, describe};
@@ -20,6 +21,7 @@ use crate::profile::Profile;
 use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary};
 use crate::rig::{calibration_plan, can_be_calibrated};
 use epirig_core::grid::Grid;
+use epirig_core::shell::quoted;
 use epirig_data::sequence::{Sequence, refuse_existing};
 use epirig_matcher::MatchOptions;
 
@@ -28,7 +30,6 @@ use epirig_matcher::MatchOptions;
 #[command(after_help = "Examples:
   epirig run --out tile-0042                                    as rig.toml says
   epirig run --out tile-0042 --rig sim --set plan.frames=51     no hardware needed
-  epirig run --out tile-0042 --reference middle
 
 Runs `epirig doctor --short`, `capture`, `calibrate`, `match` and `surface`, one after another. DIR
 is the sequence; DIR/results holds the results, and DIR/results/surface/report.html shows them on
@@ -91,25 +92,20 @@ impl Run {
         results.commit()?;
         advise(&measurement, talk);
         let results = self.out.join("results");
-        // The results are in place, so a surface that cannot be measured does not fail the run.
-        let surface = Sequence::open(&self.out)
-            .map_err(CliError::from)
-            .and_then(|sequence| measure_surface(&sequence, &results, talk))
-            .inspect_err(|error| {
-                talk.say(&format!("note: the surface was not measured: {}", error.in_words()))
-            })
-            .ok();
+        let surface = measure_surface(&self.out, &results, talk);
         let found = surface.as_ref();
         let summary = &measurement.summary;
         let output = RunOutput { captured: &captured, summary, surface: found.map(|(surface, _)| surface) };
         talk.result(&output, || {
             let picture = found.map_or_else(|| results.join("disparity.png"), |(_, report)| report.clone());
-            let surface = found.map_or(String::new(), |(surface, _)| describe_surface(surface));
+            let surface = found.map_or(String::new(), |(surface, _)| {
+                format!("{}{}\n", describe_surface(surface), conclusion(surface, profile.target.relief_mm))
+            });
             format!(
                 "{}{}{surface}look at {}\n",
                 captured.describe(),
                 describe(&measurement),
-                picture.display()
+                quoted(&picture)
             )
         })
     }

@@ -11,6 +11,7 @@ use crate::capture::{self, CapturePlan, PauseSwitch, Rig, Unwatched};
 use crate::pipeline::capture_need;
 use crate::profile::Profile;
 use crate::rig::{capture_plan, open_camera};
+use epirig_core::shell::quoted;
 use epirig_data::sequence::{ClosureRecord, Event, Sequence, TimesRecord};
 use epirig_data::storage::RealDisk;
 use epirig_devices::camera::{Camera, OpenCamera, ViewSwitch};
@@ -92,7 +93,7 @@ pub(super) fn scan(
     let closure = taken?;
     let sequence = Sequence::open(folder)?;
     if sequence.frames().len() > before && folder.join("results").exists() {
-        let folder = folder.display();
+        let folder = quoted(folder);
         talk.say(&format!(
             "note: {folder}/results were made from fewer frames; run `epirig match {folder} --overwrite` again"
         ));

@@ -6,16 +6,20 @@ use std::str::FromStr;
 use clap::Args;
 
 use super::choice::choice;
+use super::conclusion::{conclusion, planned_mm};
 use super::need::{check, close_others};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::pipeline::{
-    Frames, MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_heights, halves_need,
+    MeasuredSurface, OpenedResults, PipelineError, SurfaceQuestions, half_frames, half_heights, halves_need,
     inspect_surface, open_results, steps_options, surface_need,
 };
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
+use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{Filters, Heights, Rectangle, Roughness, TrendKind};
+use epirig_matcher::surface::{
+    Combined, Contribution, Evaluation, Filters, Heights, Rectangle, Roughness, TrendKind,
+};
 
 /// The report in the folder of the surface.
 const REPORT: &str = "report.html";
@@ -62,6 +66,9 @@ pub(super) struct Surface {
     /// Region of the picture, by two corners in px [default: all of it]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>)]
     region: Option<[usize; 4]>,
+    /// Measure the chess-boards of the calibration's target, too, which are no part of the surface
+    #[arg(long)]
+    with_target: bool,
     /// Ends of a profile, in px [default: the middle row of the field]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<f64>)]
     profile: Option<[f64; 4]>,
@@ -104,6 +111,7 @@ impl Surface {
         let questions = SurfaceQuestions {
             steps,
             region,
+            with_target: self.with_target,
             line,
             profile_width_px: self.profile_width as usize,
             filters,
@@ -121,7 +129,10 @@ impl Surface {
         };
         let summary = inspect_surface(measured, &questions, &folder)?;
         folder.commit()?;
-        talk.result(&summary, || format!("{}look at {}\n", describe(&summary), out.join(REPORT).display()))
+        let conclusion = conclusion(&summary, planned_mm(&sequence));
+        talk.result(&summary, || {
+            format!("{}{conclusion}\nlook at {}\n", describe(&summary), quoted(&out.join(REPORT)))
+        })
     }
 }
 
@@ -153,11 +164,8 @@ fn halves(
     opened: &OpenedResults,
     talk: &Talk,
 ) -> Result<Option<[Heights; 2]>, CliError> {
-    let record = sequence.record();
-    let sample_bytes = if opened.calibration.is_some() || record.bit_depth > 8 { 2 } else { 1 };
-    let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
-    let frames = Frames { count: sequence.frames().len(), rows, columns, sample_bytes };
-    check("matching halves of the frames", halves_need(frames), talk, close_others)?;
+    let need = halves_need(half_frames(sequence, opened));
+    check("matching halves of the frames", need, talk, close_others)?;
     let found = match half_heights(sequence, opened, talk) {
         Err(error @ (PipelineError::Sequence(_) | PipelineError::Halves(_))) => {
             talk.say(&format!("note: {error}"));
@@ -173,13 +181,21 @@ fn halves(
     Ok(found)
 }
 
-/// Measures the surface of new results as `epirig surface` does without options: the summary, and where the
-/// report is.
+/// Measures the surface of new results of the sequence in `folder` as `epirig surface` does without options: the
+/// summary, and where the report is. The results are in place, so a surface that cannot be measured is no
+/// failure; a note says why.
 pub(super) fn measure_surface(
-    sequence: &Sequence,
+    folder: &Path,
     results: &Path,
     talk: &Talk,
-) -> Result<(SurfaceSummary, PathBuf), CliError> {
+) -> Option<(SurfaceSummary, PathBuf)> {
+    usual_surface(folder, results, talk)
+        .inspect_err(|error| talk.say(&format!("note: the surface was not measured: {}", error.in_words())))
+        .ok()
+}
+
+fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceSummary, PathBuf), CliError> {
+    let sequence = &Sequence::open(folder)?;
     let opened = open_results(sequence, results)?;
     let heights = heights(&opened, sequence, results, talk)?;
     let steps = steps_options(&opened.matched.settings, TrendKind::Quadric);
@@ -204,11 +220,15 @@ fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
 pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let field = &summary.field;
     let mut text = format!(
-        "field              {:.1} % of {} heights; left out: {} uncertain, {} apart from it, {} at its rim, {} outliers (used.png)\n\
+        "field              {:.1} % of {} heights; left out: {}{} uncertain, {} apart from it, {} at its rim, {} outliers (used.png)\n\
          distance           {:.2} mm, a pixel is {:.4} mm wide\n\
          trend              tilt {:.4} deg along x, {:.4} deg along y; bow {:.4} mm over the field\n",
         100.0 * field.used_px as f64 / field.answered_px as f64,
         field.answered_px,
+        match field.target_px {
+            0 => String::new(),
+            pixels => format!("{pixels} of the target, "),
+        },
         field.uncertain_px,
         field.apart_px,
         field.rim_px,
@@ -221,22 +241,19 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
     );
     if let Some(levels) = &summary.levels {
         let depth = &levels.depth;
-        let interval =
-            depth.half_width_95_mm.map_or("unknown: too few independent parts".to_owned(), |half| {
-                format!("+- {half:.4} mm (95 % coverage)")
-            });
+        let interval = match levels.budget.combined {
+            None => "interval unknown: too few independent parts".to_owned(),
+            Some(Combined { half_width_95_mm, coverage_factor, .. }) => {
+                format!("+- {half_width_95_mm:.4} mm (95 % coverage, k = {coverage_factor:.2})")
+            }
+        };
         let what = if levels.raised { "standing on the lower level" } else { "hollow" };
         text.push_str(&format!(
             "levels             two, {} part(s) {what}\ndepth              {:.4} mm, {interval}\n",
             levels.parts.len(),
             depth.depth_mm,
         ));
-        if depth.scale_sigma_mm > 0.0 {
-            text.push_str(&format!(
-                "                   and {:.4} mm (one sigma) from the scale\n",
-                depth.scale_sigma_mm
-            ));
-        }
+        text.extend(levels.budget.contributions.iter().map(contribution));
         for wider in levels.by_margin.iter().filter(|wider| wider.margin_px > levels.margin_px) {
             let interval = wider.half_width_95_mm.map_or(String::new(), |half| format!(" +- {half:.4} mm"));
             text.push_str(&format!(
@@ -259,6 +276,17 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let cutoff = |cutoff_mm: Option<f64>| cutoff_mm.map_or("none".to_owned(), |mm| format!("{mm} mm"));
     let Filters { s_filter_mm, l_filter_mm } = summary.filters;
     text + &format!("cut-offs           S-filter {}, L-filter {}\n", cutoff(s_filter_mm), cutoff(l_filter_mm))
+}
+
+/// A line of the uncertainty budget.
+fn contribution(part: &Contribution) -> String {
+    let kind = match part.evaluation {
+        Evaluation::A => "A",
+        Evaluation::B => "B",
+    };
+    let sigma = part.sigma_mm.map_or("not known".to_owned(), |mm| format!("{mm:.5} mm"));
+    let share = part.share.map_or(String::new(), |share| format!(", {:.0} %", 100.0 * share));
+    format!("  u by {:<48} {sigma} (type {kind}{share})\n", part.name)
 }
 
 fn roughness_line(name: &str, rough: &Roughness) -> String {

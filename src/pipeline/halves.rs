@@ -1,10 +1,17 @@
 //! Heights by two halves of the frames, for depths that nothing was selected by.
 
-use super::{OpenedResults, PipelineError, load, match_options};
+use super::{Frames, OpenedResults, PipelineError, load, match_options};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{SplitHalfError, match_halves};
 use epirig_matcher::surface::Heights;
+
+/// The frames that [`half_heights`] holds in memory, for [`halves_need`](super::halves_need).
+pub fn half_frames(sequence: &Sequence, opened: &OpenedResults) -> Frames {
+    let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
+    let deep = opened.calibration.is_some() || sequence.record().bit_depth > 8;
+    Frames { count: sequence.frames().len(), rows, columns, sample_bytes: if deep { 2 } else { 1 } }
+}
 
 /// Matches the two halves of `sequence` as its results were matched. `None` without heights, or if there are too few
 /// frames.

@@ -1,11 +1,9 @@
 //! Analyses a surface, and writes files and pictures.
 
-use super::PipelineError;
 use super::points::surface_points;
+use super::{OpenedResults, PipelineError};
 use crate::report::{Chart, Marks, Series, ValueRange, map_picture};
-use crate::results::{
-    FieldSummary, LevelsSummary, MatchSettings, MatchSummary, ResultsFolder, SurfaceSummary,
-};
+use crate::results::{FieldSummary, LevelsSummary, MatchSettings, ResultsFolder, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
@@ -25,6 +23,8 @@ pub struct SurfaceQuestions {
     pub steps: StepsOptions,
     /// Region of the picture; `None` is all of it.
     pub region: Option<Rectangle>,
+    /// Whether the calibration's target belongs to the surface.
+    pub with_target: bool,
     /// Line of the profile; `None` is the middle row of the region that is used.
     pub line: Option<((f64, f64), (f64, f64))>,
     /// Width over which the profile is averaged, across the line, in px.
@@ -39,7 +39,15 @@ impl SurfaceQuestions {
     /// The questions of `epirig surface` without options.
     pub fn usual(steps: StepsOptions) -> Self {
         let filters = Filters::default();
-        Self { steps, region: None, line: None, profile_width_px: 1, filters, points_with_form: false }
+        Self {
+            steps,
+            region: None,
+            with_target: false,
+            line: None,
+            profile_width_px: 1,
+            filters,
+            points_with_form: false,
+        }
     }
 }
 
@@ -74,8 +82,8 @@ pub struct SurfaceAnswers {
     pub used: Grid<u8>,
 }
 
-/// Answers `questions` about the heights of the results `matched`, and of the `halves` of their frames if those are
-/// known.
+/// Answers `questions` about the `heights` of the results `opened`, and of the `halves` of their frames if those
+/// are known.
 ///
 /// # Errors
 /// [`PipelineError::Surface`] if form or profile cannot be computed. A surface with one level is not an
@@ -83,10 +91,16 @@ pub struct SurfaceAnswers {
 pub fn analyse_surface(
     heights: &Heights,
     halves: Option<&[Heights; 2]>,
-    matched: &MatchSummary,
+    opened: &OpenedResults,
     questions: &SurfaceQuestions,
 ) -> Result<SurfaceAnswers, PipelineError> {
-    let all = heights;
+    let matched = &opened.matched;
+    let target = if questions.with_target { None } else { opened.target() };
+    let all = &match &target {
+        None => heights.clone(),
+        Some(target) => heights.only(&target.map(|covered| !covered)),
+    };
+    let target_px = answered(heights, questions.region) - answered(all, questions.region);
     let filters = questions.filters;
     filters.check(all.pixel_mm())?;
     let mut extent = find_extent(all, questions.region, questions.steps.margin_px)?;
@@ -115,6 +129,7 @@ pub fn analyse_surface(
         field: FieldSummary {
             region: questions.region,
             answered_px: extent.answered_px,
+            target_px,
             used_px: extent.used_px,
             uncertain_px: extent.uncertain_px,
             apart_px: extent.apart_px,
@@ -137,6 +152,16 @@ pub fn analyse_surface(
     let profile = profile(heights, &rest_mm, line, correlation_px)?;
     let used = used_values(all, &extent, steps.ok());
     Ok(SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used })
+}
+
+/// Number of pixels that have a height, in the region if one is given.
+fn answered(heights: &Heights, region: Option<Rectangle>) -> usize {
+    let all = &heights.height_mm;
+    let (rows, columns) = match region {
+        None => (0..all.rows(), 0..all.columns()),
+        Some(Rectangle { left, top, right, bottom }) => (top..bottom + 1, left..right + 1),
+    };
+    rows.map(|y| all.row(y)[columns.clone()].iter().filter(|height| height.is_finite()).count()).sum()
 }
 
 /// Takes the outliers out of the heights and of the extent; their number.
@@ -189,6 +214,7 @@ fn levels(
     };
     LevelsSummary {
         depth: steps.depth,
+        budget: steps.budget.clone(),
         by_halves,
         raised: steps.raised,
         margin_px: steps.margin_px,

@@ -8,8 +8,8 @@ mod opened;
 mod points;
 mod rectified;
 mod reported;
+mod summary;
 
-use epirig_core::statistics::upper_median;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -18,12 +18,9 @@ use tracing::{info, info_span};
 
 pub use calibration::calibrate_sequence;
 
-use crate::calibrate::{CalibrateError, Calibration, LensSource, PositionSource, load_calibrated};
-use crate::report::html::ScaleSigma;
+use crate::calibrate::{CalibrateError, Calibration, LensSource, load_calibrated};
 use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
-use crate::results::{
-    FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, ResultsError, ResultsFolder, ResultsMismatch,
-};
+use crate::results::{MatchSummary, ResultsError, ResultsFolder, ResultsMismatch};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
@@ -32,13 +29,10 @@ use epirig_data::formats::{MapFacts, Quantity};
 use epirig_data::sequence::{Sequence, SequenceError, load_volume};
 use epirig_matcher::evaluate::SplitHalfError;
 use epirig_matcher::lines::Lines;
-use epirig_matcher::surface::{Geometry, Heights, SurfaceError, heights};
-use epirig_matcher::{
-    Answer, DisparityMaps, DisparityRange, Effort, MatchError, MatchOptions, Matcher, OrderingConstraint,
-    OrderingUsed, ReferenceFrame,
-};
+use epirig_matcher::surface::{Geometry, Heights, ScaleSigma, SurfaceError, heights};
+use epirig_matcher::{Answer, DisparityMaps, MatchError, MatchOptions, Matcher};
 
-pub use halves::half_heights;
+pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
 pub use need::{
     Frames, calibration_need, capture_need, frames_that_fit, halves_need, import_need, match_need,
@@ -48,6 +42,8 @@ pub use opened::{OpenedResults, open_results};
 pub use points::surface_points;
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
+pub use summary::match_options;
+use summary::summarise;
 
 /// Errors of calibration, matching and results.
 #[derive(Debug, Error)]
@@ -153,9 +149,7 @@ pub fn measure(
         heights
     });
     let lines = Lines::new(epi.tau(), maps.reference, epi.columns());
-    let mut summary = summarise(sequence, &lines, &maps, options, heights.as_ref(), seconds);
-    summary.calibration = calibration.map(Calibration::hash);
-    summary.positions = positions_name(calibration.map(|calibration| calibration.positions.source));
+    let summary = summarise(sequence, calibration, &lines, &maps, options, heights.as_ref(), seconds);
 
     let _span = info_span!("results").entered();
     progress.begin("writing results", 1);
@@ -183,12 +177,10 @@ pub fn geometry(sequence: &Sequence, calibration: Option<&Calibration>) -> Optio
         let camera = calibration.mapping.camera;
         let positions = &calibration.positions;
         let baseline_mm = positions.baseline_mm?;
-        let scale = scale_sigma(calibration);
-        let (focal_length, baseline) = (scale.focal_length.unwrap_or(0.0), scale.baseline.unwrap_or(0.0));
         let point = (camera.principal_point_x_px, camera.principal_point_y_px);
         let exact = Geometry::exact(camera.focal_length_px, baseline_mm, point);
         let known = calibration.lens.source != LensSource::Unknown;
-        return known.then(|| exact.with_scale_sigma(focal_length, baseline));
+        return known.then(|| exact.with_scale(scale_sigma(calibration)));
     }
     let positions = sequence.positions_mm()?;
     let baseline_mm = positions.last()? - positions.first()?;
@@ -206,15 +198,6 @@ fn scale_sigma(calibration: &Calibration) -> ScaleSigma {
         focal_length: relative(lens.sigma()[0], lens.lens.focal_length_x_px),
         baseline: baseline.and_then(|(sigma_mm, baseline_mm)| relative(sigma_mm, baseline_mm)),
     }
-}
-
-fn positions_name(source: Option<PositionSource>) -> String {
-    match source {
-        Some(PositionSource::Target) => "target",
-        Some(PositionSource::Texture) => "texture",
-        Some(PositionSource::Automatic | PositionSource::Stage) | None => "stage",
-    }
-    .to_owned()
 }
 
 /// How the colours of a picture are spread over the values of its map.
@@ -273,99 +256,4 @@ fn write_maps(
     drawn?;
     written?;
     Ok(folder.write_mask("mask.png", &maps.answer)?)
-}
-
-fn summarise(
-    sequence: &Sequence,
-    lines: &Lines,
-    maps: &DisparityMaps,
-    options: &MatchOptions,
-    heights: Option<&Heights>,
-    seconds: f64,
-) -> MatchSummary {
-    let (tau_before, tau_after) = (lines.tau_before(), lines.tau_after());
-    let (median_disparity_px, median_sigma_px) =
-        rayon::join(|| median(&maps.disparity), || median(&maps.sigma));
-    MatchSummary {
-        format: FORMAT_VERSION,
-        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
-        sequence_uid: sequence.record().uid.clone(),
-        scan_ended: sequence.ended().to_owned(),
-        calibration: None,
-        positions: String::new(),
-        settings: settings(options),
-        reference: maps.reference,
-        tau_before,
-        tau_after,
-        minimum_px: maps.range.minimum_px,
-        maximum_px: maps.range.maximum_px,
-        range_found: maps.range_found,
-        ordering_constraint: maps.ordering,
-        order_violations: maps.order_violations(tau_before, tau_after),
-        answered: maps.share(Answer::Found),
-        leaves_image: maps.share(Answer::LeavesImage),
-        beyond_range: maps.share(Answer::BeyondRange),
-        no_texture: maps.share(Answer::NoTexture),
-        ambiguous: maps.share(Answer::Ambiguous),
-        occluded: maps.share(Answer::Occluded),
-        median_disparity_px,
-        median_sigma_px,
-        pixel_locking: maps.locking.map(LockingSummary::from),
-        distance_mm: heights.map(|heights| heights.distance_mm),
-        seconds,
-    }
-}
-
-fn settings(options: &MatchOptions) -> MatchSettings {
-    let quick = options.effort == Effort::Quick;
-    MatchSettings {
-        method: options.method,
-        window_px: options.window_px,
-        search: options.search_used(),
-        quick,
-        semi_global: options.semi_global,
-        interpolation: options.interpolation,
-        disparity_step_px: options.disparity_step_px,
-        minimum_visible: options.minimum_visible,
-        occlusion: options.occlusion,
-        fit: options.refine,
-        surfaces: options.surfaces,
-        fit_window_px: options.refine_window_px,
-        wanted_sigma_px: (options.wanted_sigma_px.is_finite() && !quick).then_some(options.wanted_sigma_px),
-        maximum_sigma_px: options.maximum_sigma_px,
-        minimum_confidence: options.minimum_confidence,
-    }
-}
-
-/// The options that results were matched with, as far as `match.json` has them.
-pub fn match_options(matched: &MatchSummary) -> MatchOptions {
-    let settings = &matched.settings;
-    MatchOptions {
-        method: settings.method,
-        search: settings.search,
-        effort: if settings.quick { Effort::Quick } else { Effort::Full },
-        interpolation: settings.interpolation,
-        range: Some(DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px }),
-        disparity_step_px: settings.disparity_step_px,
-        window_px: settings.window_px,
-        semi_global: settings.semi_global,
-        reference: ReferenceFrame::Index(matched.reference),
-        minimum_visible: settings.minimum_visible,
-        occlusion: settings.occlusion,
-        ordering_constraint: match matched.ordering_constraint {
-            OrderingUsed::On => OrderingConstraint::On,
-            OrderingUsed::Off => OrderingConstraint::Off,
-        },
-        refine: settings.fit,
-        surfaces: settings.surfaces,
-        refine_window_px: settings.fit_window_px,
-        wanted_sigma_px: settings.wanted_sigma_px.unwrap_or(f64::INFINITY),
-        maximum_sigma_px: settings.maximum_sigma_px,
-        minimum_confidence: settings.minimum_confidence,
-    }
-}
-
-fn median(map: &Grid<f32>) -> Option<f64> {
-    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| !value.is_nan()).collect();
-    upper_median(&mut known).map(f64::from)
 }

@@ -27,6 +27,23 @@ pub struct OpenedResults {
     pub has_geometry: bool,
 }
 
+impl OpenedResults {
+    /// Where the bands of the calibration's target lie; `None` without such a target. Rows x columns of the
+    /// matched frames.
+    pub fn target(&self) -> Option<Grid<bool>> {
+        let (calibration, _) = self.calibration.as_ref()?;
+        let outlines = &calibration.stage_axis.as_ref()?.target;
+        let tau = *calibration.positions.tau.get(self.matched.reference)?;
+        let mut target = self.disparity.map(|_| false);
+        for y in 0..target.rows() {
+            for (x, covered) in target.row_mut(y).iter_mut().enumerate() {
+                *covered = outlines.iter().any(|outline| outline.covers(x as f64, y as f64, tau));
+            }
+        }
+        (!outlines.is_empty()).then_some(target)
+    }
+}
+
 /// Reads the results of `sequence` in `folder`.
 ///
 /// # Errors

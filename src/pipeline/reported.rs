@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, write_answers};
-use super::{OpenedResults, PipelineError, scale_sigma};
+use super::{OpenedResults, PipelineError};
 use crate::calibrate::{calibration_pictures, read_calibration_picture};
-use crate::report::html::{CalibrationPart, Maps, Report, ScaleSigma, Scan};
+use crate::report::html::{CalibrationPart, Maps, Report, Scan};
 use crate::results::{ResultsFolder, SurfaceSummary, read_result};
 use epirig_data::sequence::{Sequence, now};
 use epirig_matcher::surface::Heights;
@@ -38,7 +38,7 @@ pub fn inspect_surface(
     questions: &SurfaceQuestions,
     folder: &ResultsFolder,
 ) -> Result<SurfaceSummary, PipelineError> {
-    let answers = analyse_surface(measured.heights, measured.halves, &measured.opened.matched, questions)?;
+    let answers = analyse_surface(measured.heights, measured.halves, measured.opened, questions)?;
     folder.write("report.html", surface_report(measured, &answers)?);
     write_answers(folder, measured.heights, &answers, questions, &measured.sequence.record().created)?;
     Ok(answers.summary)
@@ -64,7 +64,6 @@ fn surface_report(measured: MeasuredSurface<'_>, answers: &SurfaceAnswers) -> Re
         record,
         pictures: calibration_pictures(folder).into_iter().filter_map(picture).collect(),
     });
-    let scale = calibration.as_ref().map_or(ScaleSigma::default(), |part| scale_sigma(part.record));
     let report = Report {
         name: sequence.name(),
         made: now(),
@@ -78,7 +77,6 @@ fn surface_report(measured: MeasuredSurface<'_>, answers: &SurfaceAnswers) -> Re
         matched: &opened.matched,
         map_hashes,
         calibration,
-        scale,
         surface: &answers.summary,
         profile: &chart(&answers.profile, &answers.summary),
         maps: Maps {

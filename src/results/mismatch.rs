@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use epirig_core::shell::quoted;
 use thiserror::Error;
 
 /// Results that do not fit their sequence.
@@ -22,7 +23,7 @@ pub enum ResultsMismatch {
     /// The calibration is not the one that the results were made with.
     #[error(
         "{0} was calibrated again after it was matched; run `epirig match {0} --overwrite` again",
-        sequence.display()
+        quoted(sequence)
     )]
     OtherCalibration {
         /// The folder of the sequence.

@@ -128,7 +128,7 @@ pub struct MatchSummary {
     /// captured.
     #[serde(default)]
     pub calibration: Option<String>,
-    /// Source of tau: `stage`, `target` or `texture`.
+    /// Source of tau: `stage`, `import`, `equal-steps` (no positions are known), `target` or `texture`.
     #[serde(default)]
     pub positions: String,
     /// Settings of the matcher.
@@ -151,6 +151,12 @@ pub struct MatchSummary {
     /// Without the ordering constraint depth edges do that. With it the mapping of candidates has no
     /// violations, so they come from the fit.
     pub order_violations: usize,
+    /// Share of the pixels that belong to the object: they have answers to all four sides.
+    #[serde(default)]
+    pub object: f64,
+    /// Share of the object's pixels with an answer.
+    #[serde(default)]
+    pub object_answered: f64,
     /// Share of the pixels with an answer.
     pub answered: f64,
     /// Share of the pixels whose line is in view in too few frames.

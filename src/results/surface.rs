@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use epirig_matcher::surface::{Depth, DepthAtMargin, Filters, Part, Rectangle, Roughness, Trend};
+use epirig_matcher::surface::{Budget, Depth, DepthAtMargin, Filters, Part, Rectangle, Roughness, Trend};
 
 /// Contents of `surface.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -43,8 +43,10 @@ pub struct SurfaceSummary {
 pub struct FieldSummary {
     /// Region of the picture, if one was given.
     pub region: Option<Rectangle>,
-    /// Pixels of it that have a height.
+    /// Pixels of it that have a height, without those of the target.
     pub answered_px: usize,
+    /// Pixels that have a height and were left out because they show the calibration's target.
+    pub target_px: usize,
     /// Pixels of the largest connected region; all other numbers refer to it.
     pub used_px: usize,
     /// Pixels left out because their sigma is much larger than usual.
@@ -60,8 +62,10 @@ pub struct FieldSummary {
 /// The two levels of a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LevelsSummary {
-    /// Depth of the lower level below the upper.
+    /// Depth of the lower level below the upper, with the interval by its scatter alone.
     pub depth: Depth,
+    /// All contributions to its uncertainty, and their sum.
+    pub budget: Budget,
     /// Whether each half of the frames was measured on the levels that the other half shows. Otherwise the heights
     /// were divided by themselves, and the depth is too large.
     pub by_halves: bool,

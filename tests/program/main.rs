@@ -25,6 +25,7 @@ mod report;
 mod rig_profiles;
 #[path = "../support/scans.rs"]
 mod scans;
+mod screens;
 mod small_rig;
 mod split_half;
 #[cfg(feature = "serial")]

@@ -84,7 +84,7 @@ fn the_report_tells_the_depth_and_needs_nothing_from_outside() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     succeeds(folder, &["-q", "demo", "--size", "512", "--frames", "21", "--out", "demo"]);
-    let text = succeeds(folder, &["surface", "demo/sequence", "--json"]);
+    let text = succeeds(folder, &["surface", "demo/sequence", "--json", "--overwrite"]);
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
     let html = report(folder, "demo/sequence");
     let text = check_page(&html);
@@ -94,7 +94,7 @@ fn the_report_tells_the_depth_and_needs_nothing_from_outside() {
         Some(depth_mm) => {
             assert!(html.contains(&format!("<data value=\"{depth_mm}\">")), "{depth_mm}");
             assert!(text.contains("Depth of the hollows ") && text.contains("Uncertainty budget"), "{text}");
-            assert!(text.contains("(95 % coverage; "), "{text}");
+            assert!(text.contains("(95 % coverage, k = "), "{text}");
         }
         None => {
             let reason = found["no_levels"].as_str().unwrap();
@@ -124,7 +124,7 @@ fn a_hostile_name_stays_text() {
     let name = "<img src=x onerror=alert(1)>&\"'";
     succeeds(folder, &["-q", "demo", "--size", "256", "--frames", "9", "--out", "demo"]);
     fs::rename(folder.join("demo/sequence"), folder.join(name)).unwrap();
-    succeeds(folder, &["-q", "surface", name]);
+    succeeds(folder, &["-q", "surface", name, "--overwrite"]);
     let html = report(folder, name);
     assert!(check_page(&html).contains("&lt;img src=x onerror=alert(1)&gt;&amp;&quot;&#39;"));
 }

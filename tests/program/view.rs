@@ -171,7 +171,7 @@ fn a_region_and_a_line_have_the_answers_of_the_command() {
     let written = fs::read(folder.path().join("seq/results/surface/profile.csv")).unwrap();
     assert_eq!(String::from_utf8(csv).unwrap(), String::from_utf8(written).unwrap());
     for wrong in
-        [json!({ "region": [0, 0, 900, 3] }), json!({ "trend": "cubic" }), json!([1]), json!({ "x": 1 })]
+        [json!({ "region": [0, 0, 900, 3] }), json!({ "trend": "quartic" }), json!([1]), json!({ "x": 1 })]
     {
         assert_eq!(view.post(&["surface"], &wrong).expect_err("wrong").kind, RefusalKind::Wrong, "{wrong}");
     }
@@ -271,7 +271,7 @@ fn results_that_do_not_fit_their_frames_are_refused() {
         let error = ResultsView::open(&seq, None).err().unwrap().to_string();
         assert!(error.contains(words), "{error}");
     };
-    fs::write(seq.join("results/match.json"), summary.replace("\"reference\": 0", "\"reference\": 9"))
+    fs::write(seq.join("results/match.json"), summary.replace("\"reference\": 4", "\"reference\": 9"))
         .unwrap();
     refused("frame 9 as reference, but there are 9 frames");
     fs::write(seq.join("results/match.json"), summary).unwrap();

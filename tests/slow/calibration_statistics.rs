@@ -13,7 +13,7 @@ use epirig_calibration::target::{find_boards, track};
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_matcher::evaluate::match_halves;
-use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_steps, heights};
+use epirig_matcher::surface::{Geometry, ScaleSigma, StepsOptions, TrendKind, find_steps, heights};
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
 use rand::SeedableRng;
@@ -121,10 +121,11 @@ fn one_rig(seed: u64) -> Normalised {
     let cut =
         |map: &epirig_core::grid::Grid<f32>| map.cropped(left..left + columns.len(), top..top + rows.len());
     let point = (camera.principal_point_x_px - left as f64, camera.principal_point_y_px - top as f64);
-    let geometry = Geometry::exact(camera.focal_length_px, positioning.baseline_mm, point).with_scale_sigma(
-        lens.sigma()[0] / lens.lens.focal_length_x_px,
-        positioning.baseline_sigma_mm / positioning.baseline_mm,
-    );
+    let geometry =
+        Geometry::exact(camera.focal_length_px, positioning.baseline_mm, point).with_scale(ScaleSigma {
+            focal_length: Some(lens.sigma()[0] / lens.lens.focal_length_x_px),
+            baseline: Some(positioning.baseline_sigma_mm / positioning.baseline_mm),
+        });
     let heights = heights(geometry, &cut(&maps.disparity), &cut(&maps.sigma)).unwrap();
     // As `surface` takes them.
     let steps = StepsOptions::for_window(TrendKind::Quadric, 7).with_grown_window(LARGEST_GROWN_WINDOW_PX);

@@ -91,6 +91,22 @@ export interface Depth {
   half_width_95_mm: number | null;
 }
 
+/** A contribution to the uncertainty of a depth. */
+export interface Contribution {
+  name: string;
+  evaluation: 'A' | 'B';
+  /** `null` if it is not known. */
+  sigma_mm: number | null;
+  share: number | null;
+}
+
+/** The uncertainty budget of a depth. */
+export interface Budget {
+  contributions: Contribution[];
+  /** `null` if the scatter is not known. */
+  combined: { sigma_mm: number; coverage_factor: number; half_width_95_mm: number } | null;
+}
+
 export interface Part {
   centre_x_px: number;
   centre_y_px: number;
@@ -119,6 +135,7 @@ export interface SurfaceSummary {
   bow_mm?: number;
   levels: {
     depth: Depth;
+    budget: Budget;
     raised: boolean;
     margin_px: number;
     parts: Part[];

@@ -6,6 +6,7 @@ pub mod grid;
 pub mod least_squares;
 pub mod progress;
 pub mod settings;
+pub mod shell;
 pub mod spline;
 pub mod statistics;
 pub mod tau;

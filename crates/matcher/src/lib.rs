@@ -14,6 +14,7 @@ mod maps;
 mod matcher;
 pub mod normalise;
 mod options;
+mod outline;
 mod positions;
 mod profile;
 mod quick;

@@ -289,10 +289,10 @@ mod tests {
         let simulator = Simulator::new(config).unwrap();
         let even = simulator.render_volume(&Silent).unwrap();
         let uneven = unevenly_lit(&even);
-        let truth = simulator.truth(0).unwrap();
+        let truth = simulator.truth(12).unwrap();
         let errors = |volume: &Volume| -> ErrorStatistics {
             let maps = match_volume(volume, &MatchOptions::default(), &Silent).unwrap();
-            let report = compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (0.0, 1.0));
+            let report = compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (0.5, 0.5));
             report.unwrap().in_both_end_frames
         };
         let (reference, plain) = (errors(&even), errors(&uneven));

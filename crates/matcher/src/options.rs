@@ -210,7 +210,7 @@ impl MatchOptions {
             disparity_step_px: 0.25,
             window_px: if method.compares_intensities() { 3 } else { 7 },
             semi_global: false,
-            reference: ReferenceFrame::First,
+            reference: ReferenceFrame::Middle,
             minimum_visible: 0.5,
             occlusion: Occlusion::Automatic,
             ordering_constraint: OrderingConstraint::Automatic,

@@ -17,6 +17,7 @@ use crate::pipeline::import_need;
 use crate::profile::{Override, Profile};
 use crate::rig::nominal_lens;
 use epirig_calibration::motion::MotionCheck;
+use epirig_core::shell::quoted;
 use epirig_data::sequence::import::{
     ImportOptions, Imported, Listing, Rotation, SortOrder, Span, choose, find_images, import,
 };
@@ -202,7 +203,7 @@ impl Import {
         talk.result(&imported, || {
             format!(
                 "{}: {} frames of {} x {}, {} bit{}\nnext: epirig {}\n",
-                self.out.display(),
+                quoted(&self.out),
                 imported.frames,
                 imported.columns,
                 imported.rows,
@@ -254,8 +255,8 @@ impl Import {
 fn next(out: &Path, profile: Option<&Profile>, imported: &Imported) -> String {
     let has_target = profile.is_some_and(|profile| profile.target.print.is_some());
     match has_target || !imported.calibration_frames.is_empty() {
-        true => format!("calibrate {}", out.display()),
-        false => format!("match {} --reference middle", out.display()),
+        true => format!("calibrate {}", quoted(out)),
+        false => format!("match {}", quoted(out)),
     }
 }
 

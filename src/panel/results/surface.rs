@@ -50,7 +50,7 @@ pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummar
     }
     let steps = steps_options(&opened.matched.settings, asked.trend);
     let questions = SurfaceQuestions { region, ..SurfaceQuestions::usual(steps) };
-    Ok(analyse_surface(heights, view.halves(), &opened.matched, &questions)?.summary)
+    Ok(analyse_surface(heights, view.halves(), opened, &questions)?.summary)
 }
 
 /// The heights, or why there are none.

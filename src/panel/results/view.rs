@@ -8,9 +8,11 @@ use tracing::warn;
 use super::epis::Epis;
 use super::frames::Frames;
 use super::maps::Maps;
+use crate::memory::available;
 use crate::panel::PanelError;
-use crate::pipeline::{OpenedResults, half_heights, open_results};
+use crate::pipeline::{OpenedResults, half_frames, half_heights, halves_need, open_results};
 use epirig_core::progress::Silent;
+use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::is_there;
 use epirig_matcher::surface::Heights;
@@ -64,10 +66,17 @@ impl ResultsView {
         std::thread::spawn(move || epis.read());
     }
 
-    /// Heights by halves of the frames; `None` if the frames cannot be read or divided.
+    /// Heights by halves of the frames; `None` if the frames cannot be read or divided, or there is too little
+    /// memory to match them.
     pub(super) fn halves(&self) -> Option<&[Heights; 2]> {
         let found = || {
-            half_heights(&self.sequence, self.results.as_ref()?, &Silent).unwrap_or_else(|error| {
+            let results = self.results.as_ref()?;
+            let need = halves_need(half_frames(&self.sequence, results));
+            if available().is_some_and(|available| need > available.bytes) {
+                warn!(need, "depths are measured without halves of the frames: too little memory");
+                return None;
+            }
+            half_heights(&self.sequence, results, &Silent).unwrap_or_else(|error| {
                 warn!(%error, "depths are measured without halves of the frames");
                 None
             })
@@ -81,7 +90,7 @@ impl ResultsView {
     /// [`PanelError::NotThere`] if there are none.
     pub(super) fn results(&self) -> Result<&OpenedResults, PanelError> {
         self.results.as_ref().ok_or_else(|| {
-            let folder = self.sequence.folder().display();
+            let folder = quoted(self.sequence.folder());
             PanelError::NotThere(format!("{folder} has no results; run `epirig match {folder}`"))
         })
     }

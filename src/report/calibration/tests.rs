@@ -153,6 +153,7 @@ pub(in crate::report) fn bare() -> Calibrated {
             estimate,
             board_frames: None,
             board_files: Vec::new(),
+            corners_of_board: 0,
         },
         stage_axis: None,
         positions: PositionsRecord {

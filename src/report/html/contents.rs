@@ -22,8 +22,6 @@ pub struct Report<'a> {
     pub map_hashes: Vec<(&'static str, String)>,
     /// The calibration that the frames were corrected with.
     pub calibration: Option<CalibrationPart<'a>>,
-    /// Relative standard uncertainties of the scale.
-    pub scale: ScaleSigma,
     /// The numbers of the surface.
     pub surface: &'a SurfaceSummary,
     /// Heights along a line.
@@ -54,15 +52,6 @@ pub struct CalibrationPart<'a> {
     pub record: &'a Calibration,
     /// Pictures as PNG, each with its name, as far as they are there.
     pub pictures: Vec<(String, Vec<u8>)>,
-}
-
-/// Relative standard uncertainties of what all heights are proportional to; `None` if it counts as exact.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct ScaleSigma {
-    /// Of the focal length.
-    pub focal_length: Option<f64>,
-    /// Of the baseline.
-    pub baseline: Option<f64>,
 }
 
 /// The maps of the reference frame.

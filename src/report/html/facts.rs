@@ -17,7 +17,7 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
         moment(&report.made)
     );
     let answer = match &report.surface.levels {
-        Some(levels) => depth_in_words(levels, &scale_in_words(report)),
+        Some(levels) => depth_in_words(levels),
         None => {
             let reason = report.surface.no_levels.as_deref().unwrap_or("the reason is not recorded");
             joined(["No step height: ".into(), inline("small", &[], reason)])
@@ -26,23 +26,15 @@ pub(super) fn verdict(report: &Report<'_>) -> Markup {
     joined([with("p", &[("class", "verdict")], answer), ended(report), paragraph(when)])
 }
 
-fn depth_in_words(levels: &LevelsSummary, scale: &str) -> Markup {
-    let depth = &levels.depth;
+fn depth_in_words(levels: &LevelsSummary) -> Markup {
+    let (depth, combined) = (&levels.depth, levels.budget.combined.as_ref());
     let what = if levels.raised { "Height of the raised parts " } else { "Depth of the hollows " };
-    let how = match depth.half_width_95_mm {
-        Some(_) => format!("(95 % coverage; {scale})"),
+    let how = match combined {
+        Some(combined) => format!("(95 % coverage, k = {})", fixed(combined.coverage_factor, 2)),
         None => "(too few independent parts)".to_owned(),
     };
-    let value = with_sigma(depth.depth_mm, depth.half_width_95_mm, "mm");
+    let value = with_sigma(depth.depth_mm, combined.map(|combined| combined.half_width_95_mm), "mm");
     joined([what.into(), data(depth.depth_mm, value), " ".into(), inline("small", &[], how)])
-}
-
-fn scale_in_words(report: &Report<'_>) -> String {
-    let levels = report.surface.levels.as_ref();
-    match levels.map(|levels| levels.depth.scale_sigma_mm).filter(|&sigma_mm| sigma_mm > 0.0) {
-        Some(sigma_mm) => format!("the scale adds u = {}", sigma(sigma_mm, "mm")),
-        None => "the uncertainty of the scale is not known and not in it".to_owned(),
-    }
 }
 
 /// How the scan ended, in red words if not well.
@@ -202,9 +194,10 @@ fn quality(report: &Report<'_>) -> Vec<(&'static str, Markup)> {
         (
             "heights used",
             format!(
-                "{} of {}; left out: {} uncertain, {} apart, {} at the rim, {} outliers",
+                "{} of {}; left out: {} of the target, {} uncertain, {} apart, {} at the rim, {} outliers",
                 percent(used),
                 field.answered_px,
+                field.target_px,
                 field.uncertain_px,
                 field.apart_px,
                 field.rim_px,

@@ -66,7 +66,7 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
     let used = Picture::codes(&maps.used.cropped(columns, rows), "used pixels")?.figure(
         "Picture of the pixels that were used: white used, light grey walls and outliers, dark grey left out",
         "Which heights were used. White: used. Light grey: too near to a wall, or an outlier. Dark grey: \
-         uncertain, apart or at the rim. Black: no height.",
+         uncertain, apart or at the rim. Black: no height, or the target.",
     );
     let photograph = match maps.photograph {
         Some(frame) => Picture::frame(frame, "reference frame")?.figure(

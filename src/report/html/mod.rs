@@ -3,7 +3,6 @@
 //! One file for each section; each takes records as they are and says in words what they hold. Text from
 //! outside, such as names of folders and cameras, gets in through `markup` only, which escapes it.
 
-mod budget;
 mod calibration;
 mod contents;
 mod facts;
@@ -18,7 +17,7 @@ mod steps;
 #[cfg(test)]
 mod tests;
 
-pub use contents::{CalibrationPart, Maps, Report, ScaleSigma, Scan};
+pub use contents::{CalibrationPart, Maps, Report, Scan};
 
 use super::ReportError;
 use markup::{Markup, element, inline, joined, section, void, with};

@@ -1,20 +1,19 @@
 //! Step heights, their uncertainty budget, form and roughness.
 
-use super::budget::{Combined, Contribution, Evaluation, combined, contributions};
-use super::contents::{Report, ScaleSigma};
+use super::contents::Report;
 use super::markup::{Markup, data, element, joined, list, pairs, paragraph, table};
 use super::number::{fixed, percent, plain, sigma, significant, with_sigma};
 use crate::results::LevelsSummary;
 use epirig_core::choice::Choice as _;
-use epirig_matcher::surface::{Depth, Filters, Roughness};
+use epirig_matcher::surface::{Contribution, Depth, Evaluation, Filters, Roughness};
 
 pub(super) fn steps(report: &Report<'_>) -> Markup {
     let levels = match &report.surface.levels {
         Some(levels) => joined([
             depths(levels),
             element("h3", "Uncertainty budget"),
-            budget(&levels.depth, report.scale),
-            left_out(report),
+            budget(levels),
+            left_out(levels, report),
             margins(levels),
         ]),
         None => {
@@ -57,18 +56,17 @@ fn depths(levels: &LevelsSummary) -> Markup {
         ),
         paragraph(format!(
             "The intervals hold the depth with 95 % coverage (Student's t). They come from the scatter between \
-             independent parts of the field; the scale is not in them. Errors of pixels more than {} px apart are \
+             independent parts of the field alone; the budget below has the rest. Errors of pixels more than {} px apart are \
              independent. Pixels nearer than {} px to a wall are left out.",
             levels.correlation_reach_px, levels.margin_px
         )),
     ])
 }
 
-fn budget(depth: &Depth, scale: ScaleSigma) -> Markup {
-    let sum = combined(depth, scale);
-    let parts = contributions(depth, scale);
-    let mut rows: Vec<Vec<Markup>> = parts.iter().map(|part| contribution(part, sum.as_ref())).collect();
-    if let Some(sum) = &sum {
+fn budget(levels: &LevelsSummary) -> Markup {
+    let sum = &levels.budget.combined;
+    let mut rows: Vec<Vec<Markup>> = levels.budget.contributions.iter().map(contribution).collect();
+    if let Some(sum) = sum {
         rows.push(vec![
             "combined standard uncertainty".into(),
             "".into(),
@@ -76,10 +74,10 @@ fn budget(depth: &Depth, scale: ScaleSigma) -> Markup {
             "100.0 %".into(),
         ]);
     }
-    let expanded = match &sum {
+    let expanded = match sum {
         Some(sum) => format!(
             "Depth with all contributions of this table: {} (95 % coverage, k = {}, {} effective degrees of freedom).",
-            with_sigma(depth.depth_mm, Some(sum.expanded_mm()), "mm"),
+            with_sigma(levels.depth.depth_mm, Some(sum.half_width_95_mm), "mm"),
             fixed(sum.coverage_factor, 2),
             fixed(sum.degrees_of_freedom, 0)
         ),
@@ -97,7 +95,7 @@ fn budget(depth: &Depth, scale: ScaleSigma) -> Markup {
     ])
 }
 
-fn contribution(part: &Contribution, sum: Option<&Combined>) -> Vec<Markup> {
+fn contribution(part: &Contribution) -> Vec<Markup> {
     let kind = match part.evaluation {
         Evaluation::A => "A",
         Evaluation::B => "B",
@@ -106,32 +104,24 @@ fn contribution(part: &Contribution, sum: Option<&Combined>) -> Vec<Markup> {
         Evaluation::A => "not known",
         Evaluation::B => "not known; taken as exact",
     };
-    let share = part.sigma_mm.zip(sum).map(|(sigma_mm, sum)| percent((sigma_mm / sum.sigma_mm).powi(2)));
     vec![
         part.name.into(),
         kind.into(),
         part.sigma_mm.map_or(unknown.to_owned(), |sigma_mm| sigma(sigma_mm, "mm")).into(),
-        share.unwrap_or_else(|| "not known".to_owned()).into(),
+        part.share.map_or("not known".to_owned(), percent).into(),
     ]
 }
 
 /// What the budget does not hold.
-fn left_out(report: &Report<'_>) -> Markup {
+fn left_out(levels: &LevelsSummary, report: &Report<'_>) -> Markup {
     let mut items: Vec<Markup> = vec![
-        "errors that are the same in all parts of the field: for example of the form under the step, or of a \
-         distortion that is left"
+        "errors that are the same in all parts of the field and follow the hollows, which no form explains"
             .into(),
-        "the choice of the margin at the walls: see the table below".into(),
         "differences between scans: this is one scan".into(),
+        "the stage's own scale (its lead screw): the length of the baseline is in its mm".into(),
     ];
-    if report.scale.focal_length.is_none() {
-        items.push("the focal length: its uncertainty is not known".into());
-    }
-    if report.scale.baseline.is_none() {
-        items.push("the length of the baseline: the stage's own scale is taken as exact".into());
-    } else {
-        items.push("the stage's own scale (its lead screw): the length of the baseline is in its mm".into());
-    }
+    let unknown = levels.budget.contributions.iter().filter(|part| part.sigma_mm.is_none());
+    items.extend(unknown.map(|part| format!("{}: not known", part.name).into()));
     if report.calibration.is_none() {
         items.push(
             "distortion, vignetting, and the direction of the stage axis: the frames were matched as captured, \

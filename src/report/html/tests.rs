@@ -2,12 +2,15 @@
 
 use serde_json::json;
 
-use super::{CalibrationPart, Maps, Report, ScaleSigma, Scan};
+use super::{CalibrationPart, Maps, Report, Scan};
 use crate::report::{Chart, Series};
 use crate::results::{FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Event, FrameRecord, SequenceRecord, StopRecord};
-use epirig_matcher::surface::{Depth, DepthAtMargin, Filters, Part, Roughness, Trend, TrendKind};
+use epirig_matcher::surface::{
+    Budget, Combined, Contribution, Depth, DepthAtMargin, Evaluation, Filters, Part, Roughness, Trend,
+    TrendKind,
+};
 
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=alert(2)>&\"";
 
@@ -41,6 +44,23 @@ fn depth(depth_mm: f64) -> Depth {
         degrees_of_freedom: Some(60.0),
         half_width_95_mm: Some(0.0016),
         scale_sigma_mm: 0.0001,
+    }
+}
+
+fn budget() -> Budget {
+    let part = |name, evaluation, sigma_mm, share| Contribution { name, evaluation, sigma_mm, share };
+    Budget {
+        contributions: vec![
+            part("scatter between independent parts of the field", Evaluation::A, Some(0.0008), Some(0.64)),
+            part("walls: other margins", Evaluation::B, Some(0.0006), Some(0.36)),
+            part("scale: length of the baseline", Evaluation::B, None, None),
+        ],
+        combined: Some(Combined {
+            sigma_mm: 0.001,
+            degrees_of_freedom: 146.0,
+            coverage_factor: 1.976,
+            half_width_95_mm: 0.00198,
+        }),
     }
 }
 
@@ -100,6 +120,7 @@ impl Records {
                 field: FieldSummary {
                     region: None,
                     answered_px: 64,
+                    target_px: 0,
                     used_px: 60,
                     uncertain_px: 1,
                     apart_px: 1,
@@ -120,11 +141,13 @@ impl Records {
                 levels: Some(LevelsSummary {
                     by_halves: true,
                     depth: depth(0.200_412_3),
+                    budget: budget(),
                     raised: false,
                     margin_px: 3,
                     by_margin: vec![DepthAtMargin {
                         margin_px: 3,
                         depth_mm: 0.2,
+                        sigma_mm: None,
                         half_width_95_mm: None,
                         used_px: 60,
                     }],
@@ -174,7 +197,6 @@ impl Records {
             matched: &self.matched,
             map_hashes: vec![("disparity.tiff", "ab12".to_owned())],
             calibration: None,
-            scale: ScaleSigma { focal_length: Some(0.0005), baseline: None },
             surface: &self.surface,
             profile: &self.profile,
             maps: Maps {
@@ -217,8 +239,7 @@ fn the_verdict_names_depth_interval_and_a_scan_that_is_not_closed() {
     let records = Records::new();
     let html = records.report().html().unwrap();
     let text = read(&html);
-    let verdict =
-        "Depth of the hollows 0.2004 mm \u{b1} 0.0016 mm (95 % coverage; the scale adds u = 0.00010 mm)";
+    let verdict = "Depth of the hollows 0.2004 mm \u{b1} 0.0020 mm (95 % coverage, k = 1.98)";
     assert!(text.contains(verdict), "{text}");
     assert!(html.contains("<data value=\"0.2004123\">"));
     assert!(text.contains("Warning: positions are wrong") && text.contains("the scan ended as not-closed"));
@@ -233,6 +254,7 @@ fn what_is_not_known_is_said_and_never_a_number() {
     let mut records = Records::new();
     let levels = records.surface.levels.as_mut().unwrap();
     levels.depth = Depth { sigma_mm: None, degrees_of_freedom: None, half_width_95_mm: None, ..levels.depth };
+    levels.budget.combined = None;
     let html = records.report().html().unwrap();
     let text = read(&html);
     assert!(text.contains("0.200 mm, uncertainty unknown (too few independent parts)"), "{text}");

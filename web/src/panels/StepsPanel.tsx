@@ -1,30 +1,61 @@
-import type { Depth, Roughness, SurfaceSummary } from '../api';
+import type { Budget, Roughness, SurfaceSummary } from '../api';
 import { NumberField } from '../components/NumberField';
 import { count, measured, valueAndSigma } from '../format/number';
 import { surface, trend } from '../store/questions';
 import { lengths, results, trends } from '../store/results';
 import { region, select, tool } from '../store/selection';
 
-function interval(depth: Depth): string {
+function interval(depth_mm: number, { combined }: Budget): string {
   const { label, factor } = lengths.value;
-  if (depth.half_width_95_mm === null) return 'interval unknown: too few independent parts';
-  const texts = valueAndSigma(depth.depth_mm * factor, depth.half_width_95_mm * factor);
-  return `95 % coverage interval: ${texts.value} ± ${texts.sigma} ${label}`;
+  if (combined === null) return 'interval unknown: too few independent parts';
+  const texts = valueAndSigma(depth_mm * factor, combined.half_width_95_mm * factor);
+  const k = combined.coverage_factor.toFixed(2);
+  return `95 % coverage interval: ${texts.value} ± ${texts.sigma} ${label} (k = ${k})`;
+}
+
+function BudgetTable({ contributions }: Budget) {
+  const { label, factor } = lengths.value;
+  return (
+    <table class="list">
+      <caption>Uncertainty budget of the depth</caption>
+      <thead>
+        <tr>
+          <th scope="col">contribution</th>
+          <th scope="col">type</th>
+          <th scope="col">u ({label})</th>
+          <th scope="col">share</th>
+        </tr>
+      </thead>
+      <tbody>
+        {contributions.map(({ name, evaluation, sigma_mm, share }) => (
+          <tr key={name}>
+            <th scope="row">{name}</th>
+            <td>{evaluation}</td>
+            <td>{sigma_mm === null ? 'not known' : (sigma_mm * factor).toPrecision(2)}</td>
+            <td>{share === null ? '' : `${Math.round(100 * share)} %`}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
 }
 
 function StepHeight({ of }: { of: SurfaceSummary }) {
   const { label, factor } = lengths.value;
   if (!of.levels) return <p>No step height: {of.no_levels ?? 'the reason is not recorded'}</p>;
-  const { depth, raised, margin_px, parts } = of.levels;
-  const sigma = depth.sigma_mm === null ? null : depth.sigma_mm * factor;
+  const { depth, budget, raised, margin_px, parts } = of.levels;
+  const sigma = budget.combined === null ? null : budget.combined.sigma_mm * factor;
   return (
     <>
       <p class="key-number">{measured(depth.depth_mm * factor, sigma, label)}</p>
-      <p>{interval(depth)}</p>
+      <p>{interval(depth.depth_mm, budget)}</p>
       <p class="muted">
         Step height between the two levels; parts are {raised ? 'raised' : 'hollows'}; {margin_px} px beside
         the walls are left out.
       </p>
+      <div class="wide">
+        <BudgetTable {...budget} />
+      </div>
       {parts.length > 1 && <Parts of={of} />}
     </>
   );

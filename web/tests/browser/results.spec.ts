@@ -3,18 +3,7 @@ import { readFile } from 'node:fs/promises';
 import { measured, significant } from '../../src/format/number';
 import { lengthUnit } from '../../src/format/lengths';
 import { codeAt, heightAt, sigmaMmAt } from '../mock/truth';
-import {
-  centre,
-  foundPixel,
-  mapOf,
-  open,
-  pixelOf,
-  REAL,
-  resultsOf,
-  SECRET,
-  text,
-  valueOf,
-} from './page';
+import { centre, foundPixel, mapOf, open, pixelOf, REAL, resultsOf, SECRET, text, valueOf } from './page';
 
 test('a click pins exactly the pixel under the pointer and shows its value', async ({ page }) => {
   await open(page);

@@ -101,6 +101,19 @@ export const SURFACE: SurfaceSummary = {
   pixel_mm: PIXEL_MM,
   levels: {
     depth: { depth_mm: 0.19987, sigma_mm: 0.00044, half_width_95_mm: 0.00091 },
+    budget: {
+      contributions: [
+        {
+          name: 'scatter between independent parts of the field',
+          evaluation: 'A',
+          sigma_mm: 0.00044,
+          share: 0.8,
+        },
+        { name: 'walls: other margins', evaluation: 'B', sigma_mm: 0.00022, share: 0.2 },
+        { name: 'scale: focal length', evaluation: 'B', sigma_mm: null, share: null },
+      ],
+      combined: { sigma_mm: 0.00049, coverage_factor: 2.0, half_width_95_mm: 0.00098 },
+    },
     raised: false,
     margin_px: 3,
     parts: [

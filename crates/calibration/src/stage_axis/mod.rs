@@ -8,6 +8,7 @@
 mod bundle;
 mod direction;
 mod find;
+mod outline;
 mod positioning_error;
 mod scale;
 #[cfg(test)]
@@ -19,6 +20,7 @@ use thiserror::Error;
 
 pub use direction::Direction;
 pub use find::find;
+pub use outline::{Outline, outlines};
 pub use positioning_error::{FramePosition, PositioningError, positioning_error};
 pub use scale::{TargetScale, baseline_by_target};
 

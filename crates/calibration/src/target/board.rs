@@ -48,6 +48,9 @@ pub struct FoundBoard {
     /// an even sum of column and row. Always so for partial boards and for boards with an odd sum of columns
     /// and rows.
     pub even_dark: bool,
+    /// Columns and rows of corners that go on beyond those of the board. Only of a complete board, and only
+    /// the next line at each side, is looked at: 0 to 2.
+    pub more: (usize, usize),
     /// Blur of the edges, in px: the median of its corners.
     pub blur_px: f64,
     /// Half the step from black to white, in DN: the median of its corners.
@@ -103,29 +106,37 @@ impl Target {
 }
 
 impl FoundBoard {
-    /// Whether corners fill a rectangle of labels, and the next columns or rows, where the board has more,
-    /// are beyond the image's border.
-    pub(super) fn is_cut_off(&self, board: &ChessBoard, (rows, columns): (usize, usize)) -> bool {
+    /// Columns and rows that its corners span.
+    pub(super) fn size(&self) -> (usize, usize) {
         let span = |of: fn(&BoardCorner) -> i32| {
             let labels = || self.corners.iter().map(of);
             labels().max().zip(labels().min()).map_or(0, |(last, first)| (last - first + 1) as usize)
         };
-        let (wide, high) = (span(|corner| corner.column), span(|corner| corner.row));
+        (span(|corner| corner.column), span(|corner| corner.row))
+    }
+
+    /// Whether the next column (1, 0) or row (0, 1) at either side is beyond the border of an image of rows x
+    /// columns.
+    pub(super) fn leaves(&self, dc: i32, dr: i32, (rows, columns): (usize, usize)) -> bool {
         let outside =
             |x: f64, y: f64| !((0.0..columns as f64).contains(&x) && (0.0..rows as f64).contains(&y));
-        let leaves = |dc: i32, dr: i32| {
-            self.corners.iter().any(|here| {
-                let is_next =
-                    |other: &&BoardCorner| (other.column, other.row) == (here.column + dc, here.row + dr);
-                self.corners.iter().find(is_next).is_some_and(|next| {
-                    let (a, b) = (&here.corner, &next.corner);
-                    outside(2.0 * a.x_px - b.x_px, 2.0 * a.y_px - b.y_px)
-                        || outside(2.0 * b.x_px - a.x_px, 2.0 * b.y_px - a.y_px)
-                })
+        self.corners.iter().any(|here| {
+            let is_next =
+                |other: &&BoardCorner| (other.column, other.row) == (here.column + dc, here.row + dr);
+            self.corners.iter().find(is_next).is_some_and(|next| {
+                let (a, b) = (&here.corner, &next.corner);
+                outside(2.0 * a.x_px - b.x_px, 2.0 * a.y_px - b.y_px)
+                    || outside(2.0 * b.x_px - a.x_px, 2.0 * b.y_px - a.y_px)
             })
-        };
+        })
+    }
+
+    /// Whether corners fill a rectangle of labels, and the next columns or rows, where the board has more,
+    /// are beyond the image's border.
+    pub(super) fn is_cut_off(&self, board: &ChessBoard, size: (usize, usize)) -> bool {
+        let (wide, high) = self.size();
         self.corners.len() == wide * high
-            && (wide >= board.columns || leaves(1, 0))
-            && (high >= board.rows || leaves(0, 1))
+            && (wide >= board.columns || self.leaves(1, 0, size))
+            && (high >= board.rows || self.leaves(0, 1, size))
     }
 }

@@ -214,7 +214,8 @@ impl<'a> Labelled<'a> {
             }
         }
         drop_crooked(&mut corners);
-        (corners.len() >= LEAST_CORNERS).then(|| self.board_of(corners))
+        let more = self.goes_on(image, &corners);
+        (corners.len() >= LEAST_CORNERS).then(|| FoundBoard { more, ..self.board_of(corners) })
     }
 
     /// Fits corners at the places that the found ones predict; whether any was added.
@@ -241,6 +242,35 @@ impl<'a> Labelled<'a> {
             }
         }
         added
+    }
+
+    /// Columns and rows that continue the lattice beyond a complete board: one at each side where half of those
+    /// places that are looked at show a corner.
+    fn goes_on(&self, image: &Grid<f32>, corners: &BTreeMap<Label, Corner>) -> (usize, usize) {
+        /// Places that are looked at beside each side.
+        const LOOKED_AT: usize = 6;
+        if corners.len() != self.board.corners() {
+            return (0, 0);
+        }
+        let places: BTreeMap<Label, (f64, f64)> =
+            corners.iter().map(|(&at, corner)| (at, (corner.x_px, corner.y_px))).collect();
+        let goes_on = |dc: i32, dr: i32| {
+            let edge: Vec<Label> = places
+                .keys()
+                .copied()
+                .filter(|&(column, row)| !places.contains_key(&(column + dc, row + dr)))
+                .collect();
+            let looked_at = edge.iter().step_by(edge.len().div_ceil(LOOKED_AT).max(1));
+            let is_corner = |&&(column, row): &&Label| {
+                let (here, behind) = (places[&(column, row)], places.get(&(column - dc, row - dr))?);
+                let expected = (2.0 * here.0 - behind.0, 2.0 * here.1 - behind.1);
+                let next = self.refined(image, &places, (column + dc, row + dr), expected)?;
+                (next.contrast_dn > CONTRAST * corners[&(column, row)].contrast_dn).then_some(())
+            };
+            let found = looked_at.clone().filter(|label| is_corner(label).is_some()).count();
+            usize::from(2 * found > looked_at.count())
+        };
+        (goes_on(1, 0) + goes_on(-1, 0), goes_on(0, 1) + goes_on(0, -1))
     }
 
     /// Whether the board is large enough to hold one more label.
@@ -281,6 +311,7 @@ impl<'a> Labelled<'a> {
             corners: labelled,
             complete,
             even_dark: dark || half_turn || shift == 1,
+            more: (0, 0),
             blur_px,
             contrast_dn,
         }

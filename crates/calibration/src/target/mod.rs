@@ -13,6 +13,7 @@ mod lattice;
 pub mod print;
 mod refine;
 mod sampling;
+mod shown;
 #[cfg(test)]
 mod tests;
 mod tracks;
@@ -21,4 +22,5 @@ pub use board::{BoardCorner, ChessBoard, FoundBoard, Target};
 pub use error::TargetError;
 pub use find::find_boards;
 pub use refine::{Corner, EdgeCross, refine_corner};
+pub use shown::{OtherSize, other_size};
 pub use tracks::{Observation, TrackedCorner, Tracks, track};

@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::pixels::image_formats;
 use crate::storage::{ReadError, RecordError};
 use epirig_core::frame::FrameError;
+use epirig_core::shell::quoted;
 use epirig_core::tau::TauError;
 use epirig_core::volume::VolumeError;
 
@@ -46,7 +47,7 @@ pub enum SequenceError {
         path: PathBuf,
     },
     /// The folder to be made holds a scan that has not ended.
-    #[error("{} holds a scan that was interrupted; `epirig resume {}` goes on with it", path.display(), path.display())]
+    #[error("{} holds a scan that was interrupted; `epirig resume {}` goes on with it", path.display(), quoted(path))]
     Unfinished {
         /// The folder.
         path: PathBuf,

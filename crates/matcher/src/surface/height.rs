@@ -14,17 +14,33 @@ pub struct Geometry {
     pub principal_point_x_px: f64,
     /// Principal point, row.
     pub principal_point_y_px: f64,
-    /// Relative standard deviation of f b, the scale of all distances; 0 if focal length and baseline count
-    /// as exact. It is kept apart from the sigma of pixels: a wrong scale makes every step wrong by the same
-    /// share, and averages out nowhere.
-    pub scale_sigma: f64,
+    /// How well the scale of all distances, f b, is known. It is kept apart from the sigma of pixels: a wrong
+    /// scale makes every step wrong by the same share, and averages out nowhere.
+    pub scale: ScaleSigma,
+}
+
+/// Relative standard uncertainties of the factors of the scale of all distances; `None` counts as exact.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ScaleSigma {
+    /// Of the focal length.
+    pub focal_length: Option<f64>,
+    /// Of the length of the baseline.
+    pub baseline: Option<f64>,
+}
+
+impl ScaleSigma {
+    /// Of both together, which are independent; 0 if both count as exact.
+    pub fn together(self) -> f64 {
+        self.focal_length.unwrap_or(0.0).hypot(self.baseline.unwrap_or(0.0))
+    }
 }
 
 impl Geometry {
     /// Whose scale counts as exact.
     pub fn exact(focal_length_px: f64, baseline_mm: f64, principal_point_px: (f64, f64)) -> Self {
         let (principal_point_x_px, principal_point_y_px) = principal_point_px;
-        Self { focal_length_px, baseline_mm, principal_point_x_px, principal_point_y_px, scale_sigma: 0.0 }
+        let scale = ScaleSigma::default();
+        Self { focal_length_px, baseline_mm, principal_point_x_px, principal_point_y_px, scale }
     }
 
     /// Distance of a point with this disparity in px, in mm.
@@ -32,10 +48,10 @@ impl Geometry {
         (self.focal_length_px * self.baseline_mm).abs() / f64::from(disparity_px.abs())
     }
 
-    /// Relative standard deviation of the scale, from the relative standard deviations of focal length and
-    /// baseline, which are independent.
-    pub fn with_scale_sigma(self, focal_length: f64, baseline: f64) -> Self {
-        Self { scale_sigma: focal_length.hypot(baseline), ..self }
+    /// The same, its scale as well known as this.
+    #[must_use]
+    pub fn with_scale(self, scale: ScaleSigma) -> Self {
+        Self { scale, ..self }
     }
 }
 
@@ -153,8 +169,9 @@ mod tests {
     #[test]
     fn the_scale_has_a_sigma_of_its_own() {
         let geometry = Geometry::exact(2000.0, 100.0, (0.0, 0.0));
-        assert_eq!(geometry.scale_sigma, 0.0);
-        assert!((geometry.with_scale_sigma(0.003, 0.004).scale_sigma - 0.005).abs() < 1e-12);
+        assert_eq!(geometry.scale.together(), 0.0);
+        let known = ScaleSigma { focal_length: Some(0.003), baseline: Some(0.004) };
+        assert!((geometry.with_scale(known).scale.together() - 0.005).abs() < 1e-12);
     }
 
     #[test]

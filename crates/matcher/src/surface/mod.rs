@@ -19,9 +19,11 @@ pub use blocks::{Correlation, student_t_95};
 pub use error::SurfaceError;
 pub use extent::{Extent, Rectangle, find_extent};
 pub use filter::Filters;
-pub use height::{Geometry, Heights, heights};
+pub use height::{Geometry, Heights, ScaleSigma, heights};
 pub use outliers::find_outliers;
 pub use profile::{Line, Profile, ProfilePoint, profile};
 pub use roughness::{Roughness, roughness};
-pub use steps::{Depth, DepthAtMargin, Part, Steps, StepsOptions, find_steps};
+pub use steps::{
+    Budget, Combined, Contribution, Depth, DepthAtMargin, Evaluation, Part, Steps, StepsOptions, find_steps,
+};
 pub use trend::{Trend, TrendKind, fit_trend};

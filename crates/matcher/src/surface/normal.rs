@@ -2,8 +2,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// Six coefficients of a quadric and a depth.
-pub(super) const MOST: usize = 7;
+/// Number of coefficients of the longest form, a cubic.
+pub(super) const MOST_TERMS: usize = 10;
+/// These coefficients and a depth.
+pub(super) const MOST: usize = MOST_TERMS + 1;
 
 /// Sums over pixels, from which the best parameters follow.
 #[derive(Debug, Clone, Copy)]

@@ -11,8 +11,8 @@ use epirig_core::statistics::quantile;
 /// The best share of the field decides, so that up to a quarter may be wrong. Half would leave the choice
 /// between a trend of one level and one through the middle of two to chance where as much is hollow as not.
 const SHARE: f64 = 0.75;
-/// Number of trials. If a quarter of the points is wrong, one trial in six of the longest form meets six
-/// right points; that none of these trials does has a probability of 1e-17.
+/// Number of trials. If a quarter of the points is wrong, one trial in 18 of the longest form meets ten
+/// right points; that none of these trials does has a probability of 1e-5.
 const TRIALS: usize = 200;
 /// Points that trials are judged by.
 const POINTS: usize = 2_000;

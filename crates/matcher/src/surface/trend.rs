@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::SurfaceError;
 use super::blocks::{Blocks, Correlation, Scatter};
 use super::height::Heights;
-use super::normal::{Normal, Solution};
+use super::normal::{MOST_TERMS, Normal, Solution};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
@@ -27,6 +27,9 @@ epirig_core::choices! {
         Plane = "plane",
         /// Level, tilt and bow: 6 coefficients.
         Quadric = "quadric",
+        /// Level, tilt, bow and the third powers, for a lens whose distortion is not corrected: 10
+        /// coefficients.
+        Cubic = "cubic",
     }
 }
 
@@ -37,6 +40,7 @@ impl TrendKind {
             Self::Constant => 1,
             Self::Plane => 3,
             Self::Quadric => 6,
+            Self::Cubic => MOST_TERMS,
         }
     }
 
@@ -45,19 +49,35 @@ impl TrendKind {
             Self::Constant => "a mean height",
             Self::Plane => "a plane",
             Self::Quadric => "a quadric",
+            Self::Cubic => "a cubic",
+        }
+    }
+
+    /// The form with the powers of one more degree.
+    pub(super) fn richer(self) -> Option<Self> {
+        match self {
+            Self::Constant => Some(Self::Plane),
+            Self::Plane => Some(Self::Quadric),
+            Self::Quadric => Some(Self::Cubic),
+            Self::Cubic => None,
         }
     }
 }
 
-/// h = c0 + c1 u + c2 v + c3 u^2 + c4 u v + c5 v^2, with u and v in mm from the middle of the field, to the
-/// right and down.
+/// The degree of each term.
+const DEGREES: [i32; MOST_TERMS] = [0, 1, 1, 2, 2, 2, 3, 3, 3, 3];
+/// The terms of tilt and level come first.
+const PLANE_TERMS: usize = 3;
+
+/// h = c0 + c1 u + c2 v + c3 u^2 + c4 u v + c5 v^2 + c6 u^3 + c7 u^2 v + c8 u v^2 + c9 v^3, with u and v in
+/// mm from the middle of the field, to the right and down.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trend {
     /// Which form.
     pub kind: TrendKind,
     /// Place of u = v = 0: X and Y in the camera's frame, in mm.
     pub centre_mm: (f64, f64),
-    /// c0 in mm, c1 and c2 in mm/mm, c3 to c5 in 1/mm; as many as the form has.
+    /// c0 in mm, c1 and c2 in mm/mm, c3 to c5 in 1/mm, c6 to c9 in 1/mm^2; as many as the form has.
     pub coefficients: Vec<f64>,
     /// Their standard deviations, from the scatter between independent parts of the field; `None` where it
     /// has too few of them.
@@ -92,13 +112,20 @@ impl Trend {
     /// How far the highest point of the field lies over the lowest by its bow alone, in mm; 0 for a plane.
     pub fn bow_mm(&self) -> f64 {
         const STEPS: i32 = 32;
-        let &[_, _, _, xx, xy, yy] = &self.coefficients[..] else { return 0.0 };
+        let basis = Basis { kind: self.kind, centre: (0.0, 0.0), scale: 1.0 };
         let (mut low, mut high) = (0.0_f64, 0.0_f64);
         for i in -STEPS..=STEPS {
             for j in -STEPS..=STEPS {
                 let u = f64::from(i) / f64::from(STEPS) * self.half_extent_mm.0;
                 let v = f64::from(j) / f64::from(STEPS) * self.half_extent_mm.1;
-                let bow = xx * u * u + xy * u * v + yy * v * v;
+                let row = basis.row(u, v);
+                let bow: f64 = self
+                    .coefficients
+                    .iter()
+                    .zip(row)
+                    .skip(PLANE_TERMS)
+                    .map(|(coefficient, term)| coefficient * term)
+                    .sum();
                 (low, high) = (low.min(bow), high.max(bow));
             }
         }
@@ -127,9 +154,10 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    pub(super) fn row(&self, x_mm: f64, y_mm: f64) -> [f64; 6] {
+    pub(super) fn row(&self, x_mm: f64, y_mm: f64) -> [f64; MOST_TERMS] {
         let (u, v) = ((x_mm - self.centre.0) / self.scale, (y_mm - self.centre.1) / self.scale);
-        [1.0, u, v, u * u, u * v, v * v]
+        let (uu, uv, vv) = (u * u, u * v, v * v);
+        [1.0, u, v, uu, uv, vv, u * uu, u * uv, v * uv, v * vv]
     }
 
     pub(super) fn terms(&self) -> usize {
@@ -143,7 +171,7 @@ pub(super) struct Sample {
     pub(super) x: usize,
     pub(super) y: usize,
     /// Terms of the trend at its place.
-    pub(super) row: [f64; 6],
+    pub(super) row: [f64; MOST_TERMS],
     pub(super) height_mm: f64,
     pub(super) sigma_mm: f64,
 }
@@ -181,12 +209,13 @@ impl<'a> Field<'a> {
         }
         let median = quantile(&mut sigmas, 0.5).ok_or(too_few)?;
         let half_extent = (0.5 * (high.0 - low.0), 0.5 * (high.1 - low.1));
-        // A plane needs two columns and rows, a quadric three: less are only told apart by how their heights
+        // A plane needs two columns and rows, a quadric three, a cubic four: less are only told apart by how their heights
         // shift them. Half a pixel is left for that shift.
         let least_px = match kind {
             TrendKind::Constant => 0.0,
             TrendKind::Plane => 0.5,
             TrendKind::Quadric => 1.5,
+            TrendKind::Cubic => 2.5,
         };
         if 2.0 * half_extent.0.min(half_extent.1) < least_px * heights.pixel_mm() {
             return Err(SurfaceError::Undetermined { what: kind.in_words() });
@@ -203,6 +232,14 @@ impl<'a> Field<'a> {
     pub(super) fn with_heights<'b>(&self, heights: &'b Heights) -> Result<Field<'b>, SurfaceError> {
         let other = Field::new(heights, self.basis.kind)?;
         Ok(Field { basis: self.basis, half_extent: self.half_extent, ..other })
+    }
+
+    /// The same heights with the terms of one more degree at the same place; `None` if there is no such form,
+    /// or too few pixels for it.
+    pub(super) fn richer(&self) -> Option<Field<'a>> {
+        let kind = self.basis.kind.richer()?;
+        let richer = Field::new(self.heights, kind).ok()?;
+        Some(Field { basis: Basis { kind, ..self.basis }, ..richer })
     }
 
     /// The pixel, if height and sigma are known there.
@@ -283,7 +320,7 @@ impl<'a> Field<'a> {
         pixels: usize,
         outliers: usize,
     ) -> Trend {
-        let units = |index: usize| self.basis.scale.powi([0, 1, 1, 2, 2, 2][index]);
+        let units = |index: usize| self.basis.scale.powi(DEGREES[index]);
         let terms = self.basis.terms();
         let sigma = |index: usize| scatter[index].map(|scatter| scatter.variance.sqrt() / units(index));
         Trend {

@@ -5,6 +5,7 @@
 
 use std::sync::Mutex;
 
+use crate::of_first_frame;
 use crate::painted::{Aperture, Camera, Painting, Strip, Texture, Truth};
 use crate::promises::{Bounds, Figures, Promise};
 use epirig_core::progress::{Progress, Silent};
@@ -169,7 +170,7 @@ fn light_that_varies_is_taken_off() {
 #[test]
 fn points_are_answered_that_enough_of_all_frames_see() {
     let painting = Painting::plane(camera(240, 40), 60.3, (0.0, 0.0), texture(4));
-    let options = MatchOptions { minimum_visible: 0.8, ..MatchOptions::default() };
+    let options = MatchOptions { minimum_visible: 0.8, ..of_first_frame() };
     let answered = |options: &MatchOptions| -> Vec<bool> {
         let maps = match_volume(&painting.volume(), options, &Silent).unwrap();
         maps.disparity.row(20).iter().map(|disparity| !disparity.is_nan()).collect()

@@ -1,13 +1,14 @@
 //! The stated sigma is that of the errors: 68 +- 3 % lie within one, 95 +- 2 % within two, is asked on every
 //! surface and at every noise.
 
+use crate::of_first_frame;
 use crate::painted::{Aperture, Camera, Painting, Texture};
 use crate::promises::{Bounds, Figures, Promise};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::{ErrorStatistics, compare_with_truth};
-use epirig_matcher::{MatchOptions, match_volume};
+use epirig_matcher::match_volume;
 use epirig_simulator::{Simulator, SimulatorConfig};
 
 const FRAMES: usize = 100;
@@ -62,7 +63,7 @@ fn texture() -> Texture {
 
 /// Errors of all answered pixels that have a truth.
 fn errors(volume: &Volume, truth: impl Fn(usize) -> Grid<f32>) -> ErrorStatistics {
-    let maps = match_volume(volume, &MatchOptions::default(), &Silent).unwrap();
+    let maps = match_volume(volume, &of_first_frame(), &Silent).unwrap();
     let truth = truth(maps.reference);
     compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth, (0.0, 1.0)).unwrap().all
 }

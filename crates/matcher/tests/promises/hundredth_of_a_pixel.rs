@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use crate::of_first_frame;
 use crate::painted::{Aperture, Camera, Painting, Texture, Truth};
 use crate::promises::{Bounds, Figures, Promise};
 use epirig_core::grid::Grid;
@@ -64,8 +65,7 @@ fn the_edge_of_the_simulated_cube_is_sharp_under_noise() {
     let mut config = SimulatorConfig::cube_edge(512, FRAMES);
     config.sensor.read_noise_dn = NOISE_DN;
     let simulator = Simulator::new(config).unwrap();
-    let maps =
-        match_volume(&simulator.render_volume(&Silent).unwrap(), &MatchOptions::default(), &Silent).unwrap();
+    let maps = match_volume(&simulator.render_volume(&Silent).unwrap(), &of_first_frame(), &Silent).unwrap();
     let truth = simulator.truth(maps.reference).unwrap();
     let report =
         compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (0.0, 1.0)).unwrap();
@@ -76,7 +76,7 @@ fn the_edge_of_the_simulated_cube_is_sharp_under_noise() {
 fn a_painted_edge_is_sharp_under_noise() {
     // As steep as the simulator's cube: 45 degrees in a view of 2 x 17 degrees.
     let painting = Painting::ridge(camera(320, 128, 1), 48.3, 171.4, 0.09, texture(1, 16.0));
-    let (maps, truth) = matched(&painting, &MatchOptions::default());
+    let (maps, truth) = matched(&painting, &of_first_frame());
     let report =
         compare_with_truth(&maps.disparity, Some(&maps.sigma), &truth.disparity, (0.0, 1.0)).unwrap();
     assert_edge("painted", PAINTED_EDGE_MAXIMUM_PX, report.in_both_end_frames);
@@ -104,7 +104,7 @@ impl Measured {
             refine_window_px: side,
             wanted_sigma_px: f64::INFINITY,
             reference: ReferenceFrame::Middle,
-            ..MatchOptions::default()
+            ..of_first_frame()
         };
         let (maps, truth) = matched(&painting, &options);
         let gradient = painting.gradient(maps.reference);
@@ -195,7 +195,7 @@ fn bias(disparity_px: f64, noise_dn: f64, bit_depth: u8, seed: u64) -> f64 {
     let camera = Camera { noise_dn, bit_depth, ..camera(256, 64, seed) };
     let painting = Painting::plane(camera, disparity_px, (0.0, 0.0), texture(seed, 10.0));
     let near = DisparityRange { minimum_px: disparity_px - 3.0, maximum_px: disparity_px + 3.3 };
-    let (maps, truth) = matched(&painting, &MatchOptions { range: Some(near), ..MatchOptions::default() });
+    let (maps, truth) = matched(&painting, &MatchOptions { range: Some(near), ..of_first_frame() });
     let inside = (8..56).flat_map(|y| (8..248).map(move |x| (x, y)));
     let seen = inside.filter(|&(x, y)| usize::from(truth.visible_frames.at(x, y)) == FRAMES);
     let errors: Vec<f64> = seen

@@ -14,3 +14,11 @@ mod painted_scenes;
 mod promises;
 mod repetitive_texture;
 mod turned;
+
+use epirig_matcher::{MatchOptions, ReferenceFrame};
+
+/// The usual options for the pixels of the first frame, as in the paper: what is promised of single pixels was
+/// measured there.
+fn of_first_frame() -> MatchOptions {
+    MatchOptions { reference: ReferenceFrame::First, ..MatchOptions::default() }
+}

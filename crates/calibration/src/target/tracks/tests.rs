@@ -87,7 +87,14 @@ fn scene(scene: &Scene) -> (Vec<Vec<FoundBoard>>, Truth) {
                 BoardCorner { column: column - first + shift, row: row - top, corner }
             });
             let corners = corners.collect();
-            boards.push(FoundBoard { corners, complete, even_dark: true, blur_px: 0.8, contrast_dn: 80.0 });
+            boards.push(FoundBoard {
+                corners,
+                complete,
+                even_dark: true,
+                more: (0, 0),
+                blur_px: 0.8,
+                contrast_dn: 80.0,
+            });
         }
         boards.reverse();
         found.push(boards);

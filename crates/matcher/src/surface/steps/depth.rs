@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::super::blocks::{Blocks, Correlation, Scatter, student_t_95};
 use super::super::error::SurfaceError;
-use super::super::normal::{Normal, Solution};
+use super::super::normal::{MOST, Normal, Solution};
 use super::super::trend::{Field, Sample, Trend};
 use super::levels::Levels;
 use super::options::StepsOptions;
@@ -83,8 +83,8 @@ pub(super) struct Certainty {
 }
 
 /// The terms of the trend, and -1 on the lower level.
-fn row(sample: &Sample, terms: usize, level: Level) -> [f64; 7] {
-    let mut row = [0.0; 7];
+fn row(sample: &Sample, terms: usize, level: Level) -> [f64; MOST] {
+    let mut row = [0.0; MOST];
     row[..terms].copy_from_slice(&sample.row[..terms]);
     row[terms] = if level == Level::Lower { -1.0 } else { 0.0 };
     row
@@ -160,6 +160,11 @@ fn known<'a>(field: &'a Field<'_>, levels: &'a Grid<Level>) -> impl Iterator<Ite
 }
 
 impl Fit {
+    /// Pixels of a level that took part, of all sides.
+    pub(super) fn count(&self, level: Level) -> usize {
+        self.used.iter().flat_map(|used| used.values()).filter(|&&used| used == level).count()
+    }
+
     pub(super) fn certainty(&self, sides: &[Side<'_>]) -> Certainty {
         let terms = sides[0].field.basis.terms();
         let (rows, columns) = (self.used[0].rows(), self.used[0].columns());
@@ -282,7 +287,7 @@ fn part(
         area_px,
         area_mm2: area_px as f64 * heights.pixel_mm().powi(2),
         used_px,
-        depth: depth(solution.values[1], scatter, heights.geometry.scale_sigma),
+        depth: depth(solution.values[1], scatter, heights.geometry.scale.together()),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::super::normal::{Normal, Solution};
+use super::super::normal::{MOST_TERMS, Normal, Solution};
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 
 /// Most rounds. A field of two levels converges in fewer; one of a single level may not, and is refused
@@ -10,6 +10,8 @@ use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 const ROUNDS: usize = 60;
 /// A start needs this share of the field for each level.
 const LEAST_SHARE: f64 = 0.002;
+/// Numbers of terms of simpler forms: a mean height, a plane.
+const FEWER_TERMS: [usize; 2] = [1, 3];
 /// Two levels are accepted if fewer pixels lie between them than this share of those at either. One Gaussian
 /// level, cut in two, has more in between than at its seeming levels.
 const VALLEY: f64 = 0.75;
@@ -17,7 +19,7 @@ const VALLEY: f64 = 0.75;
 /// A smoothed height with the terms of the trend.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Point {
-    pub(super) row: [f64; 6],
+    pub(super) row: [f64; MOST_TERMS],
     pub(super) height_mm: f64,
 }
 
@@ -30,12 +32,12 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    pub(super) fn upper_mm(&self, row: &[f64; 6]) -> f64 {
+    pub(super) fn upper_mm(&self, row: &[f64; MOST_TERMS]) -> f64 {
         self.coefficients.iter().zip(row).map(|(coefficient, term)| coefficient * term).sum()
     }
 
     /// Whether a height is nearer to the lower level.
-    pub(super) fn is_low(&self, row: &[f64; 6], height_mm: f64) -> bool {
+    pub(super) fn is_low(&self, row: &[f64; MOST_TERMS], height_mm: f64) -> bool {
         self.upper_mm(row) - height_mm > 0.5 * self.depth_mm
     }
 
@@ -56,9 +58,9 @@ impl Levels {
 /// trend a depth below (expectation and maximisation, Dempster et al. 1977). `middle` is a trend through the
 /// whole field.
 ///
-/// It climbs to the nearest maximum, so there are five starts. About `middle`: as much high as low, little
-/// low, little high. And trends that keep to the upper or the lower side of the heights, because a large
-/// hollow on one side of the field tilts the middle.
+/// It climbs to the nearest maximum, so there are several starts. About `middle`: as much high as low, little
+/// low, little high. Trends that keep to the upper or the lower side of the heights, because a large hollow on
+/// one side of the field tilts the middle. And forms with fewer terms, which cannot follow the hollows.
 pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
     let middle = Levels { coefficients: middle.to_vec(), depth_mm: 0.0 };
     let rest = |trend: &Levels| -> Vec<f64> {
@@ -78,6 +80,10 @@ pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
         let about = rest(&sided);
         let mean = about.iter().sum::<f64>() / about.len() as f64;
         starts.push(below(&about, mean));
+    }
+    for terms in FEWER_TERMS.into_iter().filter(|&terms| terms < middle.coefficients.len()) {
+        let coefficients = Whole::new(points, terms)?.solution.values.as_slice().to_vec();
+        starts.push(below(&rest(&Levels { coefficients, depth_mm: 0.0 }), 0.0));
     }
     let whole = Whole::new(points, middle.coefficients.len())?;
     starts

@@ -4,6 +4,7 @@
 //! heights tell where the hollows are. Then depth and trend are fitted together, to the pixels clear of the
 //! walls.
 
+mod budget;
 mod depth;
 mod levels;
 mod options;
@@ -18,6 +19,8 @@ use super::blocks::Correlation;
 use super::height::Heights;
 use super::smooth::{mean_around, without_spikes};
 use super::trend::{Field, Trend};
+use budget::Choices;
+pub use budget::{Budget, Combined, Contribution, Evaluation};
 pub use depth::{Depth, Part};
 use depth::{Fit, Side, fit, parts};
 use epirig_core::grid::Grid;
@@ -57,8 +60,10 @@ pub struct DepthAtMargin {
     pub margin_px: usize,
     /// How far the lower level lies below the upper one, in mm.
     pub depth_mm: f64,
-    /// Half the width of the interval that holds it with 95 % coverage, in mm; `None` if too few
-    /// independent parts are left.
+    /// Standard deviation from the scatter between independent parts of the field, in mm; `None` if too few
+    /// are left.
+    pub sigma_mm: Option<f64>,
+    /// Half the width of the interval that holds it with 95 % coverage, in mm, by that scatter.
     pub half_width_95_mm: Option<f64>,
     /// Pixels that are left.
     pub used_px: usize,
@@ -69,6 +74,8 @@ pub struct DepthAtMargin {
 pub struct Steps {
     /// Over all hollows.
     pub depth: Depth,
+    /// Its uncertainty, by contributions.
+    pub budget: Budget,
     /// Whether parts stand on a ground that lies deeper, instead of being sunk into it.
     pub raised: bool,
     /// Each hollow (or raised part), from top to bottom.
@@ -127,6 +134,25 @@ impl Measured<'_> {
     fn sides(&self, clear: impl Fn(&Divided) -> Grid<Level>) -> Vec<Side<'_>> {
         self.0.iter().map(|(field, divided)| Side { field, clear: clear(divided) }).collect()
     }
+
+    /// Whether heights are measured on levels that others show.
+    fn is_crossed(&self) -> bool {
+        self.0.len() > 1
+    }
+
+    /// The depth and its sigma, in mm, with a form of one more degree; `None` if there is none, or too few
+    /// pixels for it.
+    fn with_richer_form(&self, scale_sigma: f64) -> Option<(f64, Option<f64>)> {
+        let fields: Vec<Field<'_>> = self.0.iter().map(|(field, _)| field.richer()).collect::<Option<_>>()?;
+        let sides: Vec<Side<'_>> = fields
+            .iter()
+            .zip(&self.0)
+            .map(|(field, (_, divided))| Side { field, clear: divided.clear.clone() })
+            .collect();
+        let fitted = fit(&sides).ok()??;
+        let depth = fitted.depth(&fitted.certainty(&sides), scale_sigma);
+        Some((depth.depth_mm, depth.sigma_mm))
+    }
 }
 
 /// The depth as it is measured. All else, such as the trend of the map and where its parts are, is that of the `field`
@@ -137,7 +163,8 @@ fn steps(
     measured: &Measured<'_>,
     options: &StepsOptions,
 ) -> Result<Steps, SurfaceError> {
-    let (margin_px, scale_sigma) = (whole.margin_px, field.heights.geometry.scale_sigma);
+    let (margin_px, scale) = (whole.margin_px, field.heights.geometry.scale);
+    let scale_sigma = scale.together();
     let narrow = SurfaceError::TooNarrow { margin_px, depth_mm: whole.levels_found.depth_mm };
     let plateaus = measured.sides(|divided| divided.clear.clone());
     let fitted = fit(&plateaus)?.ok_or(narrow.clone())?;
@@ -150,22 +177,40 @@ fn steps(
         count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
     };
     let raised = lower_share > GROUND;
-    let by_margin = (0..=options.margin_px + MORE_MARGIN).map_while(|margin_px| {
-        let sides = measured.sides(|divided| clear_of_walls(&divided.levels, margin_px));
-        let fitted = fit(&sides).ok()??;
-        let depth = fitted.depth(&fitted.certainty(&sides), scale_sigma);
+    // Without the margins between the smallest one and a grown one: each takes a fit.
+    let near = 0..=options.margin_px + MORE_MARGIN;
+    let grown = [margin_px, margin_px + MORE_MARGIN].into_iter().filter(|margin| !near.contains(margin));
+    let mut farther_from_walls = None;
+    let by_margin = near.clone().chain(grown).map_while(|at_margin_px| {
+        let sides = measured.sides(|divided| clear_of_walls(&divided.levels, at_margin_px));
+        let other = fit(&sides).ok()??;
+        let depth = other.depth(&other.certainty(&sides), scale_sigma);
+        // With few pixels the depth is that of a corner of the field.
+        let is_farther = at_margin_px > margin_px
+            && [Level::Upper, Level::Lower]
+                .iter()
+                .all(|&level| other.count(level) as f64 >= ROOM * fitted.count(level) as f64);
+        if is_farther {
+            farther_from_walls = Some((depth.depth_mm, depth.sigma_mm));
+        }
         Some(DepthAtMargin {
-            margin_px,
+            margin_px: at_margin_px,
             depth_mm: depth.depth_mm,
+            sigma_mm: depth.sigma_mm,
             half_width_95_mm: depth.half_width_95_mm,
-            used_px: fitted.pixels,
+            used_px: other.pixels,
         })
     });
+    let by_margin: Vec<DepthAtMargin> = by_margin.collect();
+    let depth = fitted.depth(&certainty, scale_sigma);
+    let choices = Choices { farther_from_walls, richer_form: measured.with_richer_form(scale_sigma) };
+    let budget = Budget::of(&depth, choices, measured.is_crossed(), scale);
     Ok(Steps {
-        depth: fitted.depth(&certainty, scale_sigma),
+        depth,
+        budget,
         raised,
         parts: parts(&plateaus, &whole.levels, &fitted, &certainty, raised, options),
-        by_margin: by_margin.collect(),
+        by_margin,
         trend: of_map.trend(field, &certainty_of_map),
         lower: whole.levels.map(|level| level == Level::Lower),
         used: of_map.used[0].map(|level| level != Level::Unknown),

@@ -108,6 +108,20 @@ fn the_interval_of_shallow_pits_holds_as_often_as_it_says() {
     assert_honest("each pit", &each);
 }
 
+/// Hollows in the middle and at both sides, more than half of the field, under a bow of several depths: a quadric
+/// through all heights follows them, and two levels about it are others.
+#[test]
+fn a_form_that_follows_the_hollows_does_not_hide_them() {
+    let hollow = |x: usize| x < 37 || (82..119).contains(&x) || x >= 163;
+    for (seed, bow) in (0..6).flat_map(|seed| [1.0, 4.0, -4.0].map(|bow| (seed, bow))) {
+        let heights = field(0.03, 300 + seed, |x_mm, y_mm, x, _| {
+            bow * bowed(x_mm, y_mm) - if hollow(x) { 0.2 } else { 0.0 }
+        });
+        let found = assert_finds("three hollows", &heights, TrendKind::Quadric, 0.2);
+        assert_eq!((found.parts.len(), found.raised), (3, false), "seed {seed}, bow {bow}");
+    }
+}
+
 /// The depth found, with an error of at most four of its own sigma.
 fn assert_finds(name: &str, heights: &Heights, trend: TrendKind, truth_mm: f64) -> Steps {
     let found = find_steps(heights, None, &options(trend)).unwrap_or_else(|error| panic!("{name}: {error}"));

@@ -1,29 +1,40 @@
 //! `epirig init`.
 
+mod questions;
+
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
 
 use super::files::write_new;
+use super::progress::tell;
 use super::{CliError, Talk};
-use crate::profile::{Findings, FoundCamera, commented};
+use crate::profile::{Draft, Findings, FoundCamera, commented};
+use epirig_core::shell::quoted;
 use epirig_devices::camera::pixels::PixelFormat;
 use epirig_devices::camera::{Camera, CameraError, CameraIdentity, V4l2Camera, V4l2Device, cameras};
 use epirig_devices::link::{LinkError, PortFacts, ports};
+use questions::{ask, mistakes};
 
 /// Write a rig profile for the connected devices
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig init                     writes rig.toml here, which other commands then take
   epirig init --out lab/rig.toml
+  epirig init --non-interactive   asks nothing
 
-The connected USB serial port and camera are filled in, if there is exactly one of each. All other
-keys are listed as comments with their meaning. An existing file is refused.")]
+The connected USB serial port and camera are filled in, if there is exactly one of each. In a
+terminal it asks for lens, steps and boards. All other keys are listed as comments with their
+meaning. An existing file is refused.")]
 pub(super) struct Init {
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "rig.toml")]
     out: PathBuf,
+    /// Ask nothing, also in a terminal
+    #[arg(long)]
+    non_interactive: bool,
 }
 
 #[derive(Serialize)]
@@ -35,10 +46,23 @@ struct Written {
 
 impl Init {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
+        if self.out.exists() {
+            return Err(CliError::Usage(format!(
+                "{} exists already; give another name with --out",
+                self.out.display()
+            )));
+        }
         let findings = findings()?;
-        write_new(&self.out, commented(&findings).as_bytes())?;
+        let mut draft = Draft::read(&commented(&findings), "rig.toml", &[])?;
+        if !self.non_interactive && std::io::stdin().is_terminal() {
+            draft = ask(draft, &mut std::io::stdin().lock(), &mut |line| tell(line));
+        }
+        for mistake in mistakes(&draft) {
+            talk.say(&format!("note: {mistake}"));
+        }
+        write_new(&self.out, draft.commented(&findings).as_bytes())?;
         let written = Written {
-            file: self.out.display().to_string(),
+            file: quoted(&self.out),
             cameras: findings.cameras.iter().map(|camera| camera.choice.clone()).collect(),
             ports: findings.ports,
         };
@@ -48,7 +72,7 @@ impl Init {
                 found => format!("{what}: {}", found.join(", ")),
             };
             format!(
-                "{} written ({}; {})\nfill in the plan and the optics, then `epirig doctor --rig {}` examines the rig\n",
+                "{} written ({}; {})\nfill in what is missing of plan and optics, then `epirig doctor --rig {}` examines the rig\n",
                 written.file,
                 list(&written.ports, "serial port"),
                 list(&written.cameras, "camera"),

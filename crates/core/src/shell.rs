@@ -1,0 +1,24 @@
+//! Paths as a person can paste them into a shell.
+
+use std::path::Path;
+
+/// `path` as a POSIX shell reads it: as it is if it holds nothing that a shell understands otherwise, else in
+/// single quotes.
+///
+/// ```
+/// use epirig_core::shell::quoted;
+///
+/// assert_eq!(quoted("scans/tile-1".as_ref()), "scans/tile-1");
+/// assert_eq!(quoted("my scans/tile's".as_ref()), r"'my scans/tile'\''s'");
+/// assert_eq!(quoted("-tile".as_ref()), "./-tile");
+/// ```
+pub fn quoted(path: &Path) -> String {
+    let name = path.display().to_string();
+    let plain = |letter: char| letter.is_alphanumeric() || "_./-+,@%:=".contains(letter);
+    // A leading minus would be an option.
+    let name = if name.starts_with('-') { format!("./{name}") } else { name };
+    match !name.is_empty() && name.chars().all(plain) {
+        true => name,
+        false => format!("'{}'", name.replace('\'', r"'\''")),
+    }
+}

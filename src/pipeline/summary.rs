@@ -1,0 +1,136 @@
+//! The numbers of `match.json`, and the options that they say results were matched with.
+
+use crate::calibrate::{Calibration, PositionSource};
+use crate::results::{FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary};
+use epirig_core::grid::Grid;
+use epirig_core::statistics::upper_median;
+use epirig_data::sequence::Sequence;
+use epirig_matcher::lines::Lines;
+use epirig_matcher::surface::Heights;
+use epirig_matcher::{
+    Answer, DisparityMaps, DisparityRange, Effort, MatchOptions, OrderingConstraint, OrderingUsed,
+    ReferenceFrame,
+};
+
+/// The numbers of `match.json`; `calibration` is what the frames were corrected with.
+pub(super) fn summarise(
+    sequence: &Sequence,
+    calibration: Option<&Calibration>,
+    lines: &Lines,
+    maps: &DisparityMaps,
+    options: &MatchOptions,
+    heights: Option<&Heights>,
+    seconds: f64,
+) -> MatchSummary {
+    let (tau_before, tau_after) = (lines.tau_before(), lines.tau_after());
+    let (median_disparity_px, median_sigma_px) =
+        rayon::join(|| median(&maps.disparity), || median(&maps.sigma));
+    let (object, object_answered) = of_object(maps);
+    MatchSummary {
+        format: FORMAT_VERSION,
+        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        sequence_uid: sequence.record().uid.clone(),
+        scan_ended: sequence.ended().to_owned(),
+        calibration: calibration.map(Calibration::hash),
+        positions: positions_name(sequence, calibration).to_owned(),
+        settings: settings(options),
+        reference: maps.reference,
+        tau_before,
+        tau_after,
+        minimum_px: maps.range.minimum_px,
+        maximum_px: maps.range.maximum_px,
+        range_found: maps.range_found,
+        ordering_constraint: maps.ordering,
+        order_violations: maps.order_violations(tau_before, tau_after),
+        object,
+        object_answered,
+        answered: maps.share(Answer::Found),
+        leaves_image: maps.share(Answer::LeavesImage),
+        beyond_range: maps.share(Answer::BeyondRange),
+        no_texture: maps.share(Answer::NoTexture),
+        ambiguous: maps.share(Answer::Ambiguous),
+        occluded: maps.share(Answer::Occluded),
+        median_disparity_px,
+        median_sigma_px,
+        pixel_locking: maps.locking.map(LockingSummary::from),
+        distance_mm: heights.map(|heights| heights.distance_mm),
+        seconds,
+    }
+}
+
+/// The object's share of the pixels, and the answered share of the object.
+fn of_object(maps: &DisparityMaps) -> (f64, f64) {
+    let object = maps.object();
+    let inside = || object.values().iter().zip(maps.answer.values()).filter(|&(&inside, _)| inside);
+    let pixels = inside().count() as f64;
+    let answered = inside().filter(|&(_, &answer)| answer == Answer::Found).count() as f64;
+    (pixels / object.values().len().max(1) as f64, if pixels > 0.0 { answered / pixels } else { 0.0 })
+}
+
+fn settings(options: &MatchOptions) -> MatchSettings {
+    let quick = options.effort == Effort::Quick;
+    MatchSettings {
+        method: options.method,
+        window_px: options.window_px,
+        search: options.search_used(),
+        quick,
+        semi_global: options.semi_global,
+        interpolation: options.interpolation,
+        disparity_step_px: options.disparity_step_px,
+        minimum_visible: options.minimum_visible,
+        occlusion: options.occlusion,
+        fit: options.refine,
+        surfaces: options.surfaces,
+        fit_window_px: options.refine_window_px,
+        wanted_sigma_px: (options.wanted_sigma_px.is_finite() && !quick).then_some(options.wanted_sigma_px),
+        maximum_sigma_px: options.maximum_sigma_px,
+        minimum_confidence: options.minimum_confidence,
+    }
+}
+
+/// The options that results were matched with, as far as `match.json` has them.
+pub fn match_options(matched: &MatchSummary) -> MatchOptions {
+    let settings = &matched.settings;
+    MatchOptions {
+        method: settings.method,
+        search: settings.search,
+        effort: if settings.quick { Effort::Quick } else { Effort::Full },
+        interpolation: settings.interpolation,
+        range: Some(DisparityRange { minimum_px: matched.minimum_px, maximum_px: matched.maximum_px }),
+        disparity_step_px: settings.disparity_step_px,
+        window_px: settings.window_px,
+        semi_global: settings.semi_global,
+        reference: ReferenceFrame::Index(matched.reference),
+        minimum_visible: settings.minimum_visible,
+        occlusion: settings.occlusion,
+        ordering_constraint: match matched.ordering_constraint {
+            OrderingUsed::On => OrderingConstraint::On,
+            OrderingUsed::Off => OrderingConstraint::Off,
+        },
+        refine: settings.fit,
+        surfaces: settings.surfaces,
+        refine_window_px: settings.fit_window_px,
+        wanted_sigma_px: settings.wanted_sigma_px.unwrap_or(f64::INFINITY),
+        maximum_sigma_px: settings.maximum_sigma_px,
+        minimum_confidence: settings.minimum_confidence,
+    }
+}
+
+fn median(map: &Grid<f32>) -> Option<f64> {
+    let mut known: Vec<f32> = map.values().iter().copied().filter(|value| !value.is_nan()).collect();
+    upper_median(&mut known).map(f64::from)
+}
+
+/// Where tau comes from.
+fn positions_name(sequence: &Sequence, calibration: Option<&Calibration>) -> &'static str {
+    let imported = sequence.frames().iter().any(|frame| frame.source.is_some());
+    match calibration.map(|calibration| calibration.positions.source) {
+        Some(PositionSource::Target) => "target",
+        Some(PositionSource::Texture) => "texture",
+        Some(PositionSource::Automatic | PositionSource::Stage) | None => match sequence.positions_mm() {
+            None => "equal-steps",
+            Some(_) if imported => "import",
+            Some(_) => "stage",
+        },
+    }
+}
