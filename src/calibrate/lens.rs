@@ -1,8 +1,8 @@
 //! The lens: from board frames, a file, a data sheet, or unknown.
 
+use super::boards::{MOST_BLUR_PX, refuse_other_size};
 use super::frames::read_all;
 use super::remarks::Remarks;
-use super::stage_axis::refuse_other_size;
 use super::{CalibrateError, CalibrationPlan, LensKnowledge, LensRecord, LensSource};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::lens::views::{LensCalibration, LensError, PlanarPoint, View, choose_terms};
@@ -10,9 +10,6 @@ use epirig_calibration::target::{ChessBoard, FoundBoard, find_boards};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::{FrameKind, Sequence};
 
-/// Largest blur of edges, as a standard deviation in px. With more blur, the location of a corner depends on
-/// the shape of the blur, which varies over the field.
-pub(super) const MOST_BLUR_PX: f64 = 3.0;
 /// Largest RMS residual of a valid lens, in px: ten times that of a paper board with a cheap camera.
 const MOST_RMS_PX: f64 = 1.0;
 /// Fewest board frames for a lens.

@@ -8,6 +8,7 @@
 //! combines them for rectification. [`Calibration`] is the record; [`load_calibrated`] applies it.
 
 mod apply;
+mod boards;
 mod contradiction;
 mod error;
 mod find;

@@ -3,13 +3,13 @@
 use epirig_core::statistics::upper_median;
 use rayon::prelude::*;
 
-use super::lens::MOST_BLUR_PX;
+use super::boards::{MOST_BLUR_PX, refuse_other_size};
 use super::remarks::Remarks;
 use super::{CalibrateError, StageAxisRecord};
 use epirig_calibration::lens::LensEstimate;
 use epirig_calibration::rectification::RectifiedCamera;
 use epirig_calibration::stage_axis::{StageAxis, baseline_by_target, find, outlines};
-use epirig_calibration::target::{ChessBoard, FoundBoard, Target, Tracks, find_boards, other_size, track};
+use epirig_calibration::target::{FoundBoard, Target, Tracks, find_boards, track};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 
@@ -85,21 +85,6 @@ fn longest_px(tracks: &Tracks) -> f64 {
         .map(|[left, right, top, bottom]| (right - left).hypot(bottom - top))
         .filter(|px| px.is_finite())
         .fold(0.0, f64::max)
-}
-
-/// Refuses boards that are of another size than `board`, which `section` of the profile describes, in frames of
-/// rows x columns.
-pub(super) fn refuse_other_size<'a>(
-    section: &'static str,
-    found: impl IntoIterator<Item = &'a FoundBoard>,
-    board: &ChessBoard,
-    frame_size: (usize, usize),
-) -> Result<(), CalibrateError> {
-    let told = (board.columns, board.rows);
-    match other_size(found, board, frame_size) {
-        Some(shown) => Err(CalibrateError::OtherBoard { section, told, shown }),
-        None => Ok(()),
-    }
 }
 
 fn refuse_blurred(found: &[Vec<FoundBoard>]) -> Result<(), CalibrateError> {

@@ -97,12 +97,11 @@ fn results_fit_into_80_and_120_columns() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     succeeds(folder, &["-q", "demo", "--size", "256", "--frames", "21", "--out", "d"]);
-    let verbs: [&[&str]; 6] = [
+    let verbs: [&[&str]; 5] = [
         &["plan", "--rig", "sim"],
         &["match", "d/sequence", "--overwrite"],
         &["surface", "d/sequence", "--overwrite"],
         &["evaluate", "d/sequence", "--truth", "d/sequence/truth/disparity.pfm"],
-        &["verify", "d/sequence"],
         &["doctor", "--rig", "sim", "--short", "--set", "camera.size=256x256"],
     ];
     for columns in [80, 120] {
@@ -120,8 +119,8 @@ fn errors_are_red_and_break_between_words() {
     let text = shown(folder.path(), 80, Stream::Stderr, &["match", "a folder"]);
     assert_eq!(
         text,
-        "\u{1b}[1m\u{1b}[31merror:\u{1b}[0m a folder is no sequence: it has no sequence.json; make one of a folder\n  \
-         of images with `epirig import`\n"
+        "\u{1b}[1m\u{1b}[31merror:\u{1b}[0m a folder is no sequence: it has no sequence.json; make one of a folder of\n  \
+         images with `epirig import`\n"
     );
     let wide = shown(folder.path(), 120, Stream::Stderr, &["match", "a folder"]);
     assert_eq!(wide.lines().count(), 1, "{wide}");

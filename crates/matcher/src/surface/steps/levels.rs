@@ -41,6 +41,15 @@ impl Levels {
         self.upper_mm(row) - height_mm > 0.5 * self.depth_mm
     }
 
+    /// How far points lie from the nearer level, in the mean, in mm.
+    pub(super) fn off_mm(&self, points: &[Point]) -> f64 {
+        let off = |point: &Point| {
+            let above_mm = point.height_mm - self.upper_mm(&point.row);
+            above_mm.abs().min((above_mm + self.depth_mm).abs())
+        };
+        points.iter().map(off).sum::<f64>() / points.len().max(1) as f64
+    }
+
     /// Whether there is a valley between the levels in how often heights occur.
     pub(super) fn are_two(&self, points: &[Point]) -> bool {
         let mut near = [0_usize; 3];
@@ -89,6 +98,7 @@ pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
     starts
         .into_iter()
         .filter_map(|low| mixture(points, &whole, low))
+        .inspect(|(l, k)| eprintln!("  start depth {:.3} likelihood {k:.1} {:?}", l.depth_mm, l.coefficients))
         .max_by(|one, other| one.1.total_cmp(&other.1))
         .map(|(levels, _)| levels)
 }
