@@ -16,7 +16,7 @@ use crate::panel::PanelError;
 use crate::pipeline::PipelineError;
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
-use crate::results::ResultsError;
+use crate::results::{MaskError, ResultsError};
 use crate::rig::RigError;
 use epirig_calibration::target::TargetError;
 use epirig_data::formats::FormatError;
@@ -42,6 +42,8 @@ pub(super) enum CliError {
     Match(#[from] MatchError),
     #[error(transparent)]
     Results(#[from] ResultsError),
+    #[error(transparent)]
+    Mask(#[from] MaskError),
     #[error(transparent)]
     Report(#[from] ReportError),
     #[error(transparent)]
@@ -194,6 +196,11 @@ impl CliError {
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
                 ResultsError::Read(error) => read_code(error),
                 _ => TROUBLE,
+            },
+            Self::Mask(error) => match error {
+                MaskError::Size { .. } | MaskError::Empty { .. } => USAGE,
+                MaskError::Picture { .. } => INTEGRITY,
+                MaskError::Read(error) => read_code(error),
             },
             Self::Profile(_)
             | Self::Simulator(_)

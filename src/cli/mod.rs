@@ -29,6 +29,7 @@ mod no_answer;
 mod plan;
 mod progress;
 mod rectify;
+mod region;
 mod resume;
 mod rig;
 mod run;

@@ -1,12 +1,12 @@
 //! `epirig surface`.
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::Args;
 
 use super::choice::choice;
 use super::need::{check, close_others};
+use super::region::{RegionArguments, four};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::pipeline::{
@@ -15,7 +15,7 @@ use crate::pipeline::{
 };
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{Filters, Heights, Rectangle, Roughness, TrendKind};
+use epirig_matcher::surface::{Filters, Heights, Roughness, TrendKind};
 
 /// The report in the folder of the surface.
 const REPORT: &str = "report.html";
@@ -32,10 +32,11 @@ const REPORT: &str = "report.html";
   epirig surface seq
   epirig surface seq --profile 100,512,900,512 --profile-width 9
   epirig surface seq --region 240,330,715,665
+  epirig surface seq --mask object.png            white where the object is
   epirig surface seq --trend plane --overwrite
   epirig surface seq --s-filter-mm 1 --l-filter-mm 8 --overwrite
 
-All values belong to the largest connected region, without outliers, very uncertain heights and
+All values belong to the largest connected region, of --region or --mask if given, without outliers, very uncertain heights and
 its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
 standard deviations above the upper or below the lower level. The folder results/surface holds
 report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff,
@@ -59,9 +60,8 @@ pub(super) struct Surface {
     /// Form that is removed from the heights
     #[arg(long, value_parser = choice::<TrendKind>(), default_value_t = TrendKind::Quadric)]
     trend: TrendKind,
-    /// Region of the picture, by two corners in px [default: all of it]
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>)]
-    region: Option<[usize; 4]>,
+    #[command(flatten)]
+    region: RegionArguments,
     /// Ends of a profile, in px [default: the middle row of the field]
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<f64>)]
     profile: Option<[f64; 4]>,
@@ -90,14 +90,7 @@ impl Surface {
         let heights = heights(&opened, &sequence, &results, talk)?;
         let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
         let line = self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1)));
-        let region = self.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
-        if region.is_some_and(|region| !region.fits(rows, columns)) {
-            return Err(CliError::Usage(format!(
-                "--region exceeds the picture, whose last pixel is {},{}",
-                columns - 1,
-                rows - 1
-            )));
-        }
+        let region = self.region.region(rows, columns, talk)?;
         let steps = steps_options(&opened.matched.settings, self.trend);
         let filters = Filters { s_filter_mm: self.s_filter_mm, l_filter_mm: self.l_filter_mm };
         filters.check(heights.pixel_mm()).map_err(|error| CliError::Usage(error.to_string()))?;
@@ -191,14 +184,6 @@ pub(super) fn measure_surface(
     let summary = inspect_surface(measured, &questions, &folder)?;
     folder.commit()?;
     Ok((summary, out.join(REPORT)))
-}
-
-/// Parses four numbers separated by commas.
-fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
-    let numbers: Option<Vec<T>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
-    numbers
-        .and_then(|numbers| numbers.try_into().ok())
-        .ok_or_else(|| "give two points as X0,Y0,X1,Y1, such as 100,512,900,512".to_owned())
 }
 
 pub(super) fn describe(summary: &SurfaceSummary) -> String {

@@ -4,14 +4,14 @@ use super::PipelineError;
 use super::points::surface_points;
 use crate::report::{Chart, Marks, Series, ValueRange, map_picture};
 use crate::results::{
-    FieldSummary, LevelsSummary, MatchSettings, MatchSummary, ResultsFolder, SurfaceSummary,
+    FieldSummary, LevelsSummary, MatchSettings, MatchSummary, Region, ResultsFolder, SurfaceSummary,
 };
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
-    Extent, Filters, Heights, Line, Profile, Rectangle, Steps, StepsOptions, SurfaceError, TrendKind,
+    Extent, Filters, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind,
     find_extent, find_outliers, find_steps, fit_trend, profile,
 };
 
@@ -19,12 +19,12 @@ use epirig_matcher::surface::{
 const FORMAT_VERSION: u32 = 4;
 
 /// Questions about a surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceQuestions {
     /// Form, and options of the search for two levels.
     pub steps: StepsOptions,
-    /// Region of the picture; `None` is all of it.
-    pub region: Option<Rectangle>,
+    /// Region of the picture.
+    pub region: Region,
     /// Line of the profile; `None` is the middle row of the region that is used.
     pub line: Option<((f64, f64), (f64, f64))>,
     /// Width over which the profile is averaged, across the line, in px.
@@ -39,7 +39,14 @@ impl SurfaceQuestions {
     /// The questions of `epirig surface` without options.
     pub fn usual(steps: StepsOptions) -> Self {
         let filters = Filters::default();
-        Self { steps, region: None, line: None, profile_width_px: 1, filters, points_with_form: false }
+        Self {
+            steps,
+            region: Region::default(),
+            line: None,
+            profile_width_px: 1,
+            filters,
+            points_with_form: false,
+        }
     }
 }
 
@@ -89,7 +96,8 @@ pub fn analyse_surface(
     let all = heights;
     let filters = questions.filters;
     filters.check(all.pixel_mm())?;
-    let mut extent = find_extent(all, questions.region, questions.steps.margin_px)?;
+    let inside = questions.region.inside(all.height_mm.rows(), all.height_mm.columns());
+    let mut extent = find_extent(all, inside.as_ref(), questions.steps.margin_px)?;
     let heights = &all.only(&extent.used);
     let halves = halves.map(|halves| halves.each_ref().map(|half| half.only(&extent.used)));
     let (trend, steps) = match find_steps(heights, halves.as_ref(), &questions.steps) {
@@ -113,7 +121,8 @@ pub fn analyse_surface(
         distance_mm: heights.distance_mm,
         pixel_mm,
         field: FieldSummary {
-            region: questions.region,
+            region: questions.region.rectangle,
+            mask: questions.region.mask.as_ref().map(|mask| mask.facts.clone()),
             answered_px: extent.answered_px,
             used_px: extent.used_px,
             uncertain_px: extent.uncertain_px,

@@ -99,6 +99,7 @@ impl Records {
                 pixel_mm: 0.3,
                 field: FieldSummary {
                     region: None,
+                    mask: None,
                     answered_px: 64,
                     used_px: 60,
                     uncertain_px: 1,
