@@ -287,6 +287,7 @@ mod tests {
         let holds = |x: usize, y: usize| x.abs_diff(45).pow(2) + y.abs_diff(30).pow(2) <= 400;
         (0..60).for_each(|y| (0..80).for_each(|x| disc.row_mut(y)[x] = holds(x, y)));
         let found = find_extent(&field, Some(&disc), 1).unwrap();
+        let left_of_the_gap = (0..4800).filter(|index| index % 80 < 30 && holds(index % 80, index / 80)).count();
         // All of the disc to the right of the gap, but for the column beside the gap, and for the tips of the disc
         // that no square of 6 px reaches.
         for (index, &used) in found.used.values().iter().enumerate() {
@@ -295,7 +296,9 @@ mod tests {
             assert!(!used || (holds(x, y) && x > 34), "({x}, {y})");
             assert!(used || !(within && x > 34), "({x}, {y})");
         }
-        assert!(found.rim_px <= 41, "{}", found.rim_px);
+        // The disc has 33 px in column 34. No square reaches its three tips of one pixel, and each has three
+        // neighbours.
+        assert_eq!((found.rim_px, found.apart_px), (33 + 3 * 3, 3 + left_of_the_gap));
         let nothing = Grid::filled(60, 80, false);
         assert!(matches!(find_extent(&field, Some(&nothing), 1), Err(SurfaceError::TooFewPixels { .. })));
     }
