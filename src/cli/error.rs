@@ -107,6 +107,7 @@ impl From<PipelineError> for CliError {
             PipelineError::Halves(error) => Self::Integrity(error.to_string()),
             PipelineError::Results(error) => Self::Results(error),
             PipelineError::Mismatch(error) => Self::Integrity(error.to_string()),
+            PipelineError::NoSuchFrame { .. } => Self::Integrity(error.to_string()),
             PipelineError::Report(error) => Self::Report(error),
             PipelineError::Surface(error) => Self::Surface(error),
         }

@@ -36,14 +36,14 @@ const REPORT: &str = "report.html";
   epirig surface seq --trend plane --overwrite
   epirig surface seq --s-filter-mm 1 --l-filter-mm 8 --overwrite
 
-All values belong to the largest connected region, of --region or --mask if given, without outliers, very uncertain heights and
-its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
+All values belong to the largest connected region (of --region or --mask, if given), without
+outliers, very uncertain heights and its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
 standard deviations above the upper or below the lower level. The folder results/surface holds
 report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff,
 height.gsf, height.x3p and surface.ply (the region after removal of the form), hollows.csv,
 profile.csv, surface.json, and pictures. With a filter it also holds filtered_mm.tiff and
-filtered.x3p (the heights between the cut-offs). In used.png, white pixels were used, light grey ones are walls and outliers, and dark grey
-ones were left out."
+filtered.x3p (the heights between the cut-offs). In used.png, white pixels were used, light grey
+ones are walls and outliers, and dark grey ones were left out; pixels.png has a legend."
 )]
 pub(super) struct Surface {
     /// Folder of the sequence

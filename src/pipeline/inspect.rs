@@ -2,7 +2,7 @@
 
 use super::PipelineError;
 use super::points::surface_points;
-use crate::report::{Chart, Marks, Series, ValueRange, map_picture};
+use crate::report::{Chart, MapPicture, Marks, Series, USED_CLASSES, ValueRange, Window, class_picture};
 use crate::results::{
     FieldSummary, LevelsSummary, MatchSettings, MatchSummary, Region, ResultsFolder, SurfaceSummary,
 };
@@ -11,8 +11,8 @@ use epirig_data::formats::MapFacts;
 
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
-    Extent, Filters, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind,
-    find_extent, find_outliers, find_steps, fit_trend, profile,
+    Extent, Filters, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind, find_extent,
+    find_outliers, find_steps, fit_trend, profile,
 };
 
 /// Version of `surface.json`.
@@ -211,13 +211,13 @@ fn levels(
 }
 
 /// Writes the files of `answers` about `heights` into `folder`; the frames were taken at `taken`, as in RFC
-/// 3339.
+/// 3339. The photograph is shown beside the heights.
 pub(super) fn write_answers(
     folder: &ResultsFolder,
     heights: &Heights,
     answers: &SurfaceAnswers,
     questions: &SurfaceQuestions,
-    taken: &str,
+    (taken, photograph): (&str, Option<&Grid<f32>>),
 ) -> Result<(), PipelineError> {
     let SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used } = answers;
     let title = format!("Height after the trend in mm, sequence {}", summary.sequence_uid);
@@ -238,7 +238,13 @@ pub(super) fn write_answers(
     if let Some(levels) = &summary.levels {
         folder.write("hollows.csv", parts_csv(levels));
     }
-    folder.write_picture("height.png", &map_picture(rest_mm, "Height after the trend", "mm", range)?)?;
+    let pixel_mm = Some(summary.pixel_mm);
+    let picture = MapPicture::new(rest_mm, "Height after the trend", "mm", range);
+    let picture = picture.as_relief().in_mm(pixel_mm).beside(photograph);
+    folder.write_picture("height.png", &picture.picture()?)?;
+    let window = Window::whole(used.rows(), used.columns());
+    let pixels = class_picture(used, "Use of the pixels", &USED_CLASSES, (&window, pixel_mm))?;
+    folder.write_picture("pixels.png", &pixels)?;
     folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
     folder.write_grey("used.png", used)?;
     folder.write_json("surface.json", summary)?;

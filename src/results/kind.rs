@@ -21,6 +21,7 @@ const MATCH: &[&str] = &[
     "cost.tiff",
     "confidence.tiff",
     "mask.png",
+    "answers.png",
     "height.png",
     "height_mm.tiff",
     "height_sigma_mm.tiff",
@@ -50,6 +51,7 @@ const SURFACE: &[&str] = &[
     "hollows.csv",
     "profile.csv",
     "profile.png",
+    "pixels.png",
     "report.html",
     "used.png",
 ];

@@ -156,7 +156,8 @@ mod tests {
         let mask = read_mask(&path, 2, 3).unwrap();
         assert_eq!(mask.inside.values(), [false, false, true, true, false, true]);
         assert_eq!((mask.facts.inside_px, mask.facts.file.as_str()), (3, "grey.png"));
-        let deep = image::ImageBuffer::<image::Luma<u16>, _>::from_vec(3, 1, vec![32767, 32768, 65535]).unwrap();
+        let deep =
+            image::ImageBuffer::<image::Luma<u16>, _>::from_vec(3, 1, vec![32767, 32768, 65535]).unwrap();
         let path = written(folder.path(), "deep.png", deep.into());
         assert_eq!(read_mask(&path, 1, 3).unwrap().inside.values(), [false, true, true]);
         // Blue has a luma of 7 % of white, yellow of 93 % (Rec. 709).

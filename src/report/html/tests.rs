@@ -180,6 +180,7 @@ impl Records {
             profile: &self.profile,
             maps: Maps {
                 photograph: None,
+                matched_frame: Some(&self.map),
                 rest_mm: &self.map,
                 sigma_mm: &self.map,
                 disparity_px: &self.map,

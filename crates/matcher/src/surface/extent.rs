@@ -198,7 +198,11 @@ fn largest(chosen: &Grid<bool>) -> Option<Grid<bool>> {
 /// side.
 fn without_rim(field: &Grid<bool>, inside: &Grid<bool>, reach: usize) -> Grid<bool> {
     let mut beside = inside.clone();
-    beside.values_mut().iter_mut().zip(field.values()).for_each(|(beside, &field)| *beside = *beside && !field);
+    beside
+        .values_mut()
+        .iter_mut()
+        .zip(field.values())
+        .for_each(|(beside, &field)| *beside = *beside && !field);
     let outside = count_around(&beside, reach);
     let mut inner = field.clone();
     for (inner, &outside) in inner.values_mut().iter_mut().zip(outside.values()) {
@@ -287,7 +291,8 @@ mod tests {
         let holds = |x: usize, y: usize| x.abs_diff(45).pow(2) + y.abs_diff(30).pow(2) <= 400;
         (0..60).for_each(|y| (0..80).for_each(|x| disc.row_mut(y)[x] = holds(x, y)));
         let found = find_extent(&field, Some(&disc), 1).unwrap();
-        let left_of_the_gap = (0..4800).filter(|index| index % 80 < 30 && holds(index % 80, index / 80)).count();
+        let left_of_the_gap =
+            (0..4800).filter(|index| index % 80 < 30 && holds(index % 80, index / 80)).count();
         // All of the disc to the right of the gap, but for the column beside the gap, and for the tips of the disc
         // that no square of 6 px reaches.
         for (index, &used) in found.used.values().iter().enumerate() {
