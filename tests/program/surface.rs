@@ -106,7 +106,7 @@ fn a_mask_chooses_the_pixels_of_surface_and_evaluate() {
     let folder = folder.path();
     matched(folder);
     // Left of a slanted line, and with --region only above row 100, too.
-    let left = |x: u32, y: u32| x < 90 + y / 4;
+    let left = |x: u32, y: u32| x < 40 + y / 8;
     mask(&folder.join("left.png"), left);
     let surface = ["surface", "seq", "--trend", "plane", "--json", "--overwrite"];
     let with = |more: &[&str]| -> serde_json::Value {
@@ -172,6 +172,6 @@ fn a_mask_chooses_the_pixels_of_surface_and_evaluate() {
     assert_eq!(number(&masked, "/truth/all/pixels") as usize, expected);
     assert_eq!(number(&masked, "/truth/all/maximum_px"), 0.0);
     assert!(number(&errors(&[]), "/truth/all/maximum_px") > 4.9);
-    assert_eq!(number(&errors(&["--region", "0,0,80,199"]), "/truth/all/maximum_px"), 0.0);
+    assert_eq!(number(&errors(&["--region", "0,0,39,199"]), "/truth/all/maximum_px"), 0.0);
     fails(folder, &["evaluate", "seq", "--split-half", "--mask", "left.png"], 2, &["--mask"]);
 }
