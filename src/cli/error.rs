@@ -13,7 +13,7 @@ use crate::capture::CaptureError;
 use crate::doctor::DoctorError;
 use crate::memory::Bound;
 use crate::panel::PanelError;
-use crate::pipeline::PipelineError;
+use crate::pipeline::{CompareError, PipelineError};
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
 use crate::results::{MaskError, ResultsError};
@@ -110,6 +110,18 @@ impl From<PipelineError> for CliError {
             PipelineError::NoSuchFrame { .. } => Self::Integrity(error.to_string()),
             PipelineError::Report(error) => Self::Report(error),
             PipelineError::Surface(error) => Self::Surface(error),
+        }
+    }
+}
+
+impl From<CompareError> for CliError {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Pipeline(error) => Self::from(error),
+            CompareError::Report(error) => Self::Report(error),
+            CompareError::Results(error) => Self::Results(error),
+            CompareError::Sizes { .. } => Self::Usage(error.to_string()),
+            other => Self::Integrity(other.to_string()),
         }
     }
 }

@@ -4,6 +4,7 @@ mod calibrate;
 mod camera;
 mod capture;
 mod choice;
+mod compare;
 mod completions;
 mod decode;
 mod demo;
@@ -134,6 +135,7 @@ verbs! {
     Match = matching::Match,
     Surface = surface::Surface,
     Evaluate = evaluate::Evaluate,
+    Compare = compare::Compare,
     View = view::View,
     Ui = ui::Ui,
     Export = export::Export,

@@ -127,6 +127,15 @@ fn heights<'a>(
 ) -> Result<&'a Heights, CliError> {
     let need = surface_need(opened.disparity.rows(), opened.disparity.columns());
     check("analysing the surface", need, talk, close_others)?;
+    known_heights(opened, sequence, results)
+}
+
+/// The heights of `opened`, or why there are none.
+pub(super) fn known_heights<'a>(
+    opened: &'a OpenedResults,
+    sequence: &Sequence,
+    results: &Path,
+) -> Result<&'a Heights, CliError> {
     opened.heights.as_ref().ok_or_else(|| match opened.has_geometry {
         false => CliError::Usage(format!(
             "{}: no heights: focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence",

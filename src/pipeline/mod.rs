@@ -2,6 +2,7 @@
 
 mod calibration;
 mod classes;
+mod compare;
 mod halves;
 mod inspect;
 mod need;
@@ -42,6 +43,7 @@ use epirig_matcher::{
 };
 
 use classes::answer_classes;
+pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
 pub use halves::half_heights;
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
 pub use need::{

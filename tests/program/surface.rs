@@ -173,5 +173,5 @@ fn a_mask_chooses_the_pixels_of_surface_and_evaluate() {
     assert_eq!(number(&masked, "/truth/all/maximum_px"), 0.0);
     assert!(number(&errors(&[]), "/truth/all/maximum_px") > 4.9);
     assert_eq!(number(&errors(&["--region", "0,0,39,199"]), "/truth/all/maximum_px"), 0.0);
-    fails(folder, &["evaluate", "seq", "--split-half", "--mask", "left.png"], 2, &["--mask"]);
+    fails(folder, &["evaluate", "seq", "--split-half", "--mask", "left.png"], 2, &["--split-half"]);
 }

@@ -40,6 +40,7 @@ pub struct MapPicture<'a> {
     window: Window,
     pixel_mm: Option<f64>,
     relief: bool,
+    shade: fn(f64) -> [u8; 3],
     photograph: Option<&'a Grid<f32>>,
     most_px: usize,
 }
@@ -55,6 +56,7 @@ impl<'a> MapPicture<'a> {
             window: Window::around(map),
             pixel_mm: None,
             relief: false,
+            shade: viridis,
             photograph: None,
             most_px: MOST_PX,
         }
@@ -79,6 +81,12 @@ impl<'a> MapPicture<'a> {
     #[must_use]
     pub fn as_relief(self) -> Self {
         Self { relief: true, ..self }
+    }
+
+    /// From blue over white to red, for values that differ to both sides of the middle of the range.
+    #[must_use]
+    pub fn diverging(self) -> Self {
+        Self { shade: blue_to_red, ..self }
     }
 
     /// With a photograph beside it, if there is one of the same size; another is not shown.
@@ -132,7 +140,7 @@ impl<'a> MapPicture<'a> {
         let part = self.window.of(self.map);
         let beyond =
             [any(&part, |value| value < self.range.low), any(&part, |value| value > self.range.high)];
-        let scale = Bar { low: self.range.low, high: self.range.high, colour: shade, beyond };
+        let scale = Bar { low: self.range.low, high: self.range.high, colour: self.shade, beyond };
         let bar = known.then_some(scale);
         let size = panels.first().map_or((1, 1), |panel| panel.pixels.dimensions());
         let layout = Layout {
@@ -147,7 +155,7 @@ impl<'a> MapPicture<'a> {
     }
 
     fn coloured(&self, map: &Grid<f32>) -> Grid<[u8; 3]> {
-        let colours = map.map(|value| colour(value, self.range));
+        let colours = map.map(|value| colour(value, self.range, self.shade));
         if !self.relief {
             return colours;
         }
@@ -229,15 +237,21 @@ pub fn side_by_side(pictures: &[RgbImage]) -> RgbImage {
 
 /// Red, green and blue of a height in the colours of [`MapPicture`] over `range`.
 pub fn height_colour(height_mm: f32, range: ValueRange) -> [u8; 3] {
-    colour(height_mm, range)
+    colour(height_mm, range, viridis)
 }
 
-fn colour(value: f32, range: ValueRange) -> [u8; 3] {
+fn colour(value: f32, range: ValueRange, shade: fn(f64) -> [u8; 3]) -> [u8; 3] {
     if value.is_nan() { UNKNOWN } else { shade(range.share(value)) }
 }
 
+/// A colour from blue over white to red (RdBu of ColorBrewer) at this share, from 0 to 1.
+fn blue_to_red(share: f64) -> [u8; 3] {
+    let colour = colorous::RED_BLUE.eval_continuous(1.0 - share.clamp(0.0, 1.0));
+    [colour.r, colour.g, colour.b]
+}
+
 /// The colour of viridis at this share, from 0 to 1.
-fn shade(share: f64) -> [u8; 3] {
+fn viridis(share: f64) -> [u8; 3] {
     let colour = colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0));
     [colour.r, colour.g, colour.b]
 }

@@ -38,6 +38,13 @@ impl ValueRange {
         Self { low: lower - reach, high: upper + reach }
     }
 
+    /// The smallest range around zero that holds it.
+    #[must_use]
+    pub fn around_zero(self) -> Self {
+        let reach = self.low.abs().max(self.high.abs());
+        Self { low: -reach, high: reach }
+    }
+
     /// Place of `value` in the range: 0 at its low end, 1 at its high end.
     pub(super) fn share(&self, value: f32) -> f64 {
         f64::from((value - self.low) / (self.high - self.low).max(f32::MIN_POSITIVE))
@@ -71,5 +78,7 @@ mod tests {
         let one = Grid::from_values(1, 2, vec![3.0, f32::NAN]).unwrap();
         assert_eq!(ValueRange::of(&one, 1.0), ValueRange { low: 2.5, high: 3.5 });
         assert_eq!(ValueRange::of(&Grid::filled(1, 2, f32::NAN), 1.0), NOTHING_KNOWN);
+        let cut = ValueRange { low: -2.0, high: 0.5 };
+        assert_eq!(cut.around_zero(), ValueRange { low: -2.0, high: 2.0 });
     }
 }

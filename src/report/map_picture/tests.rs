@@ -116,3 +116,15 @@ fn a_relief_darkens_the_far_side_of_a_step_only_where_it_is_asked_for() {
     let wall = 2 * 60 * 49;
     assert_eq!([flat[0] - lit[0], flat[1] - lit[1]], [wall, wall]);
 }
+
+#[test]
+fn diverging_colours_are_blue_below_and_red_above_the_middle() {
+    let values = (0..3600).map(|index| if index % 60 < 30 { -1.0 } else { 1.0 }).collect();
+    let map = Grid::from_values(60, 60, values).unwrap();
+    let range = ValueRange { low: -1.0, high: 1.0 };
+    let picture = MapPicture::new(&map, "t", "mm", range).diverging().picture().unwrap();
+    let half = 1800 * 49;
+    let counted = |is: fn([u8; 3]) -> bool| picture.pixels().filter(|pixel| is(pixel.0)).count();
+    assert!(counted(|[red, _, blue]| blue > red + 50) >= half);
+    assert!(counted(|[red, _, blue]| red > blue + 50) >= half);
+}
