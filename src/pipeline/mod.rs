@@ -11,6 +11,7 @@ mod photograph;
 mod points;
 mod rectified;
 mod reported;
+mod volume_frame;
 
 use epirig_core::statistics::upper_median;
 use std::time::Instant;
@@ -155,7 +156,7 @@ pub fn measure(
     let begun = Instant::now();
     let span = info_span!("matching").entered();
     let reference = options.reference_index(&volume)?;
-    let photograph = photograph::frame_of(&volume, reference);
+    let photograph = volume_frame::volume_frame(&volume, reference);
     let matcher = Matcher::new(volume, options.clone())?;
     let maps = matcher.matched(progress)?;
     let seconds = begun.elapsed().as_secs_f64();

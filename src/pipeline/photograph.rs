@@ -1,19 +1,12 @@
 //! A frame as the matcher saw it, to be shown beside maps.
 
 use super::PipelineError;
+use super::volume_frame::volume_frame;
 use crate::calibrate::{CalibrateError, Calibration, rectifier};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::tau::Tau;
-use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
-
-/// Frame `t` of a volume, in DN; rows x columns.
-pub(super) fn frame_of(volume: &Volume, t: usize) -> Grid<f32> {
-    let mut frame = Grid::filled(volume.rows(), volume.columns(), 0.0_f32);
-    (0..volume.rows()).for_each(|y| volume.copy_row(y, t, frame.row_mut(y)));
-    frame
-}
 
 /// Frame `t` of `sequence` as it is matched, in DN: with a calibration corrected and rectified; rows x columns of the
 /// maps.
@@ -37,5 +30,5 @@ pub fn matched_frame(
     let tau = Tau::equidistant(2).map_err(CalibrateError::Positions)?;
     let mut volume = rectifier.volume(frame.bit_depth(), tau);
     rectifier.insert(&mut volume, 0, &[frame]).map_err(CalibrateError::Rectify)?;
-    Ok(frame_of(&volume, 0))
+    Ok(volume_frame(&volume, 0))
 }

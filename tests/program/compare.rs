@@ -69,9 +69,10 @@ fn a_hollow_that_grew_is_found_in_an_object_that_moved() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     scanned(folder, "before", &tile(1.0, (0.0, 0.0)), 1);
-    scanned(folder, "after", &tile(1.4, (3.4, -2.3)), 2);
+    scanned(folder, "after", &tile(2.2, (3.4, -2.3)), 2);
     let found = json(&succeeds(folder, &["compare", "before", "after", "--out", "change", "--json"]));
-    // The second hollow lies 0.4 mm deeper, so it is seen 0.02 px off: 555 px * 75 mm * 0.4 mm / (900 mm)^2.
+    // The second hollow lies 1.2 mm deeper, so it is seen 0.06 px off: 555 px * 75 mm * 1.2 mm / (900 mm)^2. It is a
+    // fifth of the tile.
     let shift = [0, 1].map(|axis| number(&found, &format!("/motion/shift_px/{axis}")));
     assert!((shift[0] - 3.4).abs() < 0.02 && (shift[1] + 2.3).abs() < 0.02, "{found}");
     // The hollow lies around column 99.5 - 75 mm * 555.6 px / 900 mm = 53, and the tile in rows 53 to 146.
@@ -81,13 +82,17 @@ fn a_hollow_that_grew_is_found_in_an_object_that_moved() {
     // Windows of up to 11 px leave six independent heights along the hollow at least.
     let tolerance_mm = 3.0 * number(&found, "/difference/median_sigma_mm") / 6.0_f64.sqrt();
     assert!(tolerance_mm < 0.2, "{tolerance_mm}");
-    assert!((hollow + 0.4).abs() < tolerance_mm, "{hollow} +- {tolerance_mm}");
+    assert!((hollow + 1.2).abs() < tolerance_mm, "{hollow} +- {tolerance_mm}");
     assert!(level.iter().all(|level| level.abs() < tolerance_mm), "{level:?} +- {tolerance_mm}");
     let place = &found["places"][0];
     let centre = [0, 1].map(|axis| number(place, &format!("/centre_px/{axis}")));
     // The middle of a stripe of 93 rows is known less well along it: noise chooses the pixels that count.
     assert!((centre[0] - 53.0).abs() < 4.0 && (centre[1] - 99.5).abs() < 20.0, "{place}");
-    assert!(number(place, "/mean_mm") < -0.25 && number(place, "/volume_mm3") < 0.0, "{place}");
+    // Beside its walls, windows see both levels.
+    assert!(
+        (-1.3..-0.9).contains(&number(place, "/mean_mm")) && number(place, "/volume_mm3") < 0.0,
+        "{place}"
+    );
 
     // Without --json the numbers are there in words, and every file is in the folder.
     fails(folder, &["compare", "before", "after", "--out", "change"], 2, &["--overwrite"]);
@@ -119,7 +124,7 @@ fn a_hollow_that_grew_is_found_in_an_object_that_moved() {
     let left = ["compare", "before", "after", "--out", "left", "--mask", "left.png", "--json"];
     let left = json(&succeeds(folder, &[&left[..], &["--region", "12,60,199,140"]].concat()));
     assert!(number(&left, "/difference/pixels") <= 26.0 * 81.0);
-    assert!(number(&left, "/difference/scatter_mm") < 0.4 * 0.5, "{left}");
+    assert!(number(&left, "/difference/scatter_mm") < 1.2 * 0.5, "{left}");
 
     // What cannot be compared is refused with advice, and nothing is left.
     let compare = |second: &str, more: &[&str], code: i32, words: &[&str]| {
