@@ -132,7 +132,7 @@ fn a_hollow_that_grew_is_found_in_an_object_that_moved() {
         assert!(!folder.join("none").exists());
     };
     compare("after", &["--region", "150,0,199,40"], 5, &["pixels have a height", "mask.png"]);
-    let mut other = tile(1.0, (0.0, 0.0));
+    let mut other = SimulatorConfig::textured_plane(200, 200, 9);
     other.texture.seed = 77;
     scanned(folder, "other", &other, 3);
     compare("other", &[], 5, &["cannot be registered", "Place the object"]);
