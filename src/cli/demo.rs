@@ -1,6 +1,5 @@
 //! `epirig demo`.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -16,7 +15,7 @@ use super::surface::measure_surface;
 use super::{CliError, Talk};
 use crate::pipeline::{Frames, Measurement, match_need};
 use crate::profile::{Override, Profile, SIM};
-use crate::report::{Chart, Series, ValueRange, map_picture, side_by_side};
+use crate::report::{Chart, MapPicture, Series, ValueRange, Window, side_by_side};
 use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_core::shell::quoted;
@@ -219,11 +218,13 @@ fn write_comparison(
     true_distance_mm: f64,
 ) -> Result<(), CliError> {
     let range = ValueRange::of(&truth.disparity, 0.05);
-    let (columns, rows) = object_area(&truth.disparity);
-    let part = |map: &Grid<f32>| map.cropped(columns.clone(), rows.clone());
+    let window = Window::around(&truth.disparity);
+    let shown = |map: &Grid<f32>, title: &str| {
+        MapPicture::new(map, title, "px", range).within(window.clone()).picture()
+    };
     let pictures = side_by_side(&[
-        map_picture(&part(&measurement.maps.disparity), "Disparity, measured", "px", range)?,
-        map_picture(&part(&truth.disparity), "Disparity, truth", "px", range)?,
+        shown(&measurement.maps.disparity, "Disparity, measured")?,
+        shown(&truth.disparity, "Disparity, truth")?,
     ]);
     results.write_picture("measured-and-truth.png", &pictures)?;
     let Some(heights) = &measurement.heights else { return Ok(()) };
@@ -248,22 +249,6 @@ fn write_comparison(
     results.write_picture("height-along-row.png", &chart.picture()?)?;
     results.write("height-along-row.csv", chart.csv());
     Ok(())
-}
-
-/// Columns and rows that have a truth, with a margin.
-fn object_area(truth: &Grid<f32>) -> (Range<usize>, Range<usize>) {
-    const MARGIN: usize = 12;
-    let known = |x: usize, y: usize| !truth.at(x, y).is_nan();
-    let around = |size: usize, occupied: &dyn Fn(usize) -> bool| {
-        let first = (0..size).find(|&index| occupied(index)).unwrap_or(0);
-        let last = (0..size).rfind(|&index| occupied(index)).unwrap_or(size - 1);
-        first.saturating_sub(MARGIN)..(last + 1 + MARGIN).min(size)
-    };
-    let (width, height) = (truth.columns(), truth.rows());
-    (
-        around(width, &|x| (0..height).any(|y| known(x, y))),
-        around(height, &|y| (0..width).any(|x| known(x, y))),
-    )
 }
 
 fn free_folder() -> PathBuf {

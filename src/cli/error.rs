@@ -13,10 +13,10 @@ use crate::capture::CaptureError;
 use crate::doctor::DoctorError;
 use crate::memory::Bound;
 use crate::panel::PanelError;
-use crate::pipeline::PipelineError;
+use crate::pipeline::{CompareError, PipelineError};
 use crate::profile::{ProfileError, RecordedRigError};
 use crate::report::ReportError;
-use crate::results::ResultsError;
+use crate::results::{MaskError, ResultsError};
 use crate::rig::RigError;
 use epirig_calibration::target::TargetError;
 use epirig_data::formats::FormatError;
@@ -42,6 +42,8 @@ pub(super) enum CliError {
     Match(#[from] MatchError),
     #[error(transparent)]
     Results(#[from] ResultsError),
+    #[error(transparent)]
+    Mask(#[from] MaskError),
     #[error(transparent)]
     Report(#[from] ReportError),
     #[error(transparent)]
@@ -105,8 +107,21 @@ impl From<PipelineError> for CliError {
             PipelineError::Halves(error) => Self::Integrity(error.to_string()),
             PipelineError::Results(error) => Self::Results(error),
             PipelineError::Mismatch(error) => Self::Integrity(error.to_string()),
+            PipelineError::NoSuchFrame { .. } => Self::Integrity(error.to_string()),
             PipelineError::Report(error) => Self::Report(error),
             PipelineError::Surface(error) => Self::Surface(error),
+        }
+    }
+}
+
+impl From<CompareError> for CliError {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Pipeline(error) => Self::from(error),
+            CompareError::Report(error) => Self::Report(error),
+            CompareError::Results(error) => Self::Results(error),
+            CompareError::Sizes { .. } => Self::Usage(error.to_string()),
+            other => Self::Integrity(other.to_string()),
         }
     }
 }
@@ -194,6 +209,11 @@ impl CliError {
                 ResultsError::Format { .. } | ResultsError::BadSummary { .. } => INTEGRITY,
                 ResultsError::Read(error) => read_code(error),
                 _ => TROUBLE,
+            },
+            Self::Mask(error) => match error {
+                MaskError::Size { .. } | MaskError::Empty { .. } => USAGE,
+                MaskError::Picture { .. } => INTEGRITY,
+                MaskError::Read(error) => read_code(error),
             },
             Self::Profile(_)
             | Self::Simulator(_)

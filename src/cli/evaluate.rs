@@ -7,11 +7,12 @@ use serde::Serialize;
 
 use super::match_arguments::MatchArguments;
 use super::need::{check, close_others, frames_of};
+use super::region::RegionArguments;
 use super::scan_end::{AnywayArgument, tell_results};
 use super::{CliError, Talk};
 use crate::calibrate::read_calibration;
 use crate::pipeline::{Frames, load, match_need};
-use crate::results::{read_map, read_named_map, read_summary};
+use crate::results::{Region, read_map, read_named_map, read_summary};
 use epirig_core::volume::Volume;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{
@@ -32,6 +33,7 @@ use epirig_matcher::evaluate::{
     allow_negative_numbers = true,
     after_help = "Examples:
   epirig evaluate epirig-demo/sequence --truth epirig-demo/sequence/truth/disparity.pfm
+  epirig evaluate seq --truth truth.pfm --mask object.png
   epirig evaluate seq --leave-out 5 --ordering-constraint off
   epirig evaluate seq --split-half
   epirig evaluate seq --both-ways"
@@ -45,14 +47,16 @@ pub(super) struct Evaluate {
     /// Folder of the results to compare [default: SEQ/results]
     #[arg(long, value_name = "DIR", requires = "truth")]
     results: Option<PathBuf>,
+    #[command(flatten)]
+    region: RegionArguments,
     /// Leave out every Kth frame
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", conflicts_with = "RegionArguments")]
     leave_out: Option<usize>,
     /// Match odd and even frames separately
-    #[arg(long)]
+    #[arg(long, conflicts_with = "RegionArguments")]
     split_half: bool,
     /// Match from the first frame and from the last
-    #[arg(long, conflicts_with = "reference")]
+    #[arg(long, conflicts_with_all = ["reference", "RegionArguments"])]
     both_ways: bool,
     #[command(flatten)]
     anyway: AnywayArgument,
@@ -92,13 +96,20 @@ impl Evaluate {
         }
         let disparity = read_map(&folder.join("disparity.tiff"))?;
         let sigma = read_map(&folder.join("sigma.tiff"))?;
-        let truth = read_named_map(truth_file)?;
+        let mut truth = read_named_map(truth_file)?;
+        let region = self.region.region(disparity.rows(), disparity.columns(), talk)?;
+        if let Some(inside) = region.inside(disparity.rows(), disparity.columns()) {
+            // What has no truth is not compared.
+            let places = truth.values_mut().iter_mut().zip(inside.values());
+            places.filter(|&(_, &inside)| !inside).for_each(|(truth, _)| *truth = f32::NAN);
+        }
         let report =
             compare_with_truth(&disparity, Some(&sigma), &truth, (summary.tau_before, summary.tau_after))?;
         if report.all.pixels == 0 {
             return Err(CliError::Integrity(format!(
-                "{}: no pixel has a true value; give a map that holds finite numbers",
-                truth_file.display()
+                "{}: no pixel has a true value{}; give a map that holds finite numbers there",
+                truth_file.display(),
+                if region == Region::default() { "" } else { " in the region" }
             )));
         }
         talk.result(&TruthOutput { truth: &report }, || table(&report))

@@ -10,8 +10,8 @@ use super::files::write_new;
 use super::need::{check, close_others};
 use super::scan_end::tell_results;
 use super::{CliError, Talk};
-use crate::pipeline::{OpenedResults, open_results, surface_need, surface_points};
-use crate::report::{ValueRange, map_picture};
+use crate::pipeline::{OpenedResults, matched_frame, open_results, surface_need, surface_points};
+use crate::report::{MapPicture, ValueRange};
 use crate::results::{MatchSummary, ResultsError, encoded_picture, read_map, read_summary};
 use epirig_core::grid::Grid;
 use epirig_data::formats::{MapFacts, MapFormat, Quantity};
@@ -157,10 +157,7 @@ impl Export {
                 encoded.map_err(|source| ResultsError::Format { path: self.out.clone(), source })?
             }
             Output::Points => self.points(&map, &folder, talk)?,
-            Output::Picture => {
-                let range = ValueRange::of(&map, about.least_span);
-                encoded_picture(&self.out, &map_picture(&map, about.title, about.unit, range)?)?
-            }
+            Output::Picture => self.picture(&map, &folder)?,
         };
         let place = parent(&self.out);
         fs::create_dir_all(place).map_err(|source| CliError::File {
@@ -186,6 +183,21 @@ impl Export {
             facts.taken = Some(sequence.record().created.clone());
         }
         facts
+    }
+
+    /// The map as a picture; without a sequence in px, and without a photograph.
+    fn picture(&self, map: &Grid<f32>, folder: &Path) -> Result<Vec<u8>, CliError> {
+        let About { title, unit, least_span, .. } = self.map.about();
+        let opened = self.opened(folder).ok();
+        let photograph = opened.as_ref().and_then(|(sequence, opened)| {
+            matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok()
+        });
+        let pixel_mm = opened.and_then(|(_, opened)| opened.heights.as_ref().map(Heights::pixel_mm));
+        let range = ValueRange::of(map, least_span);
+        let picture = MapPicture::new(map, title, unit, range).in_mm(pixel_mm).beside(photograph.as_ref());
+        let is_height = matches!(self.map, MapName::Height | MapName::HeightWithoutForm);
+        let picture = if is_height { picture.as_relief() } else { picture };
+        Ok(encoded_picture(&self.out, &picture.picture()?)?)
     }
 
     fn opened(&self, folder: &Path) -> Result<(Sequence, OpenedResults), CliError> {

@@ -29,7 +29,7 @@ use epirig_matcher::{Answer, DisparityMaps, MatchError};
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff),
 mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded,
-160 ambiguous), pictures, figures/ and match.json."
+160 ambiguous), answers.png (the same in colours), pictures, figures/ and match.json."
 )]
 pub(super) struct Match {
     /// Folder of the sequence

@@ -5,6 +5,7 @@ mod camera;
 mod capture;
 mod choice;
 mod colours;
+mod compare;
 mod completions;
 mod conclusion;
 mod decode;
@@ -32,6 +33,7 @@ mod no_answer;
 mod plan;
 mod progress;
 mod rectify;
+mod region;
 mod resume;
 mod rig;
 mod run;
@@ -136,6 +138,7 @@ verbs! {
     Match = matching::Match,
     Surface = surface::Surface,
     Evaluate = evaluate::Evaluate,
+    Compare = compare::Compare,
     View = view::View,
     Ui = ui::Ui,
     Export = export::Export,

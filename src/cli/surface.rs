@@ -1,13 +1,13 @@
 //! `epirig surface`.
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::Args;
 
 use super::choice::choice;
 use super::conclusion::{conclusion, planned_mm};
 use super::need::{check, close_others};
+use super::region::{RegionArguments, four};
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::pipeline::{
@@ -17,9 +17,7 @@ use crate::pipeline::{
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{
-    Combined, Contribution, Evaluation, Filters, Heights, Rectangle, Roughness, TrendKind,
-};
+use epirig_matcher::surface::{Combined, Contribution, Evaluation, Filters, Heights, Roughness, TrendKind};
 
 /// The report in the folder of the surface.
 const REPORT: &str = "report.html";
@@ -36,17 +34,18 @@ const REPORT: &str = "report.html";
   epirig surface seq
   epirig surface seq --profile 100,512,900,512 --profile-width 9
   epirig surface seq --region 240,330,715,665
+  epirig surface seq --mask object.png            white where the object is
   epirig surface seq --trend plane --overwrite
   epirig surface seq --s-filter-mm 1 --l-filter-mm 8 --overwrite
 
-All values belong to the largest connected region, without outliers, very uncertain heights and
-its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
+All values belong to the largest connected region (of --region or --mask, if given), without
+outliers, very uncertain heights and its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
 standard deviations above the upper or below the lower level. The folder results/surface holds
 report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff,
 height.gsf, height.x3p and surface.ply (the region after removal of the form), hollows.csv,
 profile.csv, surface.json, and pictures. With a filter it also holds filtered_mm.tiff and
-filtered.x3p (the heights between the cut-offs). In used.png, white pixels were used, light grey ones are walls and outliers, and dark grey
-ones were left out."
+filtered.x3p (the heights between the cut-offs). In used.png, white pixels were used, light grey
+ones are walls and outliers, and dark grey ones were left out; pixels.png has a legend."
 )]
 pub(super) struct Surface {
     /// Folder of the sequence
@@ -63,9 +62,8 @@ pub(super) struct Surface {
     /// Form that is removed from the heights
     #[arg(long, value_parser = choice::<TrendKind>(), default_value_t = TrendKind::Quadric)]
     trend: TrendKind,
-    /// Region of the picture, by two corners in px [default: all of it]
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>)]
-    region: Option<[usize; 4]>,
+    #[command(flatten)]
+    region: RegionArguments,
     /// Measure the chess-boards of the calibration's target, too, which are no part of the surface
     #[arg(long)]
     with_target: bool,
@@ -97,14 +95,7 @@ impl Surface {
         let heights = heights(&opened, &sequence, &results, talk)?;
         let (rows, columns) = (opened.disparity.rows(), opened.disparity.columns());
         let line = self.profile.map(|[x0, y0, x1, y1]| ((x0, y0), (x1, y1)));
-        let region = self.region.map(|[x0, y0, x1, y1]| Rectangle::between((x0, y0), (x1, y1)));
-        if region.is_some_and(|region| !region.fits(rows, columns)) {
-            return Err(CliError::Usage(format!(
-                "--region exceeds the picture, whose last pixel is {},{}",
-                columns - 1,
-                rows - 1
-            )));
-        }
+        let region = self.region.region(rows, columns, talk)?;
         let steps = steps_options(&opened.matched.settings, self.trend);
         let filters = Filters { s_filter_mm: self.s_filter_mm, l_filter_mm: self.l_filter_mm };
         filters.check(heights.pixel_mm()).map_err(|error| CliError::Usage(error.to_string()))?;
@@ -145,6 +136,15 @@ fn heights<'a>(
 ) -> Result<&'a Heights, CliError> {
     let need = surface_need(opened.disparity.rows(), opened.disparity.columns());
     check("analysing the surface", need, talk, close_others)?;
+    known_heights(opened, sequence, results)
+}
+
+/// The heights of `opened`, or why there are none.
+pub(super) fn known_heights<'a>(
+    opened: &'a OpenedResults,
+    sequence: &Sequence,
+    results: &Path,
+) -> Result<&'a Heights, CliError> {
     opened.heights.as_ref().ok_or_else(|| match opened.has_geometry {
         false => CliError::Usage(format!(
             "{}: no heights: focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
@@ -207,14 +207,6 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
     let summary = inspect_surface(measured, &questions, &folder)?;
     folder.commit()?;
     Ok((summary, out.join(REPORT)))
-}
-
-/// Parses four numbers separated by commas.
-fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
-    let numbers: Option<Vec<T>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
-    numbers
-        .and_then(|numbers| numbers.try_into().ok())
-        .ok_or_else(|| "give two points as X0,Y0,X1,Y1, such as 100,512,900,512".to_owned())
 }
 
 pub(super) fn describe(summary: &SurfaceSummary) -> String {

@@ -2,27 +2,27 @@
 
 use super::points::surface_points;
 use super::{OpenedResults, PipelineError};
-use crate::report::{Chart, Marks, Series, ValueRange, map_picture};
-use crate::results::{FieldSummary, LevelsSummary, MatchSettings, ResultsFolder, SurfaceSummary};
+use crate::report::{Chart, MapPicture, Marks, Series, USED_CLASSES, ValueRange, Window, class_picture};
+use crate::results::{FieldSummary, LevelsSummary, MatchSettings, Region, ResultsFolder, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
-    Extent, Filters, Heights, Line, Profile, Rectangle, Steps, StepsOptions, SurfaceError, TrendKind,
-    find_extent, find_outliers, find_steps, fit_trend, profile,
+    Extent, Filters, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind, find_extent,
+    find_outliers, find_steps, fit_trend, profile,
 };
 
 /// Version of `surface.json`.
 const FORMAT_VERSION: u32 = 4;
 
 /// Questions about a surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceQuestions {
     /// Form, and options of the search for two levels.
     pub steps: StepsOptions,
-    /// Region of the picture; `None` is all of it.
-    pub region: Option<Rectangle>,
+    /// Region of the picture.
+    pub region: Region,
     /// Whether the calibration's target belongs to the surface.
     pub with_target: bool,
     /// Line of the profile; `None` is the middle row of the region that is used.
@@ -41,7 +41,7 @@ impl SurfaceQuestions {
         let filters = Filters::default();
         Self {
             steps,
-            region: None,
+            region: Region::default(),
             with_target: false,
             line: None,
             profile_width_px: 1,
@@ -100,10 +100,11 @@ pub fn analyse_surface(
         None => heights.clone(),
         Some(target) => heights.only(&target.map(|covered| !covered)),
     };
-    let target_px = answered(heights, questions.region) - answered(all, questions.region);
     let filters = questions.filters;
     filters.check(all.pixel_mm())?;
-    let mut extent = find_extent(all, questions.region, questions.steps.margin_px)?;
+    let inside = questions.region.inside(all.height_mm.rows(), all.height_mm.columns());
+    let target_px = answered(heights, inside.as_ref()) - answered(all, inside.as_ref());
+    let mut extent = find_extent(all, inside.as_ref(), questions.steps.margin_px)?;
     let heights = &all.only(&extent.used);
     let halves = halves.map(|halves| halves.each_ref().map(|half| half.only(&extent.used)));
     let (trend, steps) = match find_steps(heights, halves.as_ref(), &questions.steps) {
@@ -127,7 +128,8 @@ pub fn analyse_surface(
         distance_mm: heights.distance_mm,
         pixel_mm,
         field: FieldSummary {
-            region: questions.region,
+            region: questions.region.rectangle,
+            mask: questions.region.mask.as_ref().map(|mask| mask.facts.clone()),
             answered_px: extent.answered_px,
             target_px,
             used_px: extent.used_px,
@@ -154,14 +156,13 @@ pub fn analyse_surface(
     Ok(SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used })
 }
 
-/// Number of pixels that have a height, in the region if one is given.
-fn answered(heights: &Heights, region: Option<Rectangle>) -> usize {
-    let all = &heights.height_mm;
-    let (rows, columns) = match region {
-        None => (0..all.rows(), 0..all.columns()),
-        Some(Rectangle { left, top, right, bottom }) => (top..bottom + 1, left..right + 1),
-    };
-    rows.map(|y| all.row(y)[columns.clone()].iter().filter(|height| height.is_finite()).count()).sum()
+/// Number of pixels that have a height, of those `inside` if that is given.
+fn answered(heights: &Heights, inside: Option<&Grid<bool>>) -> usize {
+    let known = heights.height_mm.values().iter().map(|height| height.is_finite());
+    match inside {
+        None => known.filter(|&known| known).count(),
+        Some(inside) => known.zip(inside.values()).filter(|&(known, &inside)| known && inside).count(),
+    }
 }
 
 /// Takes the outliers out of the heights and of the extent; their number.
@@ -228,13 +229,13 @@ fn levels(
 }
 
 /// Writes the files of `answers` about `heights` into `folder`; the frames were taken at `taken`, as in RFC
-/// 3339.
+/// 3339. The photograph is shown beside the heights.
 pub(super) fn write_answers(
     folder: &ResultsFolder,
     heights: &Heights,
     answers: &SurfaceAnswers,
     questions: &SurfaceQuestions,
-    taken: &str,
+    (taken, photograph): (&str, Option<&Grid<f32>>),
 ) -> Result<(), PipelineError> {
     let SurfaceAnswers { summary, rest_mm, filtered_mm, profile, used } = answers;
     let title = format!("Height after the trend in mm, sequence {}", summary.sequence_uid);
@@ -255,7 +256,13 @@ pub(super) fn write_answers(
     if let Some(levels) = &summary.levels {
         folder.write("hollows.csv", parts_csv(levels));
     }
-    folder.write_picture("height.png", &map_picture(rest_mm, "Height after the trend", "mm", range)?)?;
+    let pixel_mm = Some(summary.pixel_mm);
+    let picture = MapPicture::new(rest_mm, "Height after the trend", "mm", range);
+    let picture = picture.as_relief().in_mm(pixel_mm).beside(photograph);
+    folder.write_picture("height.png", &picture.picture()?)?;
+    let window = Window::whole(used.rows(), used.columns());
+    let pixels = class_picture(used, "Use of the pixels", &USED_CLASSES, (&window, pixel_mm))?;
+    folder.write_picture("pixels.png", &pixels)?;
     folder.write_picture("profile.png", &chart(profile, summary).picture()?)?;
     folder.write_grey("used.png", used)?;
     folder.write_json("surface.json", summary)?;

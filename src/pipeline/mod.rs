@@ -1,14 +1,18 @@
 //! From a sequence to its calibration and its results: the steps in order.
 
 mod calibration;
+mod classes;
+mod compare;
 mod halves;
 mod inspect;
 mod need;
 mod opened;
+mod photograph;
 mod points;
 mod rectified;
 mod reported;
 mod summary;
+mod volume_frame;
 
 use std::time::Instant;
 
@@ -19,8 +23,8 @@ use tracing::{info, info_span};
 pub use calibration::calibrate_sequence;
 
 use crate::calibrate::{CalibrateError, Calibration, LensSource, load_calibrated};
-use crate::report::{FigureRow, ReportError, ValueRange, map_picture, paper_figures};
-use crate::results::{MatchSummary, ResultsError, ResultsFolder, ResultsMismatch};
+use crate::report::{FigureRow, MapPicture, ReportError, ValueRange, Window, class_picture, paper_figures};
+use crate::results::{MatchSummary, ResultsError, ResultsFolder, ResultsMismatch, mask_value};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
@@ -32,6 +36,8 @@ use epirig_matcher::lines::Lines;
 use epirig_matcher::surface::{Geometry, Heights, ScaleSigma, SurfaceError, heights};
 use epirig_matcher::{Answer, DisparityMaps, MatchError, MatchOptions, Matcher};
 
+use classes::answer_classes;
+pub use compare::{CompareError, CompareSummary, MeasuredScan, MotionSummary, compare_scans};
 pub use halves::{half_frames, half_heights};
 pub use inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, profile_csv, steps_options};
 pub use need::{
@@ -39,6 +45,7 @@ pub use need::{
     rectification_need, surface_need,
 };
 pub use opened::{OpenedResults, open_results};
+pub use photograph::matched_frame;
 pub use points::surface_points;
 pub use rectified::rectify_sequence;
 pub use reported::{MeasuredSurface, inspect_surface};
@@ -67,6 +74,12 @@ pub enum PipelineError {
     /// The results do not fit their sequence.
     #[error(transparent)]
     Mismatch(#[from] ResultsMismatch),
+    /// The sequence has no such frame.
+    #[error("the sequence has no frame {index}; run `epirig verify` on it")]
+    NoSuchFrame {
+        /// Index of the frame.
+        index: usize,
+    },
     /// A picture cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),
@@ -137,6 +150,8 @@ pub fn measure(
     let epi = volume.selected(&[y], &frames, volume.tau().clone());
     let begun = Instant::now();
     let span = info_span!("matching").entered();
+    let reference = options.reference_index(&volume)?;
+    let photograph = volume_frame::volume_frame(&volume, reference);
     let matcher = Matcher::new(volume, options.clone())?;
     let maps = matcher.matched(progress)?;
     let seconds = begun.elapsed().as_secs_f64();
@@ -162,7 +177,7 @@ pub fn measure(
         })
     };
     let median_sigma_px = summary.median_sigma_px;
-    let maps_and_pictures = || write_maps(folder, &maps, median_sigma_px, heights.as_ref());
+    let maps_and_pictures = || write_maps(folder, &maps, (median_sigma_px, &photograph), heights.as_ref());
     let (figures, written) = rayon::join(figures, maps_and_pictures);
     figures.and(written)?;
     folder.write_summary(&summary)?;
@@ -200,6 +215,9 @@ fn scale_sigma(calibration: &Calibration) -> ScaleSigma {
     }
 }
 
+/// The picture of the heights, which is drawn as a relief.
+const HEIGHT: &str = "height.png";
+
 /// How the colours of a picture are spread over the values of its map.
 type Spread = fn(&Grid<f32>) -> ValueRange;
 
@@ -207,13 +225,14 @@ type Spread = fn(&Grid<f32>) -> ValueRange;
 fn write_maps(
     folder: &ResultsFolder,
     maps: &DisparityMaps,
-    median_sigma_px: Option<f64>,
+    (median_sigma_px, photograph): (Option<f64>, &Grid<f32>),
     heights: Option<&Heights>,
 ) -> Result<(), PipelineError> {
+    let pixel_mm = heights.map(Heights::pixel_mm);
     let DisparityMaps { disparity, sigma, cost, confidence, .. } = maps;
     let facts = |quantity: Quantity, title: &str| MapFacts {
         quantity,
-        pixel_mm: heights.map(Heights::pixel_mm),
+        pixel_mm,
         title: title.to_owned(),
         taken: None,
     };
@@ -236,16 +255,18 @@ fn write_maps(
             ("height_mm.tiff", height_mm, facts(Quantity::LengthMm, "Height in mm")),
             ("height_sigma_mm.tiff", sigma_mm, facts(Quantity::LengthMm, sigma_title)),
         ]);
-        pictures.push(("height.png", height_mm, "Height", "mm", |height| ValueRange::of(height, 0.01)));
+        pictures.push((HEIGHT, height_mm, "Height", "mm", |height| ValueRange::of(height, 0.01)));
     }
     let draw = |&(name, map, title, unit, spread): &(&str, &Grid<f32>, &str, &str, Spread)| {
-        Ok(folder.write_picture(name, &map_picture(map, title, unit, spread(map))?)?)
+        let picture = MapPicture::new(map, title, unit, spread(map)).in_mm(pixel_mm).beside(Some(photograph));
+        let picture = if name == HEIGHT { picture.as_relief() } else { picture };
+        Ok(folder.write_picture(name, &picture.picture()?)?)
     };
     let draw_sigma = || -> Result<(), PipelineError> {
         // Sigma at borders is many times that of the surface, so the range is that of the surface.
         let range = ValueRange { low: 0.0, high: 3.0 * median_sigma_px.unwrap_or(1.0) as f32 };
-        let picture = map_picture(sigma, "Sigma of the disparity", "px", range)?;
-        Ok(folder.write_picture("sigma.png", &picture)?)
+        let picture = MapPicture::new(sigma, "Sigma of the disparity", "px", range).in_mm(pixel_mm);
+        Ok(folder.write_picture("sigma.png", &picture.picture()?)?)
     };
     let draw_all = || {
         let (sigma, others) = rayon::join(draw_sigma, || pictures.par_iter().try_for_each(draw));
@@ -255,5 +276,9 @@ fn write_maps(
     let (drawn, written) = rayon::join(draw_all, write_all);
     drawn?;
     written?;
+    let mask = maps.answer.map(mask_value);
+    let whole = Window::whole(mask.rows(), mask.columns());
+    let answers = class_picture(&mask, "Answers of the matcher", &answer_classes(), (&whole, pixel_mm))?;
+    folder.write_picture("answers.png", &answers)?;
     Ok(folder.write_mask("mask.png", &maps.answer)?)
 }

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use super::inspect::{SurfaceAnswers, SurfaceQuestions, analyse_surface, chart, write_answers};
-use super::{OpenedResults, PipelineError};
+use super::{OpenedResults, PipelineError, matched_frame};
 use crate::calibrate::{calibration_pictures, read_calibration_picture};
 use crate::report::html::{CalibrationPart, Maps, Report, Scan};
 use crate::results::{ResultsFolder, SurfaceSummary, read_result};
+use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, now};
 use epirig_matcher::surface::Heights;
 
@@ -39,20 +40,29 @@ pub fn inspect_surface(
     folder: &ResultsFolder,
 ) -> Result<SurfaceSummary, PipelineError> {
     let answers = analyse_surface(measured.heights, measured.halves, measured.opened, questions)?;
-    folder.write("report.html", surface_report(measured, &answers)?);
-    write_answers(folder, measured.heights, &answers, questions, &measured.sequence.record().created)?;
+    // The report and the pictures do without a frame that is no longer there; the report says so.
+    let (opened, sequence) = (measured.opened, measured.sequence);
+    let photograph = matched_frame(sequence, opened.calibration.as_ref(), opened.matched.reference).ok();
+    let photograph = photograph.as_ref();
+    folder.write("report.html", surface_report(measured, &answers, photograph)?);
+    let taken = &sequence.record().created;
+    write_answers(folder, measured.heights, &answers, questions, (taken, photograph))?;
     Ok(answers.summary)
 }
 
 /// The report of `answers` about a surface, as HTML.
-fn surface_report(measured: MeasuredSurface<'_>, answers: &SurfaceAnswers) -> Result<String, PipelineError> {
+fn surface_report(
+    measured: MeasuredSurface<'_>,
+    answers: &SurfaceAnswers,
+    matched_frame: Option<&Grid<f32>>,
+) -> Result<String, PipelineError> {
     let MeasuredSurface { sequence, results, opened, heights, .. } = measured;
     let mut map_hashes = Vec::new();
     for name in SOURCES {
         let hash = read_result(results, name)?.map(|bytes| blake3::hash(&bytes).to_hex().to_string());
         map_hashes.extend(hash.map(|hash| (name, hash)));
     }
-    // The report does without a frame or a picture that is no longer there; it says so.
+    // The report does without a frame or a picture that is no longer there.
     let frame = sequence.frames().get(opened.matched.reference);
     let photograph = frame.and_then(|record| sequence.read(record).ok());
     let folder = sequence.folder();
@@ -81,6 +91,7 @@ fn surface_report(measured: MeasuredSurface<'_>, answers: &SurfaceAnswers) -> Re
         profile: &chart(&answers.profile, &answers.summary),
         maps: Maps {
             photograph: photograph.as_ref(),
+            matched_frame,
             rest_mm: &answers.rest_mm,
             sigma_mm: &heights.sigma_mm,
             disparity_px: &opened.disparity,

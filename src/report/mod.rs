@@ -1,4 +1,4 @@
-//! Pictures: maps with a scale bar, charts, the figures of the paper, and figures of a calibration.
+//! Pictures: maps with axes and a scale, classes of pixels, charts, the figures of the paper, and figures of a calibration.
 
 mod calibration;
 mod chart;
@@ -14,7 +14,9 @@ use thiserror::Error;
 pub use calibration::calibration_figures;
 pub use chart::{Chart, Marks, Series};
 pub use figures::{Figure, FigureRow, paper_figures};
-pub use map_picture::{ValueRange, height_colour, map_picture, side_by_side};
+pub use map_picture::{
+    Class, MapPicture, USED_CLASSES, ValueRange, Window, class_picture, height_colour, side_by_side,
+};
 
 /// A picture cannot be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -7,6 +7,8 @@ pub enum ResultsKind {
     Match,
     /// Results of `epirig surface`.
     Surface,
+    /// Results of `epirig compare`.
+    Compare,
 }
 
 const MATCH: &[&str] = &[
@@ -21,12 +23,23 @@ const MATCH: &[&str] = &[
     "cost.tiff",
     "confidence.tiff",
     "mask.png",
+    "answers.png",
     "height.png",
     "height_mm.tiff",
     "height_sigma_mm.tiff",
     "measured-and-truth.png",
     "height-along-row.png",
     "height-along-row.csv",
+];
+const COMPARE: &[&str] = &[
+    "compare.json",
+    "difference.png",
+    "difference_mm.npy",
+    "difference_mm.pfm",
+    "difference_mm.tiff",
+    "difference_sigma_mm.tiff",
+    "places.csv",
+    "significance.png",
 ];
 const FIGURES: &[&str] = &[
     "3b-cost-image-with-mapping.png",
@@ -50,18 +63,20 @@ const SURFACE: &[&str] = &[
     "hollows.csv",
     "profile.csv",
     "profile.png",
+    "pixels.png",
     "report.html",
     "used.png",
 ];
 
 impl ResultsKind {
-    pub(super) const ALL: [Self; 2] = [Self::Match, Self::Surface];
+    pub(super) const ALL: [Self; 3] = [Self::Match, Self::Surface, Self::Compare];
 
     /// The verb that writes them.
     pub const fn verb(self) -> &'static str {
         match self {
             Self::Match => "match",
             Self::Surface => "surface",
+            Self::Compare => "compare",
         }
     }
 
@@ -70,6 +85,7 @@ impl ResultsKind {
         match self {
             Self::Match => "match.json",
             Self::Surface => "surface.json",
+            Self::Compare => "compare.json",
         }
     }
 
@@ -77,6 +93,7 @@ impl ResultsKind {
         match self {
             Self::Match => MATCH,
             Self::Surface => SURFACE,
+            Self::Compare => COMPARE,
         }
     }
 
@@ -94,7 +111,7 @@ impl ResultsKind {
     pub(super) const fn folders(self) -> &'static [(&'static str, &'static [&'static str])] {
         match self {
             Self::Match => &[("figures", FIGURES), ("surface", SURFACE)],
-            Self::Surface => &[],
+            Self::Surface | Self::Compare => &[],
         }
     }
 }

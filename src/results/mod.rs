@@ -5,6 +5,7 @@ mod kind;
 mod mismatch;
 mod place;
 mod read;
+mod region;
 mod surface;
 mod write;
 mod writer;
@@ -17,6 +18,7 @@ pub use mismatch::ResultsMismatch;
 pub use read::{
     read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
 };
+pub use region::{Mask, MaskError, MaskFacts, Region, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture, mask_value};
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::MaskFacts;
 use epirig_matcher::surface::{Budget, Depth, DepthAtMargin, Filters, Part, Rectangle, Roughness, Trend};
 
 /// Contents of `surface.json`.
@@ -39,10 +40,12 @@ pub struct SurfaceSummary {
 }
 
 /// Use of the heights, as in `used.png`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldSummary {
     /// Region of the picture, if one was given.
     pub region: Option<Rectangle>,
+    /// Mask of the picture, if one was given; pixels must lie in both.
+    pub mask: Option<MaskFacts>,
     /// Pixels of it that have a height, without those of the target.
     pub answered_px: usize,
     /// Pixels that have a height and were left out because they show the calibration's target.

@@ -89,6 +89,7 @@ fn photographs_become_a_disparity_map() {
     // Z = f b / d = 128 px * 15 mm / 8 px.
     assert!((summary["distance_mm"].as_f64().unwrap() - 240.0).abs() < 0.5, "{summary}");
     let expected = [
+        "answers.png",
         "confidence.tiff",
         "cost.tiff",
         "disparity-detail.png",

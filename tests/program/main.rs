@@ -6,6 +6,7 @@ mod bad_input;
 mod calibrate_command;
 mod camera_commands;
 mod command_line;
+mod compare;
 #[cfg(unix)]
 mod hostile_files;
 mod import_motion;

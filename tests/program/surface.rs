@@ -91,3 +91,87 @@ fn a_tile_before_a_background_is_measured_and_its_region_can_be_chosen() {
     let text = succeeds(folder, &["surface", "seq", "--overwrite"]);
     assert!(text.contains("field ") && text.contains("used.png") && text.contains("95 %"), "{text}");
 }
+
+/// A picture of `SIDE_PX` x `SIDE_PX` that is white where `inside` says.
+fn mask(path: &Path, inside: impl Fn(u32, u32) -> bool) {
+    let side = SIDE_PX as u32;
+    let picture =
+        image::GrayImage::from_fn(side, side, |x, y| image::Luma([if inside(x, y) { 255 } else { 0 }]));
+    picture.save(path).unwrap();
+}
+
+#[test]
+fn a_mask_chooses_the_pixels_of_surface_and_evaluate() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    matched(folder);
+    // Left of a slanted line, and with --region only above row 100, too.
+    let left = |x: u32, y: u32| x < 40 + y / 8;
+    mask(&folder.join("left.png"), left);
+    let surface = ["surface", "seq", "--trend", "plane", "--json", "--overwrite"];
+    let with = |more: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&succeeds(folder, &[&surface[..], more].concat())).unwrap()
+    };
+    let used = || {
+        let used = image::open(folder.join("seq/results/surface/used.png")).unwrap().into_luma8();
+        let chosen = used.enumerate_pixels().filter(|(.., pixel)| pixel.0[0] > 80);
+        chosen.map(|(x, y, _)| (x, y)).collect::<Vec<_>>()
+    };
+    let found = with(&["--mask", "left.png"]);
+    assert!(!used().is_empty() && used().iter().all(|&(x, y)| left(x, y)));
+    assert_eq!(found["field"]["mask"]["file"], "left.png");
+    let inside = (0..40_000).filter(|index| left(index % 200, index / 200)).count();
+    assert_eq!(number(&found, "/field/mask/inside_px") as usize, inside);
+    let report = fs::read_to_string(folder.join("seq/results/surface/report.html")).unwrap();
+    assert!(
+        report.contains("left.png") && report.contains(found["field"]["mask"]["blake3"].as_str().unwrap())
+    );
+    let both = with(&["--mask", "left.png", "--region", "0,0,199,99"]);
+    assert!(used().iter().all(|&(x, y)| left(x, y) && y < 100));
+    assert!(number(&both, "/field/answered_px") < number(&found, "/field/answered_px"));
+
+    // What is wrong with a mask, and what to do, is said; the results stay.
+    let refused = |name: &str, code: i32, words: &[&str]| {
+        let arguments = ["surface", "seq", "--overwrite", "--mask", name];
+        fails(folder, &arguments, code, words);
+        let truth = ["evaluate", "seq", "--truth", "truth.pfm", "--mask", name];
+        fails(folder, &truth, code, words);
+    };
+    succeeds(folder, &["export", "seq", "--map", "disparity", "--out", "truth.pfm"]);
+    image::GrayImage::new(200, 100).save(folder.join("small.png")).unwrap();
+    refused("small.png", 2, &["100 rows x 200 columns", "200 rows x 200 columns", "scale"]);
+    mask(&folder.join("black.png"), |_, _| false);
+    refused("black.png", 2, &["black.png", "paint white"]);
+    fs::write(folder.join("words.png"), "white").unwrap();
+    refused("words.png", 5, &["words.png", "white inside"]);
+    refused("none.png", 1, &["none.png"]);
+    mask(&folder.join("corner.png"), |x, y| x + y < 9);
+    let apart = ["surface", "seq", "--overwrite", "--mask", "corner.png", "--region", "100,100,150,150"];
+    fails(folder, &apart, 2, &["no pixel of --region", "corner.png"]);
+    assert!(folder.join("seq/results/surface/surface.json").exists());
+
+    // The map is its own truth, except where it is spoiled: outside the mask.
+    let mut truth =
+        epirig_data::formats::MapFormat::Pfm.decode(&fs::read(folder.join("truth.pfm")).unwrap()).unwrap();
+    let known = |inside: bool, map: &epirig_core::grid::Grid<f32>| {
+        let places = (0..40_000_u32).zip(map.values());
+        places.filter(|(index, v)| v.is_finite() && left(index % 200, index / 200) == inside).count()
+    };
+    let expected = known(true, &truth);
+    assert!(expected > 1000 && known(false, &truth) > 1000);
+    for (index, value) in truth.values_mut().iter_mut().enumerate() {
+        *value += if left(index as u32 % 200, index as u32 / 200) { 0.0 } else { 5.0 };
+    }
+    let spoiled = epirig_data::formats::MapFormat::Pfm.encode(&truth).unwrap();
+    fs::write(folder.join("truth.pfm"), spoiled).unwrap();
+    let evaluate = ["evaluate", "seq", "--truth", "truth.pfm", "--json"];
+    let errors = |more: &[&str]| -> serde_json::Value {
+        serde_json::from_str(&succeeds(folder, &[&evaluate[..], more].concat())).unwrap()
+    };
+    let masked = errors(&["--mask", "left.png"]);
+    assert_eq!(number(&masked, "/truth/all/pixels") as usize, expected);
+    assert_eq!(number(&masked, "/truth/all/maximum_px"), 0.0);
+    assert!(number(&errors(&[]), "/truth/all/maximum_px") > 4.9);
+    assert_eq!(number(&errors(&["--region", "0,0,39,199"]), "/truth/all/maximum_px"), 0.0);
+    fails(folder, &["evaluate", "seq", "--split-half", "--mask", "left.png"], 2, &["--split-half"]);
+}

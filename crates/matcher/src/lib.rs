@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod candidates;
+pub mod comparison;
 mod contrast;
 pub mod cost;
 mod edge_refinement;

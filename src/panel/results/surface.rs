@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::{SurfaceQuestions, analyse_surface, steps_options};
-use crate::results::SurfaceSummary;
+use crate::results::{Region, SurfaceSummary};
 use epirig_core::choice::Choice as _;
 use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
 
@@ -41,14 +41,15 @@ pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummar
     let opened = view.results()?;
     let heights = heights(view)?;
     // The page's regions end before x1 and y1.
-    let region = asked.region.map(|[x0, y0, x1, y1]| {
+    let rectangle = asked.region.map(|[x0, y0, x1, y1]| {
         Rectangle::between((x0, y0), (x1.saturating_sub(1).max(x0), y1.saturating_sub(1).max(y0)))
     });
     let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
-    if region.is_some_and(|region| !region.fits(rows, columns)) {
+    if rectangle.is_some_and(|rectangle| !rectangle.fits(rows, columns)) {
         return Err(PanelError::Wrong(format!("the region exceeds the picture of {columns} x {rows} px")));
     }
     let steps = steps_options(&opened.matched.settings, asked.trend);
+    let region = Region { rectangle, mask: None };
     let questions = SurfaceQuestions { region, ..SurfaceQuestions::usual(steps) };
     Ok(analyse_surface(heights, view.halves(), opened, &questions)?.summary)
 }

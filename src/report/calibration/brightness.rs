@@ -2,7 +2,7 @@
 
 use super::cells::{Cells, rgb};
 use crate::report::chart::{Chart, Marks, Series};
-use crate::report::{Figure, ReportError, ValueRange, map_picture};
+use crate::report::{Figure, MapPicture, ReportError, ValueRange};
 use epirig_calibration::photometry::{CellGrid, FlatField, FlatModel, FrameGains, Maps};
 use epirig_core::grid::Grid;
 
@@ -28,7 +28,7 @@ pub(super) fn flat_field(field: &FlatField, maps: &Maps) -> Result<Option<Figure
         }
         (FlatModel::PerPixel, None) => return Ok(None),
     };
-    let picture = map_picture(&percent, "Flat field: brightness over its mean", "%", range)?;
+    let picture = MapPicture::new(&percent, "Flat field: brightness over its mean", "%", range).picture()?;
     let mut csv = "first_column,last_column,first_row,last_row,mean_gain_percent\n".to_owned();
     for cell in CellGrid::of(&percent).cells() {
         let (columns, rows) = (&cell.columns, &cell.rows);

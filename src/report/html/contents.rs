@@ -59,6 +59,8 @@ pub struct CalibrationPart<'a> {
 pub struct Maps<'a> {
     /// The reference frame as the sensor gave it, if it can be read.
     pub photograph: Option<&'a Frame>,
+    /// The same as it was matched, in DN; rows x columns of the maps.
+    pub matched_frame: Option<&'a Grid<f32>>,
     /// Heights after removal of the form, in mm.
     pub rest_mm: &'a Grid<f32>,
     /// Standard uncertainty of the heights, in mm.

@@ -1,12 +1,10 @@
 //! The maps.
 
-use std::ops::Range;
-
 use super::contents::Report;
 use super::markup::{Markup, joined, paragraph, table};
 use super::number::percent;
 use super::picture::Picture;
-use crate::report::{ReportError, ValueRange};
+use crate::report::{MapPicture, ReportError, USED_CLASSES, ValueRange, Window, class_picture};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 
@@ -16,12 +14,11 @@ const DISPARITY_SPAN_PX: f32 = 0.05;
 /// Colours of uncertainties reach to this many times the median: at borders they are many times that of the
 /// surface.
 const SIGMA_SPAN: f32 = 3.0;
-/// What is shown around the field, in px.
-const MARGIN_PX: usize = 16;
 
 pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
     let maps = &report.maps;
-    let (columns, rows) = field(maps.rest_mm);
+    let window = Window::around(maps.rest_mm);
+    let Window { columns, rows } = &window;
     let place = format!(
         "columns {} to {}, rows {} to {}",
         columns.start,
@@ -29,26 +26,30 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
         rows.start,
         rows.end.saturating_sub(1)
     );
-    let part = |map: &Grid<f32>| map.cropped(columns.clone(), rows.clone());
+    let pixel_mm = Some(report.surface.pixel_mm);
+    let map = |map, title, unit, range| MapPicture::new(map, title, unit, range).in_mm(pixel_mm);
     let reduced = |factor: usize| match factor {
         1 => String::new(),
         factor => format!(" A pixel of the picture is the mean of {factor} x {factor} pixels."),
     };
-    let heights = part(maps.rest_mm);
-    let range = ValueRange::of(&heights, HEIGHT_SPAN_MM);
-    let (height, factor) = Picture::map(&heights, "Height after the form", "mm", range)?;
+    let title = "Height after the form";
+    let heights = map(maps.rest_mm, title, "mm", ValueRange::of(maps.rest_mm, HEIGHT_SPAN_MM));
+    let heights = heights.as_relief().beside(maps.matched_frame);
+    let beside = if heights.has_photograph() { "Left: the reference frame. Right: height" } else { "Height" };
+    let (height, factor) = Picture::map(heights, title)?;
     let height = height.figure(
         "Map of the height after removal of the form, in colours from dark (low) to bright (high)",
         format!(
-            "Height after removal of the form, positive towards the camera: {place}, {:.4} mm for a pixel. Dark is \
-             low, bright is high. Grey pixels have no height or are not part of the field.{}",
+            "{beside} after removal of the form, positive towards the camera: {place}, {:.4} mm for a pixel. Dark is \
+             low, bright is high; walls are shaded. Triangles at the scale mean that some heights lie beyond it. Grey \
+             pixels have no height or are not part of the field.{}",
             report.surface.pixel_mm,
             reduced(factor)
         ),
     );
-    let sigmas = part(maps.sigma_mm);
-    let (uncertainty, factor) =
-        Picture::map(&sigmas, "Standard uncertainty of the height", "mm", range_of_sigmas(&sigmas))?;
+    let title = "Standard uncertainty of the height";
+    let sigmas = map(maps.sigma_mm, title, "mm", range_of_sigmas(&window.of(maps.sigma_mm)));
+    let (uncertainty, factor) = Picture::map(sigmas.within(window.clone()), title)?;
     let uncertainty = uncertainty.figure(
         "Map of the standard uncertainty of the height; bright pixels are known worst",
         format!(
@@ -58,15 +59,18 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
         ),
     );
     let range = ValueRange::of(maps.disparity_px, DISPARITY_SPAN_PX);
-    let (disparity, factor) = Picture::map(maps.disparity_px, "Disparity", "px", range)?;
+    let whole = Window::whole(maps.disparity_px.rows(), maps.disparity_px.columns());
+    let disparity = map(maps.disparity_px, "Disparity", "px", range).within(whole);
+    let (disparity, factor) = Picture::map(disparity, "Disparity")?;
     let disparity = disparity.figure(
         "Map of the disparity of the whole picture, as matched",
         format!("Disparity over the whole baseline in the whole picture, as matched.{}", reduced(factor)),
     );
-    let used = Picture::codes(&maps.used.cropped(columns, rows), "used pixels")?.figure(
-        "Picture of the pixels that were used: white used, light grey walls and outliers, dark grey left out",
-        "Which heights were used. White: used. Light grey: too near to a wall, or an outlier. Dark grey: \
-         uncertain, apart or at the rim. Black: no height, or the target.",
+    let title = "Use of the pixels";
+    let used = class_picture(maps.used, title, &USED_CLASSES, (&window, pixel_mm))?;
+    let used = Picture::rgb(&used, title)?.figure(
+        "Picture of the pixels that were used, in a colour for each use, with a legend",
+        "Which heights were used. Walls: too near to a wall for the levels. Left out: uncertain, apart or at the rim.",
     );
     let photograph = match maps.photograph {
         Some(frame) => Picture::frame(frame, "reference frame")?.figure(
@@ -76,21 +80,6 @@ pub(super) fn maps(report: &Report<'_>) -> Result<Markup, ReportError> {
         None => paragraph("The reference frame cannot be read now, so it is not shown."),
     };
     Ok(joined([photograph, height, uncertainty, used, disparity, answers(report)]))
-}
-
-/// Columns and rows of the field, with a margin; all of the map if nothing is known.
-fn field(map: &Grid<f32>) -> (Range<usize>, Range<usize>) {
-    let known = |x: usize, y: usize| map.at(x, y).is_finite();
-    let around = |size: usize, occupied: &dyn Fn(usize) -> bool| {
-        let first = (0..size).find(|&index| occupied(index)).unwrap_or(0);
-        let last = (0..size).rfind(|&index| occupied(index)).unwrap_or(size - 1);
-        first.saturating_sub(MARGIN_PX)..(last + 1 + MARGIN_PX).min(size)
-    };
-    let (width, height) = (map.columns(), map.rows());
-    (
-        around(width, &|x| (0..height).any(|y| known(x, y))),
-        around(height, &|y| (0..width).any(|x| known(x, y))),
-    )
 }
 
 fn range_of_sigmas(map: &Grid<f32>) -> ValueRange {
@@ -114,17 +103,4 @@ fn answers(report: &Report<'_>) -> Markup {
         &["answer", "share of all pixels"],
         rows.map(|(name, share)| vec![name.into(), percent(share).into()]),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn maps_are_cut_to_the_field_and_its_margin() {
-        let mut map = Grid::filled(60, 100, f32::NAN);
-        assert_eq!(field(&map), (0..100, 0..60));
-        (map.row_mut(20)[40], map.row_mut(22)[90]) = (1.0, 2.0);
-        assert_eq!(field(&map), (24..100, 4..39));
-    }
 }

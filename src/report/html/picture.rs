@@ -8,13 +8,16 @@ use image::imageops::resize;
 use image::{ExtendedColorType, ImageEncoder as _, Rgb, RgbImage};
 
 use super::markup::{Markup, element, joined, void, with};
-use crate::report::{Chart, ReportError, ValueRange, map_picture};
+use crate::report::map_picture::reduced;
+use crate::report::{Chart, MapPicture, ReportError};
 use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 
 /// Wider maps are reduced by whole numbers, so that the page stays small: with its scale bar a map is then as
 /// wide as the text.
 const WIDEST_MAP_PX: usize = 700;
+/// The same for a map with a photograph beside it.
+const WIDEST_PAIR_PX: usize = 400;
 
 /// Wider pictures that were drawn before are resized to this: as wide as the text.
 const WIDEST_PICTURE_PX: u32 = 960;
@@ -51,24 +54,12 @@ impl Picture {
         Ok(Self { source: format!("data:image/svg+xml;base64,{svg}"), is_chart: true })
     }
 
-    /// A map with its scale bar, and how many pixels of the map are one of the picture along a side.
-    pub(super) fn map(
-        map: &Grid<f32>,
-        title: &str,
-        unit: &str,
-        range: ValueRange,
-    ) -> Result<(Self, usize), ReportError> {
-        let factor = factor(map.columns());
-        let picture = map_picture(&reduced(map, factor), title, unit, range)?;
-        Ok((Self::rgb(&picture, title)?, factor))
-    }
-
-    /// Grey values; of those that make a pixel of the picture the first is taken, because codes have no mean.
-    pub(super) fn codes(values: &Grid<u8>, title: &str) -> Result<Self, ReportError> {
-        let factor = factor(values.columns());
-        let size = (values.columns().div_ceil(factor) as u32, values.rows().div_ceil(factor) as u32);
-        let at = |x: u32, y: u32| Rgb([values.at(x as usize * factor, y as usize * factor); 3]);
-        Self::rgb(&RgbImage::from_fn(size.0, size.1, at), title)
+    /// A map, at most as large as the page has room for, and how many pixels of the map are one of the picture along
+    /// a side.
+    pub(super) fn map(picture: MapPicture<'_>, title: &str) -> Result<(Self, usize), ReportError> {
+        let beside = picture.has_photograph();
+        let picture = picture.at_most(if beside { WIDEST_PAIR_PX } else { WIDEST_MAP_PX });
+        Ok((Self::rgb(&picture.picture()?, title)?, picture.reduced_by()))
     }
 
     /// A frame as the sensor gave it.
@@ -80,12 +71,12 @@ impl Picture {
         let values = samples.iter().map(|sample| (255.0 * sample / full).round() as u8).collect();
         let grey = Grid::from_values(frame.rows(), frame.columns(), values)
             .ok_or_else(|| ReportError::new(title, "its size is wrong"))?;
-        let factor = factor(grey.columns());
-        let means = reduced(&grey.map(f32::from), factor);
-        Self::codes(&means.map(|mean| mean.round() as u8), title)
+        let means = reduced(&grey.map(f32::from), grey.columns().div_ceil(WIDEST_MAP_PX).max(1));
+        let at = |x: u32, y: u32| Rgb([means.at(x as usize, y as usize).round() as u8; 3]);
+        Self::rgb(&RgbImage::from_fn(means.columns() as u32, means.rows() as u32, at), title)
     }
 
-    fn rgb(picture: &RgbImage, title: &str) -> Result<Self, ReportError> {
+    pub(super) fn rgb(picture: &RgbImage, title: &str) -> Result<Self, ReportError> {
         let mut bytes = Vec::new();
         PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
             .write_image(picture.as_raw(), picture.width(), picture.height(), ExtendedColorType::Rgb8)
@@ -110,37 +101,6 @@ impl Picture {
     }
 }
 
-fn factor(columns: usize) -> usize {
-    columns.div_ceil(WIDEST_MAP_PX).max(1)
-}
-
-/// Means of the known values of `factor` x `factor` pixels; unknown where more than half of them are.
-fn reduced(map: &Grid<f32>, factor: usize) -> Grid<f32> {
-    if factor == 1 {
-        return map.clone();
-    }
-    let mut small = Grid::filled(map.rows().div_ceil(factor), map.columns().div_ceil(factor), f32::NAN);
-    for y in 0..small.rows() {
-        let rows = y * factor..((y + 1) * factor).min(map.rows());
-        for (x, value) in small.row_mut(y).iter_mut().enumerate() {
-            let columns = x * factor..((x + 1) * factor).min(map.columns());
-            let (mut sum, mut known) = (0.0, 0);
-            for y in rows.clone() {
-                for here in &map.row(y)[columns.clone()] {
-                    if here.is_finite() {
-                        sum += here;
-                        known += 1;
-                    }
-                }
-            }
-            if known > 0 && 2 * known >= rows.len() * columns.len() {
-                *value = sum / known as f32;
-            }
-        }
-    }
-    small
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,19 +109,6 @@ mod tests {
     fn decoded(picture: &Picture) -> image::DynamicImage {
         let bytes = STANDARD.decode(picture.source.strip_prefix("data:image/png;base64,").unwrap()).unwrap();
         image::load_from_memory(&bytes).unwrap()
-    }
-
-    #[test]
-    fn wide_maps_are_reduced_to_means_of_what_is_known() {
-        assert_eq!([1, 700, 701, 1400, 1401, 4096].map(factor), [1, 1, 2, 2, 3, 6]);
-        let mut map = Grid::from_values(3, 4, (0..12).map(|index| index as f32).collect()).unwrap();
-        map.row_mut(0)[0] = f32::NAN;
-        (map.row_mut(0)[2], map.row_mut(0)[3], map.row_mut(1)[2]) = (f32::NAN, f32::NAN, f32::NAN);
-        let small = reduced(&map, 2);
-        // Means of 1, 4, 5, of 8, 9 and of 10, 11; three of four are unknown at the upper right.
-        assert_eq!((small.rows(), small.columns()), (2, 2));
-        assert!((small.at(0, 0) - 10.0 / 3.0).abs() < 1e-6 && small.at(1, 0).is_nan());
-        assert_eq!((small.at(0, 1), small.at(1, 1)), (8.5, 10.5));
     }
 
     #[test]

@@ -30,6 +30,9 @@ fn matcher(report: &Report<'_>) -> Markup {
         format!("columns {} to {}, rows {} to {}", region.left, region.right, region.top, region.bottom)
     });
     rows.push(vec!["region of the surface".into(), region.into()]);
+    if let Some(mask) = &report.surface.field.mask {
+        rows.push(vec!["mask of the surface".into(), format!("{} px inside", mask.inside_px).into()]);
+    }
     table("Settings of the matcher and of the surface", &["setting", "value"], rows)
 }
 
@@ -64,6 +67,9 @@ fn hashes(report: &Report<'_>) -> Markup {
     let code = |text: &str| inline("code", &[], text);
     let mut rows: Vec<Vec<Markup>> = vec![vec!["uid of the sequence".into(), code(&report.scan.record.uid)]];
     rows.extend(report.map_hashes.iter().map(|(file, hash)| vec![(*file).into(), code(hash)]));
+    rows.extend(
+        report.surface.field.mask.iter().map(|mask| vec![mask.file.as_str().into(), code(&mask.blake3)]),
+    );
     if let Some(part) = &report.calibration {
         let inputs = &part.record.inputs;
         let [scan, dark, flat, board] = inputs.counts;

@@ -119,6 +119,7 @@ impl Records {
                 pixel_mm: 0.3,
                 field: FieldSummary {
                     region: None,
+                    mask: None,
                     answered_px: 64,
                     target_px: 0,
                     used_px: 60,
@@ -201,6 +202,7 @@ impl Records {
             profile: &self.profile,
             maps: Maps {
                 photograph: None,
+                matched_frame: Some(&self.map),
                 rest_mm: &self.map,
                 sigma_mm: &self.map,
                 disparity_px: &self.map,

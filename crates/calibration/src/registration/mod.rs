@@ -8,6 +8,7 @@
 
 mod pair;
 mod pyramid;
+mod similarity;
 mod spline;
 
 use thiserror::Error;
@@ -16,6 +17,7 @@ use epirig_core::frame::Frame;
 use epirig_core::grid::Grid;
 use pair::{BORDER, Pair, Sums};
 use pyramid::{best_whole_shift, pyramid};
+pub use similarity::{Similarity, similarity_between};
 use spline::noise_share;
 
 /// Steps at one size, at most. Four are usual; noise in the gradients makes them short.

@@ -4,14 +4,14 @@ use epirig_core::grid::Grid;
 
 /// Neighbours of equal value, by their sides.
 #[derive(Debug, Clone)]
-pub(super) struct Part<T> {
-    pub(super) value: T,
+pub(crate) struct Part<T> {
+    pub(crate) value: T,
     /// Columns and rows.
-    pub(super) pixels: Vec<(usize, usize)>,
+    pub(crate) pixels: Vec<(usize, usize)>,
 }
 
 /// All connected parts of pixels whose value `counts`, from top to bottom by their first pixel.
-pub(super) fn connected<T: Copy + PartialEq>(field: &Grid<T>, counts: impl Fn(T) -> bool) -> Vec<Part<T>> {
+pub(crate) fn connected<T: Copy + PartialEq>(field: &Grid<T>, counts: impl Fn(T) -> bool) -> Vec<Part<T>> {
     let (rows, columns) = (field.rows(), field.columns());
     let mut seen = field.map(|value| !counts(value));
     let mut found = Vec::new();

@@ -5,6 +5,8 @@
 //! They differ from the object in two ways: their sigma is large, and their regions are only a few pixels
 //! wide.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use super::SurfaceError;
@@ -43,6 +45,11 @@ impl Rectangle {
         }
     }
 
+    /// Whether it holds the pixel at column `x` of row `y`.
+    pub fn holds(&self, x: usize, y: usize) -> bool {
+        (self.left..=self.right).contains(&x) && (self.top..=self.bottom).contains(&y)
+    }
+
     /// Whether a picture of this size holds it.
     pub fn fits(&self, rows: usize, columns: usize) -> bool {
         self.right < columns && self.bottom < rows
@@ -56,7 +63,7 @@ pub struct Extent {
     pub used: Grid<bool>,
     /// Their number.
     pub used_px: usize,
-    /// Pixels with a height, in the rectangle if one was given.
+    /// Pixels with a height, inside the region if one was given.
     pub answered_px: usize,
     /// Pixels left out because their sigma is far above the usual.
     pub uncertain_px: usize,
@@ -66,11 +73,12 @@ pub struct Extent {
     pub rim_px: usize,
 }
 
-/// Finds the largest connected region of `heights`, in `rectangle` if that is given.
+/// Finds the largest connected region of `heights`; only pixels that `inside` holds count, if it is given (rows x
+/// columns of the heights).
 ///
 /// A region is everywhere at least as wide as two squares side by side that reach `margin_px` to each side of
 /// a pixel, one for each of two levels. Along its rim, `margin_px` is left out, half of a matcher's window.
-/// The border of the picture or of the rectangle is no rim. A hole does not divide a region if more than half
+/// The border of the picture or of `inside` is no rim. A hole does not divide a region if more than half
 /// of the square that reaches `margin_px` to each side is known.
 ///
 /// # Errors
@@ -78,62 +86,65 @@ pub struct Extent {
 /// wide.
 ///
 /// # Panics
-/// If `rectangle` reaches outside the picture.
+/// If `inside` has another size.
 pub fn find_extent(
     heights: &Heights,
-    rectangle: Option<Rectangle>,
+    inside: Option<&Grid<bool>>,
     margin_px: usize,
 ) -> Result<Extent, SurfaceError> {
-    let (rows, columns) = (heights.height_mm.rows(), heights.height_mm.columns());
-    let (across, down) =
-        rectangle.map_or((0..columns, 0..rows), |r| (r.left..r.right + 1, r.top..r.bottom + 1));
-    let height_mm = heights.height_mm.cropped(across.clone(), down.clone());
-    let sigma_mm = heights.sigma_mm.cropped(across.clone(), down.clone());
-    let known = |index: usize| height_mm.values()[index].is_finite() && sigma_mm.values()[index].is_finite();
-    let pixels = 0..height_mm.values().len();
-    let mut sigmas: Vec<f64> = pixels
-        .clone()
-        .filter(|&index| known(index))
-        .map(|index| f64::from(sigma_mm.values()[index]))
+    let Heights { height_mm, sigma_mm, .. } = heights;
+    let (rows, columns) = (height_mm.rows(), height_mm.columns());
+    let everywhere = || Grid::filled(rows, columns, true);
+    let inside = inside.map_or_else(|| Cow::Owned(everywhere()), Cow::Borrowed);
+    assert_eq!((inside.rows(), inside.columns()), (rows, columns), "the region has another size");
+    let places = inside.values().iter().zip(height_mm.values()).zip(sigma_mm.values());
+    let known: Vec<Option<f64>> = places
+        .map(|((&inside, height), sigma)| {
+            (inside && height.is_finite() && sigma.is_finite()).then_some(f64::from(*sigma))
+        })
         .collect();
+    let mut sigmas: Vec<f64> = known.iter().copied().flatten().collect();
     let answered_px = sigmas.len();
     let too_few = SurfaceError::TooFewPixels { pixels: 0, what: "a surface" };
     let limit = UNCERTAIN * quantile(&mut sigmas, 0.5).ok_or(too_few)?;
-    let certain = |index: usize| known(index) && f64::from(sigma_mm.values()[index]) <= limit;
-    let mut trusted = height_mm.map(|_| false);
-    trusted.values_mut().iter_mut().zip(pixels).for_each(|(trusted, index)| *trusted = certain(index));
+    let mut trusted = Grid::filled(rows, columns, false);
+    for (trusted, sigma) in trusted.values_mut().iter_mut().zip(known) {
+        *trusted = sigma.is_some_and(|sigma| sigma <= limit);
+    }
 
     let side_px = 2 * (2 * margin_px + 1);
-    let wide = opened(&filled(&trusted, margin_px), side_px);
+    let wide = opened(&filled(&trusted, &inside, margin_px), side_px);
     let field = largest(&wide).ok_or(SurfaceError::NoExtent { side_px })?;
-    let inner = without_rim(&field, margin_px);
+    let inner = without_rim(&field, &inside, margin_px);
 
     let mut used = Grid::filled(rows, columns, false);
     let (mut used_px, mut apart_px, mut rim_px) = (0, 0, 0);
-    for (row, y) in down.enumerate() {
-        for (column, x) in across.clone().enumerate().filter(|&(column, _)| trusted.at(column, row)) {
-            if inner.at(column, row) {
-                used.row_mut(y)[x] = true;
-                used_px += 1;
-            } else if field.at(column, row) {
-                rim_px += 1;
-            } else {
-                apart_px += 1;
-            }
+    let places = trusted.values().iter().zip(inner.values()).zip(field.values());
+    for (used, ((_, &inner), &field)) in
+        used.values_mut().iter_mut().zip(places).filter(|(_, ((trusted, _), _))| **trusted)
+    {
+        if inner {
+            *used = true;
+            used_px += 1;
+        } else if field {
+            rim_px += 1;
+        } else {
+            apart_px += 1;
         }
     }
     let uncertain_px = answered_px - used_px - apart_px - rim_px;
     Ok(Extent { used, used_px, answered_px, uncertain_px, apart_px, rim_px })
 }
 
-/// With its holes: pixels that have more chosen than others in the square that reaches `reach` px to each
-/// side.
-fn filled(chosen: &Grid<bool>, reach: usize) -> Grid<bool> {
-    let all = count_around(&chosen.map(|_| true), reach);
+/// With its holes: pixels inside that have more chosen than others, of those inside, in the square that reaches
+/// `reach` px to each side.
+fn filled(chosen: &Grid<bool>, inside: &Grid<bool>, reach: usize) -> Grid<bool> {
+    let all = count_around(inside, reach);
     let counts = count_around(chosen, reach);
     let mut filled = chosen.clone();
-    for ((here, &count), &all) in filled.values_mut().iter_mut().zip(counts.values()).zip(all.values()) {
-        *here = *here || 2 * count > all;
+    let places = counts.values().iter().zip(all.values()).zip(inside.values());
+    for (here, ((&count, &all), &inside)) in filled.values_mut().iter_mut().zip(places) {
+        *here = *here || (inside && 2 * count > all);
     }
     filled
 }
@@ -183,9 +194,16 @@ fn largest(chosen: &Grid<bool>) -> Option<Grid<bool>> {
     Some(field)
 }
 
-/// The field without pixels that have one outside of it in the square that reaches `reach` px to each side.
-fn without_rim(field: &Grid<bool>, reach: usize) -> Grid<bool> {
-    let outside = count_around(&field.map(|inside| !inside), reach);
+/// The field without pixels that have one beside it, in `inside`, in the square that reaches `reach` px to each
+/// side.
+fn without_rim(field: &Grid<bool>, inside: &Grid<bool>, reach: usize) -> Grid<bool> {
+    let mut beside = inside.clone();
+    beside
+        .values_mut()
+        .iter_mut()
+        .zip(field.values())
+        .for_each(|(beside, &field)| *beside = *beside && !field);
+    let outside = count_around(&beside, reach);
     let mut inner = field.clone();
     for (inner, &outside) in inner.values_mut().iter_mut().zip(outside.values()) {
         *inner = *inner && outside == 0;
@@ -256,11 +274,38 @@ mod tests {
         assert!(whole.used.at(10, 30) && !whole.used.at(70, 30));
         let chosen = Rectangle::between((79, 50), (40, 10));
         assert!(chosen.fits(60, 80) && !chosen.fits(50, 80));
-        let right = find_extent(&field, Some(chosen), 1).unwrap();
+        let mut inside = Grid::filled(60, 80, false);
+        (0..60).for_each(|y| (0..80).for_each(|x| inside.row_mut(y)[x] = chosen.holds(x, y)));
+        let right = find_extent(&field, Some(&inside), 1).unwrap();
         assert!(!right.used.at(45, 30) && right.used.at(70, 30) && right.used.at(79, 50));
         assert!(!right.used.at(70, 9) && !right.used.at(70, 51) && !right.used.at(53, 30));
         // Of the columns 54 to 79 nothing is missing: the region's border is no rim.
         assert_eq!((right.used_px, right.rim_px), (26 * 41, 41));
+    }
+
+    #[test]
+    fn a_region_of_any_shape_has_no_rim_of_its_own() {
+        // A disc over two fields: it holds more of the right one.
+        let field = heights(|x, _| if (30..34).contains(&x) { NAN } else { 0.02 });
+        let mut disc = Grid::filled(60, 80, false);
+        let holds = |x: usize, y: usize| x.abs_diff(45).pow(2) + y.abs_diff(30).pow(2) <= 400;
+        (0..60).for_each(|y| (0..80).for_each(|x| disc.row_mut(y)[x] = holds(x, y)));
+        let found = find_extent(&field, Some(&disc), 1).unwrap();
+        let left_of_the_gap =
+            (0..4800).filter(|index| index % 80 < 30 && holds(index % 80, index / 80)).count();
+        // All of the disc to the right of the gap, but for the column beside the gap, and for the tips of the disc
+        // that no square of 6 px reaches.
+        for (index, &used) in found.used.values().iter().enumerate() {
+            let (x, y) = (index % 80, index / 80);
+            let within = x.abs_diff(45).pow(2) + y.abs_diff(30).pow(2) <= 17 * 17;
+            assert!(!used || (holds(x, y) && x > 34), "({x}, {y})");
+            assert!(used || !(within && x > 34), "({x}, {y})");
+        }
+        // The disc has 33 px in column 34. No square reaches its three tips of one pixel, and each has three
+        // neighbours.
+        assert_eq!((found.rim_px, found.apart_px), (33 + 3 * 3, 3 + left_of_the_gap));
+        let nothing = Grid::filled(60, 80, false);
+        assert!(matches!(find_extent(&field, Some(&nothing), 1), Err(SurfaceError::TooFewPixels { .. })));
     }
 
     #[test]

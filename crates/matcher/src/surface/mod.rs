@@ -1,7 +1,7 @@
 //! Surfaces: heights from disparity, the form of the field, step heights, outliers, profiles, filters and roughness.
 
 mod blocks;
-mod connected;
+pub(crate) mod connected;
 mod error;
 mod extent;
 mod filter;

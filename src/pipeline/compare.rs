@@ -1,0 +1,235 @@
+//! Compares the heights of two scans of one object, and writes files and pictures.
+
+use serde::Serialize;
+use thiserror::Error;
+
+use super::{OpenedResults, PipelineError, matched_frame, steps_options};
+use crate::report::{MapPicture, ReportError, ValueRange};
+use crate::results::{MaskFacts, Region, ResultsError, ResultsFolder};
+use epirig_calibration::registration::{ShiftError, Similarity, similarity_between};
+use epirig_core::frame::{Frame, FrameError, Samples};
+use epirig_core::grid::Grid;
+use epirig_data::formats::MapFacts;
+use epirig_data::sequence::Sequence;
+use epirig_matcher::comparison::{
+    Comparison, ComparisonError, DifferenceStatistics, Place, Registration, compare,
+};
+use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
+
+/// Version of `compare.json`.
+const FORMAT_VERSION: u32 = 1;
+/// Samples of the frames that are registered: fine enough that rounding does not count.
+const BIT_DEPTH: u8 = 16;
+/// Colours of the significance reach to this many sigma.
+const MOST_SIGMA: f32 = 5.0;
+
+/// Why two scans cannot be compared.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// The frames differ in size.
+    #[error(
+        "the frames of the first scan have {} rows x {} columns, and those of the second {} x {}; take both scans with the same camera \
+         settings, and calibrate both or none", first.0, first.1, second.0, second.1
+    )]
+    Sizes {
+        /// Rows and columns of the first.
+        first: (usize, usize),
+        /// Rows and columns of the second.
+        second: (usize, usize),
+    },
+    /// The pictures do not show how the object moved.
+    #[error(
+        "the scans cannot be registered: {0}. Place the object as in the first scan, within a quarter of the picture and a degree, and \
+         light it alike"
+    )]
+    NotRegistrable(#[source] ShiftError),
+    /// The height maps have too little in common.
+    #[error(transparent)]
+    Comparison(#[from] ComparisonError),
+    /// A scan cannot be read.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A frame that was read is none.
+    #[error("the reference frame cannot be registered: {0}; run `epirig verify` on the sequence")]
+    Frame(#[from] FrameError),
+    /// A picture cannot be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// The files cannot be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+}
+
+/// A scan whose heights are known.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredScan<'a> {
+    /// The sequence.
+    pub sequence: &'a Sequence,
+    /// Its results.
+    pub opened: &'a OpenedResults,
+    /// The heights in them.
+    pub heights: &'a Heights,
+}
+
+/// Contents of `compare.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CompareSummary {
+    /// Version of the format.
+    pub format: u32,
+    /// Version of the program.
+    pub program: String,
+    /// Uid of the first sequence.
+    pub first_uid: String,
+    /// Uid of the second sequence.
+    pub second_uid: String,
+    /// How the picture moved from the first scan to the second.
+    pub motion: MotionSummary,
+    /// Form that was removed from the difference.
+    pub trend: TrendKind,
+    /// Its height in the middle of the first map, in mm. Heights of two scans have no common zero.
+    pub offset_mm: f64,
+    /// Its tilt along x and y, in deg.
+    pub tilt_deg: (f64, f64),
+    /// Width of a pixel of the first map, in mm.
+    pub pixel_mm: f64,
+    /// Region of the first map, if one was given.
+    pub region: Option<Rectangle>,
+    /// Mask of the first map, if one was given.
+    pub mask: Option<MaskFacts>,
+    /// How the differences are distributed.
+    pub difference: DifferenceStatistics,
+    /// Where the difference is significant, the largest volume first.
+    pub places: Vec<Place>,
+}
+
+/// How the picture of the object moved.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MotionSummary {
+    /// Shift of the middle of the picture, to higher columns and rows, in px.
+    pub shift_px: (f64, f64),
+    /// The same, in mm on the object.
+    pub shift_mm: (f64, f64),
+    /// Turn from the axis of columns towards that of rows, in deg.
+    pub turn_deg: f64,
+    /// Size in the second picture over that in the first.
+    pub scale: f64,
+    /// Standard uncertainty of a place, in px.
+    pub sigma_px: f64,
+    /// Parts of the picture that turn and scale come from; 0 if neither was found.
+    pub parts: usize,
+}
+
+/// Registers `second` to `first`, compares their heights in `region` of the first, and writes all into `folder`, which
+/// the caller commits.
+///
+/// # Errors
+/// [`CompareError`].
+pub fn compare_scans(
+    [first, second]: [MeasuredScan<'_>; 2],
+    trend: TrendKind,
+    region: &Region,
+    folder: &ResultsFolder,
+) -> Result<CompareSummary, CompareError> {
+    let size = |heights: &Heights| (heights.height_mm.rows(), heights.height_mm.columns());
+    let (rows, columns) = size(first.heights);
+    if size(second.heights) != (rows, columns) {
+        let (first, second) = (size(first.heights), size(second.heights));
+        return Err(CompareError::Sizes { first, second });
+    }
+    let photograph = photograph(&first)?;
+    let frames = [as_frame(&photograph, &first)?, as_frame(&self::photograph(&second)?, &second)?];
+    let motion = similarity_between(&frames[0], &frames[1]).map_err(CompareError::NotRegistrable)?;
+    let place = |x: f64, y: f64| motion.place(x, y);
+    let registration = Registration { place: &place, sigma_px: motion.sigma_px };
+    let inside = region.inside(rows, columns);
+    let margin_px = |scan: &MeasuredScan<'_>| steps_options(&scan.opened.matched.settings, trend).margin_px;
+    let margins_px = [margin_px(&first), margin_px(&second)];
+    let heights = [first.heights, second.heights];
+    let found = compare(heights, registration, trend, inside.as_ref(), margins_px)?;
+    let pixel_mm = first.heights.pixel_mm();
+    let summary = CompareSummary {
+        format: FORMAT_VERSION,
+        program: concat!("epirig ", env!("CARGO_PKG_VERSION")).to_owned(),
+        first_uid: first.sequence.record().uid.clone(),
+        second_uid: second.sequence.record().uid.clone(),
+        motion: summarised(&motion, (rows, columns), pixel_mm),
+        trend,
+        offset_mm: found.trend.coefficients.first().copied().unwrap_or(0.0),
+        tilt_deg: found.trend.tilt_deg(),
+        pixel_mm,
+        region: region.rectangle,
+        mask: region.mask.as_ref().map(|mask| mask.facts.clone()),
+        difference: found.statistics,
+        places: found.places.clone(),
+    };
+    write(folder, &found, &summary, &photograph)?;
+    Ok(summary)
+}
+
+/// The reference frame, as it was matched.
+fn photograph(scan: &MeasuredScan<'_>) -> Result<Grid<f32>, PipelineError> {
+    matched_frame(scan.sequence, scan.opened.calibration.as_ref(), scan.opened.matched.reference)
+}
+
+/// A photograph as a frame of 16 bit, whose full scale is that of the camera.
+fn as_frame(photograph: &Grid<f32>, scan: &MeasuredScan<'_>) -> Result<Frame, FrameError> {
+    let full = epirig_core::frame::full_scale(scan.sequence.record().bit_depth);
+    let steps = f32::from(u16::MAX) / f32::from(full);
+    // What a rectified frame does not show becomes black: the cast takes NaN to 0, and clips.
+    let samples = photograph.values().iter().map(|value| (value * steps).round() as u16).collect();
+    Frame::new(photograph.rows(), photograph.columns(), BIT_DEPTH, Samples::U16(samples))
+}
+
+fn summarised(motion: &Similarity, (rows, columns): (usize, usize), pixel_mm: f64) -> MotionSummary {
+    let middle = (0.5 * (columns as f64 - 1.0), 0.5 * (rows as f64 - 1.0));
+    let place = motion.place(middle.0, middle.1);
+    let shift_px = (place.0 - middle.0, place.1 - middle.1);
+    MotionSummary {
+        shift_px,
+        shift_mm: (shift_px.0 * pixel_mm, shift_px.1 * pixel_mm),
+        turn_deg: motion.turn_rad.to_degrees(),
+        scale: motion.scale,
+        sigma_px: motion.sigma_px,
+        parts: motion.parts,
+    }
+}
+
+fn write(
+    folder: &ResultsFolder,
+    found: &Comparison,
+    summary: &CompareSummary,
+    photograph: &Grid<f32>,
+) -> Result<(), CompareError> {
+    let Comparison { difference_mm, sigma_mm, .. } = found;
+    let between = format!("sequence {} less {}", summary.second_uid, summary.first_uid);
+    let facts = MapFacts::lengths(summary.pixel_mm, format!("Difference of height in mm, {between}"));
+    for name in ["difference_mm.tiff", "difference_mm.npy", "difference_mm.pfm"] {
+        folder.write_map(name, difference_mm, &facts)?;
+    }
+    let title = format!("Standard uncertainty of the difference in mm, {between}");
+    let facts = MapFacts::lengths(summary.pixel_mm, title);
+    folder.write_map("difference_sigma_mm.tiff", sigma_mm, &facts)?;
+    let range = ValueRange::of(difference_mm, 0.01).around_zero();
+    let picture = |map, title, unit, range| {
+        MapPicture::new(map, title, unit, range).diverging().in_mm(Some(summary.pixel_mm))
+    };
+    let difference = picture(difference_mm, "Second less first height", "mm", range);
+    folder.write_picture("difference.png", &difference.beside(Some(photograph)).picture()?)?;
+    let mut significance = difference_mm.clone();
+    significance.values_mut().iter_mut().zip(sigma_mm.values()).for_each(|(value, sigma)| *value /= sigma);
+    let range = ValueRange { low: -MOST_SIGMA, high: MOST_SIGMA };
+    let significance = picture(&significance, "Difference over its standard uncertainty", "sigma", range);
+    folder.write_picture("significance.png", &significance.picture()?)?;
+    folder.write("places.csv", places_csv(&summary.places));
+    Ok(folder.write_json("compare.json", summary)?)
+}
+
+fn places_csv(places: &[Place]) -> String {
+    let mut text = "centre_x_px,centre_y_px,area_px,area_mm2,mean_mm,largest_mm,volume_mm3\n".to_owned();
+    for place in places {
+        let Place { centre_px: (x, y), area_px, area_mm2, mean_mm, largest_mm, volume_mm3 } = place;
+        text.push_str(&format!("{x},{y},{area_px},{area_mm2},{mean_mm},{largest_mm},{volume_mm3}\n"));
+    }
+    text
+}

@@ -1,0 +1,34 @@
+//! A frame as the matcher saw it, to be shown beside maps.
+
+use super::PipelineError;
+use super::volume_frame::volume_frame;
+use crate::calibrate::{CalibrateError, Calibration, rectifier};
+use epirig_calibration::photometry::Maps;
+use epirig_core::grid::Grid;
+use epirig_core::tau::Tau;
+use epirig_data::sequence::Sequence;
+
+/// Frame `t` of `sequence` as it is matched, in DN: with a calibration corrected and rectified; rows x columns of the
+/// maps.
+///
+/// # Errors
+/// [`PipelineError`] if there is no such frame, or it cannot be read or rectified.
+pub fn matched_frame(
+    sequence: &Sequence,
+    calibration: Option<&(Calibration, Maps)>,
+    t: usize,
+) -> Result<Grid<f32>, PipelineError> {
+    let record = sequence.frames().get(t).ok_or(PipelineError::NoSuchFrame { index: t })?;
+    let frame = sequence.read(record)?;
+    let Some((calibration, maps)) = calibration else {
+        let mut grid = Grid::filled(frame.rows(), frame.columns(), 0.0_f32);
+        frame.samples().copy_to_f32(0, grid.values_mut());
+        return Ok(grid);
+    };
+    let rectifier = rectifier(sequence, calibration, maps)?;
+    // A volume has two frames at least.
+    let tau = Tau::equidistant(2).map_err(CalibrateError::Positions)?;
+    let mut volume = rectifier.volume(frame.bit_depth(), tau);
+    rectifier.insert(&mut volume, 0, &[frame]).map_err(CalibrateError::Rectify)?;
+    Ok(volume_frame(&volume, 0))
+}

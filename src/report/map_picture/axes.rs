@@ -1,0 +1,165 @@
+//! Axes of a picture: round ticks and their labels.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::super::FONT;
+
+/// Height of the letters of labels, in px.
+pub(super) const LABEL_PX: u32 = 14;
+/// Length of ticks, in px.
+const TICK_PX: i32 = 5;
+/// Least distance between the ticks of an upright axis, in px.
+const UPRIGHT_PX: u32 = 32;
+
+/// A straight axis of `length_px` from the value at its first pixel to that at its last.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scale {
+    pub(super) first: f64,
+    pub(super) last: f64,
+    pub(super) length_px: u32,
+}
+
+impl Scale {
+    /// Round values at least `apart_px` from each other, each with its place from the start in px and its label.
+    pub(super) fn ticks(&self, apart_px: u32) -> Vec<(f64, String)> {
+        let span = self.last - self.first;
+        if !(span.is_finite() && span > 0.0) {
+            return Vec::new();
+        }
+        let (step, decimals) = round_step(span * f64::from(apart_px) / f64::from(self.length_px.max(1)));
+        let mut index = (self.first / step - 1e-9).ceil();
+        let mut ticks = Vec::new();
+        while index * step <= self.last + 1e-9 * span {
+            // Zero has no sign.
+            let value = if index == 0.0 { 0.0 } else { index * step };
+            let place = (value - self.first) / span * f64::from(self.length_px.saturating_sub(1));
+            ticks.push((place, format!("{value:.decimals$}")));
+            index += 1.0;
+        }
+        ticks
+    }
+}
+
+/// The round number at or above `least`: 1, 2 or 5 times a power of ten, with its decimals.
+pub(super) fn round_step(least: f64) -> (f64, usize) {
+    let least = least.max(f64::MIN_POSITIVE);
+    let decade = 10.0_f64.powf(least.log10().floor());
+    let step =
+        [1.0, 2.0, 5.0, 10.0].into_iter().map(|factor| factor * decade).find(|&step| step >= least * 0.999);
+    let step = step.unwrap_or(10.0 * decade);
+    (step, (-(step * 1.001).log10().floor()).clamp(0.0, 9.0) as usize)
+}
+
+/// Width of the widest label of an upright axis, with its tick, in px.
+pub(super) fn upright_width(scale: &Scale) -> Result<u32, String> {
+    let mut widest = 0;
+    for (_, label) in scale.ticks(UPRIGHT_PX) {
+        widest = widest.max(width_of(&label, LABEL_PX)?);
+    }
+    Ok(widest + TICK_PX as u32 + 3)
+}
+
+/// Width of `text` in letters of this height, in px.
+pub(super) fn width_of(text: &str, size_px: u32) -> Result<u32, String> {
+    let font = (FONT, size_px).into_font();
+    Ok(font.box_size(text).map_err(|error| error.to_string())?.0)
+}
+
+/// A drawing area over pixels of a picture.
+pub(super) struct Sheet<'a> {
+    area: DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>,
+}
+
+impl<'a> Sheet<'a> {
+    pub(super) fn over(raw: &'a mut [u8], size: (u32, u32)) -> Self {
+        Self { area: BitMapBackend::with_buffer(raw, size).into_drawing_area() }
+    }
+
+    pub(super) fn text(
+        &self,
+        text: &str,
+        size_px: u32,
+        place: (i32, i32),
+        side: (HPos, VPos),
+    ) -> Result<(), String> {
+        let style = TextStyle::from((FONT, size_px)).color(&BLACK).pos(Pos::new(side.0, side.1));
+        self.area.draw_text(text, &style, place).map_err(say)
+    }
+
+    pub(super) fn line(&self, from: (i32, i32), to: (i32, i32)) -> Result<(), String> {
+        self.area.draw(&PathElement::new(vec![from, to], BLACK)).map_err(say)
+    }
+
+    /// A triangle, or any other polygon, with a thin border.
+    pub(super) fn polygon(&self, corners: &[(i32, i32)], [red, green, blue]: [u8; 3]) -> Result<(), String> {
+        self.area.draw(&Polygon::new(corners.to_vec(), RGBColor(red, green, blue).filled())).map_err(say)?;
+        let around = corners.iter().chain(corners.first()).copied().collect::<Vec<_>>();
+        self.area.draw(&PathElement::new(around, BLACK)).map_err(say)
+    }
+
+    pub(super) fn filled(&self, corners: [(i32, i32); 2], [red, green, blue]: [u8; 3]) -> Result<(), String> {
+        self.area.draw(&Rectangle::new(corners, RGBColor(red, green, blue).filled())).map_err(say)?;
+        self.area.draw(&Rectangle::new(corners, BLACK)).map_err(say)
+    }
+
+    /// Ticks and labels below row `y`, from column `x`.
+    pub(super) fn below(&self, scale: &Scale, (x, y): (i32, i32)) -> Result<(), String> {
+        let widest = [scale.first, scale.last].map(|value| format!("{value:.0}").len()).into_iter().max();
+        // Letters are about 9 px wide; two more for decimals.
+        for (place, label) in scale.ticks(9 * (widest.unwrap_or(1) as u32 + 2) + 16) {
+            let at = x + place.round() as i32;
+            self.line((at, y), (at, y + TICK_PX))?;
+            self.text(&label, LABEL_PX, (at, y + TICK_PX + 2), (HPos::Center, VPos::Top))?;
+        }
+        Ok(())
+    }
+
+    /// Ticks to the left of column `x`, from row `y` down; with labels if wanted.
+    pub(super) fn left(&self, scale: &Scale, (x, y): (i32, i32), labels: bool) -> Result<(), String> {
+        for (place, label) in scale.ticks(UPRIGHT_PX) {
+            let at = y + place.round() as i32;
+            self.line((x - TICK_PX, at), (x, at))?;
+            if labels {
+                self.text(&label, LABEL_PX, (x - TICK_PX - 3, at), (HPos::Right, VPos::Center))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Ticks and labels to the right of column `x`, from row `y` up.
+    pub(super) fn right(&self, scale: &Scale, (x, y): (i32, i32)) -> Result<(), String> {
+        for (place, label) in scale.ticks(UPRIGHT_PX) {
+            let at = y - place.round() as i32;
+            self.line((x, at), (x + TICK_PX, at))?;
+            self.text(&label, LABEL_PX, (x + TICK_PX + 3, at), (HPos::Left, VPos::Center))?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Result<(), String> {
+        self.area.present().map_err(say)
+    }
+}
+
+fn say(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_apart() {
+        assert_eq!(round_step(1.0), (1.0, 0));
+        assert_eq!(round_step(0.015).1, 2);
+        assert!((round_step(0.015).0 - 0.02).abs() < 1e-12);
+        assert_eq!(round_step(30.0), (50.0, 0));
+        let ticks = |first, last, length_px| Scale { first, last, length_px }.ticks(30);
+        let labels: Vec<String> = ticks(-0.1, 0.1, 101).into_iter().map(|(_, label)| label).collect();
+        assert_eq!(labels, ["-0.1", "0.0", "0.1"]);
+        assert_eq!(ticks(0.0, 100.0, 101)[1], (50.0, "50".to_owned()));
+        assert!(ticks(1.0, 1.0, 50).is_empty() && ticks(0.0, f64::NAN, 50).is_empty());
+    }
+}

@@ -1,0 +1,84 @@
+//! Which values the colours of a map span.
+
+use epirig_core::grid::Grid;
+
+/// The values of the first and the last colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ValueRange {
+    /// Value of the darkest colour.
+    pub low: f32,
+    /// Value of the brightest colour.
+    pub high: f32,
+}
+
+impl ValueRange {
+    /// From the 1st to the 99th percentile of the known values, at least `least_span` wide; 0 to 1 if no
+    /// value is known.
+    pub fn of(map: &Grid<f32>, least_span: f32) -> Self {
+        let mut known = known(map);
+        if known.is_empty() {
+            return NOTHING_KNOWN;
+        }
+        let last = (known.len() - 1) as f64;
+        let (low, high) = of_ranks(&mut known, [(last * 0.01) as usize, (last * 0.99) as usize]);
+        let missing = (least_span - (high - low)).max(0.0);
+        Self { low: low - 0.5 * missing, high: high + 0.5 * missing }
+    }
+
+    /// Three times the interquartile range of the known values around it, at least `least_span` wide, so that
+    /// one near object does not take all colours. 0 to 1 if no value is known.
+    pub fn of_most(map: &Grid<f32>, least_span: f32) -> Self {
+        let mut known = known(map);
+        if known.is_empty() {
+            return NOTHING_KNOWN;
+        }
+        let count = known.len();
+        let (lower, upper) = of_ranks(&mut known, [count / 4, count * 3 / 4]);
+        let reach = (upper - lower).max(least_span / 3.0);
+        Self { low: lower - reach, high: upper + reach }
+    }
+
+    /// The smallest range around zero that holds it.
+    #[must_use]
+    pub fn around_zero(self) -> Self {
+        let reach = self.low.abs().max(self.high.abs());
+        Self { low: -reach, high: reach }
+    }
+
+    /// Place of `value` in the range: 0 at its low end, 1 at its high end.
+    pub(super) fn share(&self, value: f32) -> f64 {
+        f64::from((value - self.low) / (self.high - self.low).max(f32::MIN_POSITIVE))
+    }
+}
+
+/// The range of a map without any value.
+const NOTHING_KNOWN: ValueRange = ValueRange { low: 0.0, high: 1.0 };
+
+fn known(map: &Grid<f32>) -> Vec<f32> {
+    map.values().iter().copied().filter(|value| value.is_finite()).collect()
+}
+
+/// The values of these ranks among `values`, the first not larger than the second.
+fn of_ranks(values: &mut [f32], [low, high]: [usize; 2]) -> (f32, f32) {
+    let (below, &mut upper, _) = values.select_nth_unstable_by(high, f32::total_cmp);
+    let lower = if low < high { *below.select_nth_unstable_by(low, f32::total_cmp).1 } else { upper };
+    (lower, upper)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_those_of_the_sorted_values() {
+        let values: Vec<f32> = (0..1000).map(|index| ((index * 389) % 1000) as f32).collect();
+        let map = Grid::from_values(10, 100, values).unwrap();
+        assert_eq!(ValueRange::of(&map, 0.05), ValueRange { low: 9.0, high: 989.0 });
+        assert_eq!(ValueRange::of_most(&map, 0.05), ValueRange { low: -250.0, high: 1250.0 });
+        let one = Grid::from_values(1, 2, vec![3.0, f32::NAN]).unwrap();
+        assert_eq!(ValueRange::of(&one, 1.0), ValueRange { low: 2.5, high: 3.5 });
+        assert_eq!(ValueRange::of(&Grid::filled(1, 2, f32::NAN), 1.0), NOTHING_KNOWN);
+        let cut = ValueRange { low: -2.0, high: 0.5 };
+        assert_eq!(cut.around_zero(), ValueRange { low: -2.0, high: 2.0 });
+    }
+}

@@ -1,0 +1,168 @@
+//! The part of a map that a picture shows, and how large.
+
+use std::ops::Range;
+
+use epirig_core::grid::Grid;
+
+/// What is shown around the known pixels: this share of their longer side, from and up to so many px.
+const MARGIN: usize = 25;
+const MARGIN_PX: std::ops::RangeInclusive<usize> = 4..=16;
+
+/// Columns and rows of a map.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Window {
+    /// The columns.
+    pub columns: Range<usize>,
+    /// The rows.
+    pub rows: Range<usize>,
+}
+
+impl Window {
+    /// The known values of `map` with a small margin; all of the map if nothing is known.
+    pub fn around(map: &Grid<f32>) -> Self {
+        let (columns, rows) = (map.columns(), map.rows());
+        let known = |x: usize, y: usize| map.at(x, y).is_finite();
+        let occupied = |size: usize, is: &dyn Fn(usize) -> bool| {
+            let first = (0..size).find(|&index| is(index)).unwrap_or(0);
+            let last = (0..size).rfind(|&index| is(index)).unwrap_or(size.saturating_sub(1));
+            first..(last + 1).min(size)
+        };
+        let across = occupied(columns, &|x| (0..rows).any(|y| known(x, y)));
+        let down = occupied(rows, &|y| (0..columns).any(|x| known(x, y)));
+        let margin = across.len().max(down.len()) / MARGIN;
+        let margin = margin.clamp(*MARGIN_PX.start(), *MARGIN_PX.end());
+        let with_margin = |range: Range<usize>, size: usize| {
+            range.start.saturating_sub(margin)..(range.end + margin).min(size)
+        };
+        Self { columns: with_margin(across, columns), rows: with_margin(down, rows) }
+    }
+
+    /// All of a map of this size.
+    pub fn whole(rows: usize, columns: usize) -> Self {
+        Self { columns: 0..columns, rows: 0..rows }
+    }
+
+    /// The part of `map` in it.
+    ///
+    /// # Panics
+    /// If it reaches outside the map.
+    pub fn of<T: Copy>(&self, map: &Grid<T>) -> Grid<T> {
+        map.cropped(self.columns.clone(), self.rows.clone())
+    }
+}
+
+/// Narrower pictures of maps are enlarged up to this side, unless the longer side gets [`LONG_PX`].
+const COMFORTABLE_PX: usize = 400;
+const LONG_PX: usize = 800;
+
+/// How a map's pixels become those of a picture: by whole numbers, so that each pixel looks alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Zoom {
+    /// Side of the square of map pixels whose mean is shown as one.
+    pub(super) reduced: usize,
+    /// Side of the square of picture pixels that shows it.
+    pub(super) enlarged: usize,
+}
+
+impl Zoom {
+    /// For a map whose picture may be `most_px` wide and high.
+    pub(super) fn of(rows: usize, columns: usize, most_px: usize) -> Self {
+        let (longer, shorter) = (rows.max(columns).max(1), rows.min(columns).max(1));
+        let wanted = COMFORTABLE_PX.div_ceil(shorter).min(LONG_PX.min(most_px) / longer);
+        Self { reduced: longer.div_ceil(most_px.max(1)).max(1), enlarged: wanted.max(1) }
+    }
+
+    /// Places of the first and the last pixel of a picture of this width and height, along x and y: in mm for
+    /// map pixels of that width, else in px.
+    pub(super) fn edges(
+        &self,
+        window: &Window,
+        (width, height): (u32, u32),
+        pixel_mm: Option<f64>,
+    ) -> [(f64, f64); 2] {
+        let (scale, unit) = (self.enlarged as f64 / self.reduced as f64, pixel_mm.unwrap_or(1.0));
+        let along = |first: usize, length: u32| {
+            // A map pixel reaches half a pixel to both sides of its column.
+            let place = |pixel: f64| (first as f64 - 0.5 + (pixel + 0.5) / scale) * unit;
+            (place(0.0), place(f64::from(length) - 1.0))
+        };
+        [along(window.columns.start, width), along(window.rows.start, height)]
+    }
+}
+
+/// Means of the known values of `factor` x `factor` pixels; unknown where more than half of them are.
+pub(in crate::report) fn reduced(map: &Grid<f32>, factor: usize) -> Grid<f32> {
+    if factor == 1 {
+        return map.clone();
+    }
+    let mut small = Grid::filled(map.rows().div_ceil(factor), map.columns().div_ceil(factor), f32::NAN);
+    for y in 0..small.rows() {
+        let rows = y * factor..((y + 1) * factor).min(map.rows());
+        for (x, value) in small.row_mut(y).iter_mut().enumerate() {
+            let columns = x * factor..((x + 1) * factor).min(map.columns());
+            let (mut sum, mut known) = (0.0, 0);
+            for y in rows.clone() {
+                for here in &map.row(y)[columns.clone()] {
+                    if here.is_finite() {
+                        sum += here;
+                        known += 1;
+                    }
+                }
+            }
+            if known > 0 && 2 * known >= rows.len() * columns.len() {
+                *value = sum / known as f32;
+            }
+        }
+    }
+    small
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_window_is_that_of_the_known_values_and_a_margin() {
+        let mut map = Grid::filled(60, 100, f32::NAN);
+        assert_eq!(Window::around(&map), Window::whole(60, 100));
+        (map.row_mut(20)[40], map.row_mut(22)[90]) = (1.0, 2.0);
+        assert_eq!(Window::around(&map), Window { columns: 36..95, rows: 16..27 });
+        assert_eq!(Window { columns: 39..42, rows: 20..21 }.of(&map).values()[1], 1.0);
+    }
+
+    #[test]
+    fn small_maps_are_enlarged_and_large_ones_reduced_by_whole_numbers() {
+        let zoom = |rows, columns| {
+            let Zoom { reduced, enlarged } = Zoom::of(rows, columns, 1200);
+            (reduced, enlarged)
+        };
+        assert_eq!(
+            [zoom(32, 32), zoom(20, 400), zoom(300, 40), zoom(1000, 40)],
+            [(1, 13), (1, 2), (1, 2), (1, 1)]
+        );
+        assert_eq!([zoom(1200, 1200), zoom(1201, 30), zoom(4096, 3000)], [(1, 1), (2, 1), (4, 1)]);
+    }
+
+    #[test]
+    fn edges_are_where_their_pixels_are() {
+        // Columns 10 to 13 in squares of 4: the first pixel lies 3/8 of a map pixel left of column 10.
+        let zoom = Zoom { reduced: 1, enlarged: 4 };
+        let window = Window { columns: 10..14, rows: 0..2 };
+        assert_eq!(zoom.edges(&window, (16, 8), None), [(9.625, 13.375), (-0.375, 1.375)]);
+        // Means of 2 x 2: the first lies between columns 10 and 11.
+        let zoom = Zoom { reduced: 2, enlarged: 1 };
+        assert_eq!(zoom.edges(&window, (2, 1), Some(0.5)), [(5.25, 6.25), (0.25, 0.25)]);
+    }
+
+    #[test]
+    fn large_maps_are_reduced_to_means_of_what_is_known() {
+        let mut map = Grid::from_values(3, 4, (0..12).map(|index| index as f32).collect()).unwrap();
+        map.row_mut(0)[0] = f32::NAN;
+        (map.row_mut(0)[2], map.row_mut(0)[3], map.row_mut(1)[2]) = (f32::NAN, f32::NAN, f32::NAN);
+        let small = reduced(&map, 2);
+        // Means of 1, 4, 5, of 8, 9 and of 10, 11; three of four are unknown at the upper right.
+        assert_eq!((small.rows(), small.columns()), (2, 2));
+        assert!((small.at(0, 0) - 10.0 / 3.0).abs() < 1e-6 && small.at(1, 0).is_nan());
+        assert_eq!((small.at(0, 1), small.at(1, 1)), (8.5, 10.5));
+    }
+}
