@@ -10,8 +10,6 @@ use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 const ROUNDS: usize = 60;
 /// A start needs this share of the field for each level.
 const LEAST_SHARE: f64 = 0.002;
-/// Numbers of terms of simpler forms: a mean height, a plane.
-const FEWER_TERMS: [usize; 2] = [1, 3];
 /// Two levels are accepted if fewer pixels lie between them than this share of those at either. One Gaussian
 /// level, cut in two, has more in between than at its seeming levels.
 const VALLEY: f64 = 0.75;
@@ -41,15 +39,6 @@ impl Levels {
         self.upper_mm(row) - height_mm > 0.5 * self.depth_mm
     }
 
-    /// How far points lie from the nearer level, in the mean, in mm.
-    pub(super) fn off_mm(&self, points: &[Point]) -> f64 {
-        let off = |point: &Point| {
-            let above_mm = point.height_mm - self.upper_mm(&point.row);
-            above_mm.abs().min((above_mm + self.depth_mm).abs())
-        };
-        points.iter().map(off).sum::<f64>() / points.len().max(1) as f64
-    }
-
     /// Whether there is a valley between the levels in how often heights occur.
     pub(super) fn are_two(&self, points: &[Point]) -> bool {
         let mut near = [0_usize; 3];
@@ -67,9 +56,9 @@ impl Levels {
 /// trend a depth below (expectation and maximisation, Dempster et al. 1977). `middle` is a trend through the
 /// whole field.
 ///
-/// It climbs to the nearest maximum, so there are several starts. About `middle`: as much high as low, little
-/// low, little high. Trends that keep to the upper or the lower side of the heights, because a large hollow on
-/// one side of the field tilts the middle. And forms with fewer terms, which cannot follow the hollows.
+/// It climbs to the nearest maximum, so there are five starts. About `middle`: as much high as low, little
+/// low, little high. And trends that keep to the upper or the lower side of the heights, because a large
+/// hollow on one side of the field tilts the middle.
 pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
     let middle = Levels { coefficients: middle.to_vec(), depth_mm: 0.0 };
     let rest = |trend: &Levels| -> Vec<f64> {
@@ -90,15 +79,10 @@ pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
         let mean = about.iter().sum::<f64>() / about.len() as f64;
         starts.push(below(&about, mean));
     }
-    for terms in FEWER_TERMS.into_iter().filter(|&terms| terms < middle.coefficients.len()) {
-        let coefficients = Whole::new(points, terms)?.solution.values.as_slice().to_vec();
-        starts.push(below(&rest(&Levels { coefficients, depth_mm: 0.0 }), 0.0));
-    }
     let whole = Whole::new(points, middle.coefficients.len())?;
     starts
         .into_iter()
         .filter_map(|low| mixture(points, &whole, low))
-        .inspect(|(l, k)| eprintln!("  start depth {:.3} likelihood {k:.1} {:?}", l.depth_mm, l.coefficients))
         .max_by(|one, other| one.1.total_cmp(&other.1))
         .map(|(levels, _)| levels)
 }

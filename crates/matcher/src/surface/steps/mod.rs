@@ -40,9 +40,6 @@ const CLEAR: f64 = 6.0;
 const LEAST: f64 = 4.0;
 /// Most rounds of fitting and dividing again; three or four are enough.
 const ROUNDS: usize = 12;
-/// A round that leaves the heights this many times as far from their levels as an earlier one has gone wrong: in
-/// good rounds walls and the weights of pixels change a few per cent.
-const DRIFTS: f64 = 1.05;
 /// Points that the search for levels looks at: they then are known to a fiftieth of the scatter, and the fit
 /// to all pixels does the rest.
 const POINTS: usize = 8_000;
@@ -287,7 +284,6 @@ fn divide(
     let least_area_px = options.least_area_px.max(2 * (2 * reach + 1).pow(2));
     let mut divided: Option<Divided> = None;
     let mut scatter_mm = 0.0;
-    let mut nearest_mm = levels.off_mm(&points);
     for _ in 0..ROUNDS {
         let mut map = label(field, smoothed, &levels);
         without_small_parts(&mut map, least_area_px);
@@ -310,13 +306,6 @@ fn divide(
         if fit.levels.depth_mm <= 0.0 {
             return Err(one_level);
         }
-        // Where few pixels are clear of the walls, form and depth may stand in for each other, and drift away
-        // from the heights.
-        let off_mm = fit.levels.off_mm(&points);
-        if off_mm > DRIFTS * nearest_mm && divided.is_some() {
-            break;
-        }
-        nearest_mm = nearest_mm.min(off_mm);
         levels = fit.levels.clone();
         scatter_mm = smoothed_scatter(field, smoothed, &fit);
         let [Side { clear, .. }] = sides;
