@@ -57,6 +57,18 @@ pub struct Connection<'a> {
     pub seed: u64,
     /// Whether moves of a stage in memory take real time.
     pub in_real_time: bool,
+    /// What to do with a stage that moves when it is connected.
+    pub when_moving: WhenMoving,
+}
+
+/// What to do with a stage that moves when it is connected. The port is locked, so no other epirig moves it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WhenMoving {
+    /// Wait until it is at rest.
+    #[default]
+    Wait,
+    /// Stop it.
+    Stop,
 }
 
 impl Connection<'_> {

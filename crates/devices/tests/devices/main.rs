@@ -11,6 +11,8 @@ mod grbl_stage;
 mod looking;
 mod native_stage;
 mod onlooking;
+#[cfg(feature = "serial")]
+mod real_grbl;
 mod replayed;
 #[cfg(feature = "serial")]
 mod serial_port;

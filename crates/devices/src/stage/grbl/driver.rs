@@ -1,6 +1,6 @@
 //! Registration of the GRBL driver.
 
-use super::protocol::{BAUD, FEED_HOLD, NAME, SOFT_RESET, STATUS_QUERY};
+use super::protocol::{BAUD, CYCLE_START, FEED_HOLD, JOG_CANCEL, NAME, SOFT_RESET, STATUS_QUERY};
 use super::response::Response;
 use super::{AxisLetter, GrblAxis, GrblOptions};
 use crate::link::Side;
@@ -9,9 +9,6 @@ use crate::stage::simulator::{FaultScript, GrblDevice, SimulatedStage};
 use crate::stage::{Axis, Connection, StageDriver, StageError};
 use epirig_core::choice::{Choice as _, names};
 use epirig_core::settings::{Key, Kind, Settings};
-
-const CYCLE_START: u8 = b'~';
-const JOG_CANCEL: u8 = 0x85;
 
 static AXIS: Key =
     Key::new("stage", "axis", Kind::Choice(names::<AxisLetter>), "y", "The axis of the stage").or("x");
@@ -42,7 +39,8 @@ impl StageDriver for Grbl {
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
         let axis = settings.text(&AXIS).and_then(AxisLetter::from_name).unwrap_or(AxisLetter::X);
-        Ok(Box::new(GrblAxis::connect(connection.line(BAUD)?, GrblOptions { axis })?))
+        let options = GrblOptions { axis, when_moving: connection.when_moving };
+        Ok(Box::new(GrblAxis::connect(connection.line(BAUD)?, options)?))
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {
