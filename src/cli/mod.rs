@@ -5,6 +5,7 @@ mod camera;
 mod capture;
 mod choice;
 mod completions;
+mod console;
 mod decode;
 mod demo;
 mod devices;

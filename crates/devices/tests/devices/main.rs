@@ -8,6 +8,7 @@ mod faults;
 mod firmware;
 mod grbl_recording;
 mod grbl_stage;
+mod leftovers;
 mod looking;
 mod native_stage;
 mod onlooking;

@@ -5,6 +5,7 @@
 //! counts before it has been read twice.
 
 mod connect;
+mod console;
 mod driver;
 mod homing;
 mod lines;
@@ -84,6 +85,7 @@ impl GrblAxis {
     pub fn connect(link: Box<dyn Link>, options: GrblOptions) -> Result<Self, StageError> {
         let mut lines = Lines::new(link);
         let mut notes = Vec::new();
+        lines.drain()?;
         let mut status = greet(&mut lines)?;
         // What was marked before a hold that ends in a reset.
         let mut carried = None;

@@ -152,7 +152,7 @@ impl GrblAxis {
             };
         }
         (seen.rest, seen.at_rest) = (None, 0);
-        if status.state.moving() {
+        if status.state.moving() && status.state != State::Home {
             seen.unusual = 0;
             seen.outside = if way.holds(steps) { 0 } else { seen.outside + 1 };
             if seen.outside < CONFIRMED {
@@ -171,11 +171,22 @@ impl GrblAxis {
                 ),
             });
         }
-        // Locked, held, asleep: `at_rest` says what to do.
         seen.unusual += 1;
-        if seen.unusual >= CONFIRMED {
-            self.at_rest(during)?;
+        if seen.unusual < CONFIRMED {
+            return Ok(None);
         }
+        if status.state == State::Home {
+            // `$J` may have become `$H`.
+            self.stop_motion(Urgency::AtOnce)?;
+            return Err(StageError::Fault {
+                during: during.to_owned(),
+                fault: "it began to home: the order was damaged on the line, or another program sends \
+                        commands; check cable and earth, then home it"
+                    .to_owned(),
+            });
+        }
+        // Locked, held, asleep: this says what to do.
+        self.at_rest(during)?;
         Ok(None)
     }
 

@@ -48,7 +48,11 @@ impl GrblAxis {
         let mut counted_mm = machine_mm[index];
         let (step_mm, mark) = (self.axis.kinematics.step_mm, self.axis.mark);
         let mut last = no_answer(&self.lines, "G92", REPLY_PATIENCE);
-        for _ in 0..EXCHANGES {
+        for attempt in 0..EXCHANGES {
+            if attempt > 0 {
+                // It may be held, or locked.
+                self.at_rest(during)?;
+            }
             let words: String = LETTERS
                 .iter()
                 .zip(machine_mm)
@@ -101,10 +105,12 @@ impl GrblAxis {
         Ok(None)
     }
 
-    /// Sends the jog to the origin of the work coordinates.
+    /// Sends the jog to the origin of the work coordinates. The axis comes first: elsewhere, `.0` would belong
+    /// to the word before if its letter were lost, and GRBL 1.1h takes a jog without an axis as one of all axes
+    /// to machine coordinate 0.
     pub(super) fn order(&mut self, from_steps: i64, during: &str) -> Result<Ordered, StageError> {
         let letter = self.options.axis.letter();
-        self.lines.send_line(&format!("$J=G90G21{letter}.0F{FULL_FEED}"))?;
+        self.lines.send_line(&format!("$J={letter}.0G90G21F{FULL_FEED}"))?;
         let refusal = match self.lines.answer(REPLY_PATIENCE)? {
             Heard::Line(Response::Ok) => return Ok(Ordered::Accepted),
             Heard::Line(Response::Alarm(code)) => return Err(self.alarm(code, during)?),
