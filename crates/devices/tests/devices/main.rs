@@ -8,6 +8,7 @@ mod faults;
 mod firmware;
 mod grbl_recording;
 mod grbl_stage;
+mod grbl_trust;
 mod leftovers;
 mod looking;
 mod native_stage;

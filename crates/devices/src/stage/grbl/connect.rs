@@ -42,34 +42,43 @@ pub(super) fn greet(lines: &mut Lines) -> Result<Status, StageError> {
             // After an alarm it accepts only a reset, which also stops a motion of a former host.
             lines.send_byte(SOFT_RESET)?;
         }
-        lines.send_byte(STATUS_QUERY)?;
         let until = lines.now() + BOOT_PATIENCE;
-        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
-            match response {
-                Response::Status(status) => return Ok(status),
-                Response::Banner { version } if version.starts_with("0.") => {
-                    return Err(too_old(lines, &format!("its version is {version}")));
+        while lines.now() < until {
+            // Asked often, because an answer may be lost, and a reset costs the mark.
+            lines.send_byte(STATUS_QUERY)?;
+            let asked_until = lines.now() + STATUS_PATIENCE;
+            while let Heard::Line(response) = lines.next(asked_until.saturating_sub(lines.now()))? {
+                if let Some(status) = greeted(lines, response)? {
+                    return Ok(status);
                 }
-                Response::Banner { .. } => lines.send_byte(STATUS_QUERY)?,
-                // Fields between commas, as GRBL had them until 0.9.
-                Response::Unknown(line) if line.starts_with('<') && line.contains(",MPos:") => {
-                    let Err(error) = read_build(lines) else { continue };
-                    return Err(error);
-                }
-                Response::Error(SETTINGS_LOST) => {
-                    return Err(StageError::Unsuitable {
-                        port: lines.port().to_owned(),
-                        what: format!(
-                            "it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"
-                        ),
-                        remedy: "set them again with `epirig stage console`".to_owned(),
-                    });
-                }
-                _ => {}
             }
         }
     }
     Err(lines.foreign().unwrap_or_else(|| no_answer(lines, "?", BOOT_PATIENCE * TRIES)))
+}
+
+/// The status, if that is what was heard; an error if it comes from a controller that cannot be used.
+fn greeted(lines: &mut Lines, response: Response) -> Result<Option<Status>, StageError> {
+    match response {
+        Response::Status(status) => Ok(Some(status)),
+        Response::Banner { version } if version.starts_with("0.") => {
+            Err(too_old(lines, &format!("its version is {version}")))
+        }
+        Response::Banner { .. } => {
+            lines.send_byte(STATUS_QUERY)?;
+            Ok(None)
+        }
+        // Fields between commas, as GRBL had them until 0.9. It tells its version, or at least not 1.1.
+        Response::Unknown(line) if line.starts_with('<') && line.contains(",MPos:") => {
+            read_build(lines).map(|_| None)
+        }
+        Response::Error(SETTINGS_LOST) => Err(StageError::Unsuitable {
+            port: lines.port().to_owned(),
+            what: format!("it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"),
+            remedy: "set them again with `epirig stage console`".to_owned(),
+        }),
+        _ => Ok(None),
+    }
 }
 
 fn is_known(version: &str) -> bool {

@@ -5,7 +5,7 @@
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::{MutexGuard, PoisonError};
+use std::sync::{MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use epirig_devices::link::{Link, SerialLink};
@@ -59,8 +59,13 @@ impl Drop for Board {
     }
 }
 
-/// The firmware, and the built host of the simulation.
-fn built() -> Result<(PathBuf, PathBuf), String> {
+/// The firmware, and the host of the simulation, which is built once for each process.
+fn built() -> &'static Result<(PathBuf, PathBuf), String> {
+    static BUILT: OnceLock<Result<(PathBuf, PathBuf), String>> = OnceLock::new();
+    BUILT.get_or_init(build)
+}
+
+fn build() -> Result<(PathBuf, PathBuf), String> {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let folder = std::env::var_os("EPIRIG_GRBL")
         .map_or_else(|| root.join("../shared/virtual-hardware/grbl"), PathBuf::from);
@@ -68,7 +73,8 @@ fn built() -> Result<(PathBuf, PathBuf), String> {
     if !firmware.exists() || !source.exists() {
         return Err(format!("there is no GRBL in {}", folder.display()));
     }
-    let host = Path::new(env!("CARGO_TARGET_TMPDIR")).join("grbl-simhost");
+    // A program that runs cannot be written, so each process has its own.
+    let host = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("grbl-simhost-{}", std::process::id()));
     let mut compiler = Command::new("cc");
     compiler.args(["-O1", "-o"]).arg(&host).arg(source).args(["-lsimavr", "-lelf", "-lutil"]);
     match compiler.output() {
