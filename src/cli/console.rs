@@ -29,7 +29,7 @@ What is sent by hand may move the stage or change its settings. So the position 
 afterwards: home the stage again. A line that is only ?, ! or ~ acts at once (GRBL).")]
 pub(super) struct Console {
     /// Lines to send; without any, those of the standard input
-    #[arg(value_name = "LINE", allow_hyphen_values = true)]
+    #[arg(value_name = "LINE")]
     lines: Vec<String>,
     #[command(flatten)]
     rig: RigArgument,

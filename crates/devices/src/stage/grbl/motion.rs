@@ -6,7 +6,7 @@ use super::GrblAxis;
 use super::connect::{hold, no_answer, reset, set_feed};
 use super::lines::Heard;
 use super::order::Ordered;
-use super::protocol::{JOG_CANCEL, POLL, REPLY_PATIENCE, REPORT_ROUNDING_MM, STATUS_QUERY, TRIES};
+use super::protocol::{BOOT_PATIENCE, JOG_CANCEL, POLL, REPORT_ROUNDING_MM, STATUS_QUERY, TRIES};
 use super::response::{Response, State, Status};
 use crate::stage::{Motion, StageError, Urgency};
 
@@ -69,9 +69,6 @@ impl GrblAxis {
         let ordered_mm = self.axis.ordered_mm(target);
         let mut last = None;
         for _ in 0..TRIES {
-            if target == from {
-                break;
-            }
             self.place_origin(ordered_mm, &rest.machine_mm, during)?;
             match self.order(from, during)? {
                 Ordered::Refused(refusal) => last = Some(refusal),
@@ -95,8 +92,8 @@ impl GrblAxis {
             let asked = self.lines.now();
             let Some(status) = self.ask_status(during, POLL)? else {
                 // Nobody watches a motion that reports nothing.
-                if self.lines.now() - heard > REPLY_PATIENCE {
-                    let silent = no_answer(&self.lines, "?", REPLY_PATIENCE);
+                if self.lines.now() - heard > BOOT_PATIENCE {
+                    let silent = no_answer(&self.lines, "?", BOOT_PATIENCE);
                     self.stop_motion(Urgency::Soon)?;
                     return Err(silent);
                 }
@@ -138,12 +135,13 @@ impl GrblAxis {
             seen.at_rest = if seen.rest == Some(steps) { seen.at_rest + 1 } else { 1 };
             seen.rest = Some(steps);
             seen.unusual = 0;
-            if steps == way.from && seen.at_rest < NOT_BEGUN || seen.at_rest < CONFIRMED {
+            let enough = if steps == way.from && steps != way.target { NOT_BEGUN } else { CONFIRMED };
+            if seen.at_rest < enough {
                 return Ok(None);
             }
             let (low, high) = (way.from.min(way.target), way.from.max(way.target));
             return match steps {
-                _ if steps == way.from => Ok(Some(End::NotBegun)),
+                _ if enough == NOT_BEGUN => Ok(Some(End::NotBegun)),
                 // A feed hold ends a jog, and nothing tells who pressed it.
                 _ if low < steps && steps < high => Err(StageError::Held {
                     position_mm: Some(self.axis.place_mm(steps)).filter(|_| self.is_homed),

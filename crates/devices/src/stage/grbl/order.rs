@@ -17,8 +17,8 @@ use crate::stage::StageError;
 const LETTERS: [char; MOST_AXES] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
 /// More than the velocity of any axis, in mm/min: GRBL limits it to that of the axis. A lost digit leaves it
-/// high enough.
-const FULL_FEED: u32 = 999_999;
+/// high enough, and no bit of a 7 makes another axis of it, as one of a 9 makes a Y.
+const FULL_FEED: u32 = 777_777;
 
 /// Fraction of a step by which the echo of the target may be off, beyond its rounding.
 const ECHO_WITHIN_STEPS: f64 = 0.1;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::GrblAxis;
 use super::connect::{no_answer, reset};
 use super::lines::Heard;
-use super::protocol::{BOOT_PATIENCE, STATUS_PATIENCE, STATUS_QUERY, TRIES};
+use super::protocol::{BOOT_PATIENCE, EXCHANGES, STATUS_PATIENCE, STATUS_QUERY};
 use super::response::{Response, State, Status};
 use super::texts::alarm_text;
 use crate::stage::{StageError, Urgency};
@@ -21,12 +21,12 @@ pub(super) struct Rest {
 impl GrblAxis {
     /// Asks for the status until there is an answer.
     pub(super) fn status(&mut self) -> Result<Status, StageError> {
-        for _ in 0..TRIES {
+        for _ in 0..EXCHANGES {
             if let Some(status) = self.ask_status("at rest", STATUS_PATIENCE)? {
                 return Ok(status);
             }
         }
-        Err(no_answer(&self.lines, "?", STATUS_PATIENCE * TRIES))
+        Err(no_answer(&self.lines, "?", STATUS_PATIENCE * EXCHANGES))
     }
 
     /// Asks for the status once.

@@ -45,6 +45,13 @@ fn answers(request: &Request, reply: &Reply) -> bool {
     }
 }
 
+/// Whether a frame has no byte that commands another kind of device: GRBL obeys a reset, a hold and others
+/// from 0x80 on anywhere, and takes lines that have an end.
+fn is_harmless(sequence: u8, request: &Request) -> bool {
+    let commands = |byte: &u8| matches!(byte, 0x18 | b'!' | b'~' | b'?' | b'\n' | b'\r' | 0x80..=0xAF);
+    encode(Direction::Request, sequence, request).is_some_and(|frame| !frame.bytes().iter().any(commands))
+}
+
 /// Most bytes of unknown output kept for the error message.
 const HEARD: usize = 60;
 
@@ -89,8 +96,13 @@ impl Conversation {
         while self.now() - since < BOOT_PATIENCE {
             // Answers to a former process may still come, in the order of its requests. So the sequence
             // jumps, and an answer to each of several jumps is behind them all.
-            random = random.wrapping_mul(LCG.0).wrapping_add(LCG.1);
-            self.sequence = (random >> 32) as u8 & MAX_SEQUENCE;
+            loop {
+                random = random.wrapping_mul(LCG.0).wrapping_add(LCG.1);
+                self.sequence = (random >> 32) as u8 & MAX_SEQUENCE;
+                if is_harmless((self.sequence + 1) & MAX_SEQUENCE, &request) {
+                    break;
+                }
+            }
             match self.try_to_ask(request)? {
                 Some(Reply::Hello(identity)) if in_a_row + 1 == HELLOS => return Ok(identity),
                 Some(Reply::Hello(_)) => in_a_row += 1,
