@@ -52,6 +52,9 @@ fn is_harmless(sequence: u8, request: &Request) -> bool {
     encode(Direction::Request, sequence, request).is_some_and(|frame| !frame.bytes().iter().any(commands))
 }
 
+/// Another kind of device answers a question of its own within this time.
+const PROBE_PATIENCE: Duration = Duration::from_millis(300);
+
 /// Most bytes of unknown output kept for the error message.
 const HEARD: usize = 60;
 
@@ -112,6 +115,12 @@ impl Conversation {
             if self.hears_grbl() {
                 break;
             }
+        }
+        if self.heard.is_empty() {
+            // GRBL takes no notice of these frames, but of this.
+            self.link.send(b"?")?;
+            let until = self.now() + PROBE_PATIENCE;
+            while self.next_reply(until)?.is_some() {}
         }
         Err(self.silence("hello", BOOT_PATIENCE))
     }
