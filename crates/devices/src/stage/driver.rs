@@ -76,8 +76,11 @@ pub struct Console {
     pub real_time: &'static [u8],
     /// Invalidates the position in the device, for the next program that connects, because what is sent by hand
     /// may move the stage or change its settings. Returns the line.
-    pub distrust: fn(Box<dyn Link>) -> Result<Box<dyn Link>, StageError>,
+    pub distrust: Distrust,
 }
+
+/// Invalidates the position in the device on a line, and returns the line.
+pub type Distrust = fn(Box<dyn Link>) -> Result<Box<dyn Link>, StageError>;
 
 /// What to do with a stage that moves when it is connected. The port is locked, so no other epirig moves it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -30,7 +30,7 @@ use std::time::Duration;
 pub use axis::{Axis, Homed, Kinematics, Motion};
 pub use checked::CheckedStage;
 pub use consequence::{Consequence, PositionAfter, Remedy};
-pub use driver::{Connection, Console, StageDriver, WhenMoving};
+pub use driver::{Connection, Console, Distrust, StageDriver, WhenMoving};
 pub use drivers::{Driver, add_drivers, driver_keys, drivers};
 pub use error::StageError;
 pub use grbl::GrblStage;

@@ -160,10 +160,9 @@ pub(super) fn read_build(lines: &mut Lines) -> Result<BuildInfo, StageError> {
                 }
             }
         });
-        match asked {
-            Err(error @ StageError::Link(_)) => return Err(error),
-            // An answer was lost: it is asked again.
-            Ok(()) | Err(_) => {}
+        // Any other error is an answer that was lost: it is asked again.
+        if let Err(error @ StageError::Link(_)) = asked {
+            return Err(error);
         }
         match (&version, &options) {
             (Some(version), _) if !is_known(version) => {
@@ -229,10 +228,9 @@ pub(super) fn read_feed(lines: &mut Lines) -> Result<f64, StageError> {
 /// no axis.
 pub(super) fn set_feed(lines: &mut Lines, feed: u32) -> Result<(), StageError> {
     for _ in 0..TRIES {
-        match command(lines, &format!("G21G94F{feed}")) {
-            Err(error @ StageError::Link(_)) => return Err(error),
-            // The reading tells whether it was received.
-            Ok(()) | Err(_) => {}
+        // The reading tells whether it was received.
+        if let Err(error @ StageError::Link(_)) = command(lines, &format!("G21G94F{feed}")) {
+            return Err(error);
         }
         if read_feed(lines)? == f64::from(feed) {
             return Ok(());
@@ -250,10 +248,10 @@ pub(super) fn power_always(lines: &mut Lines, settings: Settings) -> Result<(Set
         Err(StageError::Unsuitable { port: port.to_owned(), what, remedy })
     };
     for _ in 0..TRIES {
-        match command(lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}")) {
-            Err(error @ StageError::Link(_)) => return Err(error),
-            // The reading tells whether it was received.
-            Ok(()) | Err(_) => {}
+        // The reading tells whether it was received.
+        let set = command(lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}"));
+        if let Err(error @ StageError::Link(_)) = set {
+            return Err(error);
         }
         let now = read_settings(lines)?;
         let changes = now.changes(&settings, IDLE_DELAY);
