@@ -160,6 +160,10 @@ impl<S: Stage + ?Sized> Stage for Box<S> {
         (**self).move_to(position_mm)
     }
 
+    fn position_mm(&mut self) -> Result<f64, StageError> {
+        (**self).position_mm()
+    }
+
     fn state(&mut self) -> Result<StageState, StageError> {
         (**self).state()
     }
