@@ -192,9 +192,10 @@ impl PlainAxis {
         let began = self.link.now();
         let mut was_stopped = false;
         while self.link.now() - began < patience {
-            if self.stop.pressed().is_some() {
+            if let Some(urgency) = self.stop.pressed() {
                 was_stopped = true;
                 self.ask("stop")?;
+                self.stop.sent(urgency);
             }
             let status = self.status()?;
             match status.state.as_str() {

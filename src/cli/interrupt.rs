@@ -1,7 +1,7 @@
 //! Ctrl-C, hang-up and termination.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::failure::{Failure, INTERRUPTED};
 use super::progress::{answer_failure, tell};
@@ -25,8 +25,11 @@ fn to_stop() -> MutexGuard<'static, Option<StopSwitch>> {
     TO_STOP.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Longest wait for a stop to be sent to the stage. Drivers look at the switch several times a second.
+const STOP_PATIENCE: Duration = Duration::from_secs(2);
+
 /// From now on an interruption presses this switch: the first slows the stage down, the second stops it at
-/// once, the third ends the program.
+/// once, the third ends the program, once the stop has been sent.
 pub(super) fn stops(switch: StopSwitch) {
     *to_stop() = Some(switch);
 }
@@ -87,6 +90,11 @@ fn interrupted() {
         return;
     }
     let switch = to_stop().clone();
+    if let Some(switch) = &switch
+        && switch.pressed() == Some(Urgency::AtOnce)
+    {
+        await_sending(switch);
+    }
     match switch.filter(|switch| switch.pressed() != Some(Urgency::AtOnce)) {
         Some(switch) => stop(&switch),
         None => {
@@ -100,6 +108,15 @@ fn interrupted() {
             answer_failure(&Failure::new(words.to_owned(), INTERRUPTED));
             std::process::exit(i32::from(INTERRUPTED));
         }
+    }
+}
+
+/// Waits until the stop has been sent: who presses Ctrl-C three times at once must not leave before. A driver
+/// that waits for nothing sends nothing.
+fn await_sending(switch: &StopSwitch) {
+    let since = Instant::now();
+    while !switch.is_sent() && since.elapsed() < STOP_PATIENCE {
+        std::thread::sleep(Duration::from_millis(5));
     }
 }
 

@@ -8,6 +8,7 @@ mod colours;
 mod compare;
 mod completions;
 mod conclusion;
+mod console;
 mod decode;
 mod demo;
 mod devices;

@@ -140,6 +140,14 @@ impl Talk {
         }
     }
 
+    /// A part of the result as text, unless JSON is wanted.
+    pub(super) fn text(&self, text: impl FnOnce() -> String) -> Result<(), CliError> {
+        match JSON.load(Ordering::SeqCst) {
+            true => Ok(()),
+            false => self.print(&harmless(&text())),
+        }
+    }
+
     /// Text to stdout as it is.
     pub(super) fn print(&self, text: &str) -> Result<(), CliError> {
         match print(text) {

@@ -1,22 +1,24 @@
-//! `epirig stage home`, `move`, `position`, `stop` and `drivers`.
+//! `epirig stage home`, `move`, `position`, `stop`, `drivers` and `console`.
 
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
+use super::console::Console;
 use super::rig::{Options, RigArgument, StageArguments, Stages, driver, home};
 use super::{CliError, Talk};
 use crate::profile::Profile;
 use epirig_devices::link::{LinkError, ask_holder_to_stop};
 use epirig_devices::stage::{Driver, Stage, StageSource, drivers};
 
-/// Control the stage: home, move, read the position, stop; list drivers
+/// Control the stage: home, move, read the position, stop; list drivers; send lines by hand
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   epirig stage home
   epirig stage move 12.5
   epirig stage position --json
   epirig stage stop
-  epirig stage drivers grbl")]
+  epirig stage drivers grbl
+  epirig stage console --driver grbl '$$'")]
 pub(super) struct StageVerb {
     #[command(subcommand)]
     what: What,
@@ -29,6 +31,7 @@ enum What {
     Position(Position),
     Stop(Stop),
     Drivers(Drivers),
+    Console(Console),
 }
 
 impl StageVerb {
@@ -39,6 +42,7 @@ impl StageVerb {
             What::Position(verb) => verb.run(talk),
             What::Stop(verb) => verb.run(talk),
             What::Drivers(verb) => verb.run(talk),
+            What::Console(verb) => verb.run(talk),
         }
     }
 }
@@ -212,13 +216,15 @@ impl Move {
 
 impl Stop {
     fn run(self, talk: &Talk) -> Result<(), CliError> {
-        match self.stage.connect(talk) {
+        let profile = self.stage.profile()?;
+        let connected = Stages::new(&profile, self.stage.stage.transcript(), talk)?.stopping().connect();
+        match connected.map_err(CliError::from) {
             Ok(mut stage) => {
                 stage.stop()?;
                 tell(&mut *stage, talk)
             }
             Err(CliError::Link(error @ LinkError::Busy { .. })) => {
-                let port = Stages::new(&self.stage.profile()?, None, talk)?.port()?;
+                let port = Stages::new(&profile, None, talk)?.port()?;
                 let pid = ask_holder_to_stop(&port).ok_or(error)?;
                 talk.say(&format!(
                     "process {pid}, an epirig that uses the port, was asked to stop the stage"

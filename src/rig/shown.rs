@@ -49,6 +49,10 @@ impl<S: Stage> Stage for Shown<S> {
         self.show(moved)
     }
 
+    fn position_mm(&mut self) -> Result<f64, StageError> {
+        self.stage.position_mm()
+    }
+
     fn state(&mut self) -> Result<StageState, StageError> {
         self.stage.state()
     }

@@ -5,7 +5,7 @@ use super::shown::Shown;
 use crate::profile::Profile;
 use epirig_devices::link::{Link, LinkError, PortChoice, choose, open, ports};
 use epirig_devices::stage::{
-    CheckedStage, Connection, MotionLimits, Stage, StageError, StagePosition, StageSource,
+    CheckedStage, Connection, MotionLimits, Stage, StageError, StagePosition, StageSource, WhenMoving,
 };
 
 /// Inserted between a line and its driver, such as a [`Recorder`](epirig_devices::link::Recorder).
@@ -17,6 +17,7 @@ pub struct RigStage<'a> {
     port: PortChoice,
     tap: Option<Tap<'a>>,
     watch: StagePosition,
+    when_moving: WhenMoving,
 }
 
 impl<'a> RigStage<'a> {
@@ -27,12 +28,29 @@ impl<'a> RigStage<'a> {
     pub fn of(profile: &'a Profile) -> Result<Self, RigError> {
         let port = profile.stage.port.as_deref().map_or(Ok(PortChoice::Any), str::parse);
         let port = port.map_err(|reason| RigError::Value { key: "stage.port", reason })?;
-        Ok(Self { profile, port, tap: None, watch: StagePosition::default() })
+        Ok(Self { profile, port, tap: None, watch: StagePosition::default(), when_moving: WhenMoving::Wait })
     }
 
     /// The same, with `tap` between line and driver.
     pub fn tapped(self, tap: Tap<'a>) -> Self {
         Self { tap: Some(tap), ..self }
+    }
+
+    /// The same, which stops a stage that moves when it is connected.
+    pub fn stopping(self) -> Self {
+        Self { when_moving: WhenMoving::Stop, ..self }
+    }
+
+    /// Opens the line to the stage, without its driver.
+    ///
+    /// # Errors
+    /// [`LinkError`] if it cannot be opened.
+    pub fn line(&mut self, baud: u32) -> Result<Box<dyn Link>, LinkError> {
+        let link = open(&self.port()?, baud)?;
+        match &mut self.tap {
+            Some(tap) => tap(link),
+            None => Ok(link),
+        }
     }
 
     /// The carriage position for a simulated camera, independent of the connection: the true position of a
@@ -57,7 +75,7 @@ fn port(choice: &PortChoice) -> Result<String, LinkError> {
 
 impl StageSource for RigStage<'_> {
     fn connect(&mut self) -> Result<Box<dyn Stage>, StageError> {
-        let Self { profile, port: choice, tap, watch } = self;
+        let Self { profile, port: choice, tap, watch, when_moving } = self;
         let mut open_line = |baud| {
             let link = open(&port(choice)?, baud)?;
             match tap {
@@ -70,6 +88,7 @@ impl StageSource for RigStage<'_> {
             watch: watch.clone(),
             seed: profile.sim.seed,
             in_real_time: profile.sim.real_time,
+            when_moving: *when_moving,
         };
         let stage = &profile.stage;
         let axis = stage.driver.connect(&mut connection, &stage.settings)?;

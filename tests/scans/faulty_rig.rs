@@ -15,7 +15,7 @@ use epirig_devices::camera::{
 };
 use epirig_devices::link::{LineNoise, Link, SimulatedDevice, SimulatedLink};
 use epirig_devices::stage::simulator::{FaultScript, Plant, SimulatedStage};
-use epirig_devices::stage::{CheckedStage, Connection, Driver, Stage, StageError, StagePosition};
+use epirig_devices::stage::{CheckedStage, Connection, Driver, Stage, StageError, StagePosition, WhenMoving};
 
 /// Between two attempts of a scan to reach a stage. A simulated line knows no time but its own.
 const BETWEEN_ATTEMPTS: Duration = Duration::from_millis(500);
@@ -101,6 +101,7 @@ pub fn connect(driver: Driver, device: &Arc<Mutex<Watched>>) -> Result<Box<dyn S
         watch: StagePosition::default(),
         seed: 0,
         in_real_time: false,
+        when_moving: WhenMoving::default(),
     };
     Ok(Box::new(CheckedStage::over(driver.connect(&mut connection, &settings)?)))
 }

@@ -88,6 +88,16 @@ impl<'a> Stages<'a> {
         Ok(Self { stage: stage.tapped(Box::new(move |link| recorded(link, &file, dialect))), talk })
     }
 
+    /// The same, which stops a stage that moves when it is connected.
+    pub(in crate::cli) fn stopping(self) -> Self {
+        Self { stage: self.stage.stopping(), ..self }
+    }
+
+    /// Opens the line to the stage, without its driver.
+    pub(in crate::cli) fn line(&mut self, baud: u32) -> Result<Box<dyn Link>, LinkError> {
+        self.stage.line(baud)
+    }
+
     /// A view on where the carriage truly is, of a simulated stage.
     pub(in crate::cli) fn watch(&self) -> StagePosition {
         self.stage.watch()

@@ -11,7 +11,24 @@ pub struct Inbox {
     bytes: VecDeque<u8>,
 }
 
+/// A line on which nothing comes for this time holds no answers to a former process.
+const QUIET: Duration = Duration::from_millis(30);
+
+/// A device that never ceases is listened to for no longer.
+const DRAIN_PATIENCE: Duration = Duration::from_secs(1);
+
 impl Inbox {
+    /// Discards what is on its way to the host, until the line is quiet.
+    ///
+    /// # Errors
+    /// [`LinkError`] if the line is disconnected.
+    pub fn drain(&mut self, link: &mut dyn Link) -> Result<(), LinkError> {
+        self.bytes.clear();
+        let until = link.now() + DRAIN_PATIENCE;
+        while link.now() < until && link.receive(&mut [0; 64], QUIET)? > 0 {}
+        Ok(())
+    }
+
     /// The next byte, if one comes before `until` by the link's clock. A device that sends without pause does
     /// not extend the time.
     ///

@@ -41,4 +41,8 @@ impl<L: Link> Link for LoggedLink<L> {
     fn now(&self) -> Duration {
         self.link.now()
     }
+
+    fn session(&self) -> u64 {
+        self.link.session()
+    }
 }

@@ -50,6 +50,13 @@ pub trait Link: Send {
 
     /// Time since the link was opened. Simulated links have simulated time.
     fn now(&self) -> Duration;
+
+    /// A number that differs from one opening of a line to the next. Drivers begin to count their messages
+    /// from it, so that answers to a former process are not taken for their own. A recording has the number
+    /// of the recorded session.
+    fn session(&self) -> u64 {
+        0
+    }
 }
 
 impl<L: Link + ?Sized> Link for Box<L> {
@@ -67,5 +74,9 @@ impl<L: Link + ?Sized> Link for Box<L> {
 
     fn now(&self) -> Duration {
         (**self).now()
+    }
+
+    fn session(&self) -> u64 {
+        (**self).session()
     }
 }

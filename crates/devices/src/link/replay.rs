@@ -9,6 +9,7 @@ use super::{Entry, Link, LinkError, Side, Transcript};
 #[derive(Debug)]
 pub struct Replay {
     name: String,
+    session: u64,
     entries: VecDeque<Entry>,
     /// Bytes that the device sent before the next bytes of the host.
     unread: VecDeque<Entry>,
@@ -19,7 +20,14 @@ impl Replay {
     /// A line that replays `transcript`.
     pub fn new(transcript: Transcript) -> Self {
         let name = format!("recording of {}", transcript.heading.port);
-        Self { name, entries: transcript.entries.into(), unread: VecDeque::new(), now: Duration::ZERO }
+        let session = transcript.heading.session;
+        Self {
+            name,
+            session,
+            entries: transcript.entries.into(),
+            unread: VecDeque::new(),
+            now: Duration::ZERO,
+        }
     }
 
     fn next_from_device(&mut self) -> Option<Entry> {
@@ -76,5 +84,9 @@ impl Link for Replay {
 
     fn now(&self) -> Duration {
         self.now
+    }
+
+    fn session(&self) -> u64 {
+        self.session
     }
 }

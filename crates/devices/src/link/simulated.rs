@@ -145,6 +145,7 @@ pub struct SimulatedLink<D> {
     from_device: LineNoise,
     /// Bytes on their way to the host, with their time of arrival.
     arriving: VecDeque<(Duration, u8)>,
+    session: u64,
 }
 
 impl<D: SimulatedDevice> SimulatedLink<D> {
@@ -161,7 +162,13 @@ impl<D: SimulatedDevice> SimulatedLink<D> {
             to_device: noise.clone(),
             from_device: noise.reversed(),
             arriving: VecDeque::new(),
+            session: 0,
         }
+    }
+
+    /// The same as another session on the line.
+    pub fn in_session(self, session: u64) -> Self {
+        Self { session, ..self }
     }
 
     fn lost(&self) -> LinkError {
@@ -220,5 +227,9 @@ impl<D: SimulatedDevice> Link for SimulatedLink<D> {
 
     fn now(&self) -> Duration {
         self.now
+    }
+
+    fn session(&self) -> u64 {
+        self.session
     }
 }

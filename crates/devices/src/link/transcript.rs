@@ -4,6 +4,7 @@
 //! # epirig transcript 1
 //! # dialect native
 //! # port /dev/ttyACM0
+//! # session 1841
 //! 0.000123 > 00 04 00 00 01 01 03 00
 //! 0.006310 < 00 02 80 0a 01 01 fa 01 80 88 de be 01 01 03 e8 78 00
 //! ```
@@ -28,7 +29,9 @@ pub enum TranscriptError {
     #[error("not a transcript: its first line is not \"{FIRST_LINE}\"")]
     NotATranscript,
     /// A line is invalid.
-    #[error("line {line} of the transcript is not \"SECONDS > HEX ..\" or \"SECONDS < HEX ..\"")]
+    #[error(
+        "line {line} of the transcript is not \"SECONDS > HEX ..\", \"SECONDS < HEX ..\" or \"# session NUMBER\""
+    )]
     BadLine {
         /// Number of the line, from 1.
         line: usize,
@@ -63,6 +66,8 @@ pub struct Heading {
     pub dialect: String,
     /// Name of the port.
     pub port: String,
+    /// The number of the session ([`Link::session`]).
+    pub session: u64,
 }
 
 /// A recording of a line.
@@ -90,6 +95,10 @@ impl Transcript {
                 match comment.trim().split_once(' ') {
                     Some(("dialect", dialect)) => transcript.heading.dialect = dialect.to_owned(),
                     Some(("port", port)) => transcript.heading.port = port.to_owned(),
+                    Some(("session", number)) => {
+                        let bad = TranscriptError::BadLine { line: index + 1 };
+                        transcript.heading.session = number.parse().map_err(|_| bad)?;
+                    }
                     _ => {}
                 }
             } else if !line.trim().is_empty() {
@@ -126,7 +135,11 @@ impl<L: Link, W: Write + Send> Recorder<L, W> {
     /// [`LinkError::Io`] if the heading cannot be written.
     pub fn new(link: L, to: W, dialect: &str) -> Result<Self, LinkError> {
         let mut recorder = Self { link, to };
-        let heading = format!("{FIRST_LINE}\n# dialect {dialect}\n# port {}\n", recorder.link.name());
+        let heading = format!(
+            "{FIRST_LINE}\n# dialect {dialect}\n# port {}\n# session {}\n",
+            recorder.link.name(),
+            recorder.link.session()
+        );
         recorder.write(&heading)?;
         Ok(recorder)
     }
@@ -171,6 +184,10 @@ impl<L: Link, W: Write + Send> Link for Recorder<L, W> {
 
     fn now(&self) -> Duration {
         self.link.now()
+    }
+
+    fn session(&self) -> u64 {
+        self.link.session()
     }
 }
 

@@ -11,8 +11,12 @@ use super::{MotionLimits, PositionAfter, Stage, StageError, StageIdentity, Stage
 /// Largest distance from 0 after homing, for stages with an encoder.
 const HOME_WITHIN_MM: f64 = 0.1;
 
+/// Readings of the position until two agree.
+const READINGS: u32 = 6;
+
 /// A stage that verifies what its axis reports.
 ///
+/// - A position at rest counts once two readings agree, within the travel: one may be damaged on the line.
 /// - It moves only while the position is known: the device was homed, and no later fault has invalidated the
 ///   position ([`StageError::consequence`]).
 /// - Before a move the axis must be where the last move ended; otherwise something else has moved it.
@@ -96,6 +100,67 @@ impl<A: Axis> CheckedStage<A> {
         outcome
     }
 
+    fn agree(&self, one_mm: Option<f64>, other_mm: Option<f64>) -> bool {
+        match (one_mm, other_mm) {
+            (Some(one), Some(other)) => (one - other).abs() <= self.limits.tolerance_mm + REPORT_ROUNDING_MM,
+            (None, None) => true,
+            _ => false,
+        }
+    }
+
+    /// The position at rest, once two readings agree. It must lie within the travel.
+    fn confirmed_mm(&mut self, during: &str) -> Result<Option<f64>, StageError> {
+        let mut before_mm = self.axis.position_at_rest_mm(during)?;
+        for _ in 1..READINGS {
+            let now_mm = self.axis.position_at_rest_mm(during)?;
+            if self.agree(before_mm, now_mm) {
+                return self.within_travel(now_mm, during);
+            }
+            before_mm = now_mm;
+        }
+        Err(self.unsteady(during))
+    }
+
+    fn unsteady(&self, during: &str) -> StageError {
+        StageError::Fault {
+            during: during.to_owned(),
+            fault: format!(
+                "no two of {READINGS} reports of its position at rest agree; check cable and earth, then home it"
+            ),
+        }
+    }
+
+    fn within_travel(&self, position_mm: Option<f64>, during: &str) -> Result<Option<f64>, StageError> {
+        let travel_mm = self.axis.travel_mm();
+        let margin_mm = HOME_WITHIN_MM + self.limits.tolerance_mm + REPORT_ROUNDING_MM;
+        match position_mm {
+            Some(mm) if !(-margin_mm..=travel_mm + margin_mm).contains(&mm) => Err(StageError::Fault {
+                during: during.to_owned(),
+                fault: format!(
+                    "it reports {mm:.3} mm, which is outside its travel of 0 to {travel_mm} mm; home it"
+                ),
+            }),
+            inside => Ok(inside),
+        }
+    }
+
+    /// The state, once two readings at rest agree, or two in motion are within the travel.
+    fn confirmed_state(&mut self) -> Result<StageState, StageError> {
+        let mut before = self.axis.state()?;
+        for _ in 1..READINGS {
+            let now = self.axis.state()?;
+            let is_same = now.moving || self.agree(before.position_mm, now.position_mm);
+            if now.moving == before.moving && is_same {
+                if self.is_known {
+                    self.within_travel(now.position_mm, "at rest")?;
+                }
+                return Ok(now);
+            }
+            before = now;
+        }
+        Err(self.unsteady("at rest"))
+    }
+
     fn go_to(&mut self, target_mm: f64) -> Result<(), StageError> {
         self.refuse_if_stopped()?;
         let moved = self.go_and_check(target_mm);
@@ -104,7 +169,7 @@ impl<A: Axis> CheckedStage<A> {
 
     fn go_and_check(&mut self, target_mm: f64) -> Result<(), StageError> {
         let during = format!("in the move to {target_mm:.3} mm");
-        let from_mm = self.axis.position_at_rest_mm(&during)?.ok_or(StageError::NotHomed)?;
+        let from_mm = self.confirmed_mm(&during)?.ok_or(StageError::NotHomed)?;
         if let Some(rest_mm) = self.rest_mm {
             let tolerance_mm = self.limits.tolerance_mm + REPORT_ROUNDING_MM;
             // It has restarted, or something else has moved it.
@@ -202,8 +267,21 @@ impl<A: Axis> Stage for CheckedStage<A> {
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {
-        let state = self.axis.state()?;
+        let confirmed = self.confirmed_state();
+        if matches!(confirmed, Err(StageError::Fault { .. })) {
+            self.forget_position();
+        }
+        let state = confirmed?;
         Ok(StageState { position_mm: state.position_mm.filter(|_| self.is_known), ..state })
+    }
+
+    /// At rest: it waits for the end of a motion.
+    fn position_mm(&mut self) -> Result<f64, StageError> {
+        if !self.is_known {
+            return Err(StageError::NotHomed);
+        }
+        let confirmed = self.confirmed_mm("at rest");
+        self.weigh(confirmed)?.ok_or(StageError::NotHomed)
     }
 
     fn stop(&mut self) -> Result<(), StageError> {

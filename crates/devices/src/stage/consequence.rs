@@ -49,6 +49,8 @@ impl StageError {
         use Remedy::{AnotherOrder, HomeAgain, WaitThenHome};
         match self {
             Self::OutsideTravel { .. } | Self::NoApproach { .. } => means(Kept, AnotherOrder, Blame::Request),
+            // A person has held it, so it does not go on by itself.
+            Self::Held { .. } => means(Kept, AnotherOrder, Blame::Device),
             Self::Stopped { position_mm: Some(_) } => means(Kept, AnotherOrder, Blame::Interruption),
             Self::Stopped { position_mm: None } => means(Lost, AnotherOrder, Blame::Interruption),
             Self::Link(error) => means(Unsure, WaitThenHome, error.blame()),

@@ -39,6 +39,11 @@ pub trait StageDriver: Sync {
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError>;
 
+    /// How a person may send lines by hand; `None` if its dialect has no lines.
+    fn console(&self) -> Option<Console> {
+        None
+    }
+
     /// The decoder of its traffic; `None` without a line.
     fn decoder(&self) -> Option<Box<dyn Decoder>>;
 
@@ -57,6 +62,34 @@ pub struct Connection<'a> {
     pub seed: u64,
     /// Whether moves of a stage in memory take real time.
     pub in_real_time: bool,
+    /// What to do with a stage that moves when it is connected.
+    pub when_moving: WhenMoving,
+}
+
+/// Lines sent by hand.
+#[derive(Clone, Copy)]
+pub struct Console {
+    /// Baud rate of the line.
+    pub baud: u32,
+    /// Bytes that act at once, in any position of a line: a line with such a byte alone is sent without its
+    /// end.
+    pub real_time: &'static [u8],
+    /// Invalidates the position in the device, for the next program that connects, because what is sent by hand
+    /// may move the stage or change its settings. Returns the line.
+    pub distrust: Distrust,
+}
+
+/// Invalidates the position in the device on a line, and returns the line.
+pub type Distrust = fn(Box<dyn Link>) -> Result<Box<dyn Link>, StageError>;
+
+/// What to do with a stage that moves when it is connected. The port is locked, so no other epirig moves it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WhenMoving {
+    /// Wait until it is at rest.
+    #[default]
+    Wait,
+    /// Stop it.
+    Stop,
 }
 
 impl Connection<'_> {

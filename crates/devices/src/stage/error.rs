@@ -130,6 +130,16 @@ pub enum StageError {
         /// Time-out, in s.
         patience_s: f64,
     },
+    /// It is in feed hold, or a feed hold ended its motion.
+    #[error(
+        "the stage is held{}: feed hold was pressed at the controller, or another program sent it; press cycle \
+         start (or send `~` with `epirig stage console`), then give the command again",
+        match .position_mm { Some(mm) => format!(" at {mm:.3} mm"), None => String::new() }
+    )]
+    Held {
+        /// Position, in mm from home, if known.
+        position_mm: Option<f64>,
+    },
     /// The operator, or another thread, stopped it.
     #[error("stopped{}", match .position_mm { Some(mm) => format!(" at {mm:.3} mm; the position is known"), None => "; home the stage before it moves again".to_owned() })]
     Stopped {

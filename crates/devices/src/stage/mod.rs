@@ -30,7 +30,7 @@ use std::time::Duration;
 pub use axis::{Axis, Homed, Kinematics, Motion};
 pub use checked::CheckedStage;
 pub use consequence::{Consequence, PositionAfter, Remedy};
-pub use driver::{Connection, StageDriver};
+pub use driver::{Connection, Console, Distrust, StageDriver, WhenMoving};
 pub use drivers::{Driver, add_drivers, driver_keys, drivers};
 pub use error::StageError;
 pub use grbl::GrblStage;
@@ -158,6 +158,10 @@ impl<S: Stage + ?Sized> Stage for Box<S> {
 
     fn move_to(&mut self, position_mm: f64) -> Result<(), StageError> {
         (**self).move_to(position_mm)
+    }
+
+    fn position_mm(&mut self) -> Result<f64, StageError> {
+        (**self).position_mm()
     }
 
     fn state(&mut self) -> Result<StageState, StageError> {

@@ -20,25 +20,43 @@ pub enum Urgency {
 /// let switch = StopSwitch::default();
 /// switch.clone().press(Urgency::Soon);
 /// assert_eq!(switch.pressed(), Some(Urgency::Soon));
+/// assert!(!switch.is_sent());
 /// switch.release();
 /// assert_eq!(switch.pressed(), None);
 /// ```
 #[derive(Debug, Clone, Default)]
-pub struct StopSwitch(Arc<AtomicU8>);
+pub struct StopSwitch {
+    asked: Arc<AtomicU8>,
+    /// What the waiting thread has sent to the stage.
+    sent: Arc<AtomicU8>,
+}
+
+const fn level(urgency: Urgency) -> u8 {
+    match urgency {
+        Urgency::Soon => 1,
+        Urgency::AtOnce => 2,
+    }
+}
 
 impl StopSwitch {
     /// Asks for a stop, which stays until released. A later press can only make it more urgent.
     pub fn press(&self, urgency: Urgency) {
-        let level = match urgency {
-            Urgency::Soon => 1,
-            Urgency::AtOnce => 2,
-        };
-        self.0.fetch_max(level, Ordering::SeqCst);
+        self.asked.fetch_max(level(urgency), Ordering::SeqCst);
+    }
+
+    /// Called by a driver: the stop has been sent to the stage.
+    pub fn sent(&self, urgency: Urgency) {
+        self.sent.fetch_max(level(urgency), Ordering::SeqCst);
+    }
+
+    /// Whether the stop that is asked for, or a more urgent one, has been sent to the stage.
+    pub fn is_sent(&self) -> bool {
+        self.sent.load(Ordering::SeqCst) >= self.asked.load(Ordering::SeqCst)
     }
 
     /// The urgency, if a stop is asked for.
     pub fn pressed(&self) -> Option<Urgency> {
-        match self.0.load(Ordering::SeqCst) {
+        match self.asked.load(Ordering::SeqCst) {
             0 => None,
             1 => Some(Urgency::Soon),
             _ => Some(Urgency::AtOnce),
@@ -47,6 +65,7 @@ impl StopSwitch {
 
     /// Lets the stage move again.
     pub fn release(&self) {
-        self.0.store(0, Ordering::SeqCst);
+        self.asked.store(0, Ordering::SeqCst);
+        self.sent.store(0, Ordering::SeqCst);
     }
 }

@@ -21,7 +21,7 @@ const STEPS_PER_MM: i64 = 250;
 const HOME: i64 = -900 + 250;
 
 /// One processor is simulated at a time: two would be too slow for real time.
-static ONE: Mutex<()> = Mutex::new(());
+pub(crate) static ONE: Mutex<()> = Mutex::new(());
 
 /// The board and its carriage, in a process of its own.
 struct Board {

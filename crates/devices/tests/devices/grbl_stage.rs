@@ -63,7 +63,12 @@ fn motors_that_let_go_are_told_to_hold_and_the_user_is_told() {
 #[test]
 fn a_stage_that_cannot_home_is_refused_with_what_to_send() {
     let error = connect(GrblDevice::factory(FaultScript::default())).err().unwrap().to_string();
-    assert!(error.contains("homing is switched off ($22=0); fit a limit switch and send $22=1"), "{error}");
+    assert!(
+        error.contains(
+            "homing is switched off ($22=0); fit a limit switch and send $22=1 with `epirig stage console`"
+        ),
+        "{error}"
+    );
 }
 
 #[test]
@@ -106,7 +111,7 @@ fn an_ok_without_motion_is_noticed() {
     let error = stage.move_to(20.0).unwrap_err();
     assert!(matches!(error, StageError::TooFast { .. }), "{error}");
     // And one that says that it is still where it was.
-    let mut stage = connect(Tampered::new(GrblDevice::default(), "G21G90G0", "ok")).unwrap();
+    let mut stage = connect(Tampered::new(GrblDevice::default(), "$J=", "ok")).unwrap();
     stage.home().unwrap();
     let error = stage.move_to(20.0).unwrap_err();
     assert!(matches!(error, StageError::Disagrees { .. }), "{error}");
@@ -204,7 +209,7 @@ fn stops_are_safe_or_say_that_they_were_not() {
 #[test]
 fn every_alarm_is_put_in_words() {
     for code in 1..=10 {
-        let mut device = Tampered::new(GrblDevice::default(), "G21G90G0", "ALARM:X");
+        let mut device = Tampered::new(GrblDevice::default(), "$J=", "ALARM:X");
         device.say = format!("ALARM:{code}");
         let mut stage = connect(device).unwrap();
         stage.home().unwrap();
@@ -228,7 +233,7 @@ fn every_error_of_the_recording_is_put_in_words() {
         (20, "not supported"),
         (22, "no feed rate"),
     ] {
-        let mut device = Tampered::new(GrblDevice::default(), "G21G90G0", "");
+        let mut device = Tampered::new(GrblDevice::default(), "$J=", "");
         device.say = format!("error:{code}");
         let mut stage = connect(device).unwrap();
         stage.home().unwrap();

@@ -8,9 +8,13 @@ mod faults;
 mod firmware;
 mod grbl_recording;
 mod grbl_stage;
+mod grbl_trust;
+mod leftovers;
 mod looking;
 mod native_stage;
 mod onlooking;
+#[cfg(feature = "serial")]
+mod real_grbl;
 mod replayed;
 #[cfg(feature = "serial")]
 mod serial_port;

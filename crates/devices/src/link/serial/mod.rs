@@ -3,6 +3,7 @@
 mod pty;
 
 use std::fs::OpenOptions;
+use std::hash::{BuildHasher as _, Hasher as _, RandomState};
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
@@ -25,6 +26,7 @@ pub struct SerialLink {
     path: String,
     port: TTYPort,
     opened: Instant,
+    session: u64,
     _lock: PortLock,
 }
 
@@ -50,7 +52,13 @@ impl SerialLink {
             serialport::ErrorKind::Io(kind) => unopened(path, kind, &error),
             _ => unopened(path, ErrorKind::Other, &error),
         })?;
-        Ok(Self { path: path.to_owned(), port, opened: Instant::now(), _lock: lock })
+        Ok(Self {
+            path: path.to_owned(),
+            port,
+            opened: Instant::now(),
+            session: RandomState::new().build_hasher().finish(),
+            _lock: lock,
+        })
     }
 
     fn failed(&self, action: &'static str, error: &std::io::Error) -> LinkError {
@@ -147,6 +155,10 @@ impl Link for SerialLink {
 
     fn now(&self) -> Duration {
         self.opened.elapsed()
+    }
+
+    fn session(&self) -> u64 {
+        self.session
     }
 }
 

@@ -4,10 +4,11 @@ use std::time::Duration;
 
 use super::lines::{Heard, Lines};
 use super::protocol::{
-    BOOT_PATIENCE, FEED_HOLD, NAME, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE, STATUS_QUERY, TRIES,
+    BOOT_PATIENCE, EXCHANGES, FEED_HOLD, NAME, POLL, REPLY_PATIENCE, SOFT_RESET, STATUS_PATIENCE,
+    STATUS_QUERY, TRIES,
 };
 use super::response::{Response, State, Status};
-use super::settings::Settings;
+use super::settings::{ALWAYS_POWERED, IDLE_DELAY, Settings};
 use super::texts::error_text;
 use crate::stage::StageError;
 
@@ -15,7 +16,8 @@ use crate::stage::StageError;
 const RESET_PATIENCE: Duration = Duration::from_millis(1500);
 /// Any deceleration ends within this time.
 const HOLD_PATIENCE: Duration = Duration::from_secs(10);
-const SETTINGS_TRIES: u32 = 6;
+/// A motion in which nothing changes for this time has ended, or never ends by itself.
+const STANDSTILL: Duration = Duration::from_secs(5);
 
 /// The error that it reports by itself after losing its settings.
 const SETTINGS_LOST: u8 = 7;
@@ -40,30 +42,60 @@ pub(super) fn greet(lines: &mut Lines) -> Result<Status, StageError> {
             // After an alarm it accepts only a reset, which also stops a motion of a former host.
             lines.send_byte(SOFT_RESET)?;
         }
-        lines.send_byte(STATUS_QUERY)?;
         let until = lines.now() + BOOT_PATIENCE;
-        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
-            match response {
-                Response::Status(status) => return Ok(status),
-                Response::Banner { .. } => lines.send_byte(STATUS_QUERY)?,
-                Response::Error(SETTINGS_LOST) => {
-                    return Err(StageError::Unsuitable {
-                        port: lines.port().to_owned(),
-                        what: format!(
-                            "it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"
-                        ),
-                        remedy: "set them again".to_owned(),
-                    });
+        while lines.now() < until {
+            // Asked often, because an answer may be lost, and a reset costs the mark.
+            lines.send_byte(STATUS_QUERY)?;
+            let asked_until = lines.now() + STATUS_PATIENCE;
+            while let Heard::Line(response) = lines.next(asked_until.saturating_sub(lines.now()))? {
+                if let Some(status) = greeted(lines, response)? {
+                    return Ok(status);
                 }
-                _ => {}
             }
         }
     }
     Err(lines.foreign().unwrap_or_else(|| no_answer(lines, "?", BOOT_PATIENCE * TRIES)))
 }
 
+/// The status, if that is what was heard; an error if it comes from a controller that cannot be used.
+fn greeted(lines: &mut Lines, response: Response) -> Result<Option<Status>, StageError> {
+    match response {
+        Response::Status(status) => Ok(Some(status)),
+        Response::Banner { version } if version.starts_with("0.") => {
+            Err(too_old(lines, &format!("its version is {version}")))
+        }
+        Response::Banner { .. } => {
+            lines.send_byte(STATUS_QUERY)?;
+            Ok(None)
+        }
+        // Fields between commas, as GRBL had them until 0.9. It tells its version, or at least not 1.1.
+        Response::Unknown(line) if line.starts_with('<') && line.contains(",MPos:") => {
+            read_build(lines).map(|_| None)
+        }
+        Response::Error(SETTINGS_LOST) => Err(StageError::Unsuitable {
+            port: lines.port().to_owned(),
+            what: format!("it lost its settings and is back at the defaults (error:{SETTINGS_LOST})"),
+            remedy: "set them again with `epirig stage console`".to_owned(),
+        }),
+        _ => Ok(None),
+    }
+}
+
+fn is_known(version: &str) -> bool {
+    version.starts_with("1.1")
+}
+
+fn too_old(lines: &Lines, heard: &str) -> StageError {
+    StageError::Foreign {
+        port: lines.port().to_owned(),
+        expected: NAME,
+        heard: heard.to_owned(),
+        hint: "GRBL 1.1 is needed: update its firmware".to_owned(),
+    }
+}
+
 /// Resets the controller, and discards its output until it has restarted: a stale `ok` may precede the
-/// banner. The byte is repeated if nothing happens.
+/// banner. The byte is repeated if nothing happens. A build with a banner of its own is known by its status.
 pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
     for _ in 0..TRIES {
         lines.send_byte(SOFT_RESET)?;
@@ -72,6 +104,13 @@ pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
             if matches!(response, Response::Banner { .. }) {
                 return Ok(());
             }
+        }
+    }
+    lines.send_byte(STATUS_QUERY)?;
+    let until = lines.now() + STATUS_PATIENCE;
+    while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+        if matches!(response, Response::Status(Status { state: State::Idle | State::Alarm, .. })) {
+            return Ok(());
         }
     }
     Err(no_answer(lines, "reset", RESET_PATIENCE * TRIES))
@@ -108,37 +147,40 @@ pub(super) struct BuildInfo {
 }
 
 pub(super) fn read_build(lines: &mut Lines) -> Result<BuildInfo, StageError> {
-    let (mut version, mut options) = (None, String::new());
-    let asked = ask(lines, "$I", |response| {
-        if let Response::Feedback { kind, text } = response {
-            match kind.as_str() {
-                "VER" => version = Some(text.trim_end_matches(':').to_owned()),
-                "OPT" => options = text.split(',').next().unwrap_or_default().to_owned(),
-                _ => {}
+    let (mut version, mut options) = (None, None);
+    for _ in 0..EXCHANGES {
+        let asked = ask(lines, "$I", |response| {
+            if let Response::Feedback { kind, text } = response {
+                match kind.as_str() {
+                    "VER" => version = Some(text.trim_end_matches(':').to_owned()),
+                    "OPT" => options = text.split(',').next().map(str::to_owned),
+                    // 0.9 says [0.9j.20160303:].
+                    old if old.starts_with("0.") => version = Some(old.to_owned()),
+                    _ => {}
+                }
             }
+        });
+        // Any other error is an answer that was lost: it is asked again.
+        if let Err(error @ StageError::Link(_)) = asked {
+            return Err(error);
         }
-    });
-    let heard = match (version, asked) {
-        (Some(version), Ok(())) if version.starts_with("1.1") => {
-            return Ok(BuildInfo { version, home_is_origin: options.contains('Z') });
+        match (&version, &options) {
+            (Some(version), _) if !is_known(version) => {
+                return Err(too_old(lines, &format!("its version is {version}")));
+            }
+            (Some(version), Some(options)) => {
+                return Ok(BuildInfo { version: version.clone(), home_is_origin: options.contains('Z') });
+            }
+            _ => {}
         }
-        (_, Err(error @ StageError::Link(_))) => return Err(error),
-        (Some(version), _) => format!("its version is {version}"),
-        (None, _) => "it does not report its version".to_owned(),
-    };
-    let (port, expected) = (lines.port().to_owned(), NAME);
-    Err(StageError::Foreign {
-        port,
-        expected,
-        heard,
-        hint: "GRBL 1.1 is needed: update its firmware".to_owned(),
-    })
+    }
+    Err(too_old(lines, "it does not report its version"))
 }
 
 /// Reads all settings until two readings agree, because a damaged setting would shift home.
 pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
     let mut before: Option<Settings> = None;
-    for _ in 0..SETTINGS_TRIES {
+    for _ in 0..EXCHANGES {
         let mut settings = Settings::default();
         let asked = ask(lines, "$$", |response| {
             if let Response::Setting { number, value } = response {
@@ -160,10 +202,78 @@ pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
     })
 }
 
+/// The feed rate that G-code has set, once two answers agree.
+pub(super) fn read_feed(lines: &mut Lines) -> Result<f64, StageError> {
+    let mut before = None;
+    for _ in 0..EXCHANGES {
+        let mut feed = None;
+        let asked = ask(lines, "$G", |response| {
+            if let Response::Feedback { kind, text } = response
+                && kind == "GC"
+            {
+                feed = text.split_whitespace().find_map(|word| word.strip_prefix('F')?.parse::<f64>().ok());
+            }
+        });
+        match asked {
+            Ok(()) if feed.is_some() && feed == before => return Ok(feed.unwrap_or_default()),
+            Ok(()) => before = feed,
+            Err(error @ StageError::Link(_)) => return Err(error),
+            Err(_) => {}
+        }
+    }
+    Err(no_answer(lines, "$G", REPLY_PATIENCE))
+}
+
+/// Sets the feed rate that serves as a mark, and reads it back. A damaged line cannot move anything: it has
+/// no axis.
+pub(super) fn set_feed(lines: &mut Lines, feed: u32) -> Result<(), StageError> {
+    for _ in 0..TRIES {
+        // The reading tells whether it was received.
+        if let Err(error @ StageError::Link(_)) = command(lines, &format!("G21G94F{feed}")) {
+            return Err(error);
+        }
+        if read_feed(lines)? == f64::from(feed) {
+            return Ok(());
+        }
+    }
+    Err(no_answer(lines, "F", REPLY_PATIENCE))
+}
+
+/// Keeps the motors energised at rest. Returns the settings, and whether that was so already.
+pub(super) fn power_always(lines: &mut Lines, settings: Settings) -> Result<(Settings, bool), StageError> {
+    if settings.get(IDLE_DELAY) == Some(ALWAYS_POWERED) {
+        return Ok((settings, true));
+    }
+    let unsuitable = |port: &str, what: String, remedy: String| {
+        Err(StageError::Unsuitable { port: port.to_owned(), what, remedy })
+    };
+    for _ in 0..TRIES {
+        // The reading tells whether it was received.
+        let set = command(lines, &format!("${IDLE_DELAY}={ALWAYS_POWERED}"));
+        if let Err(error @ StageError::Link(_)) = set {
+            return Err(error);
+        }
+        let now = read_settings(lines)?;
+        let changes = now.changes(&settings, IDLE_DELAY);
+        if !changes.is_empty() {
+            let what = format!("a setting changed while ${IDLE_DELAY} was set: {}", changes.join(", "));
+            let remedy = "the line is noisy: check cable and earth, then set it back with \
+                          `epirig stage console`";
+            return unsuitable(lines.port(), what, remedy.to_owned());
+        }
+        if now.get(IDLE_DELAY) == Some(ALWAYS_POWERED) {
+            return Ok((now, false));
+        }
+    }
+    let what = format!("it switches the motor off between moves and refuses ${IDLE_DELAY}=255");
+    unsuitable(lines.port(), what, format!("send ${IDLE_DELAY}=255 with `epirig stage console`"))
+}
+
 /// Decelerates any motion, and waits until the axis is at rest. Returns whether it is.
 pub(super) fn hold(lines: &mut Lines, give_up: impl Fn() -> bool) -> Result<bool, StageError> {
     let until = lines.now() + HOLD_PATIENCE;
-    while lines.now() < until && !give_up() {
+    let mut unanswered = 0;
+    while lines.now() < until && !give_up() && unanswered < TRIES {
         // Repeated until it works. During homing the controller does not answer and cannot be held.
         lines.send_byte(FEED_HOLD)?;
         lines.send_byte(STATUS_QUERY)?;
@@ -177,8 +287,35 @@ pub(super) fn hold(lines: &mut Lines, give_up: impl Fn() -> bool) -> Result<bool
                 },
                 Heard::Line(Response::Alarm(_)) => return Ok(false),
                 Heard::Line(_) => {}
-                Heard::Nothing => return Ok(false),
+                Heard::Nothing => {
+                    unanswered += 1;
+                    break;
+                }
             }
+        }
+    }
+    Ok(false)
+}
+
+/// Waits until a motion that was found at connecting has ended, as long as it goes on. Returns whether it has.
+pub(super) fn outlast(lines: &mut Lines) -> Result<bool, StageError> {
+    let mut last: Option<Status> = None;
+    let mut changed = lines.now();
+    while lines.now() - changed < STANDSTILL {
+        lines.send_byte(STATUS_QUERY)?;
+        let status_until = lines.now() + POLL;
+        while let Heard::Line(response) = lines.next(status_until.saturating_sub(lines.now()))? {
+            let Response::Status(status) = response else { continue };
+            let is_same = last
+                .as_ref()
+                .is_some_and(|last| (last.state, &last.position_mm) == (status.state, &status.position_mm));
+            if is_same && !status.state.moving() {
+                return Ok(true);
+            }
+            if !is_same {
+                changed = lines.now();
+            }
+            last = Some(status);
         }
     }
     Ok(false)

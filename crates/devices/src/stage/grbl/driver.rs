@@ -1,17 +1,18 @@
 //! Registration of the GRBL driver.
 
-use super::protocol::{BAUD, FEED_HOLD, NAME, SOFT_RESET, STATUS_QUERY};
+use super::console::unmark;
+use super::protocol::{BAUD, CYCLE_START, FEED_HOLD, JOG_CANCEL, NAME, SOFT_RESET, STATUS_QUERY};
 use super::response::Response;
 use super::{AxisLetter, GrblAxis, GrblOptions};
 use crate::link::Side;
 use crate::stage::decode::{Decoder, LineDecoder};
 use crate::stage::simulator::{FaultScript, GrblDevice, SimulatedStage};
-use crate::stage::{Axis, Connection, StageDriver, StageError};
+use crate::stage::{Axis, Connection, Console, StageDriver, StageError};
 use epirig_core::choice::{Choice as _, names};
 use epirig_core::settings::{Key, Kind, Settings};
 
-const CYCLE_START: u8 = b'~';
-const JOG_CANCEL: u8 = 0x85;
+/// What a person may send at once; a reset has no key.
+const REAL_TIME: &[u8] = &[STATUS_QUERY, FEED_HOLD, CYCLE_START, SOFT_RESET];
 
 static AXIS: Key =
     Key::new("stage", "axis", Kind::Choice(names::<AxisLetter>), "y", "The axis of the stage").or("x");
@@ -42,7 +43,12 @@ impl StageDriver for Grbl {
         settings: &Settings,
     ) -> Result<Box<dyn Axis>, StageError> {
         let axis = settings.text(&AXIS).and_then(AxisLetter::from_name).unwrap_or(AxisLetter::X);
-        Ok(Box::new(GrblAxis::connect(connection.line(BAUD)?, GrblOptions { axis })?))
+        let options = GrblOptions { axis, when_moving: connection.when_moving };
+        Ok(Box::new(GrblAxis::connect(connection.line(BAUD)?, options)?))
+    }
+
+    fn console(&self) -> Option<Console> {
+        Some(Console { baud: BAUD, real_time: REAL_TIME, distrust: unmark })
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {

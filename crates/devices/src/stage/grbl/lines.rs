@@ -31,6 +31,15 @@ impl Lines {
         Self { link, inbox: Inbox::default(), line: Vec::new(), unknown: None }
     }
 
+    pub(super) fn into_link(self) -> Box<dyn Link> {
+        self.link
+    }
+
+    /// Discards what a former process has asked for, as far as it comes at once.
+    pub(super) fn drain(&mut self) -> Result<(), LinkError> {
+        self.inbox.drain(&mut *self.link)
+    }
+
     pub(super) fn port(&self) -> &str {
         self.link.name()
     }

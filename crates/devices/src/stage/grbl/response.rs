@@ -97,10 +97,11 @@ impl Response {
         } else if let Some(inside) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
             let (kind, text) = inside.split_once(':').unwrap_or((inside, ""));
             Self::Feedback { kind: kind.to_owned(), text: text.to_owned() }
-        } else if let Some(rest) = line.strip_prefix("Grbl ").or_else(|| line.strip_prefix("GrblHAL ")) {
-            rest.split_whitespace()
-                .next()
-                .map_or_else(unknown, |version| Self::Banner { version: version.to_owned() })
+        } else if line.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("grbl")) {
+            // "Grbl 1.1h ['$' for help]", "GrblHAL 1.1f ...", and builds with other names.
+            let mut words = line.split_whitespace().skip(1);
+            let version = words.find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
+            version.map_or_else(unknown, |version| Self::Banner { version: version.to_owned() })
         } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
             match (number(name), finite(value)) {
                 (Some(number), Some(value)) => Self::Setting { number, value },

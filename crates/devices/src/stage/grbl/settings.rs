@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::mark::homed_mark;
 use crate::stage::{Kinematics, StageError};
 
 const MINUTE_S: f64 = 60.0;
@@ -10,6 +11,8 @@ const MINUTE_S: f64 = 60.0;
 pub(super) const IDLE_DELAY: u8 = 1;
 pub(super) const ALWAYS_POWERED: f64 = 255.0;
 
+/// Masks of inverted signals: step, direction, enable.
+const INVERTED: [u8; 3] = [2, 3, 4];
 const STATUS_MASK: u8 = 10;
 const REPORT_INCHES: u8 = 13;
 const SOFT_LIMITS: u8 = 20;
@@ -23,6 +26,9 @@ const STEPS_PER_MM: u8 = 100;
 const RATE: u8 = 110;
 const ACCELERATION: u8 = 120;
 const TRAVEL: u8 = 130;
+
+/// Axes of the largest controllers with this dialect.
+pub(super) const MOST_AXES: usize = 6;
 
 epirig_core::choices! {
     /// One of GRBL's axes.
@@ -88,42 +94,48 @@ impl Settings {
             } else {
                 Err(unsuitable(
                     format!("its setting ${of} is {value}"),
-                    format!("set ${of} to the value of the machine"),
+                    format!("set ${of} to the value of the machine with `epirig stage console`"),
                 ))
             }
         };
         if number(HOMING)? == 0.0 {
-            let remedy = format!("fit a limit switch and send ${HOMING}=1");
+            let remedy = format!("fit a limit switch and send ${HOMING}=1 with `epirig stage console`");
             return Err(unsuitable(format!("homing is switched off (${HOMING}=0)"), remedy));
         }
         if number(REPORT_INCHES)? != 0.0 {
             let what = format!("it reports inches, rounded to 2.5 um (${REPORT_INCHES}=1)");
-            return Err(unsuitable(what, format!("send ${REPORT_INCHES}=0")));
+            return Err(unsuitable(what, format!("send ${REPORT_INCHES}=0 with `epirig stage console`")));
         }
         let mask = number(STATUS_MASK)? as u8;
         if mask & 1 == 0 {
             let what = format!("it reports work positions (${STATUS_MASK}={mask})");
-            return Err(unsuitable(what, format!("send ${STATUS_MASK}={}", mask | 1)));
+            return Err(unsuitable(
+                what,
+                format!("send ${STATUS_MASK}={} with `epirig stage console`", mask | 1),
+            ));
         }
         let towards_negative = number(HOMING_TO_NEGATIVE)? as u8 >> offset & 1 == 1;
         let pull_off_mm = positive(PULL_OFF)?;
-        let travel_mm = positive(TRAVEL + offset)? - pull_off_mm;
-        let home_mm = match (home_is_origin, towards_negative) {
-            (true, _) => 0.0,
-            (false, true) => -travel_mm,
-            (false, false) => -pull_off_mm,
-        };
+        let full_mm = positive(TRAVEL + offset)?;
+        let steps_per_mm = positive(STEPS_PER_MM + offset)?;
+        let ends = Ends::new(full_mm, pull_off_mm, steps_per_mm, home_is_origin, towards_negative);
         let settings = AxisSettings {
             kinematics: Kinematics {
                 velocity_mm_s: positive(RATE + offset)? / MINUTE_S,
                 acceleration_mm_s2: positive(ACCELERATION + offset)?,
-                step_mm: 1.0 / positive(STEPS_PER_MM + offset)?,
+                step_mm: 1.0 / steps_per_mm,
             },
-            travel_mm,
-            outwards: if towards_negative { 1.0 } else { -1.0 },
+            travel_mm: ends.travel_steps as f64 / steps_per_mm,
+            outwards: if towards_negative { 1 } else { -1 },
+            steps_per_mm,
+            home_steps: ends.home_steps,
+            half_steps_mm: self.half_steps_mm(),
+            soft_limit_mm: full_mm,
+            // Coordinates are negative, unless home is their origin.
+            side: if home_is_origin && towards_negative { 1.0 } else { -1.0 },
             homing_s: self.homing_s()?,
             least_homing_s: MINUTE_S * pull_off_mm / positive(HOMING_FEED)?,
-            home_mm,
+            mark: homed_mark(&self.facts(axis, home_is_origin)),
             notes: self.notes(),
         };
         if settings.travel_mm > 0.0 {
@@ -131,8 +143,40 @@ impl Settings {
         } else {
             let what =
                 format!("its travel (${}) is shorter than the pull-off (${PULL_OFF})", TRAVEL + offset);
-            Err(unsuitable(what, "set both to the values of the machine".to_owned()))
+            Err(unsuitable(
+                what,
+                "set both to the values of the machine with `epirig stage console`".to_owned(),
+            ))
         }
+    }
+
+    /// All that gives a machine coordinate its place on the axis.
+    fn facts(&self, axis: AxisLetter, home_is_origin: bool) -> String {
+        let offset = axis.index() as u8;
+        let of_axis = [HOMING_TO_NEGATIVE, PULL_OFF, STEPS_PER_MM + offset, TRAVEL + offset];
+        let mut facts = format!("{} {home_is_origin}", axis.letter());
+        for number in INVERTED.into_iter().chain(of_axis) {
+            facts += &format!(" ${number}={:?}", self.get(number));
+        }
+        facts
+    }
+
+    /// The settings that differ from those of `before`, as `$3 was 0 and is 255`, except `except`.
+    pub(super) fn changes(&self, before: &Self, except: u8) -> Vec<String> {
+        let numbers = before
+            .values
+            .iter()
+            .filter(|(number, value)| **number != except && self.values.get(number) != Some(value));
+        let now = |number: &u8| self.get(*number).map_or("is missing".to_owned(), |now| format!("is {now}"));
+        numbers.map(|(number, value)| format!("${number} was {value} and {}", now(number))).collect()
+    }
+
+    fn half_steps_mm(&self) -> [f64; MOST_AXES] {
+        let mut half_steps_mm = [0.0; MOST_AXES];
+        for (half_step_mm, number) in half_steps_mm.iter_mut().zip(STEPS_PER_MM..) {
+            *half_step_mm = self.get(number).filter(|steps| *steps > 0.0).map_or(0.0, |steps| 0.5 / steps);
+        }
+        half_steps_mm
     }
 
     /// Longest duration of homing: GRBL searches one and a half times the travel of each axis, the Z axis
@@ -158,17 +202,140 @@ impl Settings {
     }
 }
 
+/// Home and the length of the travel, in whole steps.
+struct Ends {
+    home_steps: i64,
+    travel_steps: i64,
+}
+
+impl Ends {
+    /// As GRBL computes them, in single precision (`limits_go_home`, `system_check_travel_limits`).
+    fn new(
+        full_mm: f64,
+        pull_off_mm: f64,
+        steps_per_mm: f64,
+        home_is_origin: bool,
+        towards_negative: bool,
+    ) -> Self {
+        let (full, pull_off, steps_per) = (full_mm as f32, pull_off_mm as f32, steps_per_mm as f32);
+        let home_steps = match (home_is_origin, towards_negative) {
+            (true, _) => 0,
+            (false, true) => ((pull_off - full) * steps_per).round() as i64,
+            (false, false) => (-pull_off * steps_per).round() as i64,
+        };
+        let full_steps = (full_mm * steps_per_mm + WHOLE_WITHIN).floor() as i64;
+        let travel_steps = match (home_is_origin, towards_negative) {
+            (true, _) => ((full_mm - pull_off_mm) * steps_per_mm + WHOLE_WITHIN).floor() as i64,
+            (false, true) => -home_steps,
+            (false, false) => full_steps + home_steps,
+        };
+        Self { home_steps, travel_steps }
+    }
+}
+
+/// Rounding of products in double precision, in steps.
+const WHOLE_WITHIN: f64 = 1e-6;
+
 /// The facts that the driver needs of its axis.
 #[derive(Debug, Clone)]
 pub(super) struct AxisSettings {
     pub(super) kinematics: Kinematics,
+    /// From home to the last whole step within the soft limits.
     pub(super) travel_mm: f64,
     /// Sign of machine coordinates in the direction away from home.
-    pub(super) outwards: f64,
+    pub(super) outwards: i64,
+    pub(super) steps_per_mm: f64,
+    /// Machine coordinate at the end of homing, in steps.
+    pub(super) home_steps: i64,
+    /// Half a step of each axis.
+    pub(super) half_steps_mm: [f64; MOST_AXES],
+    /// Largest absolute machine coordinate within the soft limits.
+    soft_limit_mm: f64,
+    /// Sign of machine coordinates within the soft limits.
+    side: f64,
     pub(super) homing_s: f64,
     /// Least duration of homing: its slow approach alone, in s.
     pub(super) least_homing_s: f64,
-    /// Machine coordinate at the end of homing, in mm.
-    pub(super) home_mm: f64,
+    /// The feed rate that marks the controller as homed with these settings.
+    pub(super) mark: u32,
     pub(super) notes: Vec<String>,
+}
+
+impl AxisSettings {
+    /// A machine coordinate in whole steps, which are all that the motor knows.
+    pub(super) fn steps(&self, machine_mm: f64) -> i64 {
+        (machine_mm * self.steps_per_mm).round() as i64
+    }
+
+    /// Position in mm from home of a machine coordinate in steps.
+    pub(super) fn place_mm(&self, steps: i64) -> f64 {
+        ((steps - self.home_steps) * self.outwards) as f64 / self.steps_per_mm
+    }
+
+    /// The step nearest to a position in mm from home.
+    pub(super) fn target_steps(&self, place_mm: f64) -> i64 {
+        self.home_steps + self.outwards * (place_mm * self.steps_per_mm).round() as i64
+    }
+
+    /// The machine coordinate to order for a step, in mm. At a soft limit it is a quarter of a step short:
+    /// GRBL rounds it to the same step, but single precision may put the limit itself outside.
+    pub(super) fn ordered_mm(&self, steps: i64) -> f64 {
+        let quarter_mm = 0.25 / self.steps_per_mm;
+        let depth_mm = self.side * steps as f64 / self.steps_per_mm;
+        self.side * depth_mm.clamp(quarter_mm, (self.soft_limit_mm - quarter_mm).max(quarter_mm))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(steps_per_mm: f64, pull_off_mm: f64, to_negative: f64) -> AxisSettings {
+        let mut settings = Settings::default();
+        for (number, value) in [
+            (HOMING, 1.0),
+            (REPORT_INCHES, 0.0),
+            (STATUS_MASK, 1.0),
+            (HOMING_TO_NEGATIVE, to_negative),
+            (HOMING_FEED, 100.0),
+            (HOMING_SEEK, 500.0),
+            (PULL_OFF, pull_off_mm),
+            (STEPS_PER_MM, steps_per_mm),
+            (RATE, 500.0),
+            (ACCELERATION, 10.0),
+            (TRAVEL, 60.0),
+        ] {
+            settings.insert(number, value);
+        }
+        settings.check(AxisLetter::X, false, "port").unwrap()
+    }
+
+    #[test]
+    fn home_and_the_end_are_whole_steps_within_the_soft_limits() {
+        // 1.006 mm are 80.48 steps: GRBL stands at 80. The far limit, 60 mm, is step 4800.
+        let upwards = settings(80.0, 1.006, 0.0);
+        assert_eq!((upwards.home_steps, upwards.outwards, upwards.travel_mm), (-80, -1, 59.0));
+        assert_eq!((upwards.place_mm(-80), upwards.place_mm(-480)), (0.0, 5.0));
+        // 0.994 mm are 79.52 steps.
+        let upwards = settings(80.0, 0.994, 0.0);
+        assert_eq!((upwards.home_steps, upwards.travel_mm), (-80, 59.0));
+        assert_eq!(upwards.target_steps(59.0), -4800);
+        assert!(upwards.ordered_mm(-4800) > -60.0 && upwards.steps(upwards.ordered_mm(-4800)) == -4800);
+        // 60 mm less 1.006 mm are 4719.52 steps.
+        let downwards = settings(80.0, 1.006, 1.0);
+        assert_eq!((downwards.home_steps, downwards.travel_mm), (-4720, 59.0));
+        // 1600.02 steps: the limit itself is no whole step.
+        let odd = settings(26.667, 1.0, 0.0);
+        assert_eq!((odd.home_steps, odd.target_steps(odd.travel_mm)), (-27, -1600));
+        assert!(odd.ordered_mm(-1600) > -60.0);
+    }
+
+    #[test]
+    fn the_mark_changes_with_all_that_makes_a_position() {
+        let mark = settings(250.0, 1.0, 0.0).mark;
+        assert_eq!(settings(250.0, 1.0, 0.0).mark, mark);
+        for other in [settings(251.0, 1.0, 0.0), settings(250.0, 1.001, 0.0), settings(250.0, 1.0, 1.0)] {
+            assert_ne!(other.mark, mark);
+        }
+    }
 }

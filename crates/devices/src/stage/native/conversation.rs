@@ -21,6 +21,40 @@ const TRIES: u32 = 24;
 /// A board that is reset by opening its port is silent for up to 2 s.
 const BOOT_PATIENCE: Duration = Duration::from_secs(4);
 
+/// Sequence numbers that there are.
+const SEQUENCES: u64 = MAX_SEQUENCE as u64 + 1;
+
+/// Successive answers to hello that show that the line holds no answers to a former process: each has one
+/// chance in 128 to be one.
+const HELLOS: u32 = 3;
+
+/// Multiplier and increment of Knuth's MMIX generator.
+const LCG: (u64, u64) = (6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
+
+/// Whether a reply can be the answer to a request.
+fn answers(request: &Request, reply: &Reply) -> bool {
+    match reply {
+        Reply::Refused(_) => true,
+        Reply::Hello(_) => matches!(request, Request::Hello { .. }),
+        // A stop is answered by the status.
+        Reply::Status(_) => matches!(request, Request::Status | Request::Stop),
+        Reply::Accepted { .. } => matches!(request, Request::Home { .. } | Request::Move { .. }),
+        Reply::Alive { .. } => matches!(request, Request::Heartbeat),
+        Reply::Settings(_) => matches!(request, Request::ReadSettings | Request::WriteSettings(_)),
+        Reply::Finished { .. } => false,
+    }
+}
+
+/// Whether a frame has no byte that commands another kind of device: GRBL obeys a reset, a hold and others
+/// from 0x80 on anywhere, and takes lines that have an end.
+fn is_harmless(sequence: u8, request: &Request) -> bool {
+    let commands = |byte: &u8| matches!(byte, 0x18 | b'!' | b'~' | b'?' | b'\n' | b'\r' | 0x80..=0xAF);
+    encode(Direction::Request, sequence, request).is_some_and(|frame| !frame.bytes().iter().any(commands))
+}
+
+/// Another kind of device answers a question of its own within this time.
+const PROBE_PATIENCE: Duration = Duration::from_millis(300);
+
 /// Most bytes of unknown output kept for the error message.
 const HEARD: usize = 60;
 
@@ -39,10 +73,10 @@ pub(super) struct Conversation {
 impl Conversation {
     pub(super) fn new(link: Box<dyn Link>) -> Self {
         Self {
+            sequence: (link.session() % SEQUENCES) as u8,
             link,
             inbox: Inbox::default(),
             receiver: Receiver::default(),
-            sequence: 0,
             finished: None,
             heard: Vec::new(),
         }
@@ -58,16 +92,35 @@ impl Conversation {
 
     /// Identifies the device, for as long as a board takes to boot.
     pub(super) fn hello(&mut self) -> Result<Identity, StageError> {
+        self.inbox.drain(&mut *self.link)?;
         let since = self.now();
         let request = Request::Hello { version: PROTOCOL_VERSION };
+        let (mut random, mut in_a_row) = (self.link.session(), 0);
         while self.now() - since < BOOT_PATIENCE {
-            if let Some(Reply::Hello(identity)) = self.try_to_ask(request)? {
-                return Ok(identity);
+            // Answers to a former process may still come, in the order of its requests. So the sequence
+            // jumps, and an answer to each of several jumps is behind them all.
+            loop {
+                random = random.wrapping_mul(LCG.0).wrapping_add(LCG.1);
+                self.sequence = (random >> 32) as u8 & MAX_SEQUENCE;
+                if is_harmless((self.sequence + 1) & MAX_SEQUENCE, &request) {
+                    break;
+                }
+            }
+            match self.try_to_ask(request)? {
+                Some(Reply::Hello(identity)) if in_a_row + 1 == HELLOS => return Ok(identity),
+                Some(Reply::Hello(_)) => in_a_row += 1,
+                _ => in_a_row = 0,
             }
             // For devices with another protocol these frames are noise, and some bytes may be commands.
             if self.hears_grbl() {
                 break;
             }
+        }
+        if self.heard.is_empty() {
+            // GRBL takes no notice of these frames, but of this.
+            self.link.send(b"?")?;
+            let until = self.now() + PROBE_PATIENCE;
+            while self.next_reply(until)?.is_some() {}
         }
         Err(self.silence("hello", BOOT_PATIENCE))
     }
@@ -117,8 +170,8 @@ impl Conversation {
         self.link.send(frame.bytes())?;
         let until = self.now() + REPLY_PATIENCE;
         while let Some(reply) = self.next_reply(until)? {
-            // No late answers to earlier requests are left.
-            if reply.sequence == self.sequence && !matches!(reply.message, Reply::Finished { .. }) {
+            // Late answers to earlier requests are none of ours.
+            if reply.sequence == self.sequence && answers(&request, &reply.message) {
                 return Ok(Some(reply.message));
             }
         }

@@ -241,9 +241,13 @@ impl NativeAxis {
         while self.conversation.now() - since < patience {
             // Repeated until the stage is at rest, because a request may be lost.
             match self.stop.pressed() {
-                Some(Urgency::AtOnce) => self.conversation.emergency_stop()?,
+                Some(Urgency::AtOnce) => {
+                    self.conversation.emergency_stop()?;
+                    self.stop.sent(Urgency::AtOnce);
+                }
                 Some(Urgency::Soon) => {
                     self.conversation.ask(Request::Stop)?;
+                    self.stop.sent(Urgency::Soon);
                 }
                 None => {}
             }

@@ -159,6 +159,7 @@ impl ZaberDevice {
                 self.checksums = value == "1";
                 done
             }
+            ["tools", "echo", message] => Ok(message.to_owned()),
             ["get", "device.id"] => Ok("50081".to_owned()),
             ["get", "version"] => Ok("7.28".to_owned()),
             ["get", "limit.max"] => Ok(TRAVEL_MICROSTEPS.to_string()),

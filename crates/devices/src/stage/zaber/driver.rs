@@ -4,7 +4,7 @@ use super::message::line_text;
 use super::{BAUD, NAME, ZaberAxis, ZaberOptions};
 use crate::stage::decode::{Decoder, LineDecoder};
 use crate::stage::simulator::{FaultScript, SimulatedStage, ZaberDevice};
-use crate::stage::{Axis, Connection, StageDriver, StageError};
+use crate::stage::{Axis, Connection, Console, StageDriver, StageError};
 use epirig_core::settings::quantity::UM;
 use epirig_core::settings::{Allowed, Key, Kind, Setting, Settings};
 
@@ -50,6 +50,11 @@ impl StageDriver for Zaber {
         let microstep_um = settings.number(&MICROSTEP).unwrap_or(0.0);
         let options = ZaberOptions { device, axis: 1, microstep_um };
         Ok(Box::new(ZaberAxis::connect(connection.line(BAUD)?, options)?))
+    }
+
+    /// The device knows itself whether it has its reference.
+    fn console(&self) -> Option<Console> {
+        Some(Console { baud: BAUD, real_time: &[], distrust: Ok })
     }
 
     fn decoder(&self) -> Option<Box<dyn Decoder>> {

@@ -23,6 +23,10 @@ pub const BAUD: u32 = 115_200;
 const UM_PER_MM: f64 = 1000.0;
 const REPLY_PATIENCE: Duration = Duration::from_millis(300);
 const TRIES: u32 = 8;
+/// What is echoed is shorter than the longest line.
+const ECHO_NUMBERS: u64 = 1_000_000_000;
+/// Attempts to hear the echo behind the answers to a former process, which come at once when they come.
+const ECHOES: u32 = 10;
 /// After this number of rejections a command fails.
 const REJECTIONS: u32 = 3;
 const POLL: Duration = Duration::from_millis(50);
@@ -84,11 +88,11 @@ impl ZaberAxis {
     /// [`StageError`] if nothing answers, or something else answers.
     pub fn connect(link: Box<dyn Link>, options: ZaberOptions) -> Result<Self, StageError> {
         let mut stage = Self {
+            id: (link.session() % u64::from(HIGHEST_ID)) as u8,
             link,
             options,
             inbox: Inbox::default(),
             line: Vec::new(),
-            id: 0,
             heard: None,
             description: String::new(),
             travel_mm: 0.0,
@@ -101,7 +105,7 @@ impl ZaberAxis {
                 reason: "the length of a microstep must be positive".to_owned(),
             });
         }
-        stage.ask(0, "set comm.checksum 1")?;
+        stage.synchronise()?;
         let model = stage.ask(0, "get device.id")?.data;
         let version = stage.ask(0, "get version")?.data;
         stage.travel_mm = stage.number("get limit.max")? * stage.microstep_mm();
@@ -115,6 +119,21 @@ impl ZaberAxis {
         }
         stage.description = format!("Zaber device {model}, firmware {version}, {:.1} mm", stage.travel_mm);
         Ok(stage)
+    }
+
+    /// Waits until all answers to a former process have come: the device answers in order, and only it knows
+    /// the number to repeat. It also switches checksums on.
+    fn synchronise(&mut self) -> Result<(), StageError> {
+        let number = (self.link.session() % ECHO_NUMBERS).to_string();
+        for _ in 0..ECHOES {
+            self.inbox.drain(&mut *self.link)?;
+            self.line.clear();
+            self.ask(0, "set comm.checksum 1")?;
+            if self.ask(0, &format!("tools echo {number}"))?.data == number {
+                return Ok(());
+            }
+        }
+        Err(self.foreign("its answers are not those to the questions".to_owned()))
     }
 
     fn microstep_mm(&self) -> f64 {
@@ -226,6 +245,7 @@ impl ZaberAxis {
                 stopped = urgency;
                 let stop = if urgency == Some(Urgency::AtOnce) { "estop" } else { "stop" };
                 self.ask(self.options.axis, stop)?;
+                urgency.into_iter().for_each(|urgency| self.stop.sent(urgency));
             }
             let reply = self.ask(self.options.axis, "")?;
             if !reply.busy {

@@ -102,9 +102,10 @@ impl GrblDevice {
         if !matches!(self.state, State::Idle | State::Jog) {
             return Err(8);
         }
-        let mut modal = self.modal;
+        // It has a feed of its own.
+        let mut modal = Modal { feed_mm_min: 0.0, ..self.modal };
         let words = parse(line, &mut modal)?;
-        if words.axes_mm.iter().all(Option::is_none) {
+        if words.axes_mm.iter().all(Option::is_none) || words.dwell || words.set_offset {
             return Err(16);
         }
         if modal.feed_mm_min <= 0.0 {

@@ -236,6 +236,10 @@ impl GrblDevice {
     }
 
     fn hold(&mut self) {
+        // A hold ends a jog for good.
+        if self.state == State::Jog {
+            self.motion.stop();
+        }
         if matches!(self.state, State::Run | State::Idle) {
             self.motion.stop();
             self.state = State::Hold;

@@ -1,0 +1,158 @@
+//! What the GRBL driver makes of a controller that other programs have used, on a line that loses answers.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use epirig_devices::link::{Link, SimulatedDevice, SimulatedLink};
+use epirig_devices::stage::grbl::{AxisLetter, GrblOptions};
+use epirig_devices::stage::simulator::GrblDevice;
+use epirig_devices::stage::{GrblStage, Stage, StageError, WhenMoving};
+
+type Shared = Arc<Mutex<GrblDevice>>;
+
+fn connect_as(device: &Shared, options: GrblOptions) -> GrblStage {
+    GrblStage::connect(Box::new(SimulatedLink::new(Arc::clone(device))), options).unwrap()
+}
+
+fn connect(device: &Shared) -> GrblStage {
+    connect_as(device, GrblOptions::default())
+}
+
+fn homed() -> Shared {
+    let device = Arc::new(Mutex::new(GrblDevice::default()));
+    connect(&device).home().unwrap();
+    device
+}
+
+/// Another program sends a line, and leaves after a while.
+fn send(device: &Shared, line: &str, then: Duration) {
+    let mut link = SimulatedLink::new(Arc::clone(device));
+    link.send(format!("{line}\n").as_bytes()).unwrap();
+    let until = link.now() + then;
+    while link.now() < until {
+        link.receive(&mut [0; 64], until - link.now()).unwrap();
+    }
+}
+
+const MOMENT: Duration = Duration::from_millis(100);
+
+#[test]
+fn all_that_makes_a_position_makes_its_mark() {
+    for change in ["$23=1", "$130=100", "$100=251", "$27=1.004", "$3=1", "$2=1", "$4=1", "$1=25"] {
+        let device = homed();
+        assert_eq!(connect(&device).position_mm(), Ok(0.0));
+        send(&device, change, MOMENT);
+        assert_eq!(connect(&device).position_mm(), Err(StageError::NotHomed), "{change}");
+        // The old value does not bring it back after the motor was let go; else it means the same again.
+        send(&device, "$1=255", MOMENT);
+    }
+    let device = homed();
+    // Others do not matter: velocities, and the travel of another axis.
+    send(&device, "$110=400", MOMENT);
+    send(&device, "$132=20", MOMENT);
+    assert_eq!(connect(&device).position_mm(), Ok(0.0));
+    let y = GrblOptions { axis: AxisLetter::Y, ..GrblOptions::default() };
+    assert_eq!(connect_as(&device, y).position_mm(), Err(StageError::NotHomed));
+}
+
+#[test]
+fn a_stage_that_moves_is_waited_for_or_stopped_and_keeps_its_position() {
+    for line in ["$J=G90X-41F500", "G0X-41"] {
+        let device = homed();
+        let plant = device.lock().unwrap().plant();
+        let home = plant.carriage_steps();
+        send(&device, line, Duration::from_secs(1));
+        let mut stage = connect(&device);
+        assert_eq!((stage.position_mm(), home - plant.carriage_steps()), (Ok(40.0), 10_000), "{line}");
+        assert!(stage.notes().iter().any(|note| note.contains("it was moving")), "{:?}", stage.notes());
+
+        send(&device, &line.replace("-41", "-2"), Duration::from_secs(1));
+        let mut stage =
+            connect_as(&device, GrblOptions { when_moving: WhenMoving::Stop, ..GrblOptions::default() });
+        let stopped = home - plant.carriage_steps();
+        assert!((2500..9900).contains(&stopped), "{line}: {stopped}");
+        assert_eq!(stage.position_mm(), Ok(stopped as f64 / 250.0), "{line}");
+    }
+}
+
+/// A controller of which each answer to a question is lost once.
+struct Forgetful {
+    device: Shared,
+    line: Vec<u8>,
+    deaf_for: Duration,
+    asked: Vec<Vec<u8>>,
+}
+
+impl SimulatedDevice for Forgetful {
+    fn receive(&mut self, byte: u8) {
+        self.line.push(byte);
+        if byte == b'?' || byte == b'\n' {
+            let line = std::mem::take(&mut self.line);
+            if !self.asked.contains(&line) {
+                self.asked.push(line);
+                self.deaf_for = Duration::from_millis(50);
+            }
+        }
+        self.device.receive(byte);
+    }
+
+    fn advance(&mut self, time: Duration) {
+        self.device.advance(time);
+        self.deaf_for = self.deaf_for.saturating_sub(time);
+    }
+
+    fn take_sent(&mut self) -> Vec<u8> {
+        let sent = self.device.take_sent();
+        if self.deaf_for.is_zero() { sent } else { Vec::new() }
+    }
+}
+
+#[test]
+fn an_answer_that_is_lost_is_asked_for_again() {
+    let device = homed();
+    connect(&device).move_to(5.0).unwrap();
+    let forgetful = Forgetful {
+        device: Arc::clone(&device),
+        line: Vec::new(),
+        deaf_for: Duration::ZERO,
+        asked: Vec::new(),
+    };
+    let mut stage =
+        GrblStage::connect(Box::new(SimulatedLink::new(forgetful)), GrblOptions::default()).unwrap();
+    assert_eq!(stage.position_mm(), Ok(5.0));
+    stage.move_to(6.0).unwrap();
+}
+
+/// The answers of GRBL 0.9j, as its sources print them.
+struct Old(Vec<u8>);
+
+impl SimulatedDevice for Old {
+    fn receive(&mut self, byte: u8) {
+        self.0.push(byte);
+    }
+
+    fn advance(&mut self, _: Duration) {}
+
+    fn take_sent(&mut self) -> Vec<u8> {
+        let mut said = String::new();
+        if self.0.contains(&b'?') {
+            said += "<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n";
+        }
+        if self.0.ends_with(b"$I\n") {
+            said += "[0.9j.20160303:]\r\nok\r\n";
+        }
+        self.0.retain(|byte| *byte != b'?' && !said.ends_with("ok\r\n"));
+        said.into_bytes()
+    }
+}
+
+#[test]
+fn grbl_before_1_1_is_named() {
+    let link = SimulatedLink::new(Old(Vec::new()));
+    let error = GrblStage::connect(Box::new(link), GrblOptions::default()).err().unwrap().to_string();
+    assert_eq!(
+        error,
+        "simulated port answers, but not as a grbl stage: its version is 0.9j.20160303; GRBL 1.1 is needed: \
+         update its firmware"
+    );
+}
