@@ -32,6 +32,9 @@ export interface MatchInfo {
   calibrated: boolean;
   reference: number;
   quick: boolean;
+  /** Share of the pixels that belong to the object, and of these the answered ones, from 0 to 1. */
+  object: number;
+  object_answered: number;
   /** Shares of all pixels, from 0 to 1. */
   answered: number;
   leaves_image: number;

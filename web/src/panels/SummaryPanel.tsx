@@ -38,6 +38,13 @@ export function SummaryPanel() {
       ['occluded', percent(matched.occluded)],
       ['ambiguous', percent(matched.ambiguous)],
     );
+    // Results of an earlier version do not tell it.
+    if (matched.object > 0) {
+      rows.push([
+        'object',
+        `${percent(matched.object)}, ${percent(matched.object_answered)} of it answered`,
+      ]);
+    }
     if (matched.median_sigma_px !== null) {
       rows.push(['median sigma', `${significant(matched.median_sigma_px, 2)} px`]);
     }

@@ -162,6 +162,8 @@ export function results(): Results {
       reference: REFERENCE,
       quick: false,
       answered: 0.94,
+      object: 0.9,
+      object_answered: 0.95,
       leaves_image: 0.0375,
       beyond_range: 0,
       no_texture: 0.016,
