@@ -143,8 +143,10 @@ pub fn compare_scans(
     let place = |x: f64, y: f64| motion.place(x, y);
     let registration = Registration { place: &place, sigma_px: motion.sigma_px };
     let inside = region.inside(rows, columns);
-    let margin_px = |scan: &MeasuredScan<'_>| steps_options(&scan.opened.matched.settings, trend).margin_px;
-    let margins_px = [margin_px(&first), margin_px(&second)];
+    let margins_px = [&first, &second].map(|scan| {
+        let options = steps_options(&scan.opened.matched.settings, trend);
+        (options.margin_px, options.rim_px())
+    });
     let heights = [first.heights, second.heights];
     let found = compare(heights, registration, trend, inside.as_ref(), margins_px)?;
     let pixel_mm = first.heights.pixel_mm();

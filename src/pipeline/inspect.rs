@@ -105,7 +105,7 @@ pub fn analyse_surface(
     let inside = questions.region.inside(all.height_mm.rows(), all.height_mm.columns());
     let target_px = answered(heights, inside.as_ref()) - answered(all, inside.as_ref());
     let mut extent =
-        find_extent(all, inside.as_ref(), questions.steps.margin_px, questions.steps.grown_margin_px)?;
+        find_extent(all, inside.as_ref(), (questions.steps.margin_px, questions.steps.rim_px()))?;
     let heights = &all.only(&extent.used);
     let halves = halves.map(|halves| halves.each_ref().map(|half| half.only(&extent.used)));
     let (trend, steps) = match find_steps(heights, halves.as_ref(), &questions.steps) {

@@ -106,7 +106,7 @@ fn a_mask_chooses_the_pixels_of_surface_and_evaluate() {
     let folder = folder.path();
     matched(folder);
     // Left of a slanted line, and with --region only above row 100, too.
-    let left = |x: u32, y: u32| x < 40 + y / 8;
+    let left = |x: u32, y: u32| x < 90 + y / 8;
     mask(&folder.join("left.png"), left);
     let surface = ["surface", "seq", "--trend", "plane", "--json", "--overwrite"];
     let with = |more: &[&str]| -> serde_json::Value {

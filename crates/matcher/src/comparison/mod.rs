@@ -105,12 +105,12 @@ pub fn compare(
     registration: Registration<'_>,
     trend: TrendKind,
     inside: Option<&Grid<bool>>,
-    margins_px: [usize; 2],
+    margins_px: [(usize, usize); 2],
 ) -> Result<Comparison, ComparisonError> {
     let (rows, columns) = (first.height_mm.rows(), first.height_mm.columns());
     let there = inside.map(|inside| carried_forward(inside, registration.place, &second.height_mm));
-    let first = &first.only(&find_extent(first, inside, margins_px[0], margins_px[0])?.used);
-    let second = &second.only(&find_extent(second, there.as_ref(), margins_px[1], margins_px[1])?.used);
+    let first = &first.only(&find_extent(first, inside, margins_px[0])?.used);
+    let second = &second.only(&find_extent(second, there.as_ref(), margins_px[1])?.used);
     let [mut difference_mm, sigma_of_second] =
         [&second.height_mm, &second.sigma_mm].map(|map| carried(map, registration.place, (rows, columns)));
     let slope = slopes(&first.height_mm);

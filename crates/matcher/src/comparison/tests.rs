@@ -38,7 +38,7 @@ fn compared(
     inside: Option<&Grid<bool>>,
 ) -> Result<Comparison, ComparisonError> {
     let place = |x: f64, y: f64| (x + shift_x, y + shift_y);
-    compare([first, second], Registration { place: &place, sigma_px }, trend, inside, [1, 1])
+    compare([first, second], Registration { place: &place, sigma_px }, trend, inside, [(1, 1); 2])
 }
 
 const STILL: ((f64, f64), f64) = ((0.0, 0.0), 0.0);

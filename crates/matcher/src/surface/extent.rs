@@ -77,10 +77,10 @@ pub struct Extent {
 /// columns of the heights).
 ///
 /// A region is everywhere at least as wide as two squares side by side that reach `margin_px` to each side of
-/// a pixel, one for each of two levels. Along its rim, `rim_px` is left out: half of the largest window that the
-/// matcher's grow to.
-/// The border of the picture or of `inside` is no rim. A hole does not divide a region if more than half
-/// of the square that reaches `margin_px` to each side is known.
+/// a pixel, one for each of two levels. Along its rim, `rim_px` is left out, as
+/// [`StepsOptions::rim_px`](super::StepsOptions::rim_px) says. The border of the picture or of `inside` is no
+/// rim. A hole does not divide a region if more than half of the square that reaches `margin_px` to each side
+/// is known.
 ///
 /// # Errors
 /// [`SurfaceError::TooFewPixels`] if there is no height, [`SurfaceError::NoExtent`] if no region is that
@@ -91,8 +91,7 @@ pub struct Extent {
 pub fn find_extent(
     heights: &Heights,
     inside: Option<&Grid<bool>>,
-    margin_px: usize,
-    rim_px: usize,
+    (margin_px, rim_px): (usize, usize),
 ) -> Result<Extent, SurfaceError> {
     let Heights { height_mm, sigma_mm, .. } = heights;
     let (rows, columns) = (height_mm.rows(), height_mm.columns());
@@ -248,7 +247,7 @@ mod tests {
             _ if x % 10 == 9 && y > 50 => 0.01,
             _ => NAN,
         });
-        let found = find_extent(&field, None, 2, 2).unwrap();
+        let found = find_extent(&field, None, (2, 2)).unwrap();
         for (index, &used) in found.used.values().iter().enumerate() {
             let (x, y) = (index % 80, index / 80);
             assert_eq!(used, (22..58).contains(&x) && (17..43).contains(&y), "({x}, {y})");
@@ -261,26 +260,26 @@ mod tests {
         let only = field.only(&found.used);
         assert_eq!(only.height_mm.values().iter().filter(|height| height.is_finite()).count(), 936);
         // Windows that grow see farther: 30 x 20 px are left.
-        assert_eq!(find_extent(&field, None, 2, 5).unwrap().used_px, 600);
+        assert_eq!(find_extent(&field, None, (2, 5)).unwrap().used_px, 600);
     }
 
     #[test]
     fn single_holes_do_not_divide_a_field() {
         let field = heights(|x, y| if (x + 3 * y) % 7 == 0 { NAN } else { 0.02 });
-        let found = find_extent(&field, None, 2, 2).unwrap();
+        let found = find_extent(&field, None, (2, 2)).unwrap();
         assert_eq!((found.used_px, found.apart_px), (found.answered_px, 0));
     }
 
     #[test]
     fn of_two_fields_the_region_chooses() {
         let field = heights(|x, _| if (50..53).contains(&x) { NAN } else { 0.02 });
-        let whole = find_extent(&field, None, 1, 1).unwrap();
+        let whole = find_extent(&field, None, (1, 1)).unwrap();
         assert!(whole.used.at(10, 30) && !whole.used.at(70, 30));
         let chosen = Rectangle::between((79, 50), (40, 10));
         assert!(chosen.fits(60, 80) && !chosen.fits(50, 80));
         let mut inside = Grid::filled(60, 80, false);
         (0..60).for_each(|y| (0..80).for_each(|x| inside.row_mut(y)[x] = chosen.holds(x, y)));
-        let right = find_extent(&field, Some(&inside), 1, 1).unwrap();
+        let right = find_extent(&field, Some(&inside), (1, 1)).unwrap();
         assert!(!right.used.at(45, 30) && right.used.at(70, 30) && right.used.at(79, 50));
         assert!(!right.used.at(70, 9) && !right.used.at(70, 51) && !right.used.at(53, 30));
         // Of the columns 54 to 79 nothing is missing: the region's border is no rim.
@@ -294,7 +293,7 @@ mod tests {
         let mut disc = Grid::filled(60, 80, false);
         let holds = |x: usize, y: usize| x.abs_diff(45).pow(2) + y.abs_diff(30).pow(2) <= 400;
         (0..60).for_each(|y| (0..80).for_each(|x| disc.row_mut(y)[x] = holds(x, y)));
-        let found = find_extent(&field, Some(&disc), 1, 1).unwrap();
+        let found = find_extent(&field, Some(&disc), (1, 1)).unwrap();
         let left_of_the_gap =
             (0..4800).filter(|index| index % 80 < 30 && holds(index % 80, index / 80)).count();
         // All of the disc to the right of the gap, but for the column beside the gap, and for the tips of the disc
@@ -309,14 +308,17 @@ mod tests {
         // neighbours.
         assert_eq!((found.rim_px, found.apart_px), (33 + 3 * 3, 3 + left_of_the_gap));
         let nothing = Grid::filled(60, 80, false);
-        assert!(matches!(find_extent(&field, Some(&nothing), 1, 1), Err(SurfaceError::TooFewPixels { .. })));
+        assert!(matches!(
+            find_extent(&field, Some(&nothing), (1, 1)),
+            Err(SurfaceError::TooFewPixels { .. })
+        ));
     }
 
     #[test]
     fn what_is_nowhere_wide_is_refused() {
-        let found = find_extent(&heights(|x, _| if x % 20 < 9 { 0.02 } else { NAN }), None, 2, 2);
+        let found = find_extent(&heights(|x, _| if x % 20 < 9 { 0.02 } else { NAN }), None, (2, 2));
         assert_eq!(found.unwrap_err(), SurfaceError::NoExtent { side_px: 10 });
-        let found = find_extent(&heights(|_, _| NAN), None, 2, 2);
+        let found = find_extent(&heights(|_, _| NAN), None, (2, 2));
         assert!(matches!(found, Err(SurfaceError::TooFewPixels { .. })));
     }
 }

@@ -33,7 +33,7 @@ fn the_surface_tells_the_depth_of_the_ideal_tiles_hollows() {
     let geometry = Geometry::exact(optics.focal_length_px, baseline_mm, principal);
     let all = heights(geometry, &maps.disparity, &maps.sigma).unwrap();
     let options = StepsOptions::for_window(TrendKind::Plane, WINDOW_PX);
-    let extent = find_extent(&all, None, options.margin_px, options.margin_px).unwrap();
+    let extent = find_extent(&all, None, (options.margin_px, options.rim_px())).unwrap();
     let steps = find_steps(&all.only(&extent.used), None, &options).unwrap();
     let each: Vec<f64> = steps.parts.iter().map(|part| part.depth.depth_mm).collect();
     println!("{} hollows: {:?}; {each:.4?}", each.len(), steps.depth);

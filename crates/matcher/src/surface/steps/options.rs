@@ -28,4 +28,10 @@ impl StepsOptions {
     pub fn with_grown_window(self, window_px: usize) -> Self {
         Self { grown_margin_px: self.margin_px.max(window_px / 2 + 1), ..self }
     }
+
+    /// Width of the rim of a field that is left out: beside textureless ground, windows give answers half a window
+    /// beyond the edge of an object, and wrong ones half a window within it.
+    pub fn rim_px(&self) -> usize {
+        2 * self.grown_margin_px - 1
+    }
 }
