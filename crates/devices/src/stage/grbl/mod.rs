@@ -1,7 +1,7 @@
 //! The driver for stages with GRBL 1.1.
 //!
 //! GRBL has no checksums and no ids, and its `ok` means accepted, not done. So only one line is outstanding
-//! at a time, orders have a form that damage makes harmless ([`order`]), a motion is watched, and no position
+//! at a time, orders have a form that damage makes harmless (`order`), a motion is watched, and no position
 //! counts before it has been read twice.
 
 mod connect;
