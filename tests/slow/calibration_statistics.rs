@@ -13,7 +13,7 @@ use epirig_calibration::target::{find_boards, track};
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_matcher::evaluate::match_halves;
-use epirig_matcher::surface::{Geometry, ScaleSigma, StepsOptions, TrendKind, find_steps, heights};
+use epirig_matcher::surface::{Geometry, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights};
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
 use rand::SeedableRng;
@@ -68,6 +68,8 @@ struct Normalised {
     baseline: f64,
     /// Over what a t distribution of the stated degrees of freedom scatters by, which is more than 1.
     depth: f64,
+    /// Whether the 95 % interval, with all contributions of the budget, holds the true depth.
+    interval_holds: bool,
 }
 
 fn one_rig(seed: u64) -> Normalised {
@@ -130,7 +132,7 @@ fn one_rig(seed: u64) -> Normalised {
     // As `surface` takes them.
     let steps = StepsOptions::for_window(TrendKind::Quadric, 7).with_grown_window(LARGEST_GROWN_WINDOW_PX);
     let halves = halves.map(|half| heights.of_maps(&half.maps().each_ref().map(cut)));
-    let depth = find_steps(&heights, Some(&halves), &steps).unwrap().depth;
+    let Steps { depth, budget, .. } = find_steps(&heights, Some(&halves), &steps).unwrap();
     let freedom = depth.degrees_of_freedom.unwrap();
     let wider = (freedom / (freedom - 2.0)).sqrt();
     let depth_sigma_mm = depth.scale_sigma_mm.hypot(wider * depth.sigma_mm.unwrap());
@@ -140,6 +142,7 @@ fn one_rig(seed: u64) -> Normalised {
         tau,
         baseline: (positioning.baseline_mm - true_baseline_mm) / positioning.baseline_sigma_mm,
         depth: (depth.depth_mm - DEPTH_MM) / depth_sigma_mm,
+        interval_holds: (depth.depth_mm - DEPTH_MM).abs() <= budget.combined.unwrap().half_width_95_mm,
     }
 }
 
@@ -177,12 +180,16 @@ fn errors_scatter_as_stated() {
         let (mean, spread) = statistics(errors);
         println!("{name}: spread {spread:.3}, mean {mean:+.3}");
     }
+    let held = rigs.iter().filter(|rig| rig.interval_holds).count() as f64 / rigs.len() as f64;
+    println!("depth: {:.1} % of the 95 % intervals hold", 100.0 * held);
     for (name, errors) in &all {
         let (mean, spread) = statistics(errors);
         // The spread of 200 normal numbers is known to 5 %, their mean to 0.07.
         assert!((0.8..1.2).contains(&spread), "{name}: {spread}");
         assert!(mean.abs() < 0.3, "{name}: {mean}");
     }
+    // The share of 200 intervals is known to 1.5 %.
+    assert!((0.90..=0.99).contains(&held), "{held}");
 }
 
 fn statistics(errors: &[f64]) -> (f64, f64) {
