@@ -53,7 +53,7 @@ function StepHeight({ of }: { of: SurfaceSummary }) {
         Step height between the two levels; parts are {raised ? 'raised' : 'hollows'}; {margin_px} px beside
         the walls are left out.
       </p>
-      <div class="wide">
+      <div class="wide" tabIndex={0} role="region" aria-label="Uncertainty budget">
         <BudgetTable {...budget} />
       </div>
       {parts.length > 1 && <Parts of={of} />}
@@ -64,7 +64,7 @@ function StepHeight({ of }: { of: SurfaceSummary }) {
 function Parts({ of }: { of: SurfaceSummary }) {
   const { label, factor } = lengths.value;
   return (
-    <div class="wide">
+    <div class="wide" tabIndex={0} role="region" aria-label="List of parts">
       <table class="list">
         <caption>Parts, depth in {label}</caption>
         <thead>

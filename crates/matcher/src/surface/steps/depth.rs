@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::super::blocks::{Blocks, Correlation, Scatter, student_t_95};
-use super::super::error::SurfaceError;
 use super::super::normal::{MOST, Normal, Solution};
 use super::super::trend::{Field, Sample, Trend};
 use super::levels::Levels;
@@ -91,13 +90,12 @@ fn row(sample: &Sample, terms: usize, level: Level) -> [f64; MOST] {
 }
 
 /// Fits one depth and one trend to the pixels of all `sides` whose level is known; `None` if there are none of
-/// one level. All sides have the same terms.
-pub(super) fn fit(sides: &[Side<'_>]) -> Result<Option<Fit>, SurfaceError> {
-    let Some(first) = sides.first() else { return Ok(None) };
-    let terms = first.field.basis.terms();
+/// one level, or so few that they do not determine both. All sides have the same terms.
+pub(super) fn fit(sides: &[Side<'_>]) -> Option<Fit> {
+    let terms = sides.first()?.field.basis.terms();
     let present = |wanted: Level| sides.iter().all(|side| side.clear.values().contains(&wanted));
     if !(present(Level::Upper) && present(Level::Lower)) {
-        return Ok(None);
+        return None;
     }
     let mut used: Vec<Grid<Level>> = sides.iter().map(|side| side.clear.clone()).collect();
     let mut solution = solve(sides, &used)?;
@@ -125,7 +123,7 @@ pub(super) fn fit(sides: &[Side<'_>]) -> Result<Option<Fit>, SurfaceError> {
         coefficients: solution.values.as_slice()[..terms].to_vec(),
         depth_mm: solution.values[terms],
     };
-    Ok(Some(Fit { levels, used, solution, pixels, outliers }))
+    Some(Fit { levels, used, solution, pixels, outliers })
 }
 
 /// Pixels whose level is known in any of the maps.
@@ -141,16 +139,15 @@ fn off(solution: &Solution, sample: &Sample, terms: usize, level: Level) -> f64 
         - row[..=terms].iter().zip(&solution.values).map(|(term, value)| term * value).sum::<f64>()
 }
 
-fn solve(sides: &[Side<'_>], used: &[Grid<Level>]) -> Result<Solution, SurfaceError> {
-    let field = sides[0].field;
-    let terms = field.basis.terms();
+fn solve(sides: &[Side<'_>], used: &[Grid<Level>]) -> Option<Solution> {
+    let terms = sides[0].field.basis.terms();
     let mut sums = Normal::empty();
     for (side, used) in sides.iter().zip(used) {
         for (sample, level) in known(side.field, used) {
             sums.add(&row(&sample, terms, level)[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
         }
     }
-    sums.solve(terms + 1).ok_or_else(|| field.undetermined())
+    sums.solve(terms + 1)
 }
 
 /// The pixels whose level is known, with their levels.

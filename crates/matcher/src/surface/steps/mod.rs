@@ -149,7 +149,7 @@ impl Measured<'_> {
             .zip(&self.0)
             .map(|(field, (_, divided))| Side { field, clear: divided.clear.clone() })
             .collect();
-        let fitted = fit(&sides).ok()??;
+        let fitted = fit(&sides)?;
         let depth = fitted.depth(&fitted.certainty(&sides), scale_sigma);
         Some((depth.depth_mm, depth.sigma_mm))
     }
@@ -167,10 +167,10 @@ fn steps(
     let scale_sigma = scale.together();
     let narrow = SurfaceError::TooNarrow { margin_px, depth_mm: whole.levels_found.depth_mm };
     let plateaus = measured.sides(|divided| divided.clear.clone());
-    let fitted = fit(&plateaus)?.ok_or(narrow.clone())?;
+    let fitted = fit(&plateaus).ok_or(narrow.clone())?;
     let certainty = fitted.certainty(&plateaus);
     let map = [Side { field, clear: whole.clear.clone() }];
-    let of_map = fit(&map)?.ok_or(narrow)?;
+    let of_map = fit(&map).ok_or(narrow)?;
     let certainty_of_map = of_map.certainty(&map);
     let lower_share = {
         let count = |wanted| whole.levels.values().iter().filter(|&&level| level == wanted).count() as f64;
@@ -183,7 +183,7 @@ fn steps(
     let mut farther_from_walls = None;
     let by_margin = near.clone().chain(grown).map_while(|at_margin_px| {
         let sides = measured.sides(|divided| clear_of_walls(&divided.levels, at_margin_px));
-        let other = fit(&sides).ok()??;
+        let other = fit(&sides)?;
         let depth = other.depth(&other.certainty(&sides), scale_sigma);
         // With few pixels the depth is that of a corner of the field.
         let is_farther = at_margin_px > margin_px
@@ -293,10 +293,10 @@ fn divide(
         // Smoothing moves a wall by up to its reach, to where the noise that is then measured puts it.
         let (clear, margin_px) = roomy(&map, reach, options);
         let mut sides = [Side { field, clear }];
-        let mut fitted = fit(&sides)?;
+        let mut fitted = fit(&sides);
         if fitted.is_none() && reach > 0 {
             sides[0].clear = clear_of_walls(&map, options.margin_px);
-            fitted = fit(&sides)?;
+            fitted = fit(&sides);
         }
         let Some(fit) = fitted else {
             let Levels { depth_mm, .. } = levels;
