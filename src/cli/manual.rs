@@ -15,7 +15,7 @@ use super::{Cli, CliError, Talk};
 /// Write manual pages, one for each verb
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  epirig manual --out ~/.local/share/man/man1
+  epirig manual --out ~/.cargo/share/man/man1
   epirig manual --out pages && man -l pages/epirig-match.1
 
 A folder that is missing is made. The Debian package brings the pages along.")]
