@@ -65,7 +65,7 @@ try_package() {
   done
   dpkg-query --listfiles $names | while read -r file; do
     if [ -f "$file" ]; then echo ".$(realpath "$(dirname "$file")")/$(basename "$file")"; fi
-  done | sort --unique | tar --create --directory / --files-from - | tar --extract --directory "$root"
+  done | sort --unique | tar --create --directory / --files-from - | tar --extract --no-same-owner --directory "$root"
   (cd "$root" && find . | LC_ALL=C sort) > "$work/before"
   dpkg --root="$root" --log=/dev/null --install "$package"
   (cd "$root" && md5sum --quiet --check <(dpkg-deb --ctrl-tarfile "$package" | tar --extract --to-stdout ./md5sums))
