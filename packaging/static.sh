@@ -39,6 +39,7 @@ for target in "$@"; do
   mkdir -p "$work/$name"
   install -m 755 "$program" "$work/$name/epirig"
   install -m 644 README.md CHANGELOG.md LICENSE-APACHE LICENSE-MIT THIRD-PARTY.txt "$work/$name"
+  case $target in *-musl) install -m 644 packaging/LICENSE-musl "$work/$name" ;; esac
   install -D -m 644 -t "$work/$name/calib" calib/*
   tar --create --directory "$work" --sort=name --owner=0 --group=0 --numeric-owner --mtime="@$SOURCE_DATE_EPOCH" "$name" |
     gzip --best --no-name > "$packages/.$name.part"
