@@ -59,6 +59,15 @@ deny:
 third-party:
     cargo about generate .ci/third-party.hbs --output-file THIRD-PARTY.txt
 
+# A Debian package for this machine, tried in an empty root
+deb:
+    packaging/deb.sh
+    packaging/try.sh target/packages/*.deb
+
+# Static programs for x86_64 and aarch64, tried in empty roots
+static:
+    packaging/static.sh && packaging/try.sh target/packages/*.tar.gz
+
 # All that a change must pass, as in CI
 ci:
     bash .ci/run

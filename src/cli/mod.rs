@@ -26,6 +26,7 @@ mod licences;
 mod linearity;
 mod lines;
 mod log;
+mod manual;
 mod match_arguments;
 mod matching;
 mod memory;
@@ -147,6 +148,7 @@ verbs! {
     Simulate = simulate::Simulate,
     Licences = licences::Licences,
     Completions = completions::Completions,
+    Manual = manual::Manual,
 }
 
 /// Starts the worker threads. If the system allows no threads, the main thread computes alone.

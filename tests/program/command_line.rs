@@ -211,6 +211,7 @@ fn help_has_examples_and_completions_name_the_verbs() {
         "target",
         "licences",
         "completions",
+        "manual",
     ] {
         let help = succeeds(folder.path(), &[verb, "--help"]);
         assert!(help.contains("Example") && help.contains(&format!("epirig {verb}")), "{help}");

@@ -16,6 +16,7 @@ mod independent_roughness;
 #[cfg(unix)]
 mod killed_scans;
 mod logging;
+mod manual;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
 mod pixel_locking;
