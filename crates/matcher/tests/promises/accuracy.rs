@@ -1,5 +1,6 @@
 //! The disparity is as accurate as stated, whatever the order of frames, the stage axis and the bit depth.
 
+use crate::of_first_frame;
 use epirig_core::frame::{Frame, Samples};
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
@@ -152,7 +153,7 @@ fn what_cannot_be_answered_is_not_answered() {
     let options = MatchOptions {
         range: Some(DisparityRange { minimum_px: 30.0, maximum_px: 60.0 }),
         minimum_visible: 1.0,
-        ..MatchOptions::default()
+        ..of_first_frame()
     };
     let mut config = SimulatorConfig::textured_plane(128, 32, 9);
     config.scan.step_mm *= 5.0;
