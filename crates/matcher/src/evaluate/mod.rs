@@ -9,4 +9,4 @@ pub use consistency::{
     BothWaysReport, Differences, Half, SplitHalfError, SplitHalfReport, both_ways, match_halves, split_half,
 };
 pub use leave_out::{LeaveOutError, LeaveOutReport, leave_out};
-pub use truth::{ErrorStatistics, SizeMismatch, TruthReport, compare_with_truth, median_step};
+pub use truth::{ErrorStatistics, SizeMismatch, TruthReport, compare_with_truth};

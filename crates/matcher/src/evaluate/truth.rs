@@ -4,7 +4,6 @@ use serde::Serialize;
 use thiserror::Error;
 
 use epirig_core::grid::Grid;
-use epirig_core::statistics::upper_median;
 
 /// The maps to be compared do not cover the same pixels.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -90,18 +89,6 @@ pub fn compare_with_truth(
         }
     }
     Ok(TruthReport { all: all.statistics(), in_both_end_frames: in_both_end_frames.statistics() })
-}
-
-/// Median of `map` where the truth lies within `tolerance` of `low`, less its median where it lies within
-/// `tolerance` of `high`; `None` if either holds no answered pixel.
-pub fn median_step(map: &Grid<f32>, truth: &Grid<f32>, low: f32, high: f32, tolerance: f32) -> Option<f64> {
-    let median = |level: f32| {
-        let values = map.values().iter().zip(truth.values());
-        let chosen = values.filter(|(value, truth)| !value.is_nan() && (*truth - level).abs() <= tolerance);
-        let mut values: Vec<f32> = chosen.map(|(&value, _)| value).collect();
-        upper_median(&mut values).map(f64::from)
-    };
-    Some(median(low)? - median(high)?)
 }
 
 #[derive(Default)]
