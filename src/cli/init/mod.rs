@@ -62,7 +62,7 @@ impl Init {
         }
         write_new(&self.out, draft.commented(&findings).as_bytes())?;
         let written = Written {
-            file: quoted(&self.out),
+            file: self.out.display().to_string(),
             cameras: findings.cameras.iter().map(|camera| camera.choice.clone()).collect(),
             ports: findings.ports,
         };
@@ -71,12 +71,11 @@ impl Init {
                 [] => format!("no {what} found"),
                 found => format!("{what}: {}", found.join(", ")),
             };
+            let file = quoted(&self.out);
             format!(
-                "{} written ({}; {})\nfill in what is missing of plan and optics, then `epirig doctor --rig {}` examines the rig\n",
-                written.file,
+                "{file} written ({}; {})\nfill in what is missing of plan and optics, then `epirig doctor --rig {file}` examines the rig\n",
                 list(&written.ports, "serial port"),
-                list(&written.cameras, "camera"),
-                written.file
+                list(&written.cameras, "camera")
             )
         })
     }
