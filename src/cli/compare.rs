@@ -14,6 +14,7 @@ use crate::pipeline::{
     CompareSummary, MeasuredScan, OpenedResults, compare_scans, open_results, surface_need,
 };
 use crate::results::{ResultsFolder, ResultsKind};
+use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::surface::TrendKind;
 
@@ -79,7 +80,7 @@ impl Compare {
         let summary = compare_scans(scans, self.trend, &region, &folder)?;
         folder.commit()?;
         let picture = self.out.join("difference.png");
-        talk.result(&summary, || format!("{}look at {}\n", describe(&summary), picture.display()))
+        talk.result(&summary, || format!("{}look at {}\n", describe(&summary), quoted(&picture)))
     }
 
     /// Opens a sequence with its usual results, or the results in a folder of a sequence.

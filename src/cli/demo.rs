@@ -91,6 +91,7 @@ impl Demo {
         ));
         let folder = out.join("sequence");
         // The truth serves the comparison below only; the pipeline runs as for any rig.
+        // The middle frame, by number: its truth is needed before anything is matched.
         let reference = simulator.config().scan.frames / 2;
         let truth = simulator.truth(reference)?;
         let mut devices = Devices::of(&profile, None, talk)?;
