@@ -134,7 +134,8 @@ fn surfalize_reads_what_the_program_writes_and_finds_the_same_roughness() {
     images(&path.join("photos"), 9);
     let scale = ["--step-mm", "1.875", "--focal-length-px", "128"];
     succeeds(path, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
-    succeeds(path, &["match", "seq"]);
+    // What leaves the image after the first frame has no answer.
+    succeeds(path, &["match", "seq", "--reference", "first"]);
     // A pixel is 240 mm / 128 px = 1.875 mm wide.
     for filters in [
         Filters::default(),

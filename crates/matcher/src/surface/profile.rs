@@ -68,8 +68,9 @@ pub fn profile(
         if length_px > 0.0 { ((from_y - to_y) / length_px, (to_x - from_x) / length_px) } else { (0.0, 1.0) };
     let independent = (line.width_px as f64 / correlation_px.max(1.0)).max(1.0);
     let points = (0..=steps).map(|step| {
-        let share = step as f64 / steps as f64;
-        let (x_px, y_px) = (from_x + share * (to_x - from_x), from_y + share * (to_y - from_y));
+        // Divided last: between pixels of a row or a column, all points are pixels exactly.
+        let at = |from: f64, to: f64| from + step as f64 * (to - from) / steps as f64;
+        let (x_px, y_px) = (at(from_x, to_x), at(from_y, to_y));
         let (mut height, mut variance, mut known) = (0.0, 0.0, 0_usize);
         for index in 0..line.width_px {
             let off = index as f64 - 0.5 * (line.width_px as f64 - 1.0);
@@ -85,7 +86,7 @@ pub fn profile(
         ProfilePoint {
             x_px,
             y_px,
-            distance_mm: share * length_px * heights.pixel_mm(),
+            distance_mm: at(0.0, length_px) * heights.pixel_mm(),
             height_mm: if enough { height / count } else { f64::NAN },
             sigma_mm: if enough {
                 (variance / count / (independent * count / line.width_px as f64).max(1.0)).sqrt()
@@ -152,6 +153,17 @@ mod tests {
         // Neighbours that err wholly together gain nothing.
         let together = profile(&heights, &heights.height_mm, line, 9.0).unwrap();
         assert!((together.points[3].sigma_mm - 0.06).abs() < 1e-6);
+    }
+
+    #[test]
+    fn points_between_pixels_of_a_row_are_pixels() {
+        let heights = ramp();
+        for from in 0..28 {
+            let line = Line { from_px: (f64::from(from), 4.0), to_px: (29.0, 4.0), width_px: 1 };
+            let found = profile(&heights, &heights.height_mm, line, 1.0).unwrap();
+            let columns: Vec<f64> = found.points.iter().map(|point| point.x_px).collect();
+            assert_eq!(columns, (from..30).map(f64::from).collect::<Vec<_>>());
+        }
     }
 
     #[test]
