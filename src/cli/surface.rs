@@ -17,7 +17,9 @@ use crate::pipeline::{
 use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
-use epirig_matcher::surface::{Combined, Contribution, Evaluation, Filters, Heights, Roughness, TrendKind};
+use epirig_matcher::surface::{
+    Combined, Contribution, Evaluation, Filters, HalfHeights, Heights, Roughness, TrendKind,
+};
 
 /// The report in the folder of the surface.
 const REPORT: &str = "report.html";
@@ -163,7 +165,7 @@ fn halves(
     sequence: &Sequence,
     opened: &OpenedResults,
     talk: &Talk,
-) -> Result<Option<[Heights; 2]>, CliError> {
+) -> Result<Option<[HalfHeights; 2]>, CliError> {
     let need = halves_need(half_frames(sequence, opened));
     check("matching halves of the frames", need, talk, close_others)?;
     let found = match half_heights(sequence, opened, talk) {

@@ -4,7 +4,7 @@ use super::{Frames, OpenedResults, PipelineError, load, match_options};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::evaluate::{SplitHalfError, match_halves};
-use epirig_matcher::surface::Heights;
+use epirig_matcher::surface::HalfHeights;
 
 /// The frames that [`half_heights`] holds in memory, for [`halves_need`](super::halves_need).
 pub fn half_frames(sequence: &Sequence, opened: &OpenedResults) -> Frames {
@@ -22,11 +22,14 @@ pub fn half_heights(
     sequence: &Sequence,
     opened: &OpenedResults,
     progress: &dyn Progress,
-) -> Result<Option<[Heights; 2]>, PipelineError> {
+) -> Result<Option<[HalfHeights; 2]>, PipelineError> {
     let Some(heights) = &opened.heights else { return Ok(None) };
     let volume = load(sequence, opened.calibration.as_ref(), progress)?;
     match match_halves(&volume, opened.matched.reference, &match_options(&opened.matched), progress) {
         Err(SplitHalfError::TooFewFrames(_)) => Ok(None),
-        halves => Ok(Some(halves?.map(|half| heights.of_maps(&half.maps())))),
+        halves => Ok(Some(halves?.map(|half| HalfHeights {
+            dividing: heights.of_maps(&half.best),
+            measured: heights.of_maps(&half.in_equal_windows),
+        }))),
     }
 }

@@ -9,8 +9,8 @@ use epirig_data::formats::MapFacts;
 
 use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
-    Extent, Filters, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind, find_extent,
-    find_outliers, find_steps, fit_trend, profile,
+    Extent, Filters, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind,
+    find_extent, find_outliers, find_steps, fit_trend, profile,
 };
 
 /// Version of `surface.json`.
@@ -90,7 +90,7 @@ pub struct SurfaceAnswers {
 /// error.
 pub fn analyse_surface(
     heights: &Heights,
-    halves: Option<&[Heights; 2]>,
+    halves: Option<&[HalfHeights; 2]>,
     opened: &OpenedResults,
     questions: &SurfaceQuestions,
 ) -> Result<SurfaceAnswers, PipelineError> {

@@ -9,7 +9,7 @@ use crate::report::html::{CalibrationPart, Maps, Report, Scan};
 use crate::results::{ResultsFolder, SurfaceSummary, read_result};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Sequence, now};
-use epirig_matcher::surface::Heights;
+use epirig_matcher::surface::{HalfHeights, Heights};
 
 /// The maps that heights are computed from.
 const SOURCES: [&str; 2] = ["disparity.tiff", "sigma.tiff"];
@@ -26,7 +26,7 @@ pub struct MeasuredSurface<'a> {
     /// The heights.
     pub heights: &'a Heights,
     /// The heights by halves of the frames, if they are known.
-    pub halves: Option<&'a [Heights; 2]>,
+    pub halves: Option<&'a [HalfHeights; 2]>,
 }
 
 /// Answers `questions` about a surface, and writes the answers into `folder`, which the caller commits: maps,

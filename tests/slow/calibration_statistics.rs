@@ -10,10 +10,13 @@ use epirig_calibration::photometry::Correction;
 use epirig_calibration::rectification::{Mapping, Rectifier};
 use epirig_calibration::stage_axis::{find, positioning_error};
 use epirig_calibration::target::{find_boards, track};
+use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_matcher::evaluate::match_halves;
-use epirig_matcher::surface::{Geometry, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights};
+use epirig_matcher::surface::{
+    Geometry, HalfHeights, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights,
+};
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume};
 use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
 use rand::SeedableRng;
@@ -120,8 +123,7 @@ fn one_rig(seed: u64) -> Normalised {
     let rows = (0..camera.rows).filter(|&y| (0..camera.columns).any(|x| inside(x, y)));
     let (columns, rows): (Vec<usize>, Vec<usize>) = (columns.collect(), rows.collect());
     let (left, top) = (columns[0], rows[0]);
-    let cut =
-        |map: &epirig_core::grid::Grid<f32>| map.cropped(left..left + columns.len(), top..top + rows.len());
+    let cut = |map: &Grid<f32>| map.cropped(left..left + columns.len(), top..top + rows.len());
     let point = (camera.principal_point_x_px - left as f64, camera.principal_point_y_px - top as f64);
     let geometry =
         Geometry::exact(camera.focal_length_px, positioning.baseline_mm, point).with_scale(ScaleSigma {
@@ -131,7 +133,10 @@ fn one_rig(seed: u64) -> Normalised {
     let heights = heights(geometry, &cut(&maps.disparity), &cut(&maps.sigma)).unwrap();
     // As `surface` takes them.
     let steps = StepsOptions::for_window(TrendKind::Quadric, 7).with_grown_window(LARGEST_GROWN_WINDOW_PX);
-    let halves = halves.map(|half| heights.of_maps(&half.maps().each_ref().map(cut)));
+    let halves = halves.map(|half| {
+        let of = |maps: &[Grid<f32>; 2]| heights.of_maps(&maps.each_ref().map(cut));
+        HalfHeights { dividing: of(&half.best), measured: of(&half.in_equal_windows) }
+    });
     let Steps { depth, budget, .. } = find_steps(&heights, Some(&halves), &steps).unwrap();
     let freedom = depth.degrees_of_freedom.unwrap();
     let wider = (freedom / (freedom - 2.0)).sqrt();

@@ -11,7 +11,7 @@ use super::lines::{Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint};
+use super::options::{Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Surfaces};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, fit};
@@ -70,6 +70,32 @@ impl Matcher {
     /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
     pub fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, MatchError> {
         matched(&self.volume, &self.options, progress)
+    }
+
+    /// Disparity and its sigma, in px, of the pixels that `maps` answers, by windows of one size: that of the fit
+    /// in the options. Rows x columns, NaN without an answer.
+    ///
+    /// Windows that grow with the noise see a wall from as far as they reach, which differs from pixel to pixel.
+    /// These see it from half a window, so a mean over many pixels farther away is right, although each pixel
+    /// has more noise.
+    pub fn in_equal_windows(&self, maps: &DisparityMaps, progress: &dyn Progress) -> [Grid<f32>; 2] {
+        let Self { volume, options } = self;
+        let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+        let equal = Fit {
+            surfaces: Surfaces::Windows,
+            window_px: options.refine_window_px,
+            wanted_sigma_px: f64::INFINITY,
+            effort: Effort::Full,
+            // Answers are near enough.
+            steps: usize::from(options.refine),
+            rule: seen_rule(volume, options, maps.ordering),
+            deviation_share: None,
+        };
+        progress.begin("refining in equal windows", volume.rows() as u64);
+        let FitResult { disparity, sigma, .. } =
+            fit(volume, &lines, maps.disparity.clone(), equal, || progress.advance(1));
+        progress.end();
+        [disparity, sigma]
     }
 
     /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search:

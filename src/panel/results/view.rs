@@ -15,7 +15,7 @@ use epirig_core::progress::Silent;
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::is_there;
-use epirig_matcher::surface::Heights;
+use epirig_matcher::surface::HalfHeights;
 
 /// Name of the usual folder of results.
 pub(super) const RESULTS: &str = "results";
@@ -31,7 +31,7 @@ pub struct ResultsView {
     pub(super) frames: Frames,
     pub(super) epis: Arc<Epis>,
     /// Heights by halves of the frames, from the first question about a step height on.
-    halves: OnceLock<Option<[Heights; 2]>>,
+    halves: OnceLock<Option<[HalfHeights; 2]>>,
 }
 
 impl ResultsView {
@@ -68,7 +68,7 @@ impl ResultsView {
 
     /// Heights by halves of the frames; `None` if the frames cannot be read or divided, or there is too little
     /// memory to match them.
-    pub(super) fn halves(&self) -> Option<&[Heights; 2]> {
+    pub(super) fn halves(&self) -> Option<&[HalfHeights; 2]> {
         let found = || {
             let results = self.results.as_ref()?;
             let need = halves_need(half_frames(&self.sequence, results));

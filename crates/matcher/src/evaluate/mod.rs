@@ -6,7 +6,8 @@ mod leave_out;
 mod truth;
 
 pub use consistency::{
-    BothWaysReport, Differences, Half, SplitHalfError, SplitHalfReport, both_ways, match_halves, split_half,
+    BothWaysReport, Differences, HalfMaps, SplitHalfError, SplitHalfReport, both_ways, match_halves,
+    split_half,
 };
 pub use leave_out::{LeaveOutError, LeaveOutReport, leave_out};
 pub use truth::{ErrorStatistics, SizeMismatch, TruthReport, compare_with_truth};

@@ -18,7 +18,7 @@ const VANISHED: f64 = 0.1;
 /// Width of a block over the reach of the errors ...
 const BLOCK_OVER_REACH: usize = 4;
 /// ... unless that leaves fewer blocks than this along a side; they are at least twice as wide.
-const BLOCKS_ALONG: usize = 8;
+const BLOCKS_ALONG: usize = 4;
 /// Most blocks along a side: a thousand blocks give a standard deviation to 2 %.
 const MOST_ALONG: usize = 32;
 

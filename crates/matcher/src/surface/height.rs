@@ -108,6 +108,24 @@ impl Heights {
     }
 }
 
+/// Heights by half of the frames, whose noise is independent of that of the other half; both are counted from the
+/// level of all frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HalfHeights {
+    /// Heights with as little noise as can be: they tell where the hollows are.
+    pub dividing: Heights,
+    /// Heights by windows of one size, which see walls only from near: they tell how deep the hollows are.
+    pub measured: Heights,
+}
+
+impl HalfHeights {
+    /// The heights where `kept` is true; NaN elsewhere.
+    #[must_use]
+    pub fn only(&self, kept: &Grid<bool>) -> Self {
+        Self { dividing: self.dividing.only(kept), measured: self.measured.only(kept) }
+    }
+}
+
 /// Height of every pixel: its distance is Z = f b / |d|, and a small error of d acts on it by Z / |d|.
 ///
 /// `None` if no pixel has a disparity other than zero.

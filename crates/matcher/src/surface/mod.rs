@@ -19,7 +19,7 @@ pub use blocks::{Correlation, student_t_95};
 pub use error::SurfaceError;
 pub use extent::{Extent, Rectangle, find_extent};
 pub use filter::Filters;
-pub use height::{Geometry, Heights, ScaleSigma, heights};
+pub use height::{Geometry, HalfHeights, Heights, ScaleSigma, heights};
 pub use outliers::find_outliers;
 pub use profile::{Line, Profile, ProfilePoint, profile};
 pub use roughness::{Roughness, roughness};

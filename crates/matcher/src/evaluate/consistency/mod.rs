@@ -4,10 +4,12 @@
 //! belong to occluded points. Neither sees an error that both matches share, such as that of a wrong tau.
 
 mod both_ways;
+mod halves;
 mod split_half;
 
 pub use both_ways::{BothWaysReport, both_ways};
-pub use split_half::{Differences, Half, SplitHalfError, SplitHalfReport, match_halves, split_half};
+pub use halves::{HalfMaps, SplitHalfError, match_halves};
+pub use split_half::{Differences, SplitHalfReport, split_half};
 
 /// `count` of `of`, 0 to 1.
 fn share(count: usize, of: usize) -> f64 {

@@ -1,14 +1,12 @@
 //! Two matches compared: one of the odd frames, one of the even frames.
 
 use serde::Serialize;
-use thiserror::Error;
 
+use super::halves::{Half, SplitHalfError};
 use super::share;
-use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, Matcher, ReferenceFrame};
-use epirig_core::grid::Grid;
+use crate::MatchOptions;
 use epirig_core::progress::Progress;
 use epirig_core::statistics::quantile_of_sorted;
-use epirig_core::tau::{Tau, TauError};
 use epirig_core::volume::Volume;
 
 /// A pixel counts as textured if its sigma is at most this in both halves, in px: a tenth of a pixel is where
@@ -16,21 +14,6 @@ use epirig_core::volume::Volume;
 const TEXTURED_SIGMA_PX: f64 = 0.1;
 /// This share of a normal variable lies within one standard deviation.
 const WITHIN_ONE_SIGMA: f64 = 0.682_689;
-
-/// Why a sequence cannot be split.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum SplitHalfError {
-    /// A half would show no lines.
-    #[error("half of {0} frames shows no lines; at least 6 frames are needed")]
-    TooFewFrames(usize),
-    /// The positions of a half are no baseline.
-    #[error(transparent)]
-    Tau(#[from] TauError),
-    /// A half cannot be matched.
-    #[error(transparent)]
-    Match(#[from] MatchError),
-}
 
 /// Differences of two matches over a set of pixels, in px over the whole baseline; zeros for no pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -85,7 +68,8 @@ pub fn split_half(
     progress: &dyn Progress,
 ) -> Result<SplitHalfReport, SplitHalfError> {
     let reference = options.reference_index(volume)?;
-    let [even, odd] = match_halves(volume, reference, options, progress)?;
+    let half = |parity| Half::matched(volume, reference, parity, options, progress);
+    let (even, odd) = (half(0)?, half(1)?);
     let correlation = even.reference_weight * odd.reference_weight;
     let mut pairs = Vec::with_capacity(volume.rows() * volume.columns());
     for index in 0..volume.rows() * volume.columns() {
@@ -108,85 +92,6 @@ pub fn split_half(
         answered,
         textured: differences(&pairs, pixels),
     })
-}
-
-/// Matches the even and the odd frames of `volume` apart, both in the view of frame `reference`, which both
-/// contain, with the other `options`.
-///
-/// # Errors
-/// [`SplitHalfError`] if there are too few frames or a half cannot be matched.
-pub fn match_halves(
-    volume: &Volume,
-    reference: usize,
-    options: &MatchOptions,
-    progress: &dyn Progress,
-) -> Result<[Half; 2], SplitHalfError> {
-    if volume.frames() < 6 {
-        return Err(SplitHalfError::TooFewFrames(volume.frames()));
-    }
-    let half = |parity: usize| Half::matched(volume, reference, parity, options, progress);
-    Ok([half(0)?, half(1)?])
-}
-
-/// The match of every other frame.
-#[derive(Debug, Clone)]
-pub struct Half {
-    maps: DisparityMaps,
-    frames: usize,
-    /// Part of the whole baseline between its first and its last frame.
-    span: f64,
-    /// Weight of the reference frame in the regression on tau, over the root of the sum of all squared
-    /// weights.
-    reference_weight: f64,
-}
-
-impl Half {
-    fn matched(
-        volume: &Volume,
-        reference: usize,
-        parity: usize,
-        options: &MatchOptions,
-        progress: &dyn Progress,
-    ) -> Result<Self, SplitHalfError> {
-        let frames: Vec<usize> =
-            (0..volume.frames()).filter(|&t| t % 2 == parity || t == reference).collect();
-        let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
-        let span = positions[positions.len() - 1] - positions[0];
-        let tau = Tau::from_positions(&positions)?;
-        let mean = positions.iter().sum::<f64>() / positions.len() as f64;
-        let norm = positions.iter().map(|position| (position - mean).powi(2)).sum::<f64>().sqrt();
-        let rows: Vec<usize> = (0..volume.rows()).collect();
-        let index = frames.iter().position(|&t| t == reference).unwrap_or(0);
-        // A half has its own baseline, over which its disparities are stated.
-        let range = |range: DisparityRange| DisparityRange {
-            minimum_px: range.minimum_px * span,
-            maximum_px: range.maximum_px * span,
-        };
-        let options = MatchOptions {
-            reference: ReferenceFrame::Index(index),
-            range: options.range.map(range),
-            maximum_sigma_px: options.maximum_sigma_px * span,
-            ..options.clone()
-        };
-        let maps = Matcher::new(volume.selected(&rows, &frames, tau), options)?.matched(progress)?;
-        let reference_weight = (volume.tau().values()[reference] - mean) / norm;
-        Ok(Self { maps, frames: frames.len(), span, reference_weight })
-    }
-
-    /// Disparity and sigma in px over the whole baseline; rows x columns, NaN without answer.
-    pub fn maps(&self) -> [Grid<f32>; 2] {
-        [&self.maps.disparity, &self.maps.sigma].map(|map| self.over_whole_baseline(map))
-    }
-
-    fn over_whole_baseline(&self, map: &Grid<f32>) -> Grid<f32> {
-        map.map(|px| (f64::from(px) / self.span) as f32)
-    }
-
-    /// Disparity and sigma over the whole baseline of pixel `index`, row after row; NaN without answer.
-    fn at(&self, index: usize) -> (f64, f64) {
-        let [disparity, sigma] = [&self.maps.disparity, &self.maps.sigma].map(|plane| plane.values()[index]);
-        (f64::from(disparity) / self.span, f64::from(sigma) / self.span)
-    }
 }
 
 struct Pair {
@@ -218,7 +123,9 @@ fn differences(pairs: &[Pair], pixels: usize) -> Differences {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{DisparityRange, ReferenceFrame};
     use epirig_core::progress::Silent;
+    use epirig_core::tau::Tau;
     use epirig_simulator::{Simulator, SimulatorConfig};
 
     fn report(frames: usize, reference: ReferenceFrame) -> SplitHalfReport {

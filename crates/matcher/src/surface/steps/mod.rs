@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::SurfaceError;
 use super::blocks::Correlation;
-use super::height::Heights;
+use super::height::{HalfHeights, Heights};
 use super::smooth::{mean_around, without_spikes};
 use super::trend::{Field, Trend};
 use budget::Choices;
@@ -104,6 +104,9 @@ pub struct Steps {
 /// the odd frames, whose noise is independent, is measured on the levels that the other one shows (cross-fitting).
 /// Without them the depth is too large.
 ///
+/// What is measured has windows of one size, so the margin beside the walls is the smallest of the `options`. Without
+/// halves it is that of windows that grow.
+///
 /// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on
 /// stripes and on pits).
 ///
@@ -112,42 +115,49 @@ pub struct Steps {
 /// of the walls.
 pub fn find_steps(
     heights: &Heights,
-    halves: Option<&[Heights; 2]>,
+    halves: Option<&[HalfHeights; 2]>,
     options: &StepsOptions,
 ) -> Result<Steps, SurfaceError> {
     let field = Field::new(heights, options.trend)?;
     let whole = divided(&field, options)?;
-    let Some(halves) = halves else {
-        return steps(&field, &whole, &Measured(vec![(&field, &whole)]), options);
+    let Some([one, other]) = halves else {
+        let measured = Measured { on: vec![(&field, &whole)], margin_px: whole.margin_px };
+        return steps(&field, &whole, &measured, options);
     };
-    let [one, other] = halves.each_ref().map(|half| field.with_heights(half));
-    let (one, other) = (one?, other?);
-    let (by_one, by_other) = rayon::join(|| divided(&one, options), || divided(&other, options));
+    let by = |half: &HalfHeights| divided(&field.with_heights(&half.dividing)?, options);
+    let (by_one, by_other) = rayon::join(|| by(one), || by(other));
     let (by_one, by_other) = (by_one?, by_other?);
-    steps(&field, &whole, &Measured(vec![(&one, &by_other), (&other, &by_one)]), options)
+    let (one, other) = (field.with_heights(&one.measured)?, field.with_heights(&other.measured)?);
+    let measured = Measured { on: vec![(&one, &by_other), (&other, &by_one)], margin_px: options.margin_px };
+    steps(&field, &whole, &measured, options)
 }
 
 /// Heights to be measured, each with the division that they are measured on.
-struct Measured<'a>(Vec<(&'a Field<'a>, &'a Divided)>);
+struct Measured<'a> {
+    on: Vec<(&'a Field<'a>, &'a Divided)>,
+    /// Distance from the walls that is left out, in px.
+    margin_px: usize,
+}
 
 impl Measured<'_> {
-    fn sides(&self, clear: impl Fn(&Divided) -> Grid<Level>) -> Vec<Side<'_>> {
-        self.0.iter().map(|(field, divided)| Side { field, clear: clear(divided) }).collect()
+    fn sides(&self, margin_px: usize) -> Vec<Side<'_>> {
+        self.on.iter().map(|(field, divided)| Side { field, clear: divided.clear_by(margin_px) }).collect()
     }
 
     /// Whether heights are measured on levels that others show.
     fn is_crossed(&self) -> bool {
-        self.0.len() > 1
+        self.on.len() > 1
     }
 
     /// The depth and its sigma, in mm, with a form of one more degree; `None` if there is none, or too few
     /// pixels for it.
     fn with_richer_form(&self, scale_sigma: f64) -> Option<(f64, Option<f64>)> {
-        let fields: Vec<Field<'_>> = self.0.iter().map(|(field, _)| field.richer()).collect::<Option<_>>()?;
+        let fields: Vec<Field<'_>> =
+            self.on.iter().map(|(field, _)| field.richer()).collect::<Option<_>>()?;
         let sides: Vec<Side<'_>> = fields
             .iter()
-            .zip(&self.0)
-            .map(|(field, (_, divided))| Side { field, clear: divided.clear.clone() })
+            .zip(&self.on)
+            .map(|(field, (_, divided))| Side { field, clear: divided.clear_by(self.margin_px) })
             .collect();
         let fitted = fit(&sides)?;
         let depth = fitted.depth(&fitted.certainty(&sides), scale_sigma);
@@ -163,10 +173,10 @@ fn steps(
     measured: &Measured<'_>,
     options: &StepsOptions,
 ) -> Result<Steps, SurfaceError> {
-    let (margin_px, scale) = (whole.margin_px, field.heights.geometry.scale);
+    let (margin_px, scale) = (measured.margin_px, field.heights.geometry.scale);
     let scale_sigma = scale.together();
     let narrow = SurfaceError::TooNarrow { margin_px, depth_mm: whole.levels_found.depth_mm };
-    let plateaus = measured.sides(|divided| divided.clear.clone());
+    let plateaus = measured.sides(margin_px);
     let fitted = fit(&plateaus).ok_or(narrow.clone())?;
     let certainty = fitted.certainty(&plateaus);
     let map = [Side { field, clear: whole.clear.clone() }];
@@ -177,12 +187,9 @@ fn steps(
         count(Level::Lower) / (count(Level::Lower) + count(Level::Upper))
     };
     let raised = lower_share > GROUND;
-    // Without the margins between the smallest one and a grown one: each takes a fit.
-    let near = 0..=options.margin_px + MORE_MARGIN;
-    let grown = [margin_px, margin_px + MORE_MARGIN].into_iter().filter(|margin| !near.contains(margin));
     let mut farther_from_walls = None;
-    let by_margin = near.clone().chain(grown).map_while(|at_margin_px| {
-        let sides = measured.sides(|divided| clear_of_walls(&divided.levels, at_margin_px));
+    let by_margin = (0..=margin_px + MORE_MARGIN).map_while(|at_margin_px| {
+        let sides = measured.sides(at_margin_px);
         let other = fit(&sides)?;
         let depth = other.depth(&other.certainty(&sides), scale_sigma);
         // With few pixels the depth is that of a corner of the field.
@@ -264,8 +271,17 @@ struct Divided {
     /// What lies clear of the walls, and the margin that was left out.
     clear: Grid<Level>,
     margin_px: usize,
+    /// By how much more the margin was larger, as smoothing may have moved the walls, in px.
+    moved_px: usize,
     /// Trend and depth by the heights that divided.
     levels_found: Levels,
+}
+
+impl Divided {
+    /// The levels without what lies nearer than this to walls that smoothing may have moved.
+    fn clear_by(&self, margin_px: usize) -> Grid<Level> {
+        clear_of_walls(&self.levels, margin_px + self.moved_px)
+    }
 }
 
 /// Divides by the smoothed heights; the second number is the depth over the scatter of the smoothed heights
@@ -291,10 +307,12 @@ fn divide(
             break;
         }
         // Smoothing moves a wall by up to its reach, to where the noise that is then measured puts it.
-        let (clear, margin_px) = roomy(&map, reach, options);
+        let (clear, mut margin_px) = roomy(&map, reach, options);
         let mut sides = [Side { field, clear }];
         let mut fitted = fit(&sides);
+        let mut moved_px = reach;
         if fitted.is_none() && reach > 0 {
+            (margin_px, moved_px) = (options.margin_px, 0);
             sides[0].clear = clear_of_walls(&map, options.margin_px);
             fitted = fit(&sides);
         }
@@ -309,7 +327,7 @@ fn divide(
         levels = fit.levels.clone();
         scatter_mm = smoothed_scatter(field, smoothed, &fit);
         let [Side { clear, .. }] = sides;
-        divided = Some(Divided { levels: map, clear, margin_px, levels_found: fit.levels });
+        divided = Some(Divided { levels: map, clear, margin_px, moved_px, levels_found: fit.levels });
     }
     let divided = divided.ok_or(one_level)?;
     if !levels.are_two(&points) {

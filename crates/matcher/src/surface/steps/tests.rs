@@ -262,6 +262,11 @@ fn the_grown_margin_is_kept_where_hollows_have_the_room() {
     }
 }
 
+/// A half that is divided and measured by the same heights.
+fn alike(heights: Heights) -> HalfHeights {
+    HalfHeights { dividing: heights.clone(), measured: heights }
+}
+
 #[test]
 fn levels_that_another_half_shows_do_not_make_the_depth_larger() {
     // A depth of three times the scatter of a half.
@@ -269,9 +274,10 @@ fn levels_that_another_half_shows_do_not_make_the_depth_larger() {
         |x_mm: f64, y_mm: f64, x: usize, _: usize| tilted(x_mm, y_mm) - if stripes(x) { 0.12 } else { 0.0 };
     let mut crossed = Vec::new();
     for seed in 0..40 {
-        let halves = [0, 1].map(|half| field(0.04, 2 * seed + half, form));
-        let mut whole = halves[0].clone();
-        for (height, other) in whole.height_mm.values_mut().iter_mut().zip(halves[1].height_mm.values()) {
+        let halves = [0, 1].map(|half| alike(field(0.04, 2 * seed + half, form)));
+        let mut whole = halves[0].measured.clone();
+        let others = halves[1].measured.height_mm.values();
+        for (height, other) in whole.height_mm.values_mut().iter_mut().zip(others) {
             *height = 0.5 * (*height + other);
         }
         let found = find_steps(&whole, Some(&halves), &options(TrendKind::Plane)).unwrap();
@@ -289,7 +295,34 @@ fn a_half_that_shows_one_level_is_refused() {
     let form =
         |x_mm: f64, y_mm: f64, x: usize, _: usize| tilted(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 };
     let flat = field(0.03, 2, |x_mm, y_mm, _, _| tilted(x_mm, y_mm));
-    let halves = [field(0.03, 1, form), flat];
+    let halves = [field(0.03, 1, form), flat].map(alike);
     let found = find_steps(&field(0.03, 3, form), Some(&halves), &options(TrendKind::Plane));
     assert!(matches!(found, Err(SurfaceError::OneLevel { .. })), "{:?}", found.map(|found| found.depth));
+}
+
+#[test]
+fn windows_that_see_far_divide_but_do_not_measure() {
+    // Heights that divide are means over 17 columns, which reach beyond the grown margin.
+    let form =
+        |x_mm: f64, y_mm: f64, x: usize, _: usize| tilted(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 };
+    let halves = [1, 2].map(|seed| {
+        let exact = field(0.0, seed, form);
+        let mut dividing = field(0.01, seed, form);
+        for y in 0..exact.height_mm.rows() {
+            let row = exact.height_mm.row(y);
+            for (x, height) in dividing.height_mm.row_mut(y).iter_mut().enumerate() {
+                let around = &row[x.saturating_sub(8)..(x + 9).min(row.len())];
+                *height += around.iter().sum::<f32>() / around.len() as f32 - row[x];
+            }
+        }
+        HalfHeights { dividing, measured: field(0.01, seed + 10, form) }
+    });
+    let options = options(TrendKind::Plane).with_grown_window(11);
+    let wide = find_steps(&halves[0].dividing, None, &options).unwrap().depth;
+    assert!(wide.depth_mm < 0.99 * 0.2, "{wide:?}");
+    let found = find_steps(&halves[0].dividing, Some(&halves), &options).unwrap();
+    assert_eq!(found.margin_px, options.margin_px);
+    let Depth { depth_mm, half_width_95_mm, .. } = found.depth;
+    let holds = |depth_mm: f64| (depth_mm - 0.2).abs() < half_width_95_mm.unwrap();
+    assert!(holds(depth_mm) && !holds(wide.depth_mm), "{:?}, {wide:?}", found.depth);
 }

@@ -1,0 +1,133 @@
+//! Matches of the even and of the odd frames, whose noise is independent.
+
+use thiserror::Error;
+
+use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, Matcher, ReferenceFrame};
+use epirig_core::grid::Grid;
+use epirig_core::progress::Progress;
+use epirig_core::tau::{Tau, TauError};
+use epirig_core::volume::Volume;
+
+/// Why a sequence cannot be split.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SplitHalfError {
+    /// A half would show no lines.
+    #[error("half of {0} frames shows no lines; at least 6 frames are needed")]
+    TooFewFrames(usize),
+    /// The positions of a half are no baseline.
+    #[error(transparent)]
+    Tau(#[from] TauError),
+    /// A half cannot be matched.
+    #[error(transparent)]
+    Match(#[from] MatchError),
+}
+
+/// Disparity and sigma of half of the frames, in px over the whole baseline; rows x columns, NaN without answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HalfMaps {
+    /// As the options say: with the least noise, and with windows of many sizes.
+    pub best: [Grid<f32>; 2],
+    /// Of the same pixels [in equal windows](Matcher::in_equal_windows), which see walls only from near.
+    pub in_equal_windows: [Grid<f32>; 2],
+}
+
+/// Matches the even and the odd frames of `volume` apart, both in the view of frame `reference`, which both
+/// contain, with the other `options`.
+///
+/// # Errors
+/// [`SplitHalfError`] if there are too few frames or a half cannot be matched.
+pub fn match_halves(
+    volume: &Volume,
+    reference: usize,
+    options: &MatchOptions,
+    progress: &dyn Progress,
+) -> Result<[HalfMaps; 2], SplitHalfError> {
+    let maps = |parity| -> Result<HalfMaps, SplitHalfError> {
+        let Task { matcher, span, .. } = Task::new(volume, reference, parity, options)?;
+        let maps = matcher.matched(progress)?;
+        let in_equal_windows = matcher.in_equal_windows(&maps, progress);
+        let over_whole = |map: &Grid<f32>| map.map(|px| (f64::from(px) / span) as f32);
+        Ok(HalfMaps {
+            best: [&maps.disparity, &maps.sigma].map(over_whole),
+            in_equal_windows: in_equal_windows.each_ref().map(over_whole),
+        })
+    };
+    Ok([maps(0)?, maps(1)?])
+}
+
+/// A half that is ready to be matched.
+struct Task {
+    matcher: Matcher,
+    frames: usize,
+    /// Part of the whole baseline between its first and its last frame.
+    span: f64,
+    /// Weight of the reference frame in the regression on tau, over the root of the sum of all squared
+    /// weights.
+    reference_weight: f64,
+}
+
+impl Task {
+    fn new(
+        volume: &Volume,
+        reference: usize,
+        parity: usize,
+        options: &MatchOptions,
+    ) -> Result<Self, SplitHalfError> {
+        if volume.frames() < 6 {
+            return Err(SplitHalfError::TooFewFrames(volume.frames()));
+        }
+        let frames: Vec<usize> =
+            (0..volume.frames()).filter(|&t| t % 2 == parity || t == reference).collect();
+        let positions: Vec<f64> = frames.iter().map(|&t| volume.tau().values()[t]).collect();
+        let span = positions[positions.len() - 1] - positions[0];
+        let tau = Tau::from_positions(&positions)?;
+        let mean = positions.iter().sum::<f64>() / positions.len() as f64;
+        let norm = positions.iter().map(|position| (position - mean).powi(2)).sum::<f64>().sqrt();
+        let rows: Vec<usize> = (0..volume.rows()).collect();
+        let index = frames.iter().position(|&t| t == reference).unwrap_or(0);
+        // A half has its own baseline, over which its disparities are stated.
+        let range = |range: DisparityRange| DisparityRange {
+            minimum_px: range.minimum_px * span,
+            maximum_px: range.maximum_px * span,
+        };
+        let options = MatchOptions {
+            reference: ReferenceFrame::Index(index),
+            range: options.range.map(range),
+            maximum_sigma_px: options.maximum_sigma_px * span,
+            ..options.clone()
+        };
+        let matcher = Matcher::new(volume.selected(&rows, &frames, tau), options)?;
+        let reference_weight = (volume.tau().values()[reference] - mean) / norm;
+        Ok(Self { matcher, frames: frames.len(), span, reference_weight })
+    }
+}
+
+/// The match of every other frame.
+#[derive(Debug, Clone)]
+pub(super) struct Half {
+    maps: DisparityMaps,
+    pub(super) frames: usize,
+    span: f64,
+    /// See [`Task::reference_weight`].
+    pub(super) reference_weight: f64,
+}
+
+impl Half {
+    pub(super) fn matched(
+        volume: &Volume,
+        reference: usize,
+        parity: usize,
+        options: &MatchOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, SplitHalfError> {
+        let Task { matcher, frames, span, reference_weight } = Task::new(volume, reference, parity, options)?;
+        Ok(Self { maps: matcher.matched(progress)?, frames, span, reference_weight })
+    }
+
+    /// Disparity and sigma over the whole baseline of pixel `index`, row after row; NaN without answer.
+    pub(super) fn at(&self, index: usize) -> (f64, f64) {
+        let [disparity, sigma] = [&self.maps.disparity, &self.maps.sigma].map(|plane| plane.values()[index]);
+        (f64::from(disparity) / self.span, f64::from(sigma) / self.span)
+    }
+}
