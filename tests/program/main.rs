@@ -17,6 +17,7 @@ mod independent_roughness;
 mod killed_scans;
 mod logging;
 mod manual;
+mod masked_match;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
 mod pixel_locking;
