@@ -11,6 +11,7 @@ mod compare;
 mod hostile_files;
 mod import_motion;
 mod import_sources;
+mod import_times;
 mod independent_readers;
 mod independent_roughness;
 #[cfg(unix)]
