@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use epirig::capture::{CapturePlan, PauseSwitch};
 use epirig::pipeline::{View, measure};
-use epirig::results::{ResultsFolder, ResultsKind};
+use epirig::results::{Region, ResultsFolder, ResultsKind};
 use epirig_core::progress::Silent;
 use epirig_data::sequence::Sequence;
 use epirig_data::storage::RealDisk;
@@ -48,7 +48,7 @@ fn match_and_tell_peak(scan: &Path, way: &str) {
     let (_, options) = ways().into_iter().find(|(name, _)| *name == way).unwrap();
     let sequence = Sequence::open(scan).unwrap();
     let results = ResultsFolder::create(&scan.join(way), ResultsKind::Match, false).unwrap();
-    measure(&sequence, None, &options, View::default(), &results, &Silent).unwrap();
+    measure(&sequence, None, (&options, &Region::default()), View::default(), &results, &Silent).unwrap();
     results.commit().unwrap();
     println!("{PEAK}{}", peak_bytes().unwrap());
 }

@@ -78,7 +78,7 @@ impl Scan<'_, '_> {
             camera_sequence: last.map(|exposure| exposure.sequence),
             exposure: records::exposure_record(&exposures),
             certificate: Some(certificate),
-            source: None,
+            ..FrameFacts::default()
         };
         Ok((frame, facts))
     }

@@ -211,7 +211,7 @@ impl CliError {
                 _ => TROUBLE,
             },
             Self::Mask(error) => match error {
-                MaskError::Size { .. } | MaskError::Empty { .. } => USAGE,
+                MaskError::Size { .. } | MaskError::Empty { .. } | MaskError::Apart { .. } => USAGE,
                 MaskError::Picture { .. } => INTEGRITY,
                 MaskError::Read(error) => read_code(error),
             },

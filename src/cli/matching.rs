@@ -7,6 +7,7 @@ use clap::Args;
 use super::match_arguments::MatchArguments;
 use super::need::{check_match, frames_of};
 use super::no_answer::no_answer;
+use super::region::RegionArguments;
 use super::scan_end::AnywayArgument;
 use super::{CliError, Talk};
 use crate::calibrate::{CALIBRATION, read_calibration};
@@ -26,10 +27,11 @@ use epirig_matcher::{Answer, DisparityMaps, MatchError};
   epirig match seq --method normalised                     illumination that varies
   epirig match seq --range 420..434 --out results          a range that is known
   epirig match seq --quick --out look                      a first look: a third of the time
+  epirig match seq --mask object.png                       only what is white, in less time
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff),
 mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded,
-160 ambiguous), answers.png (the same in colours), pictures, figures/ and match.json."
+160 ambiguous, 200 outside the mask), answers.png (the same in colours), pictures, figures/ and match.json."
 )]
 pub(super) struct Match {
     /// Folder of the sequence
@@ -46,6 +48,8 @@ pub(super) struct Match {
     /// Match the frames as captured, without the calibration of `epirig calibrate`
     #[arg(long)]
     as_captured: bool,
+    #[command(flatten)]
+    region: RegionArguments,
     #[command(flatten)]
     anyway: AnywayArgument,
     #[command(flatten)]
@@ -69,6 +73,14 @@ impl Match {
             return Err(CliError::Usage(format!("there is no row {row} to draw; the last is {last}")));
         }
         options.check(rows, columns, sequence.frames().len())?;
+        let region = self.region.region(rows, columns, talk)?;
+        if let (Some(row), Some(inside)) = (self.figure_row, region.inside(rows, columns))
+            && !inside.row(row).contains(&true)
+        {
+            return Err(CliError::Usage(format!(
+                "row {row} cannot be drawn, because no pixel of it is inside; give --figure-row another one"
+            )));
+        }
         let out = self.out.unwrap_or_else(|| self.seq.join("results"));
         let folder = ResultsFolder::create(&out, ResultsKind::Match, self.overwrite)?;
         let surface = out.join("surface");
@@ -79,7 +91,7 @@ impl Match {
             talk,
         )?;
         let view = View { figure_row: self.figure_row, truth: None };
-        let measured = measure(&sequence, calibration.as_ref(), &options, view, &folder, talk);
+        let measured = measure(&sequence, calibration.as_ref(), (&options, &region), view, &folder, talk);
         if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
             return Err(no_answer(&sequence, "no range of disparities is significant in the data"));
         }
@@ -139,24 +151,25 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
     /// An object as small as this share of the frame may be what is left of a larger one.
     const MUCH: f64 = 0.05;
     let summary = &measurement.summary;
+    let asked = 1.0 - summary.outside;
     let at_end = summary.tau_before == 0.0 || summary.tau_after == 0.0;
     let mut hinted = false;
-    if summary.leaves_image > 0.2 && at_end {
+    if summary.leaves_image > 0.2 * asked && at_end {
         hinted = true;
         talk.say(&format!(
             "hint: {:.0} % of the pixels leave the image too early for an answer; try --reference middle",
-            100.0 * summary.leaves_image
+            100.0 * summary.leaves_image / asked
         ));
     }
     // A range that was found covers what moves; the rest is no object.
-    if summary.beyond_range > 0.05 && !summary.range_found {
+    if summary.beyond_range > 0.05 * asked && !summary.range_found {
         hinted = true;
         talk.say(&format!(
             "hint: for {:.0} % of the pixels the best candidate is at an end of the range; widen --range or omit it",
-            100.0 * summary.beyond_range
+            100.0 * summary.beyond_range / asked
         ));
     }
-    if !hinted && summary.object * summary.object_answered < 0.5 * summary.object.max(MUCH) {
+    if !hinted && summary.object * summary.object_answered < 0.5 * summary.object.max(MUCH * asked) {
         talk.say(
             "hint: few pixels have an answer. The surface may show little texture (try --semi-global), or the motion is not \
              along the rows (rotate the images)",
@@ -190,6 +203,7 @@ fn answers(maps: &DisparityMaps) -> String {
         ("no texture", Answer::NoTexture),
         ("ambiguous", Answer::Ambiguous),
         ("occluded", Answer::Occluded),
+        ("outside the mask", Answer::Outside),
     ];
     let all = object.values().len().max(1) as f64;
     let count = |inside: bool, answer: Option<Answer>| {

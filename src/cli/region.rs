@@ -33,7 +33,7 @@ impl RegionArguments {
             )));
         }
         let mask = self.mask.as_ref().map(|path| read_mask(path, rows, columns)).transpose()?;
-        let region = Region { rectangle, mask };
+        let region = Region { rectangle, mask }.checked(rows, columns)?;
         if let (Some(mask), Some(path)) = (&region.mask, &self.mask) {
             let lost = mask.conversion.map_or(String::new(), |words| format!(" ({words})"));
             let share = 100.0 * mask.facts.inside_px as f64 / (rows * columns) as f64;
@@ -41,13 +41,6 @@ impl RegionArguments {
                 "note: {share:.1} % of the picture are inside the mask {}{lost}",
                 path.display()
             ));
-            let inside = region.inside(rows, columns);
-            if inside.is_some_and(|inside| !inside.values().contains(&true)) {
-                return Err(CliError::Usage(format!(
-                    "no pixel of --region lies inside the mask {}; both apply, so omit one of them",
-                    path.display()
-                )));
-            }
         }
         Ok(region)
     }

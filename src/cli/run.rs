@@ -18,7 +18,7 @@ use super::{CliError, Talk};
 use crate::doctor::{Report, Verdict};
 use crate::pipeline::{Frames, Measurement, View, calibrate_sequence, measure};
 use crate::profile::Profile;
-use crate::results::{MatchSummary, ResultsFolder, ResultsKind, SurfaceSummary};
+use crate::results::{MatchSummary, Region, ResultsFolder, ResultsKind, SurfaceSummary};
 use crate::rig::{calibration_plan, can_be_calibrated};
 use epirig_core::grid::Grid;
 use epirig_core::shell::quoted;
@@ -151,6 +151,7 @@ pub(super) fn measure_object(
     };
     let results = ResultsFolder::create(&folder.join("results"), ResultsKind::Match, false)?;
     let view = View { figure_row: None, truth };
-    let measurement = measure(&sequence, calibration.as_ref(), options, view, &results, talk)?;
+    let measurement =
+        measure(&sequence, calibration.as_ref(), (options, &Region::default()), view, &results, talk)?;
     Ok(Measured { captured, measurement, results })
 }

@@ -9,7 +9,7 @@ use crate::capture::CaptureError;
 use crate::memory::Bound;
 use crate::pipeline::PipelineError;
 use crate::profile::{ProfileError, RecordedRigError};
-use crate::results::ResultsError;
+use crate::results::{MaskError, ResultsError};
 use crate::rig::RigError;
 use epirig_calibration::rectification::RectifyError;
 use epirig_core::tau::TauError;
@@ -54,6 +54,9 @@ pub enum PanelError {
     /// The question about the surface has no answer.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// A picture is no mask for the results.
+    #[error(transparent)]
+    Mask(#[from] MaskError),
     /// Frames cannot be kept for quick access.
     #[error("cannot keep the frames for quick access: {0}; make room on the disk")]
     Keep(#[source] std::io::Error),
@@ -112,6 +115,7 @@ impl From<PanelError> for Refusal {
             | PanelError::Profile(_)
             | PanelError::Rig(_)
             | PanelError::Plan(_)
+            | PanelError::Mask(_)
             | PanelError::Surface(_)
             | PanelError::Pipeline(PipelineError::Surface(_)) => RefusalKind::Wrong,
             _ => RefusalKind::Failed,

@@ -15,7 +15,7 @@ use super::rig::{change_profile, controls, profile_form, save_profile, start};
 use super::scan::{folder_of, has_target, live_map, measure, plan, sequences};
 use super::shared::{Order, PanelHooks, PictureFeed, Reply as Answered, Shared, StateFeed};
 use super::state::{RigState, TaskKind};
-use crate::panel::results::ResultsView;
+use crate::panel::results::{ResultsView, largest_question};
 use crate::profile::Draft;
 use epirig_data::sequence::Sequence;
 use epirig_devices::camera::SimView;
@@ -354,6 +354,10 @@ impl Site for Panel {
             ["rig", "picture"] => Ok(Box::new(PictureFeed::new(Arc::clone(&self.shared)))),
             _ => Err(Refusal::unknown(path)),
         }
+    }
+
+    fn largest_body(&self, path: &[&str]) -> usize {
+        largest_question(path)
     }
 
     fn is_urgent(&self, path: &[&str]) -> bool {

@@ -5,7 +5,7 @@ use crate::results::mask_value;
 use epirig_matcher::Answer;
 
 /// Kinds of answers, as in `mask.png`, in colours that are distinct for people with any colour vision (Wong 2011).
-pub(super) fn answer_classes() -> [Class; 6] {
+pub(super) fn answer_classes() -> [Class; 7] {
     let class = |answer, colour, name| Class { value: mask_value(answer), colour, name };
     [
         class(Answer::Found, [240, 240, 240], "answered"),
@@ -14,5 +14,6 @@ pub(super) fn answer_classes() -> [Class; 6] {
         class(Answer::NoTexture, [230, 159, 0], "too little texture"),
         class(Answer::Occluded, [213, 94, 0], "occluded"),
         class(Answer::Ambiguous, [204, 121, 167], "ambiguous"),
+        class(Answer::Outside, [130, 130, 130], "outside the mask"),
     ]
 }

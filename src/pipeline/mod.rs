@@ -24,7 +24,7 @@ pub use calibration::calibrate_sequence;
 
 use crate::calibrate::{CalibrateError, Calibration, LensSource, load_calibrated};
 use crate::report::{FigureRow, MapPicture, ReportError, ValueRange, Window, class_picture, paper_figures};
-use crate::results::{MatchSummary, ResultsError, ResultsFolder, ResultsMismatch, mask_value};
+use crate::results::{MatchSummary, Region, ResultsError, ResultsFolder, ResultsMismatch, mask_value};
 use epirig_calibration::photometry::Maps;
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
@@ -122,7 +122,7 @@ pub fn load(
 /// Options of the pictures.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct View<'a> {
-    /// Row of the paper's figures; by default the middle one.
+    /// Row of the paper's figures, which must have a pixel of the region; by default the middle one of these.
     pub figure_row: Option<usize>,
     /// True disparity, drawn beside the measured one in the figures and used for nothing else; rows x columns
     /// of the matched frames, in px.
@@ -131,21 +131,25 @@ pub struct View<'a> {
 
 /// Matches `sequence` and writes all results into `folder`, which the caller commits. With a calibration the
 /// frames are corrected and rectified, and have its measured positions; without one they are matched as
-/// captured.
+/// captured. Only pixels of `region` are asked for.
 ///
 /// # Errors
 /// [`PipelineError`] of the first step that fails.
 pub fn measure(
     sequence: &Sequence,
     calibration: Option<&(Calibration, Maps)>,
-    options: &MatchOptions,
+    (options, region): (&MatchOptions, &Region),
     View { figure_row, truth }: View<'_>,
     folder: &ResultsFolder,
     progress: &dyn Progress,
 ) -> Result<Measurement, PipelineError> {
     let volume = load(sequence, calibration, progress)?;
     let calibration = calibration.map(|(calibration, _)| calibration);
-    let y = figure_row.unwrap_or(volume.rows() / 2).min(volume.rows() - 1);
+    let inside = region.inside(volume.rows(), volume.columns());
+    let is_shown = |y: &usize| inside.as_ref().is_none_or(|inside| inside.row(*y).contains(&true));
+    let shown: Vec<usize> = (0..volume.rows()).filter(is_shown).collect();
+    let middle = shown.get(shown.len() / 2).copied().unwrap_or_default();
+    let y = figure_row.filter(|row| shown.contains(row)).unwrap_or(middle);
     let frames: Vec<usize> = (0..volume.frames()).collect();
     let epi = volume.selected(&[y], &frames, volume.tau().clone());
     let begun = Instant::now();
@@ -153,6 +157,10 @@ pub fn measure(
     let reference = options.reference_index(&volume)?;
     let photograph = volume_frame::volume_frame(&volume, reference);
     let matcher = Matcher::new(volume, options.clone())?;
+    let matcher = match &inside {
+        Some(inside) => matcher.within(inside)?,
+        None => matcher,
+    };
     let maps = matcher.matched(progress)?;
     let seconds = begun.elapsed().as_secs_f64();
     info!(seconds, answered = maps.share(Answer::Found), reference = maps.reference, "matched");
@@ -164,7 +172,8 @@ pub fn measure(
         heights
     });
     let lines = Lines::new(epi.tau(), maps.reference, epi.columns());
-    let summary = summarise(sequence, calibration, &lines, &maps, options, heights.as_ref(), seconds);
+    let summary =
+        summarise(sequence, calibration, &lines, &maps, (options, region), heights.as_ref(), seconds);
 
     let _span = info_span!("results").entered();
     progress.begin("writing results", 1);

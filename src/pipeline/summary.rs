@@ -1,7 +1,7 @@
 //! The numbers of `match.json`, and the options that they say results were matched with.
 
 use crate::calibrate::{Calibration, PositionSource};
-use crate::results::{FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary};
+use crate::results::{FORMAT_VERSION, LockingSummary, MatchSettings, MatchSummary, Region};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 use epirig_data::sequence::Sequence;
@@ -18,7 +18,7 @@ pub(super) fn summarise(
     calibration: Option<&Calibration>,
     lines: &Lines,
     maps: &DisparityMaps,
-    options: &MatchOptions,
+    (options, region): (&MatchOptions, &Region),
     heights: Option<&Heights>,
     seconds: f64,
 ) -> MatchSummary {
@@ -33,6 +33,8 @@ pub(super) fn summarise(
         scan_ended: sequence.ended().to_owned(),
         calibration: calibration.map(Calibration::hash),
         positions: positions_name(sequence, calibration).to_owned(),
+        region: region.rectangle,
+        mask: region.mask.as_ref().map(|mask| mask.facts.clone()),
         settings: settings(options),
         reference: maps.reference,
         tau_before,
@@ -50,6 +52,7 @@ pub(super) fn summarise(
         no_texture: maps.share(Answer::NoTexture),
         ambiguous: maps.share(Answer::Ambiguous),
         occluded: maps.share(Answer::Occluded),
+        outside: maps.share(Answer::Outside),
         median_disparity_px,
         median_sigma_px,
         pixel_locking: maps.locking.map(LockingSummary::from),

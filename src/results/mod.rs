@@ -18,11 +18,12 @@ pub use mismatch::ResultsMismatch;
 pub use read::{
     read_grey, read_map, read_named_map, read_result, read_summary, result_files, results_beside,
 };
-pub use region::{Mask, MaskError, MaskFacts, Region, read_mask};
+pub use region::{Mask, MaskError, MaskFacts, Region, parse_mask, read_mask};
 pub use surface::{FieldSummary, LevelsSummary, SurfaceSummary};
 pub use write::{ResultsFolder, encoded_picture, mask_value};
 
 use epirig_matcher::interpolation::Interpolation;
+use epirig_matcher::surface::Rectangle;
 use epirig_matcher::{
     LockingAmplitudes, LockingHarmonic, Method, Occlusion, OrderingUsed, PixelLocking, Search, Surfaces,
 };
@@ -133,6 +134,12 @@ pub struct MatchSummary {
     /// Source of tau: `stage`, `import`, `equal-steps` (no positions are known), `target` or `texture`.
     #[serde(default)]
     pub positions: String,
+    /// Region of the picture that was asked for, if one was given.
+    #[serde(default)]
+    pub region: Option<Rectangle>,
+    /// Mask of the picture, if one was given; pixels were matched that lie in both.
+    #[serde(default)]
+    pub mask: Option<MaskFacts>,
     /// Settings of the matcher.
     pub settings: MatchSettings,
     /// Index of the reference frame.
@@ -171,6 +178,9 @@ pub struct MatchSummary {
     pub ambiguous: f64,
     /// Share of the pixels that are occluded in too many frames.
     pub occluded: f64,
+    /// Share of the pixels outside region or mask, which were not asked for.
+    #[serde(default)]
+    pub outside: f64,
     /// Median disparity of the answered pixels, in px; `None` if there are none.
     pub median_disparity_px: Option<f64>,
     /// Median sigma of the answered pixels, in px.

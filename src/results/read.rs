@@ -127,8 +127,14 @@ pub fn read_summary(folder: &Path) -> Result<MatchSummary, ResultsError> {
         let reason = format!("windows of {window_px} and {fit_window_px} px are impossible");
         return Err(ResultsError::BadSummary { path, reason });
     }
-    let shares =
-        [summary.answered, summary.leaves_image, summary.beyond_range, summary.no_texture, summary.ambiguous];
+    let shares = [
+        summary.answered,
+        summary.leaves_image,
+        summary.beyond_range,
+        summary.no_texture,
+        summary.ambiguous,
+        summary.outside,
+    ];
     let in_unit = |value: &f64| (0.0..=1.0).contains(value);
     let taus = [summary.tau_before, summary.tau_after];
     if !shares.iter().chain(&taus).all(in_unit) || summary.maximum_px < summary.minimum_px {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use epirig_core::frame::Samples;
@@ -21,6 +21,20 @@ pub struct Region {
 }
 
 impl Region {
+    /// The region, if any pixel of a picture of `rows` x `columns` belongs to it.
+    ///
+    /// # Errors
+    /// [`MaskError::Apart`] if rectangle and mask have no pixel in common.
+    pub fn checked(self, rows: usize, columns: usize) -> Result<Self, MaskError> {
+        let is_empty = |inside: Grid<bool>| !inside.values().contains(&true);
+        match &self.mask {
+            Some(mask) if self.inside(rows, columns).is_some_and(is_empty) => {
+                Err(MaskError::Apart { path: PathBuf::from(&mask.facts.file) })
+            }
+            _ => Ok(self),
+        }
+    }
+
     /// Whether each pixel of a picture of `rows` x `columns` belongs to it; `None` if all do.
     pub fn inside(&self, rows: usize, columns: usize) -> Option<Grid<bool>> {
         if self.rectangle.is_none() && self.mask.is_none() {
@@ -52,7 +66,7 @@ pub struct Mask {
 }
 
 /// Which mask was used, for the records.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MaskFacts {
     /// Name of the file, without its folder.
     pub file: String,
@@ -96,6 +110,12 @@ pub enum MaskError {
         /// Columns of the frames.
         columns: usize,
     },
+    /// Rectangle and mask have no pixel in common.
+    #[error("no pixel of the region lies inside the mask {}; both apply, so omit one of them", path.display())]
+    Apart {
+        /// Name of the file.
+        path: PathBuf,
+    },
     /// No pixel is inside.
     #[error(
         "{} has no pixel above half of full white, so nothing is inside; paint white what is to be used", path.display()
@@ -112,15 +132,22 @@ pub enum MaskError {
 /// # Errors
 /// [`MaskError`].
 pub fn read_mask(path: &Path, rows: usize, columns: usize) -> Result<Mask, MaskError> {
-    let bytes = read_named(path, LARGEST_IMAGE)?;
+    parse_mask(&read_named(path, LARGEST_IMAGE)?, path, rows, columns)
+}
+
+/// The same of the `bytes` of a file that is called `path`.
+///
+/// # Errors
+/// [`MaskError`].
+pub fn parse_mask(bytes: &[u8], path: &Path, rows: usize, columns: usize) -> Result<Mask, MaskError> {
     let wrong = |source: ImageFault| MaskError::Picture { path: path.to_owned(), source };
     // The head comes first: a picture of the wrong size need not be decoded.
-    let head = header(&bytes).map_err(wrong)?;
+    let head = header(bytes).map_err(wrong)?;
     if (head.rows, head.columns) != (rows, columns) {
         let (found_rows, found_columns) = (head.rows, head.columns);
         return Err(MaskError::Size { path: path.to_owned(), found_rows, found_columns, rows, columns });
     }
-    let decoded = decode_grey(&bytes).map_err(wrong)?;
+    let decoded = decode_grey(bytes).map_err(wrong)?;
     let full = (1_u32 << decoded.frame.bit_depth()) - 1;
     let above = |value: u32| 2 * value > full;
     let inside: Vec<bool> = match decoded.frame.samples() {
@@ -134,7 +161,7 @@ pub fn read_mask(path: &Path, rows: usize, columns: usize) -> Result<Mask, MaskE
     let size = || wrong(ImageFault::Damaged("its size contradicts its pixels".to_owned()));
     let inside = Grid::from_values(rows, columns, inside).ok_or_else(size)?;
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let facts = MaskFacts { file, blake3: blake3::hash(&bytes).to_hex().to_string(), inside_px };
+    let facts = MaskFacts { file, blake3: blake3::hash(bytes).to_hex().to_string(), inside_px };
     Ok(Mask { inside, facts, conversion: decoded.conversion })
 }
 
@@ -177,8 +204,11 @@ mod tests {
         let inside = Grid::from_values(2, 3, vec![true, true, false, true, true, true]).unwrap();
         let facts = MaskFacts { file: String::new(), blake3: String::new(), inside_px: 5 };
         let mask = Some(Mask { inside, facts, conversion: None });
-        let both = Region { rectangle, mask };
+        let both = Region { rectangle, mask: mask.clone() };
         assert_eq!(both.inside(2, 3).unwrap().values(), [false, true, false, false, false, false]);
+        assert_eq!(both.clone().checked(2, 3).unwrap(), both);
+        let apart = Region { rectangle: Some(Rectangle::between((2, 0), (2, 0))), mask };
+        assert!(matches!(apart.checked(2, 3), Err(MaskError::Apart { .. })));
     }
 
     #[test]

@@ -11,12 +11,14 @@ mod compare;
 mod hostile_files;
 mod import_motion;
 mod import_sources;
+mod import_times;
 mod independent_readers;
 mod independent_roughness;
 #[cfg(unix)]
 mod killed_scans;
 mod logging;
 mod manual;
+mod masked_match;
 #[path = "../../crates/matcher/tests/promises/painted/mod.rs"]
 mod painted;
 mod pixel_locking;

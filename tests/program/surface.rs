@@ -149,7 +149,7 @@ fn a_mask_chooses_the_pixels_of_surface_and_evaluate() {
     refused("none.png", 1, &["none.png"]);
     mask(&folder.join("corner.png"), |x, y| x + y < 9);
     let apart = ["surface", "seq", "--overwrite", "--mask", "corner.png", "--region", "100,100,150,150"];
-    fails(folder, &apart, 2, &["no pixel of --region", "corner.png"]);
+    fails(folder, &apart, 2, &["no pixel of the region", "corner.png"]);
     assert!(folder.join("seq/results/surface/surface.json").exists());
 
     // The map is its own truth, except where it is spoiled: outside the mask.

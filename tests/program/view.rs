@@ -6,6 +6,8 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use epirig::panel::ResultsView;
 use epirig::results::read_map;
 use epirig_core::grid::Grid;
@@ -16,7 +18,7 @@ use epirig_simulator::{Simulator, SimulatorConfig};
 use serde_json::{Value, json};
 
 use crate::small_rig;
-use crate::support::{names, succeeds, write_png};
+use crate::support::{epirig, names, succeeds, write_png};
 
 const COLUMNS: usize = 128;
 const ROWS: usize = 64;
@@ -164,6 +166,42 @@ fn a_region_and_a_line_have_the_answers_of_the_command() {
     let told = succeeds(folder.path(), &[&["surface", "seq", "--json"], &region[..]].concat());
     let told: Value = serde_json::from_str(&told).unwrap();
     assert_eq!(found, told);
+
+    // With a mask, as a file that the page sends.
+    let (columns, rows) = (128, 64);
+    let inside = |x: u32, y: u32| image::Luma([if x + y < 110 { 255 } else { 0 }]);
+    let part = image::GrayImage::from_fn(columns, rows, inside);
+    part.save(folder.path().join("part.png")).unwrap();
+    image::GrayImage::new(columns, rows).save(folder.path().join("black.png")).unwrap();
+    image::GrayImage::new(9, 9).save(folder.path().join("small.png")).unwrap();
+    fs::write(folder.path().join("words.png"), "white").unwrap();
+    let with = |name: &str, region: Value| {
+        let base64 = STANDARD.encode(fs::read(folder.path().join(name)).unwrap());
+        let mask = json!({ "name": name, "base64": base64 });
+        view.post(&["surface"], &json!({ "region": region, "mask": mask, "trend": "plane" }))
+    };
+    let found = json(&with("part.png", Value::Null).unwrap());
+    assert_eq!(found["field"]["mask"]["file"], "part.png");
+    let masked = ["surface", "seq", "--overwrite", "--json", "--trend", "plane", "--mask", "part.png"];
+    let told: Value = serde_json::from_str(&succeeds(folder.path(), &masked)).unwrap();
+    assert_eq!(found, told);
+    // What cannot be used is refused in the command's words.
+    for (name, page, command) in [
+        ("black.png", Value::Null, &[][..]),
+        ("small.png", Value::Null, &[]),
+        ("words.png", Value::Null, &[]),
+        ("part.png", json!([120, 60, 128, 64]), &["--region", "120,60,127,63"]),
+    ] {
+        let refusal = with(name, page).expect_err("no mask");
+        assert_eq!(refusal.kind, RefusalKind::Wrong, "{name}");
+        let arguments = [&["surface", "seq", "--overwrite", "--json", "--mask", name], command].concat();
+        let output = epirig(folder.path(), &arguments);
+        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(told["error"]["message"], refusal.message, "{name}");
+    }
+    let text = json!({ "mask": { "name": "part.png", "base64": "*" } });
+    assert_eq!(view.post(&["surface"], &text).expect_err("wrong").kind, RefusalKind::Wrong);
+    succeeds(folder.path(), &[&["surface", "seq", "--overwrite"], &region[..]].concat());
 
     // The same line over the surface that the command has written now.
     let view = ResultsView::open(&folder.path().join("seq"), None).unwrap();

@@ -42,6 +42,7 @@ export interface MatchInfo {
   no_texture: number;
   ambiguous: number;
   occluded: number;
+  outside: number;
   median_disparity_px: number | null;
   median_sigma_px: number | null;
   minimum_px: number;
@@ -133,7 +134,7 @@ export interface Roughness {
 export interface SurfaceSummary {
   distance_mm: number;
   pixel_mm: number;
-  field?: { answered_px: number; used_px: number };
+  field?: { answered_px: number; used_px: number; mask?: { file: string; inside_px: number } | null };
   tilt_deg?: [number, number];
   bow_mm?: number;
   levels: {
@@ -165,7 +166,8 @@ export interface Results {
   frames: FramesInfo;
 }
 
-export type Answer = 'found' | 'leaves-image' | 'beyond-range' | 'no-texture' | 'occluded' | 'ambiguous';
+export type Answer =
+  'found' | 'leaves-image' | 'beyond-range' | 'no-texture' | 'occluded' | 'ambiguous' | 'outside';
 
 export interface PixelValue {
   id: string;
@@ -370,6 +372,20 @@ export interface LineEnds {
 
 const part = encodeURIComponent;
 
+/** A picture whose white pixels are inside, as a file. */
+export interface Mask {
+  name: string;
+  /** The bytes of the file. */
+  base64: string;
+}
+
+/** The part of the map that is asked for: a pixel must lie in both region and mask. */
+export interface SurfaceQuestion {
+  region: [x0: number, y0: number, x1: number, y1: number] | null;
+  mask: Mask | null;
+  trend: string;
+}
+
 export const api = {
   about: () => json<About>('api/about'),
   results: () => json<Results>('api/results'),
@@ -388,8 +404,8 @@ export const api = {
   mesh: (most: number) => framed<MeshInfo>(`api/mesh?${query({ most })}`),
   compare: (other: string, map: string) =>
     framed<CompareInfo>(`api/compare?${query({ with: other, map })}`),
-  surface: (region: [number, number, number, number] | null, trend: string, signal: AbortSignal) =>
-    post<SurfaceSummary>('api/surface', { region, trend }, signal),
+  surface: (asked: SurfaceQuestion, signal: AbortSignal) =>
+    post<SurfaceSummary>('api/surface', asked, signal),
   /** One tile of 256 x 256 values; `path` is that of its map or frame. */
   tile: async (path: string, signal: AbortSignal) =>
     new Float32Array(await (await request(path, { signal })).arrayBuffer()),

@@ -5,6 +5,7 @@ mod halved;
 mod means;
 mod refilled;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -271,6 +272,24 @@ impl Volume {
         }
     }
 
+    /// Leaves out all other rows, without a copy of those that stay unless samples are shared.
+    ///
+    /// # Panics
+    /// If a row of `rows` lies outside the volume.
+    pub fn keep_rows(&mut self, rows: Range<usize>) {
+        assert!(rows.start <= rows.end && rows.end <= self.rows);
+        if rows == (0..self.rows) {
+            return;
+        }
+        let epi = self.frames() * self.columns;
+        let kept = rows.start * epi..rows.end * epi;
+        match self.own_samples() {
+            Samples::U8(values) => keep(values, kept),
+            Samples::U16(values) => keep(values, kept),
+        }
+        self.rows = rows.len();
+    }
+
     /// The place of frame `t` among those that are stored.
     fn stored_frame(&self, t: usize) -> usize {
         self.shown_frames.as_ref().map_or(t, |shown| shown[t])
@@ -283,6 +302,13 @@ impl Volume {
             Samples::U16(values) => 2 * values.len(),
         }
     }
+}
+
+/// Drops all other values, and the room that they took.
+fn keep<T>(values: &mut Vec<T>, kept: Range<usize>) {
+    values.truncate(kept.end);
+    values.drain(..kept.start);
+    values.shrink_to_fit();
 }
 
 /// Copies the given rows of the given frames from EPIs of this many frames and columns.

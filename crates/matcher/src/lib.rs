@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod area;
 pub mod candidates;
 pub mod comparison;
 mod contrast;

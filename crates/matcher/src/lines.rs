@@ -1,5 +1,7 @@
 //! The geometry of lines: where the line of a disparity meets each frame.
 
+use std::ops::Range;
+
 use super::options::Occlusion;
 use epirig_core::tau::Tau;
 
@@ -35,6 +37,7 @@ impl Shift {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lines {
     columns: usize,
+    asked: Range<usize>,
     reference: usize,
     offsets: Vec<f64>,
 }
@@ -47,7 +50,21 @@ impl Lines {
     pub fn new(tau: &Tau, reference: usize, columns: usize) -> Self {
         let origin = tau.values()[reference];
         let offsets = tau.values().iter().map(|value| value - origin).collect();
-        Self { columns, reference, offsets }
+        Self { columns, asked: 0..columns, reference, offsets }
+    }
+
+    /// The same of which only those through these `columns` of the reference frame are searched.
+    ///
+    /// # Panics
+    /// If a column lies outside the image.
+    pub fn asking(self, columns: Range<usize>) -> Self {
+        assert!(columns.start <= columns.end && columns.end <= self.columns);
+        Self { asked: columns, ..self }
+    }
+
+    /// Columns of the reference frame that are searched: all of them, unless others were asked for.
+    pub fn asked(&self) -> Range<usize> {
+        self.asked.clone()
     }
 
     /// tau of each frame less that of the reference frame; in [-1, 1].

@@ -20,6 +20,8 @@ pub enum Answer {
     Ambiguous,
     /// Too many frames show something else: the point is occluded in them, or its pixel shows two surfaces.
     Occluded,
+    /// The pixel lies outside the mask, and was not asked for.
+    Outside,
 }
 
 epirig_core::choices! {

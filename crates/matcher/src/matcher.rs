@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use tracing::{debug, debug_span};
 
+use super::area::Area;
 use super::candidates::Candidates;
 use super::candidates::DisparityRange;
 use super::cost::{Band, CostTable, band_costs};
@@ -45,6 +46,8 @@ pub struct Matcher {
     /// The samples that are compared along lines.
     volume: Volume,
     options: MatchOptions,
+    /// The part of the picture that `volume` has the rows of; `None`: all of it.
+    area: Option<Area>,
 }
 
 impl Matcher {
@@ -59,7 +62,22 @@ impl Matcher {
             Method::Normalised => locally_normalised(volume, NORMALISING_WINDOW_PX),
             Method::Variance | Method::NccFirst | Method::NccMean => volume,
         };
-        Ok(Self { volume, options })
+        Ok(Self { volume, options, area: None })
+    }
+
+    /// The same of which only the pixels `inside` are asked for; rows x columns of the volume.
+    ///
+    /// The smallest rectangle that holds them is matched, with a rim that windows around them reach. The
+    /// other rows are dropped, and the other columns are left out of the factorised search. Pixels that are
+    /// not inside become [`Answer::Outside`]. Answers inside are those without a mask, up to the influence of
+    /// what is estimated from all pixels: the range, gains of frames, noise, and pixel locking.
+    ///
+    /// # Errors
+    /// [`MatchError::MaskSize`] if `inside` has another size; [`MatchError::EmptyMask`] if no pixel is inside.
+    pub fn within(mut self, inside: &Grid<bool>) -> Result<Self, MatchError> {
+        let area = Area::new(inside, (self.volume.rows(), self.volume.columns()), &self.options)?;
+        self.volume.keep_rows(area.rows.clone());
+        Ok(Self { area: Some(area), ..self })
     }
 
     /// Disparity of every pixel of the reference frame.
@@ -69,7 +87,11 @@ impl Matcher {
     /// # Errors
     /// [`MatchError`] if the options do not suit the volume, or no range was given and none is to be found.
     pub fn matched(&self, progress: &dyn Progress) -> Result<DisparityMaps, MatchError> {
-        matched(&self.volume, &self.options, progress)
+        let maps = matched(&self.volume, self.area.as_ref(), &self.options, progress)?;
+        Ok(match &self.area {
+            Some(area) => area.whole(maps),
+            None => maps,
+        })
     }
 
     /// Disparity and its sigma, in px, of the pixels that `maps` answers, by windows of one size: that of the fit
@@ -102,7 +124,7 @@ impl Matcher {
     /// the row's own, whatever other rows added, and at the whole resolution, whatever a first look took.
     ///
     /// # Panics
-    /// If `y` lies outside the volume.
+    /// If `y` lies outside the volume, or outside the rows that a mask left of it.
     pub fn row_costs(&self, y: usize, maps: &DisparityMaps) -> (Candidates, CostTable) {
         self.costs_of_row(y, maps.reference, maps.range, maps.ordering)
     }
@@ -110,7 +132,7 @@ impl Matcher {
     /// The same for a match of which only the reference frame, the range and the ordering are known.
     ///
     /// # Panics
-    /// If `y` or `reference` lies outside the volume.
+    /// If `y` or `reference` lies outside the volume, or `y` outside the rows that a mask left of it.
     pub fn costs_of_row(
         &self,
         y: usize,
@@ -118,7 +140,8 @@ impl Matcher {
         range: DisparityRange,
         ordering: OrderingUsed,
     ) -> (Candidates, CostTable) {
-        let Self { volume, options } = self;
+        let Self { volume, options, area } = self;
+        let y = y - area.as_ref().map_or(0, |area| area.rows.start);
         let lines = Lines::new(volume.tau(), reference, volume.columns());
         let candidates = Candidates::covering(range, options.disparity_step_px);
         let rule = seen_rule(volume, options, ordering);
@@ -130,11 +153,13 @@ impl Matcher {
 
 fn matched(
     volume: &Volume,
+    area: Option<&Area>,
     options: &MatchOptions,
     progress: &dyn Progress,
 ) -> Result<DisparityMaps, MatchError> {
     let reference = options.reference_index(volume)?;
-    let lines = Lines::new(volume.tau(), reference, volume.columns());
+    let asked = area.map_or(0..volume.columns(), |area| area.columns.clone());
+    let lines = Lines::new(volume.tau(), reference, volume.columns()).asking(asked.clone());
     let range_found = options.range.is_none();
     let quick = options.effort == Effort::Quick;
     let halved = if quick { Halved::of(volume, &lines, options) } else { None };
@@ -142,7 +167,7 @@ fn matched(
     let telling = halved.as_ref().and_then(|_| TellingFrames::of(volume, reference, minimum_frames));
     let (volume, lines, minimum_frames) = match &telling {
         Some(some) => {
-            let lines = Lines::new(some.volume.tau(), some.reference, some.volume.columns());
+            let lines = Lines::new(some.volume.tau(), some.reference, some.volume.columns()).asking(asked);
             (&some.volume, lines, some.minimum_frames)
         }
         None => (volume, lines, minimum_frames),
@@ -184,6 +209,9 @@ fn matched(
         // A free search has windows that lie to one side of a pixel.
         refine_edges(task, &mut guess, 1 + options.window_px / 2);
     }
+    if let Some(area) = area {
+        area.forget_beside(&mut guess);
+    }
     debug!(deviation_share, "searched");
     drop(pass);
     let steps = match (&halved, options.refine) {
@@ -223,6 +251,9 @@ fn matched(
         locking: None,
     };
     Verdicts { range, ordering, options }.pass(&mut maps, outliers.as_ref());
+    if let Some(area) = area {
+        area.forget_outside(&mut maps);
+    }
     // Without a significant bias, none is the worst.
     let answered = locking_px.iter().flat_map(|locking_px| {
         let pixels = maps.disparity.values().iter().zip(maps.sigma.values()).zip(locking_px.values());

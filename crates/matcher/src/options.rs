@@ -295,6 +295,23 @@ pub enum MatchError {
         /// Largest number that fits.
         limit: usize,
     },
+    /// A mask that is not as large as the images.
+    #[error(
+        "the mask has {mask_rows} rows x {mask_columns} columns, but the images have {rows} rows x {columns} columns"
+    )]
+    MaskSize {
+        /// Rows of the mask.
+        mask_rows: usize,
+        /// Columns of the mask.
+        mask_columns: usize,
+        /// Rows of the images.
+        rows: usize,
+        /// Columns of the images.
+        columns: usize,
+    },
+    /// A mask without a pixel inside.
+    #[error("no pixel is inside the mask, so there is nothing to match")]
+    EmptyMask,
     /// No range was given and none could be found.
     #[error(
         "no range of disparities is significant in the data: too little texture, or the frames do not show one moving scene; \

@@ -8,7 +8,7 @@ use epirig_core::grid::Grid;
 const LEAST: usize = 8;
 
 impl DisparityMaps {
-    /// The pixels of the object: answers lie to the left and right of it in its row, and above and below it in
+    /// The pixels of the object: they are not outside the mask, and answers lie to the left and right of it in its row, and above and below it in
     /// its column. So holes and speckles in the object belong to it, and the background does not; rows x
     /// columns.
     pub fn object(&self) -> Grid<bool> {
@@ -20,7 +20,8 @@ impl DisparityMaps {
         for y in 0..rows {
             let Some((left, right)) = inner(found.row(y).iter().copied()) else { continue };
             for (x, inside) in object.row_mut(y).iter_mut().enumerate().take(right + 1).skip(left) {
-                *inside = above_and_below[x].is_some_and(|(top, bottom)| (top..=bottom).contains(&y));
+                *inside = self.answer.at(x, y) != Answer::Outside
+                    && above_and_below[x].is_some_and(|(top, bottom)| (top..=bottom).contains(&y));
             }
         }
         object
@@ -100,6 +101,13 @@ mod tests {
         assert!(pixels(&beside.object()).iter().all(|&(x, y)| in_square(x, y)));
         assert_eq!(pixels(&maps(80, 100, wrong).object()), []);
         assert_eq!(pixels(&maps(80, 100, |_, _| false).object()), []);
+    }
+
+    #[test]
+    fn what_is_outside_the_mask_is_no_hole_of_the_object() {
+        let mut ring = maps(80, 100, |x, y| in_square(x, y) && !(x == 50 && y == 35));
+        ring.answer.row_mut(35)[50] = Answer::Outside;
+        assert_eq!(pixels(&ring.object()).len(), 1199);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::body::{Body, Bytes};
+use axum::body::{Body, Bytes, to_bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, Response, StatusCode, Uri, header};
 use axum::{Extension, Router};
@@ -12,7 +12,6 @@ use hyper_util::rt::TokioIo;
 use serde::Serialize;
 use serde_json::Value;
 use tokio::sync::{Semaphore, watch};
-use tower_http::limit::RequestBodyLimitLayer;
 use tower_http::set_header::SetResponseHeaderLayer;
 use tower_http::timeout::TimeoutLayer;
 use tracing::debug;
@@ -25,9 +24,6 @@ use super::reply::Reply;
 use super::site::{Query, Site};
 use super::socket::{self, Opened};
 use super::threads::{Threads, Work};
-
-/// Largest body of a request, in bytes: orders are short.
-const LARGEST_BODY: usize = 64 << 10;
 
 /// Nothing is fetched from elsewhere, and no other site shows this page in a frame of its own.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; \
@@ -58,7 +54,6 @@ pub(super) fn router<S: Site>(guard: Guard, site: S, longest: Duration, feeds: F
     Router::new()
         .fallback(answer::<S>)
         .with_state(shared)
-        .layer(RequestBodyLimitLayer::new(LARGEST_BODY))
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, longest))
         .layer(header(header::CONTENT_SECURITY_POLICY, POLICY))
         .layer(header(header::X_CONTENT_TYPE_OPTIONS, "nosniff"))
@@ -75,13 +70,13 @@ async fn answer<S: Site>(
     method: Method,
     uri: Uri,
     headers: HeaderMap,
-    body: Bytes,
+    body: Body,
 ) -> Response<Body> {
     let answered = match upgrade {
         Some(Extension(upgrade)) if method == Method::GET && handshake::is_asked(&headers) => {
             open_feed(&shared, uri.path(), &headers, upgrade).await
         }
-        _ => find(&shared, &method, &uri, &headers, &body)
+        _ => find(&shared, &method, &uri, &headers, body)
             .await
             .map(|reply| respond(StatusCode::OK, reply.media_type, reply.bytes)),
     };
@@ -96,7 +91,7 @@ async fn find<S: Site>(
     method: &Method,
     uri: &Uri,
     headers: &HeaderMap,
-    body: &Bytes,
+    body: Body,
 ) -> Result<Reply, Refusal> {
     shared.guard.check_host(headers)?;
     shared.guard.check_origin(headers)?;
@@ -108,7 +103,7 @@ async fn find<S: Site>(
     shared.guard.check_token(method, headers)?;
     let asked: Value = match *method {
         Method::GET => Value::Null,
-        Method::POST => serde_json::from_slice(body)
+        Method::POST => serde_json::from_slice(&read(body, shared.site.largest_body(&parts(data))).await?)
             .map_err(|error| Refusal::new(RefusalKind::Wrong, format!("the request is no JSON: {error}")))?,
         _ => return Err(Refusal::new(RefusalKind::Forbidden, format!("{method} is not served"))),
     };
@@ -122,6 +117,14 @@ async fn find<S: Site>(
         false => site.site.post(&parts(&data), &asked),
     };
     shared.threads.turn(work).await.run(job).await?
+}
+
+/// The whole body, which is read after the token was checked.
+async fn read(body: Body, most: usize) -> Result<Bytes, Refusal> {
+    to_bytes(body, most).await.map_err(|_| {
+        let words = format!("the request does not end, or is larger than {} KiB; send less", most >> 10);
+        Refusal::new(RefusalKind::TooLarge, words)
+    })
 }
 
 /// Opens a feed and agrees to the WebSocket. What is refused is refused before that.
@@ -177,6 +180,7 @@ fn refused(refusal: &Refusal) -> Response<Body> {
     let status = match refusal.kind {
         RefusalKind::Wrong => StatusCode::BAD_REQUEST,
         RefusalKind::NoToken => StatusCode::UNAUTHORIZED,
+        RefusalKind::TooLarge => StatusCode::PAYLOAD_TOO_LARGE,
         RefusalKind::Forbidden => StatusCode::FORBIDDEN,
         RefusalKind::NotFound => StatusCode::NOT_FOUND,
         RefusalKind::Busy => StatusCode::SERVICE_UNAVAILABLE,

@@ -7,6 +7,8 @@ pub enum RefusalKind {
     Wrong,
     /// The token is missing.
     NoToken,
+    /// More was sent than is read.
+    TooLarge,
     /// Nobody may ask this way.
     Forbidden,
     /// There is no such thing.

@@ -9,6 +9,9 @@ use super::feed::Feed;
 use super::refusal::{Refusal, RefusalKind};
 use super::reply::Reply;
 
+/// Bytes of the largest JSON of an order, which is short.
+pub const LARGEST_ORDER: usize = 64 << 10;
+
 /// What a program shows. Its methods are called from worker threads and may take their time.
 pub trait Site: Send + Sync + 'static {
     /// Data for reading: `path` are the parts of the path after `/api/`.
@@ -23,6 +26,12 @@ pub trait Site: Send + Sync + 'static {
     /// [`Refusal`], which the page shows.
     fn post(&self, path: &[&str], _asked: &Value) -> Result<Reply, Refusal> {
         Err(Refusal::unknown(path))
+    }
+
+    /// Bytes of the largest JSON that is read for [`post`](Self::post) at this path. Like
+    /// [`is_urgent`](Self::is_urgent), it must return at once.
+    fn largest_body(&self, _path: &[&str]) -> usize {
+        LARGEST_ORDER
     }
 
     /// Opens the feed at `path` (after `/api/`) for one client. It is dropped on a worker thread when the

@@ -8,7 +8,9 @@ use std::net::{SocketAddr, TcpStream};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use epirig_server::{Limits, Query, Refusal, Reply, Server, ServerError, ServerOptions, Site, StopSwitch};
+use epirig_server::{
+    LARGEST_ORDER, Limits, Query, Refusal, Reply, Server, ServerError, ServerOptions, Site, StopSwitch,
+};
 use serde_json::Value;
 
 struct Echo;
@@ -25,6 +27,10 @@ impl Site for Echo {
 
     fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {
         Reply::json(&(path.join("/"), asked))
+    }
+
+    fn largest_body(&self, path: &[&str]) -> usize {
+        if path == ["long"] { 150_000 } else { LARGEST_ORDER }
     }
 }
 
@@ -145,6 +151,10 @@ fn bodies_and_heads_are_bounded() {
     let with = format!("x-epirig-token: {}\r\n", server.token);
     let long = format!("\"{}\"", "x".repeat(100_000));
     assert_eq!(server.ask("POST /api/move", &with, &long).0, 413);
+    // A site may read more at a path, and that has an end, too.
+    assert_eq!(server.ask("POST /api/long", &with, &long).0, 200);
+    let longer = format!("\"{}\"", "x".repeat(200_000));
+    assert_eq!(server.ask("POST /api/long", &with, &longer).0, 413);
     let head = format!("x-long: {}\r\n", "y".repeat(100_000));
     let (status, _) = server.ask("GET /api/sum?a=1&b=1", &head, "");
     assert!(matches!(status, 431 | 0), "{status}");

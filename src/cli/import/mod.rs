@@ -168,6 +168,24 @@ impl Import {
         for finding in &imported.findings {
             talk.say(&format!("note: {finding}"));
         }
+        if listing.untimed > 0 && listing.untimed < listing.images.len() {
+            talk.say(&format!(
+                "note: {} of {} images do not tell when they were taken, so they are sorted by the times of their files",
+                listing.untimed,
+                listing.images.len()
+            ));
+        }
+        // Motion may be found from its end.
+        if let Some([first, second]) = imported.out_of_time.as_ref().filter(|_| self.sort != Sorting::Motion)
+        {
+            let advice = match self.sort {
+                Sorting::Time => "the times of the files say otherwise",
+                _ => "--sort time takes them in the order of their times",
+            };
+            talk.say(&format!(
+                "note: the images are not in the order in which they were taken: {second} follows {first}, and was taken before it; {advice}"
+            ));
+        }
         if let Some(first) = imported.hidden.first() {
             let count = imported.hidden.len();
             talk.say(&format!("note: {count} hidden file(s) ignored, such as {first}"));

@@ -16,13 +16,14 @@ use epirig_data::storage::is_there;
 use epirig_matcher::Answer;
 
 /// Answers in the order of their codes in the map `mask`.
-pub(super) const ANSWERS: [Answer; 6] = [
+pub(super) const ANSWERS: [Answer; 7] = [
     Answer::Found,
     Answer::LeavesImage,
     Answer::BeyondRange,
     Answer::NoTexture,
     Answer::Occluded,
     Answer::Ambiguous,
+    Answer::Outside,
 ];
 
 /// A map that can be looked at.

@@ -18,9 +18,20 @@ mod view;
 
 use serde_json::Value;
 
-use epirig_server::{Query, Refusal, Reply, Site};
+use epirig_server::{LARGEST_ORDER, Query, Refusal, Reply, Site};
 
 pub use view::ResultsView;
+
+/// Bytes of the largest question with a mask: a picture of 20 million pixels in grey, not compressed, as text.
+const LARGEST_MASK: usize = 32 << 20;
+
+/// Bytes of the largest question that is read at a path.
+pub(super) fn largest_question(path: &[&str]) -> usize {
+    match path {
+        ["surface"] => LARGEST_MASK,
+        _ => LARGEST_ORDER,
+    }
+}
 
 /// The questions that are answered: a line for each.
 impl Site for ResultsView {
@@ -49,6 +60,10 @@ impl Site for ResultsView {
             ["download", name @ ..] => files::download(self, &name.join("/")),
             _ => Err(Refusal::unknown(path)),
         }
+    }
+
+    fn largest_body(&self, path: &[&str]) -> usize {
+        largest_question(path)
     }
 
     fn post(&self, path: &[&str], asked: &Value) -> Result<Reply, Refusal> {

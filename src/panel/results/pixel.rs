@@ -252,6 +252,7 @@ fn name(answer: Answer) -> &'static str {
         Answer::NoTexture => "no-texture",
         Answer::Occluded => "occluded",
         Answer::Ambiguous => "ambiguous",
+        Answer::Outside => "outside",
     }
 }
 
@@ -263,5 +264,6 @@ fn reason(answer: Answer) -> &'static str {
         Answer::NoTexture => "too little texture",
         Answer::Occluded => "it is occluded in too many frames, or shows two surfaces",
         Answer::Ambiguous => "several lines fit about as well",
+        Answer::Outside => "it is outside the region or the mask of the match",
     }
 }

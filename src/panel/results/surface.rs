@@ -1,12 +1,16 @@
 //! Questions about a region of the surface.
 
+use std::path::Path;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::view::ResultsView;
 use crate::panel::PanelError;
 use crate::pipeline::{SurfaceQuestions, analyse_surface, steps_options};
-use crate::results::{Region, SurfaceSummary};
+use crate::results::{Mask, Region, SurfaceSummary, parse_mask};
 use epirig_core::choice::Choice as _;
 use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
 
@@ -15,8 +19,19 @@ use epirig_matcher::surface::{Heights, Rectangle, TrendKind};
 struct Asked {
     /// Two corners, in px; `null` for the whole picture.
     region: Option<[usize; 4]>,
+    /// Only pixels inside of this, too; `null` for all.
+    mask: Option<AskedMask>,
     #[serde(default = "usual_trend")]
     trend: TrendKind,
+}
+
+/// A picture whose white pixels are inside, as a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AskedMask {
+    name: String,
+    /// The bytes of the file.
+    base64: String,
 }
 
 fn usual_trend() -> TrendKind {
@@ -49,9 +64,20 @@ pub(super) fn surface(view: &ResultsView, asked: &Value) -> Result<SurfaceSummar
         return Err(PanelError::Wrong(format!("the region exceeds the picture of {columns} x {rows} px")));
     }
     let steps = steps_options(&opened.matched.settings, asked.trend);
-    let region = Region { rectangle, mask: None };
+    let mask = asked.mask.map(|mask| mask.read(rows, columns)).transpose()?;
+    let region = Region { rectangle, mask }.checked(rows, columns)?;
     let questions = SurfaceQuestions { region, ..SurfaceQuestions::usual(steps) };
     Ok(analyse_surface(heights, view.halves(), opened, &questions)?.summary)
+}
+
+impl AskedMask {
+    /// The mask, for maps of `rows` x `columns`.
+    fn read(&self, rows: usize, columns: usize) -> Result<Mask, PanelError> {
+        let bytes = STANDARD.decode(&self.base64).map_err(|error| {
+            PanelError::Wrong(format!("the question is not understood: the mask: {error}"))
+        })?;
+        Ok(parse_mask(&bytes, Path::new(&self.name), rows, columns)?)
+    }
 }
 
 /// The heights, or why there are none.

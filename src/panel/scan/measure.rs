@@ -12,7 +12,7 @@ use crate::pipeline::{
     match_need, measure as match_sequence, open_results, steps_options,
 };
 use crate::profile::Profile;
-use crate::results::{ResultsFolder, ResultsKind};
+use crate::results::{Region, ResultsFolder, ResultsKind};
 use crate::rig::{calibration_plan, can_be_calibrated};
 use epirig_data::sequence::Sequence;
 use epirig_matcher::MatchOptions;
@@ -49,7 +49,7 @@ pub(in crate::panel) fn measure(shared: &Arc<Shared>, folder: &Path) -> Result<(
     let results = folder.join("results");
     let place = ResultsFolder::create(&results, ResultsKind::Match, true)?;
     let view = View { figure_row: None, truth: None };
-    match_sequence(&sequence, calibration.as_ref(), &options, view, &place, &notes)?;
+    match_sequence(&sequence, calibration.as_ref(), (&options, &Region::default()), view, &place, &notes)?;
     place.commit()?;
     // Results without a surface are results: a lens may be unknown.
     if let Err(error) = analyse(&sequence, &results, &notes) {

@@ -6,8 +6,8 @@ import { results } from '../store/results';
 /** Shares of the codes of the mask; other maps of codes have none. */
 function sharesOf(mapId: string, matched: MatchInfo | null | undefined): (number | undefined)[] {
   if (mapId !== 'mask' || !matched) return [];
-  const { answered, leaves_image, beyond_range, no_texture, occluded, ambiguous } = matched;
-  return [answered, leaves_image, beyond_range, no_texture, occluded, ambiguous];
+  const { answered, leaves_image, beyond_range, no_texture, occluded, ambiguous, outside } = matched;
+  return [answered, leaves_image, beyond_range, no_texture, occluded, ambiguous, outside];
 }
 
 /** What the patterns of a map of codes mean, and how often each occurs. */

@@ -120,7 +120,7 @@ export class Renderer {
     gl.uniform1i(locate('u_hillshade'), scene.hillshade ? 1 : 0);
     gl.uniform1i(locate('u_hatch'), scene.mask ? 1 : 0);
     gl.uniform1i(locate('u_coded'), scene.codes ? 1 : 0);
-    const codes = new Float32Array(12);
+    const codes = new Float32Array(14);
     for (const { code, grey, pattern } of scene.codes ?? []) codes.set([grey, pattern], code * 2);
     gl.uniform2fv(locate('u_codes[0]'), codes);
     gl.uniform1f(locate('u_photo_share'), scene.photo?.share ?? 0);

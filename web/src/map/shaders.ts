@@ -27,7 +27,7 @@ uniform vec2 u_range;
 uniform bool u_log, u_smooth, u_hillshade, u_hatch, u_coded;
 uniform float u_photo_share;
 uniform vec2 u_photo_range;
-uniform vec2 u_codes[6];    // grey level and pattern of each code
+uniform vec2 u_codes[7];    // grey level and pattern of each code
 
 out vec4 colour;
 
@@ -121,7 +121,7 @@ void main() {
     vec2 square = floor(screen / (8.0 * u_dot));
     shown = mod(square.x + square.y, 2.0) < 0.5 ? vec3(0.420, 0.455, 0.502) : vec3(0.227, 0.259, 0.302);
   } else if (u_coded) {
-    vec2 look_of = u_codes[clamp(int(value + 0.5), 0, 5)];
+    vec2 look_of = u_codes[clamp(int(value + 0.5), 0, 6)];
     shown = mix(vec3(look_of.x), vec3(0.0), pattern(int(look_of.y), screen));
   } else {
     if (u_smooth) value = smooth_at(at, value);

@@ -1,6 +1,8 @@
+import { useRef } from 'preact/hooks';
 import type { Budget, Roughness, SurfaceSummary } from '../api';
 import { NumberField } from '../components/NumberField';
-import { count, measured, valueAndSigma } from '../format/number';
+import { count, measured, percent, valueAndSigma } from '../format/number';
+import { chooseMask, mask, maskFault } from '../store/mask';
 import { surface, trend } from '../store/questions';
 import { lengths, results, trends } from '../store/results';
 import { region, select, tool } from '../store/selection';
@@ -154,17 +156,68 @@ function RegionFields() {
   );
 }
 
+/** A mask as a picture file, as `surface --mask` takes it. */
+function MaskField({ of }: { of: SurfaceSummary | null }) {
+  const input = useRef<HTMLInputElement>(null);
+  const used = of?.field?.mask;
+  const size = results.value?.frames;
+  return (
+    <div class="fields">
+      <label>
+        mask picture{' '}
+        <input
+          ref={input}
+          type="file"
+          accept="image/*,.pgm,.ppm,.tif,.tiff"
+          aria-describedby="mask-words"
+          onChange={(event) => void chooseMask(event.currentTarget.files?.[0] ?? null)}
+        />
+      </label>
+      {mask.value && (
+        <button
+          type="button"
+          onClick={() => {
+            void chooseMask(null);
+            // The button goes; who uses the keyboard goes on from the field.
+            if (input.current) {
+              input.current.value = '';
+              input.current.focus();
+            }
+          }}
+        >
+          Clear mask
+        </button>
+      )}
+      <p id="mask-words" class="muted">
+        {mask.value && used && size
+          ? `${percent(used.inside_px / (size.rows * size.columns))} of the picture are inside the mask ${used.file}.`
+          : 'A picture as large as the frames; what is white is used.'}
+      </p>
+      {maskFault.value && (
+        <p class="fault" role="alert">
+          {maskFault.value}
+        </p>
+      )}
+    </div>
+  );
+}
+
 /** Step height and roughness of a region, or of the whole map as `surface` found them. */
 export function StepsPanel() {
   const { value, error, loading } = surface.state.value;
   const held = results.value;
   if (!held?.geometry) return <p class="hint">Heights need a calibration, so there are no steps in mm.</p>;
-  const shown = region.value ? value : held.surface;
+  const asked = region.value !== null || mask.value !== null;
+  // An answer from before a refusal is none to what was refused.
+  const answered = error ? null : value;
+  const shown = asked ? answered : held.surface;
+  const part = region.value ? (mask.value ? 'region and mask' : 'region') : mask.value ? 'mask' : 'map';
   return (
     <div class={loading ? 'loading' : ''}>
-      <h2>{region.value ? 'Steps and roughness of the region' : 'Steps and roughness of the map'}</h2>
+      <h2>Steps and roughness of the {part}</h2>
       <RegionFields />
-      {region.value ? (
+      <MaskField of={asked ? answered : null} />
+      {asked && (
         <label>
           form{' '}
           <select value={trend.value} onChange={(event) => (trend.value = event.currentTarget.value)}>
@@ -175,7 +228,8 @@ export function StepsPanel() {
             ))}
           </select>
         </label>
-      ) : (
+      )}
+      {!region.value && (
         <p class="hint">
           Alt + drag on the map, or{' '}
           <button type="button" onClick={() => (tool.value = 'region')}>
@@ -184,9 +238,13 @@ export function StepsPanel() {
           asks for a part of it.
         </p>
       )}
-      {error && <p class="fault">{error}</p>}
+      {error && (
+        <p class="fault" role="alert">
+          {error}
+        </p>
+      )}
       {loading && !shown && <p class="hint">computing…</p>}
-      {!region.value && !shown && <p>epirig surface was not run on these results.</p>}
+      {!asked && !shown && <p>epirig surface was not run on these results.</p>}
       {shown && (
         <>
           <StepHeight of={shown} />

@@ -1,9 +1,18 @@
 // The questions that follow from the selection: what is at the pin, along the line, in the region.
 
 import { computed, effect, signal } from '@preact/signals';
-import { api, type Framed, type LineInfo, type PixelInfo, type RowCost, type SurfaceSummary } from '../api';
-import type { LineSelection, Pin, Region } from './hash';
+import {
+  api,
+  type Framed,
+  type LineInfo,
+  type PixelInfo,
+  type RowCost,
+  type SurfaceQuestion,
+  type SurfaceSummary,
+} from '../api';
+import type { LineSelection, Pin } from './hash';
 import { latest } from './latest';
+import { mask } from './mask';
 import { results } from './results';
 import { line, panel, pin, region } from './selection';
 
@@ -20,13 +29,8 @@ export const origin_px = computed<[x: number, y: number] | null>(() => {
   return [head.x - head.x_mm / geometry.pixel_mm, head.y - head.y_mm / geometry.pixel_mm];
 });
 
-export interface SurfaceQuestion {
-  region: Region | null;
-  trend: string;
-}
-
 export const surface = latest<SurfaceQuestion, SurfaceSummary>(
-  ({ region: area, trend }, abort) => api.surface(area, trend, abort),
+  (asked, abort) => api.surface(asked, abort),
   200,
 );
 
@@ -37,8 +41,8 @@ export function followSelection(): void {
   effect(() => pixel.ask(results.value?.results ? pin.value : null));
   effect(() => profile.ask(results.value?.results ? line.value : null));
   effect(() => {
-    const area = region.value;
-    surface.ask(area && results.value?.geometry ? { region: area, trend: trend.value } : null);
+    const asked = { region: region.value, mask: mask.value, trend: trend.value };
+    surface.ask((asked.region || asked.mask) && results.value?.geometry ? asked : null);
   });
   effect(() => rowCost.ask(panel.value === 'row-cost' && pin.value ? pin.value.y : null));
 }

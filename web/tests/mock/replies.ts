@@ -169,6 +169,7 @@ export function results(): Results {
       no_texture: 0.016,
       ambiguous: 0.002,
       occluded: 0.0023,
+      outside: 0,
       median_disparity_px: 20,
       median_sigma_px: 0.006,
       minimum_px: 16,

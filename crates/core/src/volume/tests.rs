@@ -1,7 +1,5 @@
 //! What a volume gives back of what it was given.
 
-use std::ops::Range;
-
 use super::*;
 
 #[test]
@@ -247,4 +245,27 @@ fn half_the_resolution_takes_no_memory_until_it_is_selected() {
     own.fine_counts_mut().unwrap()[0] = 128;
     assert_eq!((rows(&own)[0][0], rows(&halved)[0][0]), (1.0, 3.5));
     assert_eq!(rows(&own)[1..], rows(&halved)[1..]);
+}
+
+#[test]
+fn rows_that_are_kept_stay_as_they_were_and_the_others_go() {
+    let mut volume = Volume::new(5, 3, 8, Tau::equidistant(2).unwrap());
+    let frame = |first: u8| Frame::new(5, 3, 8, Samples::U8((first..first + 15).collect())).unwrap();
+    volume.insert(0, &frame(0)).unwrap();
+    volume.insert(1, &frame(100)).unwrap();
+    volume.set_frame_gain(1, 2.0);
+    let whole = volume.clone();
+    volume.keep_rows(1..3);
+    let mut row = [0.0; 3];
+    assert_eq!((volume.rows(), volume.bytes()), (2, 12));
+    volume.copy_row(0, 0, &mut row);
+    assert_eq!(row, [3.0, 4.0, 5.0]);
+    volume.copy_row(1, 1, &mut row);
+    assert_eq!(row, [212.0, 214.0, 216.0]);
+    // A volume that shared the samples keeps all of them, and one that shows some frames loses no row of these.
+    assert_eq!((whole.rows(), whole.bytes()), (5, 30));
+    let mut last = whole.showing(&[0, 1], Tau::equidistant(2).unwrap());
+    last.keep_rows(4..5);
+    last.copy_row(0, 1, &mut row);
+    assert_eq!(row, [224.0, 226.0, 228.0]);
 }

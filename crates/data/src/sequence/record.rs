@@ -240,6 +240,9 @@ pub struct FrameRecord {
     /// File that the frame was made of, if it was imported.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
+    /// When the camera of an imported frame took it, by its own clock: ISO 8601 without a zone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub taken: Option<String>,
 }
 
 /// The subject of a frame.

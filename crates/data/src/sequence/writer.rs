@@ -32,6 +32,8 @@ pub struct FrameFacts {
     pub certificate: Option<CertificateRecord>,
     /// File that the frame was made of.
     pub source: Option<String>,
+    /// When the camera of an imported frame took it, by its own clock.
+    pub taken: Option<jiff::civil::DateTime>,
 }
 
 /// Facts about the end of a sequence besides its status.
@@ -198,6 +200,7 @@ impl SequenceWriter {
             mean_dn: frame.samples().mean(),
             saturated: frame.samples().count_at_least(frame.full_scale()),
             source: facts.source,
+            taken: facts.taken.map(|time| time.to_string()),
         };
         self.note(&match kind {
             FrameKind::Scan => Event::Frame(record),

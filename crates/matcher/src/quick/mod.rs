@@ -109,7 +109,9 @@ impl Halved {
         let options = MatchOptions { window_px, range, ..options.clone() };
         // Options that suit the whole frames do not suit these only if these are too small.
         options.check(halved.rows(), halved.columns(), halved.frames()).ok()?;
-        let lines = Lines::new(halved.tau(), lines.reference(), halved.columns());
+        let asked = lines.asked();
+        let asked = asked.start / 2..asked.end.div_ceil(2).min(halved.columns());
+        let lines = Lines::new(halved.tau(), lines.reference(), halved.columns()).asking(asked);
         Some(Self { volume: halved, lines, options })
     }
 

@@ -164,7 +164,7 @@ fn candidate(lines: &Lines, groups: &Groups, slab: &Slab, disparity_px: f64, rul
         .collect();
     let sightings = Sightings::count(lines, disparity_px);
     let mut segments: Vec<Segment> = Vec::new();
-    for x in 0..columns {
+    for x in lines.asked() {
         let sees = |g: &usize| visible[*g].contains(&(x as isize));
         // A candidate leaves the image once: the groups that see it follow each other on each side.
         let first = (0..groups.before).rev().take_while(sees).last().unwrap_or(groups.before);

@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::SurfaceError;
 use super::connected::connected;
@@ -22,7 +22,7 @@ use epirig_core::statistics::quantile;
 const UNCERTAIN: f64 = 10.0;
 
 /// A part of the picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rectangle {
     /// First column, in px.
     pub left: usize,

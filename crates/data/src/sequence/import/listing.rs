@@ -19,6 +19,9 @@ pub struct Listing {
     pub hidden: Vec<String>,
     /// Where they come from, for people: a folder, or the first argument.
     pub place: PathBuf,
+    /// If they were to be sorted by time, how many of them do not tell when they were taken: with any, the times
+    /// of all files were used.
+    pub untimed: usize,
     /// The folders of which all images are taken.
     pub(super) whole: Vec<PathBuf>,
 }
@@ -76,7 +79,7 @@ pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
             return Err(SequenceError::NotFiles { folder: folder.to_owned(), found });
         }
     }
-    Ok(Listing { images, hidden, place: folder.to_owned(), whole: vec![folder.to_owned()] })
+    Ok(Listing { images, hidden, place: folder.to_owned(), untimed: 0, whole: vec![folder.to_owned()] })
 }
 
 /// Lists the images that arguments name: folders, files, and patterns with `*`, `?` and `[...]`. An image that
@@ -86,7 +89,7 @@ pub fn list_images(folder: &Path) -> Result<Listing, SequenceError> {
 /// As [`list_images`]; [`SequenceError::NoMatch`] for a pattern that no file fits.
 pub fn find_images(arguments: &[PathBuf], order: SortOrder) -> Result<Listing, SequenceError> {
     let place = arguments.first().cloned().unwrap_or_else(|| PathBuf::from("."));
-    let mut found = Listing { images: Vec::new(), hidden: Vec::new(), place, whole: Vec::new() };
+    let mut found = Listing { images: Vec::new(), hidden: Vec::new(), place, untimed: 0, whole: Vec::new() };
     let mut seen = BTreeSet::new();
     for argument in arguments {
         let images = match fs::metadata(argument) {
@@ -109,7 +112,7 @@ pub fn find_images(arguments: &[PathBuf], order: SortOrder) -> Result<Listing, S
             }
         }
     }
-    sort(&mut found.images, order)?;
+    found.untimed = sort(&mut found.images, order)?;
     Ok(found)
 }
 

@@ -12,8 +12,12 @@ mod selection;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use jiff::civil::DateTime;
+
 use super::error::SequenceError;
-use super::pixels::{DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, header, with_bit_depth};
+use super::pixels::{
+    DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, header, time_taken, with_bit_depth,
+};
 use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
 use super::record::{ExitStatus, FORMAT_VERSION, FrameKind, Origin, SequenceRecord};
@@ -77,6 +81,9 @@ pub struct Imported {
     pub findings: Vec<String>,
     /// Whether images between the first and the last were left out.
     pub has_gaps: bool,
+    /// Names of two images of which the second follows the first, and was taken before it, as their EXIF tells; the
+    /// first two such. `None` if times agree with the order, or are not told.
+    pub out_of_time: Option<[String; 2]>,
 }
 
 /// Makes the sequence `out` of images, which stay as they are. Calibration images must be of the size and the
@@ -162,6 +169,8 @@ pub fn import(
         stored: describe(stored.rows, stored.columns, stored.bits),
         expected: describe(record.rows, record.columns, record.bit_depth),
         conversions: BTreeMap::new(),
+        latest: None,
+        out_of_time: None,
     };
     let total = images.len() + calibration.iter().map(|(_, images)| images.len()).sum::<usize>();
     progress.begin("importing", total as u64);
@@ -179,7 +188,7 @@ pub fn import(
         }
     }
     progress.end();
-    let Import { writer, conversions: done, .. } = import;
+    let Import { writer, conversions: done, out_of_time, .. } = import;
     writer.finish(ExitStatus::Complete, StopFacts::default())?;
     let done: Vec<String> = done.iter().map(|(words, count)| format!("{count} image(s): {words}")).collect();
     let found = inspector.findings();
@@ -201,6 +210,7 @@ pub fn import(
         holes,
         findings: found,
         has_gaps,
+        out_of_time,
     })
 }
 
@@ -218,6 +228,10 @@ struct Import<'a> {
     expected: String,
     /// Number of images by conversion.
     conversions: BTreeMap<String, usize>,
+    /// The last frame of the scan that tells when it was taken, with its name.
+    latest: Option<(DateTime, String)>,
+    /// As in [`Imported`].
+    out_of_time: Option<[String; 2]>,
 }
 
 impl Import<'_> {
@@ -236,6 +250,7 @@ impl Import<'_> {
         if stored != self.stored {
             return Err(self.unlike(kind, chosen, stored, self.stored.clone()));
         }
+        let taken = time_taken(&bytes);
         let image = decode(path, &bytes, self.options)?;
         let found = describe(image.frame.rows(), image.frame.columns(), image.frame.bit_depth());
         if found != self.expected {
@@ -249,13 +264,27 @@ impl Import<'_> {
             let words = format!("turned clockwise by {rotate} degrees (--rotate)");
             *self.conversions.entry(words).or_default() += 1;
         }
-        let facts = FrameFacts { commanded_mm, source: Some(name(path)), ..FrameFacts::default() };
+        let facts = FrameFacts { commanded_mm, source: Some(name(path)), taken, ..FrameFacts::default() };
+        if let (FrameKind::Scan, Some(taken)) = (kind, taken) {
+            self.follow(taken, name(path));
+        }
         match (image.usable_as_is, self.options.link) {
             (true, true) => self.writer.put_link(kind, index, &image.frame, (path, &bytes), facts),
             (true, false) => self.writer.put_encoded(kind, index, &image.frame, &bytes, facts),
             (false, _) => self.writer.put(kind, index, &image.frame, facts),
         }?;
         Ok(image.frame)
+    }
+
+    /// Notes whether a frame of the scan was taken before the one in front of it.
+    fn follow(&mut self, taken: DateTime, name: String) {
+        if let Some((before, other)) = &self.latest
+            && taken < *before
+            && self.out_of_time.is_none()
+        {
+            self.out_of_time = Some([other.clone(), name.clone()]);
+        }
+        self.latest = Some((taken, name));
     }
 
     fn unlike(&self, kind: FrameKind, image: &Chosen, found: String, expected: String) -> SequenceError {

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::super::error::SequenceError;
+use super::super::pixels::{LARGEST_IMAGE, time_taken};
+use crate::storage::read_file;
 
 epirig_core::choices! {
     /// What the images are sorted by.
@@ -14,27 +16,48 @@ epirig_core::choices! {
         /// By file names, as people count: frame_9 before frame_10.
         #[default]
         Name = "name",
-        /// By the times at which the files were last changed.
+        /// By the times at which they were taken, as EXIF tells; unless all tell it, by those at which the files
+        /// were last changed.
         Time = "time",
         /// As given; those of one folder or pattern by file names.
         Given = "given",
     }
 }
 
-/// Sorts images that are in natural order within each argument.
-pub(super) fn sort(images: &mut Vec<PathBuf>, order: SortOrder) -> Result<(), SequenceError> {
+/// Sorts images that are in natural order within each argument. By times, gives the number of those that do not
+/// tell when they were taken; 0 otherwise.
+pub(super) fn sort(images: &mut Vec<PathBuf>, order: SortOrder) -> Result<usize, SequenceError> {
     match order {
         SortOrder::Given => {}
         SortOrder::Name => images.sort_by(|a, b| by_name(a, b)),
         SortOrder::Time => {
-            let timed: Result<Vec<(SystemTime, PathBuf)>, SequenceError> =
-                images.drain(..).map(|image| Ok((time_of(&image)?, image))).collect();
-            let mut timed = timed?;
-            timed.sort_by(|(at, a), (other, b)| at.cmp(other).then_with(|| by_name(a, b)));
-            images.extend(timed.into_iter().map(|(_, image)| image));
+            let taken = times(images, |image| {
+                // What cannot be read is told by the import.
+                Ok(read_file(image, LARGEST_IMAGE).ok().and_then(|bytes| time_taken(&bytes)))
+            })?;
+            let untimed = taken.iter().filter(|time| time.is_none()).count();
+            match untimed {
+                0 => by_time(images, taken),
+                _ => by_time(images, times(images, time_of)?),
+            }
+            return Ok(untimed);
         }
     }
-    Ok(())
+    Ok(0)
+}
+
+fn times<T>(
+    images: &[PathBuf],
+    time: impl Fn(&Path) -> Result<T, SequenceError>,
+) -> Result<Vec<T>, SequenceError> {
+    images.iter().map(|image| time(image)).collect()
+}
+
+/// Puts images in the order of their times; those of one time in the order of their names.
+fn by_time<T: Ord>(images: &mut Vec<PathBuf>, times: Vec<T>) {
+    let mut timed: Vec<(T, PathBuf)> = times.into_iter().zip(images.drain(..)).collect();
+    timed.sort_by(|(at, a), (other, b)| at.cmp(other).then_with(|| by_name(a, b)));
+    images.extend(timed.into_iter().map(|(_, image)| image));
 }
 
 fn time_of(image: &Path) -> Result<SystemTime, SequenceError> {

@@ -64,7 +64,13 @@ mod tests {
     #[test]
     fn numbers_are_counted_before_any_is_left_out() {
         let images = (0..10).map(|index| PathBuf::from(format!("{index}.png"))).collect();
-        let all = Listing { images, hidden: Vec::new(), place: PathBuf::from("photos"), whole: Vec::new() };
+        let all = Listing {
+            images,
+            hidden: Vec::new(),
+            place: PathBuf::from("photos"),
+            untimed: 0,
+            whole: Vec::new(),
+        };
         let chosen = |frames, exclude: &[Span]| {
             choose(&all, frames, exclude)
                 .map(|images| images.iter().map(|image| image.number).collect::<Vec<_>>())

@@ -5,6 +5,7 @@ mod fault;
 mod formats;
 mod jpeg;
 mod pnm;
+mod taken;
 mod tiff;
 
 use std::io::Cursor;
@@ -18,6 +19,7 @@ pub use fault::ImageFault;
 pub use formats::image_formats;
 pub(super) use formats::is_image_name;
 use formats::kind_of;
+pub use taken::time_taken;
 
 /// An image as a grey frame, with its conversion.
 #[derive(Debug, Clone, PartialEq, Eq)]
