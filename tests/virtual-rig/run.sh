@@ -175,7 +175,7 @@ pack_initramfs() {
   local programs=guest/programs
   echo "$filter" > filter
   python3 "$here/initramfs.py" initramfs.cpio --modules "guest/$kernel" --libraries "$programs/usr/lib/x86_64-linux-gnu" \
-    --load vivid --load xhci_pci --load ftdi_sio \
+    --load vivid --load xhci_pci --load ftdi_sio --load vhci_hcd --load uvcvideo \
     "/init=$here/guest.sh" "/etc/filter=filter" "/bin/busybox=$(ls "$programs"/{usr/,}bin/busybox 2> /dev/null)" \
     "/bin/v4l2-ctl=$programs/usr/bin/v4l2-ctl" "/bin/epirig=$epirig" "/bin/virtual_rig=$tests"
 }

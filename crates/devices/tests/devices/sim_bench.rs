@@ -81,7 +81,15 @@ impl Bench for SimBench {
             | Fault::NoLock
             | Fault::TimingsOutOfRange
             | Fault::OtherTimings
-            | Fault::InputSetOtherwise => return false,
+            | Fault::InputSetOtherwise
+            // Of a USB camera's.
+            | Fault::FrameMarkMissing
+            | Fault::FrameMarkInside
+            | Fault::LostPacket
+            | Fault::CompressedShort
+            | Fault::Halt
+            | Fault::Halts
+            | Fault::ControlStalled => return false,
         };
         faults.iter().for_each(|fault| self.camera.device().inject(*fault));
         true

@@ -1,0 +1,97 @@
+//! The camera driver on `uvcvideo`: listings, every format both ways, settings that show late, and pictures
+//! that are judged by what they say of themselves.
+
+use epirig_devices::camera::{Camera, Moment, TimingRule};
+
+use super::faults::Bench as _;
+use super::guest::{Rig as _, here, passed, succeeds};
+use super::uvc::{EXPOSURE_DEFAULT, Format};
+use super::uvc_bench::{Kind, UvcBench, UvcRig};
+
+#[test]
+fn a_uvc_camera_is_listed_once_with_its_formats() {
+    const NAME: &str = "uvc_camera::a_uvc_camera_is_listed_once_with_its_formats";
+    if !here(NAME) {
+        return;
+    }
+    let rig = UvcRig::start(Kind::bulk(Format::Yuyv));
+    let devices: serde_json::Value = serde_json::from_str(&succeeds(&["devices", "--json"])).unwrap();
+    let cameras = devices["cameras"].as_array().unwrap();
+    let ours: Vec<&serde_json::Value> =
+        cameras.iter().filter(|camera| camera["driver"] == "uvcvideo").collect();
+    assert_eq!(ours.len(), 1, "the node of its metadata is no camera: {cameras:?}");
+    assert_eq!(ours[0]["path"], rig.camera.node().unwrap().to_str().unwrap());
+    assert!(ours[0]["links"].as_array().unwrap().iter().any(|link| link == rig.camera()));
+    assert_eq!(ours[0]["usb_serial_number"], "V0001");
+    let formats = ours[0]["formats"].as_array().unwrap();
+    let formats: Vec<&str> = formats.iter().map(|format| format["format"].as_str().unwrap()).collect();
+    assert_eq!(formats, Format::ALL.map(Format::four_cc));
+    passed(NAME);
+}
+
+#[test]
+fn every_format_is_exact_over_bulk_and_isochronous_transfers() {
+    const NAME: &str = "uvc_camera::every_format_is_exact_over_bulk_and_isochronous_transfers";
+    if !here(NAME) {
+        return;
+    }
+    for format in Format::ALL {
+        for kind in [Kind::bulk(format), Kind::isochronous(format)] {
+            let mut bench = UvcBench::streaming(kind);
+            let mut late_us = (u64::MAX, 0);
+            for place in 0..4 {
+                let position_mm = 10.0 + 0.4 * f64::from(place);
+                bench.stage().move_to(position_mm).unwrap();
+                let moment = bench.camera.now();
+                let taken = bench.camera.grab_after(moment).unwrap();
+                assert!(
+                    bench.shows(&taken.frame, position_mm),
+                    "{kind:?} at {position_mm} mm: A WRONG FRAME"
+                );
+                assert_eq!(taken.facts.timing, TimingRule::StartOfExposure);
+                let began = bench.rig.taken(&taken.frame, moment).unwrap();
+                // The picture tells in whole microseconds.
+                let us = |moment: Moment| moment.as_ns() / 1000;
+                assert!(us(began) >= us(moment), "{kind:?}: an old frame");
+                assert!(us(taken.facts.exposure_start) <= us(began) + 1, "{kind:?}: {:?}", taken.facts);
+                let late = us(taken.facts.stamp).saturating_sub(us(began));
+                late_us = (late_us.0.min(late), late_us.1.max(late));
+            }
+            println!(
+                "{kind:?}: stamps {:.1} to {:.1} ms after the start of the exposure",
+                late_us.0 as f64 / 1000.0,
+                late_us.1 as f64 / 1000.0
+            );
+            // Called the start of the exposure by the driver, and in truth the arrival of the first byte.
+            assert!(late_us.0 >= 20_000, "the camera is faster than it is made to be");
+            bench.camera.stop().unwrap();
+        }
+    }
+    passed(NAME);
+}
+
+#[test]
+fn settings_that_show_frames_later_are_in_the_first_frame_that_counts() {
+    const NAME: &str = "uvc_camera::settings_that_show_frames_later_are_in_the_first_frame_that_counts";
+    if !here(NAME) {
+        return;
+    }
+    let mut bench = UvcBench::streaming(Kind::bulk(Format::Yuyv));
+    let shown = |bench: &mut UvcBench| {
+        let moment = bench.camera.now();
+        let taken = bench.camera.grab_after(moment).unwrap();
+        bench.rig.stamp(&taken.frame).expect("a picture of the camera").settings
+    };
+    // The automatics are off: an automatic exposure would wander.
+    assert_eq!(shown(&mut bench).exposure, EXPOSURE_DEFAULT);
+    bench.camera.set_control("exposure_time_absolute", "80").unwrap();
+    assert_eq!(shown(&mut bench).exposure, 80);
+    bench.camera.set_control("gain", "50").unwrap();
+    bench.camera.set_control("white_balance_temperature", "3000").unwrap();
+    bench.camera.set_control("focus_absolute", "150").unwrap();
+    bench.camera.set_control("power_line_frequency", "2").unwrap();
+    let settings = shown(&mut bench);
+    assert_eq!((settings.exposure, settings.gain, settings.white), (80, 50, 3000));
+    assert_eq!((settings.focus, settings.mains), (150, 2));
+    passed(NAME);
+}
