@@ -1,12 +1,12 @@
 //! The camera driver on `uvcvideo`: listings, every format both ways, settings that show late, and pictures
 //! that are judged by what they say of themselves.
 
-use epirig_devices::camera::{Camera, Moment, TimingRule};
+use epirig_devices::camera::{Camera, CameraError, Moment, TimingRule};
 
 use super::faults::Bench as _;
-use super::guest::{Rig as _, here, passed, succeeds};
-use super::uvc::{EXPOSURE_DEFAULT, Format};
-use super::uvc_bench::{Kind, UvcBench, UvcRig};
+use super::guest::{Rig as _, SIZE, here, passed, program, succeeds};
+use super::uvc::{EXPOSURE_DEFAULT, Format, GAIN, UvcCamera};
+use super::uvc_bench::{DELAY, Kind, LAG, UvcBench, UvcRig};
 
 #[test]
 fn a_uvc_camera_is_listed_once_with_its_formats() {
@@ -93,5 +93,62 @@ fn settings_that_show_frames_later_are_in_the_first_frame_that_counts() {
     let settings = shown(&mut bench);
     assert_eq!((settings.exposure, settings.gain, settings.white), (80, 50, 3000));
     assert_eq!((settings.focus, settings.mains), (150, 2));
+    passed(NAME);
+}
+
+#[test]
+fn of_two_cameras_with_one_serial_number_none_is_taken_by_chance() {
+    const NAME: &str = "uvc_camera::of_two_cameras_with_one_serial_number_none_is_taken_by_chance";
+    if !here(NAME) {
+        return;
+    }
+    let rig = UvcRig::start(Kind::bulk(Format::Grey));
+    let twin = UvcCamera::new(1, rig.kind.model("V0001"), rig.scene.clone(), DELAY, LAG);
+    let grab = |camera: &str| {
+        let settings = ["--camera", camera, "--format", "GREY", "--size", SIZE, "--out", "/tmp/twin.png"];
+        let output = program(&[&["grab"], &settings[..]].concat());
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    for name in ["usb:V0001", rig.camera(), &format!("/dev/v4l/by-id/{}", rig.camera())] {
+        let (code, talk) = grab(name);
+        assert_eq!(code, Some(2), "{name}: {talk}");
+        for camera in [&rig.camera, &twin] {
+            assert!(talk.contains(camera.node().unwrap().to_str().unwrap()), "{name}: {talk}");
+        }
+    }
+    let node = twin.node().unwrap();
+    let (code, talk) = grab(node.to_str().unwrap());
+    assert_eq!(code, Some(0), "{talk}");
+    drop(twin);
+    passed(NAME);
+}
+
+#[test]
+fn controls_that_a_camera_refuses_are_errors_that_name_them() {
+    const NAME: &str = "uvc_camera::controls_that_a_camera_refuses_are_errors_that_name_them";
+    if !here(NAME) {
+        return;
+    }
+    let mut bench = UvcBench::new(Kind::bulk(Format::Grey));
+    // UVC 4.2.1.2: the error codes of a request; 0 is none.
+    for code in 0..=8 {
+        bench.rig.camera.inject(|faults| faults.stall = Some((GAIN, code)));
+        let value = (20 + 5 * code).to_string();
+        let error = bench.camera.set_control("gain", &value).unwrap_err();
+        println!("code {code}: {error}");
+        let told = match &error {
+            CameraError::ControlRefused { name, value, .. } => (name.clone(), value.clone()),
+            CameraError::ControlUnanswered { name, request, .. } => {
+                (name.clone(), request.trim_start_matches("set to ").to_owned())
+            }
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(told, ("gain".to_owned(), value));
+        // Wrong state, power, range and value stay as they are; the others may pass.
+        let refused = matches!(error, CameraError::ControlRefused { .. });
+        assert_eq!(refused, [2, 3, 4, 8].contains(&code), "code {code}");
+    }
+    bench.rig.camera.inject(|faults| faults.stall = None);
+    assert_eq!(bench.camera.set_control("gain", "20").unwrap().value, Some(20));
     passed(NAME);
 }

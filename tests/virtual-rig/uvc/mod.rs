@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-pub use controls::{EXPOSURE, EXPOSURE_DEFAULT};
+pub use controls::{EXPOSURE, EXPOSURE_DEFAULT, GAIN};
 pub use descriptors::Model;
 pub use faults::Faults;
 pub use picture::{Format, Stamp, decoded, grey};

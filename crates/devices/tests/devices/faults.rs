@@ -259,7 +259,7 @@ fn kind(error: &CameraError) -> &'static str {
         CameraError::ControlChanged { .. } => "ControlChanged",
         CameraError::NotOffered { .. } => "NotOffered",
         CameraError::System { .. } => "System",
-        CameraError::ControlRefused { .. } => "ControlRefused",
+        CameraError::ControlUnanswered { .. } => "ControlUnanswered",
         other => panic!("an error that no fault should give: {other:?}"),
     }
 }

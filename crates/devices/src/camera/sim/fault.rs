@@ -33,6 +33,10 @@ pub enum SimFault {
     Replaced,
     /// No frame arrives for this number of frame times.
     Silence(u32),
+    /// The USB endpoint halts: all free buffers come back empty and flagged, numbered and stamped zero.
+    Halt,
+    /// The driver is silent until its stream is stopped and started.
+    Unheard,
     /// The signal is lost, or returns.
     NoSignal(bool),
     /// Another program changes the gain.

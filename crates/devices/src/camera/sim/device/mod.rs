@@ -88,6 +88,7 @@ pub struct SimDevice {
     silent_until: Moment,
     signal_lost: bool,
     dead: bool,
+    unheard: bool,
     /// Attempts to open that will still fail; `None` while the device is connected.
     gone: Option<u32>,
 }
@@ -140,6 +141,7 @@ impl SimDevice {
             silent_until: start,
             signal_lost: false,
             dead: false,
+            unheard: false,
             gone: None,
         }
     }
@@ -150,6 +152,7 @@ impl SimDevice {
             SimFault::Gap(frames) => self.sequence = self.sequence.wrapping_add(frames),
             SimFault::Dropped(share) => self.dropped = share.clamp(0.0, 1.0),
             SimFault::FatalError => self.dead = true,
+            SimFault::Unheard => self.unheard = true,
             SimFault::Disconnect { failing } => {
                 self.gone = Some(failing);
                 self.streaming = false;
@@ -242,7 +245,11 @@ impl SimDevice {
     }
 
     fn complete(&mut self, complete: Moment) {
-        if complete < self.silent_until {
+        if complete < self.silent_until || self.unheard {
+            return;
+        }
+        if self.happens(SimFault::Halt) {
+            self.give_back_empty(complete);
             return;
         }
         let number = self.frames;
@@ -297,6 +304,32 @@ impl SimDevice {
             torn,
             late,
         });
+    }
+
+    fn give_back_empty(&mut self, complete: Moment) {
+        for _ in self.queue.len() + self.taken.len()..self.buffers {
+            let number = self.frames;
+            self.frames = self.frames.wrapping_add(1);
+            self.queue.push_back(Exposed {
+                buffer: FilledBuffer {
+                    index: 0,
+                    bytes_used: 0,
+                    stamp: Moment::default(),
+                    stamp_source: StampSource::StartOfExposure,
+                    sequence: 0,
+                    flags: ERROR_FLAG,
+                    damaged: true,
+                    received: complete,
+                },
+                position_mm: self.position_mm,
+                before_mm: self.before_mm,
+                light: 1.0,
+                view: self.view.get(),
+                number,
+                torn: false,
+                late: false,
+            });
+        }
     }
 
     fn format(&self) -> ActiveFormat {
