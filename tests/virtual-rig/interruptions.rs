@@ -8,7 +8,7 @@ use epirig_data::sequence::{Event, ExitStatus, FrameRecord, ResumedRecord, Seque
 use super::guest::{
     FRAMES, Rig, START_MM, Workplace, assert_exact, here, passed, program, retakes, succeeds, system,
 };
-use super::uvc::Format;
+use super::uvc::{EXPOSURE, Faults, Format};
 use super::uvc_bench::{Kind, UvcRig};
 use super::vivid_bench::{Playing, plug_serial_port};
 
@@ -220,6 +220,40 @@ fn a_scan_whose_uvc_camera_is_pulled_out_and_put_back_goes_on_by_itself() {
         return;
     }
     lose_the_camera(&mut UvcRig::start(Kind::bulk(Format::Mjpg)));
+    passed(NAME);
+}
+
+#[test]
+fn a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole() {
+    const NAME: &str = "interruptions::a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole";
+    if !here(NAME) {
+        return;
+    }
+    let mut rig = UvcRig::start(Kind::bulk(Format::Mjpg));
+    let workplace = Workplace::new(&rig);
+    let sequence = workplace.path("seq");
+    let mut scanning = workplace.capture(&sequence);
+    let faults: [fn(&mut Faults); 4] = [
+        |faults| (faults.error_bit, faults.split_fid) = (1, 1),
+        |faults| faults.short = 3,
+        // After five of them the driver is silent.
+        |faults| faults.halt = 5,
+        |faults| faults.same_fid = 2,
+    ];
+    for (index, fault) in (2..).step_by(2).zip(faults) {
+        scanning.until(index);
+        rig.camera.inject(fault);
+    }
+    scanning.until(FRAMES - BEFORE);
+    assert!(rig.camera.faults().are_spent(), "{:?}", rig.camera.faults());
+    // From now on the camera does not answer for its exposure: no frame can be trusted.
+    rig.camera.inject(|faults| faults.stall = Some((EXPOSURE, 1)));
+    let (code, talk) = scanning.end();
+    println!("{talk}");
+    assert_eq!(code, 4, "{talk}");
+    assert!(talk.contains("exposure_time_absolute cannot be"), "{talk}");
+    rig.camera.inject(|faults| faults.stall = None);
+    resumed(&sequence, &mut rig);
     passed(NAME);
 }
 

@@ -21,6 +21,8 @@ use super::uvc::{EXPOSURE, Faults, Format, Model, Renderer, Scene, Stamp, UvcCam
 pub const DELAY: usize = 2;
 pub const LAG: Duration = Duration::from_millis(20);
 
+pub const SERIAL_NUMBER: &str = "V0001";
+
 /// How a camera is connected, and what it sends.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
@@ -63,7 +65,7 @@ impl UvcRig {
         let size: Size = SIZE.parse().unwrap();
         let (scene, renderer) = Scene::before(&mut stage, size);
         let served = serve(Box::new(stage), &LineNoise::bad(1, 0.0), Path::new(OTHER_END)).unwrap();
-        let camera = UvcCamera::new(0, kind.model("V0001"), scene.clone(), DELAY, LAG);
+        let camera = UvcCamera::new(0, kind.model(SERIAL_NUMBER), scene.clone(), DELAY, LAG);
         Self { link: camera.link(), camera, scene, kind, _stage: served, _renderer: renderer }
     }
 
@@ -183,7 +185,7 @@ impl Bench for UvcBench {
             Fault::Halts if !self.rig.kind.isochronous => camera.inject(|faults| faults.halt = 5),
             Fault::LongSilence => camera.inject(|faults| faults.silent = true),
             Fault::ControlStalled => camera.inject(|faults| faults.stall = Some((EXPOSURE, 1))),
-            Fault::Disconnect => camera.unplug(),
+            Fault::Disconnect | Fault::AnotherCamera => camera.unplug(),
             Fault::ControlChanged => {
                 let node = camera.node().unwrap();
                 super::vivid_bench::v4l2_ctl(&["-d", node.to_str().unwrap(), "-c", "gain=50"]);
@@ -193,12 +195,20 @@ impl Bench for UvcBench {
         true
     }
 
-    fn bring_back(&mut self, _fault: Fault) {
+    fn bring_back(&mut self, fault: Fault) {
+        if fault == Fault::AnotherCamera {
+            self.rig.camera.exchange("V0002");
+        }
         self.rig.camera.plug_in();
     }
 
     fn mend(&mut self, fault: Fault) {
         assert!(self.rig.camera.faults().are_spent(), "{fault:?} has not come to pass");
         self.rig.camera.inject(|faults| *faults = Faults::default());
+        if fault == Fault::AnotherCamera {
+            self.rig.camera.unplug();
+            self.rig.camera.exchange(SERIAL_NUMBER);
+            self.rig.camera.plug_in();
+        }
     }
 }

@@ -22,7 +22,7 @@ fn a_uvc_camera_is_listed_once_with_its_formats() {
     assert_eq!(ours.len(), 1, "the node of its metadata is no camera: {cameras:?}");
     assert_eq!(ours[0]["path"], rig.camera.node().unwrap().to_str().unwrap());
     assert!(ours[0]["links"].as_array().unwrap().iter().any(|link| link == rig.camera()));
-    assert_eq!(ours[0]["usb_serial_number"], "V0001");
+    assert_eq!(ours[0]["usb_serial_number"], SERIAL_NUMBER);
     let formats = ours[0]["formats"].as_array().unwrap();
     let formats: Vec<&str> = formats.iter().map(|format| format["format"].as_str().unwrap()).collect();
     assert_eq!(formats, Format::ALL.map(Format::four_cc));
@@ -103,13 +103,13 @@ fn of_two_cameras_with_one_serial_number_none_is_taken_by_chance() {
         return;
     }
     let rig = UvcRig::start(Kind::bulk(Format::Grey));
-    let twin = UvcCamera::new(1, rig.kind.model("V0001"), rig.scene.clone(), DELAY, LAG);
+    let twin = UvcCamera::new(1, rig.kind.model(SERIAL_NUMBER), rig.scene.clone(), DELAY, LAG);
     let grab = |camera: &str| {
         let settings = ["--camera", camera, "--format", "GREY", "--size", SIZE, "--out", "/tmp/twin.png"];
         let output = program(&[&["grab"], &settings[..]].concat());
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    for name in ["usb:V0001", rig.camera(), &format!("/dev/v4l/by-id/{}", rig.camera())] {
+    for name in [&format!("usb:{SERIAL_NUMBER}"), rig.camera(), &format!("/dev/v4l/by-id/{}", rig.camera())] {
         let (code, talk) = grab(name);
         assert_eq!(code, Some(2), "{name}: {talk}");
         for camera in [&rig.camera, &twin] {

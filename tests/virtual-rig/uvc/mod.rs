@@ -83,6 +83,12 @@ impl UvcCamera {
         let _ = std::fs::remove_file(Path::new(LINKS).join(self.link()));
     }
 
+    /// Becomes another one of its model while it is not plugged in.
+    pub fn exchange(&mut self, serial_number: &str) {
+        assert!(self.plugged.is_none(), "it is plugged in");
+        serial_number.clone_into(&mut self.model.serial_number);
+    }
+
     /// The device file that gives its images, while it is plugged in.
     pub fn node(&self) -> Option<PathBuf> {
         let entries = std::fs::read_dir(NODES).into_iter().flatten().flatten();

@@ -41,6 +41,8 @@ pub enum SimFault {
     NoSignal(bool),
     /// Another program changes the gain.
     GainDrifts,
+    /// From now on exposure and gain are taken, and change nothing.
+    Deaf,
     /// From now on control changes take this number of frames to take effect.
     LateControls(u32),
     /// Time stamps from the next start on.

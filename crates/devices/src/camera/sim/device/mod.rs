@@ -89,6 +89,7 @@ pub struct SimDevice {
     signal_lost: bool,
     dead: bool,
     unheard: bool,
+    deaf: bool,
     /// Attempts to open that will still fail; `None` while the device is connected.
     gone: Option<u32>,
 }
@@ -142,6 +143,7 @@ impl SimDevice {
             signal_lost: false,
             dead: false,
             unheard: false,
+            deaf: false,
             gone: None,
         }
     }
@@ -166,6 +168,7 @@ impl SimDevice {
                 self.gain += 1;
                 self.light_changes();
             }
+            SimFault::Deaf => self.deaf = true,
             SimFault::LateControls(frames) => self.late_controls = frames,
             SimFault::Stamps(stamps) => self.stamps = stamps,
             SimFault::SequenceAt(sequence) => self.sequence = sequence,
@@ -193,6 +196,9 @@ impl SimDevice {
 
     /// Changes of exposure and gain take effect from a later frame on.
     fn light_changes(&mut self) {
+        if self.deaf {
+            return;
+        }
         let light = self.exposure as f32 / EXPOSURE as f32 * (1.0 + self.gain as f32 / 100.0);
         self.light.push((self.frames.saturating_add(self.late_controls), light));
     }
