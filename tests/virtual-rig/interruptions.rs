@@ -77,13 +77,18 @@ fn a_scan_with_a_uvc_camera_killed_in_its_middle_is_resumed_and_whole() {
     if !here(NAME) {
         return;
     }
-    kill_and_resume(&mut UvcRig::start(Kind::bulk(Format::Yuyv)));
+    kill_and_resume(&mut UvcRig::start(Kind::isochronous(Format::Y16)));
     passed(NAME);
 }
 
-/// Ctrl-C, then `resume`.
-fn interrupt_and_resume(rig: &mut dyn Rig) {
-    let workplace = Workplace::new(rig);
+#[test]
+fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
+    const NAME: &str = "interruptions::ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed";
+    if !here(NAME) {
+        return;
+    }
+    let mut playing = Playing::start();
+    let workplace = Workplace::new(&playing);
     let sequence = workplace.path("seq");
     let mut scanning = workplace.capture(&sequence);
     scanning.until(BEFORE);
@@ -95,26 +100,7 @@ fn interrupt_and_resume(rig: &mut dyn Rig) {
     let stopped = Sequence::open(Path::new(&sequence)).unwrap();
     assert_eq!(stopped.stop().unwrap().exit_status, ExitStatus::Aborted);
     assert!(retakes(&stopped).is_empty());
-    resumed(&sequence, rig);
-}
-
-#[test]
-fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
-    const NAME: &str = "interruptions::ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed";
-    if !here(NAME) {
-        return;
-    }
-    interrupt_and_resume(&mut Playing::start());
-    passed(NAME);
-}
-
-#[test]
-fn ctrl_c_ends_a_scan_with_a_uvc_camera_and_it_is_resumed() {
-    const NAME: &str = "interruptions::ctrl_c_ends_a_scan_with_a_uvc_camera_and_it_is_resumed";
-    if !here(NAME) {
-        return;
-    }
-    interrupt_and_resume(&mut UvcRig::start(Kind::isochronous(Format::Y16)));
+    resumed(&sequence, &mut playing);
     passed(NAME);
 }
 
@@ -219,13 +205,14 @@ fn a_scan_whose_uvc_camera_is_pulled_out_and_put_back_goes_on_by_itself() {
     if !here(NAME) {
         return;
     }
-    lose_the_camera(&mut UvcRig::start(Kind::bulk(Format::Mjpg)));
+    lose_the_camera(&mut UvcRig::start(Kind::bulk(Format::Yuyv)));
     passed(NAME);
 }
 
 #[test]
 fn a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole() {
-    const NAME: &str = "interruptions::a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole";
+    const NAME: &str =
+        "interruptions::a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole";
     if !here(NAME) {
         return;
     }
@@ -250,7 +237,7 @@ fn a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole() {
     rig.camera.inject(|faults| faults.stall = Some((EXPOSURE, 1)));
     let (code, talk) = scanning.end();
     println!("{talk}");
-    assert_eq!(code, 4, "{talk}");
+    assert_eq!(code, 7, "{talk}");
     assert!(talk.contains("exposure_time_absolute cannot be"), "{talk}");
     rig.camera.inject(|faults| faults.stall = None);
     resumed(&sequence, &mut rig);

@@ -116,16 +116,19 @@ fn faults_end_with_the_right_frame_or_a_typed_error() {
     let kinds = [Kind::bulk(Format::Yuyv), Kind::isochronous(Format::Grey), Kind::bulk(Format::Mjpg)];
     let vivid = outcomes(&mut VividBench::new(), &|_| true);
     let mut usb = vec![None; FAULTS.len()];
+    let mut bench = UvcBench::new(kinds[0]);
     for kind in kinds {
+        bench.change_camera(kind);
         let left: Vec<Fault> = FAULTS
             .iter()
             .zip(&usb)
             .filter(|(_, seen)| seen.is_none())
             .map(|((fault, _), _)| *fault)
             .collect();
-        let found = outcomes(&mut UvcBench::new(kind), &|fault| left.contains(&fault));
+        let found = outcomes(&mut bench, &|fault| left.contains(&fault));
         usb.iter_mut().zip(found).for_each(|(seen, found)| *seen = seen.take().or(found));
     }
+    drop(bench);
     let simulated = outcomes(&mut SimBench::new(), &|_| true);
     let mut table =
         String::from("| fault | `vivid` | `uvcvideo` | simulated camera |\n| --- | --- | --- | --- |\n");

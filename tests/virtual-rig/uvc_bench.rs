@@ -69,6 +69,13 @@ impl UvcRig {
         Self { link: camera.link(), camera, scene, kind, _stage: served, _renderer: renderer }
     }
 
+    /// Plugs a camera of another kind in, in place of the former.
+    pub fn change_camera(&mut self, kind: Kind) {
+        self.camera.unplug();
+        self.camera = UvcCamera::new(0, kind.model(SERIAL_NUMBER), self.scene.clone(), DELAY, LAG);
+        self.kind = kind;
+    }
+
     /// What the picture says of itself, if it is one of the camera's, to the sample.
     pub fn stamp(&self, frame: &Frame) -> Option<Stamp> {
         let stamp = Stamp::of(frame, self.kind.format)?;
@@ -129,7 +136,7 @@ pub struct UvcBench {
 impl UvcBench {
     pub fn new(kind: Kind) -> Self {
         let rig = UvcRig::start(kind);
-        let camera = V4l2Camera::new(V4l2Device::open(rig.camera.node().unwrap().to_str().unwrap()).unwrap());
+        let camera = opened(&rig);
         let mut stage = connect_stage();
         stage.home().unwrap();
         Self { rig, stage, camera }
@@ -138,10 +145,26 @@ impl UvcBench {
     /// With its camera configured and started.
     pub fn streaming(kind: Kind) -> Self {
         let mut bench = Self::new(kind);
-        bench.camera.configure(&bench.settings()).unwrap();
-        bench.camera.start().unwrap();
+        bench.begin();
         bench
     }
+
+    /// Configures and starts the camera.
+    pub fn begin(&mut self) {
+        self.camera.configure(&self.settings()).unwrap();
+        self.camera.start().unwrap();
+    }
+
+    /// Goes on with a camera of another kind.
+    pub fn change_camera(&mut self, kind: Kind) {
+        self.camera.stop().unwrap();
+        self.rig.change_camera(kind);
+        self.camera = opened(&self.rig);
+    }
+}
+
+fn opened(rig: &UvcRig) -> V4l2Camera {
+    V4l2Camera::new(V4l2Device::open(rig.camera.node().unwrap().to_str().unwrap()).unwrap())
 }
 
 impl Bench for UvcBench {
