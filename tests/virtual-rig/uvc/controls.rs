@@ -103,10 +103,9 @@ impl Controls {
         let place = place.ok_or(INVALID_CONTROL)?;
         let automatic = self.0[place].needs.is_some_and(|(name, value)| self.value(name) != value);
         let control = &mut self.0[place];
-        if let Some((_, code)) = faults.stall.filter(|(name, _)| *name == control.name) {
-            if matches!(request, SET_CUR | GET_CUR) {
-                return Err(code);
-            }
+        let stalled = faults.stall.filter(|(name, _)| *name == control.name);
+        if let Some((_, code)) = stalled.filter(|_| matches!(request, SET_CUR | GET_CUR)) {
+            return Err(code);
         }
         let value = match request {
             GET_LEN => return Ok((control.bytes as u16).to_le_bytes().to_vec()),

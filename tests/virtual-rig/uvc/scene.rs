@@ -19,9 +19,12 @@ const SMEARS: [usize; 2] = [9, 15];
 
 type Levels = Arc<Vec<u8>>;
 
-/// What was rendered, by columns, rows and steps: an emulated processor takes two seconds for a picture, and the tests
+/// Columns, rows and steps.
+type Key = (usize, usize, i64);
+
+/// What was rendered: an emulated processor takes two seconds for a picture, and the tests
 /// of this process go to the same places.
-static RENDERED: LazyLock<Mutex<HashMap<(usize, usize, i64), Levels>>> = LazyLock::new(Mutex::default);
+static RENDERED: LazyLock<Mutex<HashMap<Key, Levels>>> = LazyLock::new(Mutex::default);
 
 #[derive(Default)]
 struct State {
@@ -82,7 +85,7 @@ impl Scene {
         levels
     }
 
-    fn key(&self, steps: i64) -> (usize, usize, i64) {
+    fn key(&self, steps: i64) -> Key {
         (self.size.columns, self.size.rows, steps)
     }
 
