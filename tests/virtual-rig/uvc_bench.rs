@@ -194,18 +194,35 @@ impl Bench for UvcBench {
         self.rig.shows(frame, position_mm)
     }
 
+    fn has(&self, fault: Fault) -> bool {
+        let Kind { format, isochronous } = self.rig.kind;
+        match fault {
+            Fault::ShortBuffer => format != Format::Mjpg,
+            Fault::CompressedShort => format == Format::Mjpg,
+            Fault::LostPacket => isochronous,
+            Fault::Halt | Fault::Halts => !isochronous,
+            Fault::ErrorFlag
+            | Fault::FrameMarkMissing
+            | Fault::FrameMarkInside
+            | Fault::LongSilence
+            | Fault::ControlStalled
+            | Fault::ControlChanged
+            | Fault::Disconnect
+            | Fault::AnotherCamera => true,
+            _ => false,
+        }
+    }
+
     fn inject(&mut self, fault: Fault) -> bool {
-        let compressed = self.rig.kind.format == Format::Mjpg;
         let camera = &mut self.rig.camera;
         match fault {
             Fault::ErrorFlag => camera.inject(|faults| faults.error_bit = 1),
-            Fault::ShortBuffer if !compressed => camera.inject(|faults| faults.short = 1),
-            Fault::CompressedShort if compressed => camera.inject(|faults| faults.short = 1),
+            Fault::ShortBuffer | Fault::CompressedShort => camera.inject(|faults| faults.short = 1),
             Fault::FrameMarkMissing => camera.inject(|faults| faults.same_fid = 1),
             Fault::FrameMarkInside => camera.inject(|faults| faults.split_fid = 1),
-            Fault::LostPacket if self.rig.kind.isochronous => camera.inject(|faults| faults.lost_packet = 1),
-            Fault::Halt if !self.rig.kind.isochronous => camera.inject(|faults| faults.halt = 1),
-            Fault::Halts if !self.rig.kind.isochronous => camera.inject(|faults| faults.halt = 5),
+            Fault::LostPacket => camera.inject(|faults| faults.lost_packet = 1),
+            Fault::Halt => camera.inject(|faults| faults.halt = 1),
+            Fault::Halts => camera.inject(|faults| faults.halt = 5),
             Fault::LongSilence => camera.inject(|faults| faults.silent = true),
             Fault::ControlStalled => camera.inject(|faults| faults.stall = Some((EXPOSURE, 1))),
             Fault::Disconnect | Fault::AnotherCamera => camera.unplug(),
