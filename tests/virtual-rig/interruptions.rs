@@ -180,7 +180,6 @@ fn lose_the_camera(rig: &mut dyn Rig) {
     let mut scanning = workplace.capture(&sequence);
     scanning.until(BEFORE);
     rig.pull_camera_out();
-    // While the program still holds the device that has gone, the new one gets another number.
     rig.put_camera_back();
     let (code, talk) = scanning.end();
     println!("{talk}");

@@ -3,7 +3,8 @@
 
 #![allow(unreachable_pub, reason = "a module of a test program has no outside")]
 
-use std::path::Path;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use epirig_core::frame::Frame;
@@ -52,6 +53,8 @@ pub struct UvcRig {
     pub scene: Scene,
     pub kind: Kind,
     link: String,
+    /// The device file of a camera that was pulled out, as a slow program holds it: the number is not free.
+    held: Option<(PathBuf, File)>,
     // In the order in which they end.
     _stage: PtyServer,
     _renderer: Renderer,
@@ -66,7 +69,7 @@ impl UvcRig {
         let (scene, renderer) = Scene::before(&mut stage, size);
         let served = serve(Box::new(stage), &LineNoise::bad(1, 0.0), Path::new(OTHER_END)).unwrap();
         let camera = UvcCamera::new(0, kind.model(SERIAL_NUMBER), scene.clone(), DELAY, LAG);
-        Self { link: camera.link(), camera, scene, kind, _stage: served, _renderer: renderer }
+        Self { link: camera.link(), held: None, camera, scene, kind, _stage: served, _renderer: renderer }
     }
 
     /// Plugs a camera of another kind in, in place of the former.
@@ -112,11 +115,16 @@ impl Rig for UvcRig {
     }
 
     fn pull_camera_out(&mut self) {
+        let node = self.camera.node().unwrap();
+        self.held = Some((node.clone(), File::open(node).unwrap()));
         self.camera.unplug();
     }
 
+    /// It comes back under another number.
     fn put_camera_back(&mut self) {
         self.camera.plug_in();
+        let (before, _) = self.held.take().unwrap();
+        assert_ne!(self.camera.node().unwrap(), before);
     }
 }
 

@@ -5,7 +5,7 @@ use epirig_devices::camera::{Camera, CameraError, Moment, TimingRule};
 
 use super::faults::Bench as _;
 use super::guest::{Rig as _, SIZE, here, passed, program, succeeds};
-use super::uvc::{EXPOSURE_DEFAULT, Format, GAIN, UvcCamera};
+use super::uvc::{EXPOSURE, EXPOSURE_DEFAULT, Format, GAIN, UvcCamera};
 use super::uvc_bench::{DELAY, Kind, LAG, SERIAL_NUMBER, UvcBench, UvcRig};
 
 #[test]
@@ -151,5 +151,26 @@ fn controls_that_a_camera_refuses_are_errors_that_name_them() {
     }
     bench.rig.camera.inject(|faults| faults.stall = None);
     assert_eq!(bench.camera.set_control("gain", "20").unwrap().value, Some(20));
+    passed(NAME);
+}
+
+#[test]
+fn a_control_that_is_taken_and_ignored_shows_in_the_picture_only() {
+    const NAME: &str = "uvc_camera::a_control_that_is_taken_and_ignored_shows_in_the_picture_only";
+    if !here(NAME) {
+        return;
+    }
+    let mut bench = UvcBench::streaming(Kind::isochronous(Format::Yuyv));
+    // The driver answers from its cache, as for most controls of most cameras. `epirig doctor` looks at the picture.
+    bench.rig.camera.inject(|faults| faults.deaf = Some(GAIN));
+    assert_eq!(bench.camera.set_control("gain", "50").unwrap().value, Some(50));
+    let moment = bench.camera.now();
+    let taken = bench.camera.grab_after(moment).unwrap();
+    assert!(taken.facts.controls.contains(&("gain".to_owned(), 50)));
+    assert_eq!(bench.rig.stamp(&taken.frame).unwrap().settings.gain, 0);
+    // A control that says that it changes by itself is asked each time.
+    bench.rig.camera.inject(|faults| faults.deaf = Some(EXPOSURE));
+    let error = bench.camera.set_control("exposure_time_absolute", "80").unwrap_err();
+    assert!(matches!(error, CameraError::Substituted { .. }), "{error:?}");
     passed(NAME);
 }
