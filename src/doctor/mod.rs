@@ -12,6 +12,7 @@ mod motion;
 mod picture;
 mod prediction;
 mod repeatability;
+mod response;
 mod rules;
 mod sampling;
 mod settling;

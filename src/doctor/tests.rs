@@ -75,6 +75,22 @@ fn a_good_rig_is_found_good_and_its_numbers_true() {
 }
 
 #[test]
+fn a_camera_that_takes_an_exposure_and_does_not_follow_it_is_found() {
+    let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
+    let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
+    camera.device().inject(SimFault::Deaf);
+    let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
+    let found = check(&report, "exposure control");
+    assert_eq!(found.verdict, Verdict::Warning, "{found:?}");
+    assert!(found.advice.as_ref().unwrap().contains("exposure_time_absolute does nothing"), "{found:?}");
+    let obeying = examined(&simulator(|_| ()), SimStageConfig::ideal(200.0), &plan());
+    let found = check(&obeying, "exposure control");
+    assert_eq!(found.verdict, Verdict::Good, "{found:?}");
+    // The simulated camera is linear: half of the time, half of the light.
+    assert!(found.finding.starts_with("with 5000 us instead of 10000 us"), "{found:?}");
+}
+
+#[test]
 fn the_scatter_of_a_stage_is_found() {
     // 0.2 mm are 0.128 px, ten times the noise of a shift.
     let sigma_um = 200.0;

@@ -7,8 +7,8 @@ use epirig_core::frame::Frame;
 use epirig_devices::camera::pixels::{BayerUse, FourCc, PixelFormat};
 use epirig_devices::camera::{Camera, CameraSettings, Size, TimingRule, V4l2Camera, V4l2Device, average};
 
-use super::guest::{here, passed, program, succeeds};
-use super::vivid_bench::{CAMERA, Playing, SIZE, v4l2_ctl};
+use super::guest::{SIZE, here, passed, program, succeeds};
+use super::vivid_bench::{CAMERA, Playing, v4l2_ctl};
 
 /// Frames per second that `v4l2-ctl` says, the best of its lines.
 fn rate_of_v4l2_ctl(frames: usize) -> f64 {

@@ -7,28 +7,33 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output};
 use std::time::{Duration, Instant};
 
+use epirig_core::frame::Frame;
 use epirig_data::sequence::{Event, RetakeRecord, Sequence, TimesRecord};
+use epirig_devices::camera::Moment;
+use epirig_devices::link::{PortChoice, choose, open, ports};
+use epirig_devices::stage::native::{BAUD, NativeOptions};
+use epirig_devices::stage::{NativeStage, Stage};
+use firmware_protocol::message::Settings;
 
-use super::vivid_bench::Playing;
+/// The stage's port, and the other end of its line.
+pub const PORT: &str = "usb:virtual-stage";
+pub const OTHER_END: &str = "/dev/ttyS1";
+/// Small, because an emulated processor renders slowly.
+pub const SIZE: &str = "320x240";
 
-/// Where the first frame of [`PROFILE`] is taken, the distance to the next, and how many there are: each a whole number of the stage's steps
+/// Where the first frame of the profile's plan is taken, the distance to the next, and how many there are: each a whole number of the stage's steps
 /// of 4 um, so that the simulator stands exactly where the plan says.
 pub const START_MM: f64 = 10.0;
 pub const STEP_MM: f64 = 0.64;
 pub const FRAMES: usize = 16;
 
-/// What a person writes of this rig. Lens and distance are those of the simulator that the simulator shows; velocity and acceleration
-/// are above the stage's own, as an emulated processor is slow enough.
-pub const PROFILE: &str = r#"
+/// What a person writes of a rig, but for its camera. Lens and distance are those of the simulator that the camera sees; velocity and
+/// acceleration are above the stage's own, as an emulated processor is slow enough.
+const PROFILE: &str = r#"
 [stage]
 port = "usb:virtual-stage"
 velocity = "15 mm/s"
 acceleration = "100 mm/s2"
-
-[camera]
-device = "virtual-vivid-000-video-index0"
-format = "GREY"
-size = "320x240"
 
 [plan]
 start = "10 mm"
@@ -86,15 +91,54 @@ pub fn system(arguments: &[&str]) {
     assert!(status.success(), "{arguments:?}");
 }
 
+/// A rig that is played in the guest: what its camera is called, and what it must see.
+pub trait Rig {
+    /// The camera's lasting name.
+    fn camera(&self) -> &str;
+    /// Pixel format of the profile.
+    fn format(&self) -> &str;
+    /// What the camera must see with the stage at a position.
+    fn truth(&mut self, position_mm: f64) -> Frame;
+    /// Whether a frame is what the camera showed with the stage at a position, to the byte.
+    fn shows(&mut self, frame: &Frame, position_mm: f64) -> bool {
+        *frame == self.truth(position_mm)
+    }
+    /// When the exposure of a frame truly began, if the picture tells; `about` is at most half an hour off.
+    fn taken(&self, _frame: &Frame, _about: Moment) -> Option<Moment> {
+        None
+    }
+    /// Takes the camera away, as far as drivers can tell.
+    fn pull_camera_out(&mut self);
+    /// Gives it back; one that comes back by itself needs nothing.
+    fn put_camera_back(&mut self);
+}
+
+/// Connects to the stage. It is faster than by default: many moves are tried.
+pub fn connect_stage() -> Box<dyn Stage> {
+    let choice: PortChoice = PORT.parse().unwrap();
+    let settings = Settings {
+        velocity_nm_s: 15_000_000,
+        acceleration_nm_s2: 100_000_000,
+        seek_velocity_nm_s: 15_000_000,
+        touch_velocity_nm_s: 2_000_000,
+        ..Settings::default()
+    };
+    let options = NativeOptions { settings: Some(settings) };
+    let link = open(&choose(&choice, &ports().unwrap()).unwrap(), BAUD).unwrap();
+    Box::new(NativeStage::connect(link, options).unwrap())
+}
+
 /// A folder with the profile, and a name in it for a sequence.
 pub struct Workplace {
     folder: tempfile::TempDir,
 }
 
 impl Workplace {
-    pub fn new() -> Self {
+    pub fn new(rig: &dyn Rig) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("rig.toml"), PROFILE).unwrap();
+        let (device, format) = (rig.camera(), rig.format());
+        let camera = format!("[camera]\ndevice = \"{device}\"\nformat = \"{format}\"\nsize = \"{SIZE}\"\n");
+        std::fs::write(folder.path().join("rig.toml"), camera + PROFILE).unwrap();
         Self { folder }
     }
 
@@ -102,7 +146,7 @@ impl Workplace {
         self.folder.path().join(name).to_str().unwrap().to_owned()
     }
 
-    /// Begins to capture [`PROFILE`]'s scan into `sequence`.
+    /// Begins to capture the profile's scan into `sequence`.
     pub fn capture(&self, sequence: &str) -> Scanning {
         let talk = self.path("talk");
         let arguments = ["capture", "--out", sequence, "--rig", &self.path("rig.toml")];
@@ -173,16 +217,25 @@ impl Drop for Scanning {
 }
 
 /// The program finds the sequence in order, and its frames are those of the plan, each the simulator's to the byte, with its certificate.
-pub fn assert_exact(sequence: &str, playing: &mut Playing) -> Sequence {
+pub fn assert_exact(sequence: &str, rig: &mut dyn Rig) -> Sequence {
     succeeds(&["verify", sequence]);
     let read = Sequence::open(Path::new(sequence)).unwrap();
     assert_eq!(read.frames().len(), FRAMES);
     for (index, record) in read.frames().iter().enumerate() {
         let position_mm = START_MM + index as f64 * STEP_MM;
         assert_eq!((record.index, record.commanded_mm), (index, Some(position_mm)));
-        assert!(read.read(record).unwrap() == playing.truth(position_mm), "frame {index}: A WRONG FRAME");
+        let frame = read.read(record).unwrap();
+        assert!(rig.shows(&frame, position_mm), "frame {index}: A WRONG FRAME");
         let exposure = record.exposure.as_ref().unwrap();
         assert!(exposure.exposure_start_ns >= exposure.requested_ns, "frame {index}");
+        if let Some(taken) = rig.taken(&frame, Moment::from_ns(exposure.requested_ns)) {
+            // Whatever the driver's stamp says.
+            assert!(taken.as_ns() / 1000 >= exposure.requested_ns / 1000, "frame {index} is old");
+            assert!(
+                exposure.exposure_start_ns <= taken.as_ns() + 1000,
+                "frame {index}: not the earliest start"
+            );
+        }
         assert!(record.certificate.is_some(), "frame {index}");
     }
     if let Some(times) = read.stop().unwrap().times {

@@ -6,9 +6,11 @@ use std::time::Duration;
 use epirig_data::sequence::{Event, ExitStatus, FrameRecord, ResumedRecord, Sequence, encode_png};
 
 use super::guest::{
-    FRAMES, START_MM, Workplace, assert_exact, here, passed, program, retakes, succeeds, system,
+    FRAMES, Rig, START_MM, Workplace, assert_exact, here, passed, program, retakes, succeeds, system,
 };
-use super::vivid_bench::{Playing, plug_serial_port, v4l2_ctl};
+use super::uvc::{EXPOSURE, Faults, Format};
+use super::uvc_bench::{Kind, UvcRig};
+use super::vivid_bench::{Playing, plug_serial_port};
 
 /// So many frames are on disk when a scan is disturbed.
 const BEFORE: usize = 4;
@@ -23,11 +25,11 @@ fn named(sequence: &str) -> (String, Vec<FrameRecord>) {
 }
 
 /// Resumes what was disturbed: the sequence is the same, whole, and still has the very frames that it had.
-fn resumed(sequence: &str, playing: &mut Playing) -> Sequence {
+fn resumed(sequence: &str, rig: &mut dyn Rig) -> Sequence {
     let (uid, before) = named(sequence);
     assert!((1..FRAMES).contains(&before.len()), "{} frames before", before.len());
     succeeds(&["resume", sequence]);
-    let whole = assert_exact(sequence, playing);
+    let whole = assert_exact(sequence, rig);
     assert_eq!(whole.record().uid, uid);
     assert_eq!(whole.frames()[..before.len()], before);
     assert_compared(&whole, before.len() - 1);
@@ -48,20 +50,34 @@ fn assert_compared(sequence: &Sequence, good: usize) {
     assert!(comparison.x_px.hypot(comparison.y_px) < 0.1, "{comparison:?}");
 }
 
+/// As by a power cut.
+fn kill_and_resume(rig: &mut dyn Rig) {
+    let workplace = Workplace::new(rig);
+    let sequence = workplace.path("seq");
+    let mut scanning = workplace.capture(&sequence);
+    scanning.until(BEFORE);
+    scanning.kill();
+    assert!(!Path::new(&sequence).join("stop.json").exists());
+    resumed(&sequence, rig);
+}
+
 #[test]
 fn a_scan_killed_in_its_middle_is_resumed_and_whole() {
     const NAME: &str = "interruptions::a_scan_killed_in_its_middle_is_resumed_and_whole";
     if !here(NAME) {
         return;
     }
-    let mut playing = Playing::start();
-    let workplace = Workplace::new();
-    let sequence = workplace.path("seq");
-    let mut scanning = workplace.capture(&sequence);
-    scanning.until(BEFORE);
-    scanning.kill();
-    assert!(!Path::new(&sequence).join("stop.json").exists());
-    resumed(&sequence, &mut playing);
+    kill_and_resume(&mut Playing::start());
+    passed(NAME);
+}
+
+#[test]
+fn a_scan_with_a_uvc_camera_killed_in_its_middle_is_resumed_and_whole() {
+    const NAME: &str = "interruptions::a_scan_with_a_uvc_camera_killed_in_its_middle_is_resumed_and_whole";
+    if !here(NAME) {
+        return;
+    }
+    kill_and_resume(&mut UvcRig::start(Kind::isochronous(Format::Y16)));
     passed(NAME);
 }
 
@@ -72,7 +88,7 @@ fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
         return;
     }
     let mut playing = Playing::start();
-    let workplace = Workplace::new();
+    let workplace = Workplace::new(&playing);
     let sequence = workplace.path("seq");
     let mut scanning = workplace.capture(&sequence);
     scanning.until(BEFORE);
@@ -96,7 +112,7 @@ fn a_disk_that_fills_stops_a_scan_and_loses_nothing() {
         return;
     }
     let mut playing = Playing::start();
-    let workplace = Workplace::new();
+    let workplace = Workplace::new(&playing);
     let disk = workplace.path("disk");
     std::fs::create_dir(&disk).unwrap();
     // Room for some frames and their records.
@@ -119,14 +135,9 @@ fn a_disk_that_fills_stops_a_scan_and_loses_nothing() {
     passed(NAME);
 }
 
-#[test]
-fn a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself() {
-    const NAME: &str = "interruptions::a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself";
-    if !here(NAME) {
-        return;
-    }
-    let mut playing = Playing::start();
-    let workplace = Workplace::new();
+/// The stage's cable.
+fn lose_the_stage(rig: &mut dyn Rig) {
+    let workplace = Workplace::new(rig);
     let sequence = workplace.path("seq");
     let mut scanning = workplace.capture(&sequence);
     scanning.until(BEFORE);
@@ -137,9 +148,44 @@ fn a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself() {
     let (code, talk) = scanning.end();
     println!("{talk}");
     assert_eq!(code, 0, "{talk}");
-    let whole = assert_exact(&sequence, &mut playing);
+    let whole = assert_exact(&sequence, rig);
     assert_went_on(&whole);
+}
+
+#[test]
+fn a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself() {
+    const NAME: &str = "interruptions::a_scan_whose_serial_port_is_pulled_out_and_put_back_goes_on_by_itself";
+    if !here(NAME) {
+        return;
+    }
+    lose_the_stage(&mut Playing::start());
     passed(NAME);
+}
+
+#[test]
+fn a_scan_with_a_uvc_camera_whose_serial_port_is_pulled_out_goes_on_by_itself() {
+    const NAME: &str =
+        "interruptions::a_scan_with_a_uvc_camera_whose_serial_port_is_pulled_out_goes_on_by_itself";
+    if !here(NAME) {
+        return;
+    }
+    lose_the_stage(&mut UvcRig::start(Kind::isochronous(Format::Grey)));
+    passed(NAME);
+}
+
+/// The camera's cable.
+fn lose_the_camera(rig: &mut dyn Rig) {
+    let workplace = Workplace::new(rig);
+    let sequence = workplace.path("seq");
+    let mut scanning = workplace.capture(&sequence);
+    scanning.until(BEFORE);
+    rig.pull_camera_out();
+    rig.put_camera_back();
+    let (code, talk) = scanning.end();
+    println!("{talk}");
+    assert_eq!(code, 0, "{talk}");
+    let whole = assert_exact(&sequence, rig);
+    assert_went_on(&whole);
 }
 
 #[test]
@@ -148,18 +194,52 @@ fn a_scan_whose_camera_is_disconnected_goes_on_by_itself() {
     if !here(NAME) {
         return;
     }
-    let mut playing = Playing::start();
-    let workplace = Workplace::new();
+    lose_the_camera(&mut Playing::start());
+    passed(NAME);
+}
+
+#[test]
+fn a_scan_whose_uvc_camera_is_pulled_out_and_put_back_goes_on_by_itself() {
+    const NAME: &str = "interruptions::a_scan_whose_uvc_camera_is_pulled_out_and_put_back_goes_on_by_itself";
+    if !here(NAME) {
+        return;
+    }
+    lose_the_camera(&mut UvcRig::start(Kind::bulk(Format::Yuyv)));
+    passed(NAME);
+}
+
+#[test]
+fn a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole() {
+    const NAME: &str =
+        "interruptions::a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole";
+    if !here(NAME) {
+        return;
+    }
+    let mut rig = UvcRig::start(Kind::bulk(Format::Mjpg));
+    let workplace = Workplace::new(&rig);
     let sequence = workplace.path("seq");
     let mut scanning = workplace.capture(&sequence);
-    scanning.until(BEFORE);
-    // It comes back when everybody has let it go.
-    v4l2_ctl(&["-d0", "-c", "disconnect=1"]);
+    let faults: [fn(&mut Faults); 4] = [
+        |faults| (faults.error_bit, faults.split_fid) = (1, 1),
+        |faults| faults.short = 3,
+        // After five of them the driver is silent.
+        |faults| faults.halt = 5,
+        |faults| faults.same_fid = 2,
+    ];
+    for (index, fault) in (2..).step_by(2).zip(faults) {
+        scanning.until(index);
+        rig.camera.inject(fault);
+    }
+    scanning.until(FRAMES - BEFORE);
+    assert!(rig.camera.faults().are_spent(), "{:?}", rig.camera.faults());
+    // From now on the camera does not answer for its exposure: no frame can be trusted.
+    rig.camera.inject(|faults| faults.stall = Some((EXPOSURE, 1)));
     let (code, talk) = scanning.end();
     println!("{talk}");
-    assert_eq!(code, 0, "{talk}");
-    let whole = assert_exact(&sequence, &mut playing);
-    assert_went_on(&whole);
+    assert_eq!(code, 7, "{talk}");
+    assert!(talk.contains("exposure_time_absolute cannot be"), "{talk}");
+    rig.camera.inject(|faults| faults.stall = None);
+    resumed(&sequence, &mut rig);
     passed(NAME);
 }
 

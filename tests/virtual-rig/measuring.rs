@@ -7,23 +7,20 @@ use epirig::results::{read_map, read_summary};
 use epirig_data::sequence::Sequence;
 use epirig_devices::camera::Size;
 
-use super::guest::{FRAMES, STEP_MM, Workplace, assert_exact, here, passed, succeeds};
-use super::vivid_bench::{CAMERA, PORT, Playing, SIZE};
+use super::guest::{FRAMES, PORT, Rig, SIZE, STEP_MM, Workplace, assert_exact, here, passed, succeeds};
+use super::uvc::Format;
+use super::uvc_bench::{Kind, UvcRig};
+use super::vivid_bench::{CAMERA, Playing, plug_vivid};
 
-#[test]
-fn a_profile_of_what_is_connected_is_ready_for_a_plan() {
-    const NAME: &str = "measuring::a_profile_of_what_is_connected_is_ready_for_a_plan";
-    if !here(NAME) {
-        return;
-    }
-    let _playing = Playing::start();
-    let workplace = Workplace::new();
+/// `init` finds what is connected, and a scan can be planned with that.
+fn plan_what_is_connected(rig: &dyn Rig) {
+    let workplace = Workplace::new(rig);
     let written = workplace.path("found.toml");
     succeeds(&["init", "--out", &written]);
     let text = std::fs::read_to_string(&written).unwrap();
     let profile = Profile::read(&text, &written, &[]).unwrap();
     assert_eq!(profile.stage.port.as_deref(), Some(PORT));
-    assert_eq!(profile.camera.device.as_deref(), Some(CAMERA));
+    assert_eq!(profile.camera.device.as_deref(), Some(rig.camera()));
     let plan = ["--rig", &written, "--set", "plan.step=0.64 mm", "--set", "plan.frames=3", "--json"];
     let planned = succeeds(&[&["plan"], &plan[..]].concat());
     let planned: serde_json::Value = serde_json::from_str(&planned).unwrap();
@@ -37,20 +34,38 @@ fn a_profile_of_what_is_connected_is_ready_for_a_plan() {
     assert_eq!(dry["bytes"], 3 * 320 * 240);
     assert!(dry["total_s"].as_f64().unwrap() > 0.0, "{dry}");
     assert!(!Path::new(&out).exists());
+}
+
+#[test]
+fn a_profile_of_what_is_connected_is_ready_for_a_plan() {
+    const NAME: &str = "measuring::a_profile_of_what_is_connected_is_ready_for_a_plan";
+    if !here(NAME) {
+        return;
+    }
+    plan_what_is_connected(&Playing::start());
     passed(NAME);
 }
 
 #[test]
-fn a_measurement_is_exact_in_its_frames_and_right_in_its_disparity() {
-    const NAME: &str = "measuring::a_measurement_is_exact_in_its_frames_and_right_in_its_disparity";
+fn a_profile_with_a_uvc_camera_is_ready_for_a_plan() {
+    const NAME: &str = "measuring::a_profile_with_a_uvc_camera_is_ready_for_a_plan";
     if !here(NAME) {
         return;
     }
-    let mut playing = Playing::start();
-    let workplace = Workplace::new();
+    plug_vivid(false);
+    let rig = UvcRig::start(Kind::bulk(Format::Grey));
+    plan_what_is_connected(&rig);
+    drop(rig);
+    plug_vivid(true);
+    passed(NAME);
+}
+
+/// From profile to disparity, with every frame exact.
+fn measure(rig: &mut dyn Rig) {
+    let workplace = Workplace::new(rig);
     let out = workplace.path("measured");
     succeeds(&["run", "--out", &out, "--rig", &workplace.path("rig.toml")]);
-    let sequence = assert_exact(&out, &mut playing);
+    let sequence = assert_exact(&out, rig);
     assert!(sequence.stop().unwrap().closure.is_some());
     // Of a plane that faces the camera, whatever lies on its axis: focal length x baseline / distance = 640 px x 15 x 0.64 mm / 500 mm.
     const TRUTH_PX: f64 = 12.288;
@@ -84,6 +99,25 @@ fn a_measurement_is_exact_in_its_frames_and_right_in_its_disparity() {
     // Nearer by the share that the disparity is larger: 0.02 px of 12.288 px are 0.8 mm of 500 mm.
     let distance_mm = summary.distance_mm.unwrap();
     assert!((distance_mm - 500.0).abs() < 0.8, "{distance_mm}");
+}
+
+#[test]
+fn a_measurement_is_exact_in_its_frames_and_right_in_its_disparity() {
+    const NAME: &str = "measuring::a_measurement_is_exact_in_its_frames_and_right_in_its_disparity";
+    if !here(NAME) {
+        return;
+    }
+    measure(&mut Playing::start());
+    passed(NAME);
+}
+
+#[test]
+fn a_measurement_with_a_uvc_camera_is_exact_and_right_too() {
+    const NAME: &str = "measuring::a_measurement_with_a_uvc_camera_is_exact_and_right_too";
+    if !here(NAME) {
+        return;
+    }
+    measure(&mut UvcRig::start(Kind::bulk(Format::Grey)));
     passed(NAME);
 }
 
@@ -94,7 +128,7 @@ fn a_scan_of_twenty_positions_is_the_simulators_to_the_byte() {
         return;
     }
     let mut playing = Playing::start();
-    let workplace = Workplace::new();
+    let workplace = Workplace::new(&playing);
     let scan = workplace.path("scan");
     // Without a profile.
     let plan = ["--start-mm", "10", "--step-mm", "1.5", "--frames", "20", "--settle-ms", "0"];

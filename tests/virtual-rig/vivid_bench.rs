@@ -9,23 +9,17 @@ use std::time::{Duration, Instant};
 use epirig_core::frame::Frame;
 use epirig_devices::camera::pixels::FourCc;
 use epirig_devices::camera::{Camera, CameraSettings, FrameFacts, Size, V4l2Camera, V4l2Device};
-use epirig_devices::link::{PortChoice, choose, open, ports};
-use epirig_devices::stage::native::{BAUD, NativeOptions};
-use epirig_devices::stage::{NativeStage, Stage};
+use epirig_devices::link::{PortChoice, choose, ports};
+use epirig_devices::stage::Stage;
 use epirig_simulator::{Simulator, SimulatorConfig};
-use firmware_protocol::message::Settings;
 
 use super::faults::{Bench, Fault};
+use super::guest::{OTHER_END, PORT, Rig, SIZE, connect_stage};
 
-/// The stage's port, and the other end of its line.
-pub const PORT: &str = "usb:virtual-stage";
-const OTHER_END: &str = "/dev/ttyS1";
 /// A name of the camera that stays the same.
 pub const CAMERA: &str = "virtual-vivid-000-video-index0";
 const CAMERA_PATH: &str = "/dev/v4l/by-id/virtual-vivid-000-video-index0";
 const OUTPUT: &str = "/dev/video1";
-/// Small, because an emulated processor renders slowly.
-pub const SIZE: &str = "320x240";
 /// Of what the guest's kernel does by itself.
 const LIMIT: Duration = Duration::from_secs(10);
 
@@ -76,9 +70,18 @@ impl Playing {
         let simulator = Simulator::new(SimulatorConfig::textured_plane(size.columns, size.rows, 2)).unwrap();
         Self { child, simulator, seen: Vec::new() }
     }
+}
 
-    /// What the camera must see with the stage at a position.
-    pub fn truth(&mut self, position_mm: f64) -> Frame {
+impl Rig for Playing {
+    fn camera(&self) -> &str {
+        CAMERA
+    }
+
+    fn format(&self) -> &str {
+        "GREY"
+    }
+
+    fn truth(&mut self, position_mm: f64) -> Frame {
         if let Some((_, frame)) = self.seen.iter().find(|(position, _)| *position == position_mm) {
             return frame.clone();
         }
@@ -86,6 +89,20 @@ impl Playing {
         self.seen.push((position_mm, frame.clone()));
         frame
     }
+
+    fn pull_camera_out(&mut self) {
+        v4l2_ctl(&["-d0", "-c", "disconnect=1"]);
+    }
+
+    /// It comes back when everybody has let it go.
+    fn put_camera_back(&mut self) {}
+}
+
+/// Takes the cameras of vivid away, or gives them back as they are when the guest starts.
+pub fn plug_vivid(there: bool) {
+    let file = Path::new("/sys/bus/platform/drivers/vivid").join(if there { "bind" } else { "unbind" });
+    std::fs::write(file, "vivid.0").unwrap();
+    wait_for("vivid comes or goes", || Path::new(OUTPUT).exists() == there);
 }
 
 impl Drop for Playing {
@@ -143,18 +160,7 @@ impl VividBench {
     /// Connects to the stage anew.
     pub fn reconnect_stage(&mut self) {
         self.stage = None;
-        let choice: PortChoice = PORT.parse().unwrap();
-        // Faster than by default: what is tried here are many moves.
-        let settings = Settings {
-            velocity_nm_s: 15_000_000,
-            acceleration_nm_s2: 100_000_000,
-            seek_velocity_nm_s: 15_000_000,
-            touch_velocity_nm_s: 2_000_000,
-            ..Settings::default()
-        };
-        let options = NativeOptions { settings: Some(settings) };
-        let link = open(&choose(&choice, &ports().unwrap()).unwrap(), BAUD).unwrap();
-        self.stage = Some(Box::new(NativeStage::connect(link, options).unwrap()));
+        self.stage = Some(connect_stage());
     }
 
     /// By another program, as faults come.

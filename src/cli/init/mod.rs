@@ -93,7 +93,7 @@ fn findings() -> Result<Findings, CliError> {
     Ok(Findings {
         // Ports of the main board exist whether or not anything is connected to them.
         ports: ports.iter().filter(|port| port.usb.is_some()).map(port_choice).collect(),
-        cameras: cameras.iter().map(found_camera).collect(),
+        cameras: cameras.iter().map(|camera| found_camera(camera, &cameras)).collect(),
     })
 }
 
@@ -103,13 +103,13 @@ fn port_choice(port: &PortFacts) -> String {
     serial_number.map_or_else(|| port.path.clone(), |serial_number| format!("usb:{serial_number}"))
 }
 
-fn found_camera(identity: &CameraIdentity) -> FoundCamera {
+fn found_camera(identity: &CameraIdentity, connected: &[CameraIdentity]) -> FoundCamera {
     let offered = V4l2Device::open(&identity.name()).and_then(|device| V4l2Camera::new(device).offered());
     // A camera that another program uses is listed too.
     let formats = offered.unwrap_or_default();
     let known = formats.iter().filter(|format| PixelFormat::from_four_cc(format.four_cc).is_some());
     FoundCamera {
-        choice: identity.links.first().cloned().unwrap_or_else(|| identity.name()),
+        choice: identity.lasting_name(connected),
         model: identity.model.clone(),
         formats: known.map(|format| format.four_cc.to_string()).collect(),
     }

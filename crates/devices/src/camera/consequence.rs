@@ -23,6 +23,8 @@ impl CameraError {
             Self::Timeout { .. }
             | Self::Unsteady { .. }
             | Self::Stream { .. }
+            | Self::Silent { .. }
+            | Self::ControlUnanswered { .. }
             | Self::ControlChanged { .. }
             | Self::Substituted { .. }
             | Self::System { .. } => CameraRemedy::StartAnew,
@@ -65,6 +67,8 @@ impl CameraError {
             | Self::Gone { .. }
             | Self::Substituted { .. }
             | Self::ControlChanged { .. }
+            | Self::ControlUnanswered { .. }
+            | Self::Silent { .. }
             | Self::NoSignal { .. }
             | Self::NotStarted { .. }
             | Self::Timeout { .. }

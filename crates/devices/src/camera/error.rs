@@ -127,6 +127,20 @@ pub enum CameraError {
         /// The reason.
         reason: String,
     },
+    /// A control did not answer.
+    #[error(
+        "{camera}: {name} cannot be {request}: {reason}; if that stays so, pull the camera's cable and put it back"
+    )]
+    ControlUnanswered {
+        /// The camera.
+        camera: String,
+        /// The control.
+        name: String,
+        /// What was asked for: "read", or "set to" a value.
+        request: String,
+        /// The reason.
+        reason: String,
+    },
     /// A control has changed.
     #[error(
         "{camera}: {name} was set to {set} and reads {found}; check for another program that changes it, and for automatic controls"
@@ -154,6 +168,14 @@ pub enum CameraError {
     NotStarted {
         /// The camera.
         camera: String,
+    },
+    /// Nothing came for a while from a stream that runs.
+    #[error("{camera} has sent nothing for {:.2} s", time.as_secs_f64())]
+    Silent {
+        /// The camera.
+        camera: String,
+        /// How long.
+        time: Duration,
     },
     /// No good frame was received.
     #[error("{camera} gave no good frame within {:.2} s: {why}", patience.as_secs_f64())]
@@ -246,6 +268,12 @@ fn suggestion(nearest: &Option<String>) -> String {
 impl CameraError {
     /// Whether a restart of the camera may help.
     pub(super) fn is_mended_by_restart(&self) -> bool {
-        matches!(self, Self::Stream { .. } | Self::ControlChanged { .. })
+        matches!(
+            self,
+            Self::Stream { .. }
+                | Self::Silent { .. }
+                | Self::ControlUnanswered { .. }
+                | Self::ControlChanged { .. }
+        )
     }
 }

@@ -41,6 +41,35 @@ impl CameraIdentity {
     }
 }
 
+impl CameraIdentity {
+    /// Whether nothing but the socket tells the two cameras apart. udev then gives one of them the name in
+    /// `/dev/v4l/by-id`, whichever was connected last.
+    fn is_twin_of(&self, other: &Self) -> bool {
+        let traits = |camera: &Self| {
+            let Self { driver, model, part, serial_number, .. } = camera.clone();
+            (driver, model, part, serial_number)
+        };
+        self.bus != other.bus && traits(self) == traits(other)
+    }
+
+    /// A name that stays the same when it is connected again, if it has one: independent of the socket,
+    /// unless it has a twin among `connected`.
+    pub fn lasting_name(&self, connected: &[Self]) -> String {
+        let has_twin = connected.iter().any(|other| self.is_twin_of(other));
+        let mut lasting = self.links.iter().filter(|link| !has_twin || !is_by_id(link));
+        lasting.next().cloned().unwrap_or_else(|| self.name())
+    }
+}
+
+/// Folder of the names that do not depend on the socket.
+const BY_ID: &str = "/dev/v4l/by-id/";
+
+/// Whether the name of a link is one of those of [`BY_ID`], for USB cameras: bus, maker, model and serial
+/// number. Those of by-path begin with the bus of the controller.
+fn is_by_id(link: &str) -> bool {
+    link.starts_with("usb-")
+}
+
 impl fmt::Display for CameraIdentity {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(to, "{}", self.name())?;
@@ -93,6 +122,9 @@ impl FromStr for CameraChoice {
         let named = |name: &str, make: fn(String) -> Self| {
             if name.is_empty() { Err(HELP.to_owned()) } else { Ok(make(name.to_owned())) }
         };
+        if let Some(name) = text.strip_prefix(BY_ID) {
+            return named(name, Self::Link);
+        }
         match text.split_once(':') {
             _ if text == "sim" => Ok(Self::Simulated),
             Some(("usb", serial_number)) => named(serial_number, Self::UsbSerial),
@@ -128,7 +160,7 @@ impl CameraChoice {
 }
 
 /// The path of the only camera among `cameras` that matches. A path is returned unchanged, because unlisted
-/// links are valid too.
+/// links are valid too. A name in `/dev/v4l/by-id` matches all cameras that udev would give it.
 ///
 /// # Errors
 /// [`CameraError::NoMatch`] if none matches, [`CameraError::Ambiguous`] if several do.
@@ -140,7 +172,12 @@ pub fn choose(choice: &CameraChoice, cameras: &[CameraIdentity]) -> Result<Strin
         let lines: Vec<String> = cameras.iter().map(ToString::to_string).collect();
         if lines.is_empty() { "nothing".to_owned() } else { lines.join(", ") }
     };
-    let fitting: Vec<&CameraIdentity> = cameras.iter().filter(|camera| choice.fits(camera)).collect();
+    let by_id = matches!(choice, CameraChoice::Link(name) if is_by_id(name));
+    let fits = |camera: &CameraIdentity| {
+        let has_fitting_twin = || cameras.iter().any(|other| choice.fits(other) && other.is_twin_of(camera));
+        choice.fits(camera) || by_id && has_fitting_twin()
+    };
+    let fitting: Vec<&CameraIdentity> = cameras.iter().filter(|camera| fits(camera)).collect();
     match fitting[..] {
         [camera] => Ok(camera.path.clone().unwrap_or_default()),
         [] => Err(CameraError::NoMatch {
@@ -205,6 +242,29 @@ mod tests {
         let plain = camera("/dev/video0", None, None);
         assert!(plain.is_same_as(&camera("/dev/video1", None, None)));
         assert!(!plain.is_same_as(&camera("/dev/video10", None, None)), "another socket");
+    }
+
+    #[test]
+    fn of_two_cameras_with_one_serial_number_none_is_chosen_by_it() {
+        let link = "usb-046d_C920_B2-video-index0";
+        let mut bench = [
+            camera("/dev/video0", Some("A1"), Some("usb-046d_C920_A1-video-index0")),
+            camera("/dev/video12", Some("B2"), Some(link)),
+            camera("/dev/video4", Some("B2"), None),
+        ];
+        bench[2].links.push("pci-0000:00:14.0-usb-0:4:1.0-video-index0".to_owned());
+        let pick = |text: &str| choose(&text.parse().unwrap(), &bench);
+        for name in ["usb:B2".to_owned(), link.to_owned(), format!("/dev/v4l/by-id/{link}")] {
+            let error = pick(&name).unwrap_err();
+            assert!(matches!(error, CameraError::Ambiguous { .. }), "{name}: {error}");
+        }
+        assert_eq!(pick("/dev/video12").unwrap(), "/dev/video12");
+        assert_eq!(pick(&bench[2].links[0]).unwrap(), "/dev/video4");
+        let names = [0, 1, 2].map(|index| bench[index].lasting_name(&bench));
+        assert_eq!(names, [&bench[0].links[0], "/dev/video12", &bench[2].links[0]]);
+        // Alone, its name will do.
+        assert_eq!(choose(&link.parse().unwrap(), &bench[..2]).unwrap(), "/dev/video12");
+        assert_eq!(bench[1].lasting_name(&bench[..2]), link);
     }
 
     #[test]

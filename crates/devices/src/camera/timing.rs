@@ -10,6 +10,9 @@
 //! | end of frame | stamp - 2 T - E: the readout takes T at most, and a camera's own memory as much |
 //! | none, or an impossible stamp: zero, not increasing, later than T after its arrival, or long before the given moment although the frame count excludes that | counted |
 //!
+//! In the virtual rig, `uvcvideo` stamped frames of a camera that sends 20 ms after the start of an exposure
+//! 20.2 to 25.8 ms after that start, and called it the start.
+//!
 //! Counted: of the frames that are taken from the queue after the given moment, those in all buffers, and
 //! [`IN_FLIGHT`] more, may have begun before it. The next one did not.
 

@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use crate::faults::{FAULTS, Fault, outcome};
 use crate::sim_bench::SimBench;
-use epirig_devices::camera::{Camera, CameraError, CameraSettings, FrameFacts, SimCamera, SimFault};
+use epirig_devices::camera::{
+    Camera, CameraError, CameraSettings, FrameFacts, SimCamera, SimFault, TimingRule,
+};
 use epirig_devices::stage::{SimStage, SimStageConfig, Stage, StagePosition};
 use epirig_simulator::{Simulator, SimulatorConfig};
 
@@ -38,6 +40,11 @@ fn each_fault_is_noticed_for_what_it_is() {
     assert_eq!(facts_after(SimFault::FatalError).restarts, 1);
     assert_eq!(facts_after(SimFault::GainDrifts).restarts, 1);
     assert!(facts_after(SimFault::Gap(3)).missed >= 3);
+    // Buffers that were given back empty tell nothing about time and count.
+    let halted = facts_after(SimFault::Halt);
+    assert_eq!((halted.timing, halted.missed, halted.restarts), (TimingRule::StartOfExposure, 0, 0));
+    assert!(halted.damaged >= 1);
+    assert_eq!(facts_after(SimFault::Unheard).restarts, 1);
     let quiet = facts_after(SimFault::NoSignal(false));
     assert_eq!((quiet.damaged, quiet.unsteady, quiet.restarts), (0, 0, 0));
 }

@@ -74,6 +74,8 @@ impl Bench for SimBench {
             Fault::LateContents => &[SimFault::LateContents],
             Fault::LateControls => &[SimFault::LateControls(6), SimFault::GainDrifts],
             Fault::ControlChanged => &[SimFault::GainDrifts],
+            Fault::Halt => &[SimFault::Halt],
+            Fault::Halts => &[SimFault::Halt, SimFault::Unheard],
             Fault::Silence => &[SimFault::Silence(25)],
             Fault::LongSilence => &[SimFault::Silence(100_000)],
             // Of an HDMI receiver's.
@@ -81,7 +83,13 @@ impl Bench for SimBench {
             | Fault::NoLock
             | Fault::TimingsOutOfRange
             | Fault::OtherTimings
-            | Fault::InputSetOtherwise => return false,
+            | Fault::InputSetOtherwise
+            // Of a USB camera's.
+            | Fault::FrameMarkMissing
+            | Fault::FrameMarkInside
+            | Fault::LostPacket
+            | Fault::CompressedShort
+            | Fault::ControlStalled => return false,
         };
         faults.iter().for_each(|fault| self.camera.device().inject(*fault));
         true

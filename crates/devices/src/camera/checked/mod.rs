@@ -32,6 +32,10 @@ const BUFFERS: usize = 4;
 const RESTARTS: usize = 3;
 /// Frame interval of cameras that do not report it: longer than that of any video camera, to be safe.
 const UNKNOWN_INTERVAL: Duration = Duration::from_millis(200);
+/// A stream is silent if nothing comes for this part of the time-out of a grab, ...
+const QUIET_SHARE: u32 = 4;
+/// ... and for this number of frame times.
+const QUIET_FRAMES: u32 = 8;
 /// Pause between two attempts to open a camera again.
 const PAUSE: Duration = Duration::from_millis(100);
 
@@ -45,7 +49,9 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// - both frames show the same: [`objection`](super::Difference::objection) has none;
 /// - after the frame, all watched controls have their set values, and the input has a signal.
 ///
-/// A failed stream or a changed control leads to a restart, at most three times in a grab. A grab ends by the
+/// A failed stream or a changed control leads to a restart, at most three times in a grab. A stream that is
+/// silent is restarted once: `uvcvideo` never uses a USB transfer again that ended with a halt of the
+/// endpoint, so that after five of them nothing comes, without an error, until the stream is started anew. A grab ends by the
 /// time-out of the [settings](CameraSettings), counted from the requested moment; blocking calls of the
 /// driver may add to that.
 #[derive(Debug)]
@@ -56,6 +62,8 @@ pub struct CheckedCamera<D> {
     stream: Option<Stream>,
     /// Number of buffers of a stream that runs for [`look`](Camera::look) only.
     look_buffers: Option<usize>,
+    /// Whether the stream was started anew because it was silent, and nothing has come since.
+    woken: bool,
     audience: Audience,
 }
 
@@ -70,7 +78,14 @@ impl<D: VideoDevice> CheckedCamera<D> {
     /// A camera that is neither configured nor started.
     pub fn new(device: D) -> Self {
         info!(device = %device.identity(), "camera opened");
-        Self { device, configured: None, stream: None, look_buffers: None, audience: Audience::default() }
+        Self {
+            device,
+            configured: None,
+            stream: None,
+            look_buffers: None,
+            woken: false,
+            audience: Audience::default(),
+        }
     }
 
     /// The device, to inject faults.
@@ -105,7 +120,10 @@ impl<D: VideoDevice> CheckedCamera<D> {
         let seconds = configuration.exposure_us.map(|exposure_us| exposure_us * 1e-6);
         let exposure = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
         debug!(device = self.name(), buffers = made, interval_s = interval.as_secs_f64(), "stream started");
-        self.stream = Some(Stream::new(Timing::new(interval, exposure, made), made));
+        // A start needs as long as several frames; what is left of the time-out is for that.
+        let quiet = (self.configured()?.settings.patience / QUIET_SHARE)
+            .max((interval + exposure.unwrap_or(interval)) * QUIET_FRAMES);
+        self.stream = Some(Stream::new(Timing::new(interval, exposure, made), made, quiet));
         self.settle(deadline)?;
         self.check_controls()
     }

@@ -1,5 +1,7 @@
 //! State of a running stream, and of a wait for a good frame.
 
+use std::time::Duration;
+
 use crate::camera::moment::Moment;
 use crate::camera::timing::Timing;
 use epirig_core::frame::Frame;
@@ -10,6 +12,8 @@ pub(super) struct Stream {
     pub(super) timing: Timing,
     /// Number of buffers that the driver has made.
     pub(super) buffers: usize,
+    /// Time without any buffer after which the stream is taken for broken.
+    pub(super) quiet: Duration,
     /// The latest sequence number.
     pub(super) sequence: Option<u32>,
     /// Whether the driver numbers its frames; `None` if not known yet.
@@ -22,8 +26,8 @@ pub(super) struct Stream {
 
 impl Stream {
     /// The state of a stream that has just started.
-    pub(super) fn new(timing: Timing, buffers: usize) -> Self {
-        Self { timing, buffers, sequence: None, numbered: None, steady_dn: None, latest: None }
+    pub(super) fn new(timing: Timing, buffers: usize, quiet: Duration) -> Self {
+        Self { timing, buffers, quiet, sequence: None, numbered: None, steady_dn: None, latest: None }
     }
 }
 

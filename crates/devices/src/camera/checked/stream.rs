@@ -78,7 +78,11 @@ impl<D: VideoDevice> CheckedCamera<D> {
     fn timeout(&self, passed: &Passed) -> CameraError {
         let patience =
             self.configured.as_ref().map_or(Duration::ZERO, |configured| configured.settings.patience);
-        CameraError::Timeout { camera: self.name(), patience, why: passed.why() }
+        let mut why = passed.why();
+        if self.woken {
+            why += ", also after its stream was started anew; pull its cable and put it back";
+        }
+        CameraError::Timeout { camera: self.name(), patience, why }
     }
 
     /// The next valid buffer, of any age; `None` after the deadline.
@@ -87,15 +91,36 @@ impl<D: VideoDevice> CheckedCamera<D> {
         deadline: Moment,
         passed: &mut Passed,
     ) -> Result<Option<(Frame, FilledBuffer, Timed)>, CameraError> {
+        let mut heard = self.device.now();
         loop {
             let now = self.device.now();
             if now >= deadline {
                 return Ok(None);
             }
-            let Some(buffer) = self.device.dequeue(deadline.since(now))? else { continue };
             let layout = self.configured()?.layout;
             let camera = self.name();
             let Some(stream) = &mut self.stream else { return Err(CameraError::NotStarted { camera }) };
+            let quiet_at = if self.woken { deadline } else { deadline.min(heard.after(stream.quiet)) };
+            let Some(buffer) = self.device.dequeue(quiet_at.since(now))? else {
+                let now = self.device.now();
+                if !self.woken && now >= quiet_at && now < deadline {
+                    self.woken = true;
+                    return Err(CameraError::Silent { camera, time: now.since(heard) });
+                }
+                continue;
+            };
+            self.woken = false;
+            heard = buffer.received;
+            if buffer.damaged && buffer.bytes_used == 0 {
+                // Given back unfilled, as by `uvcvideo` when the USB endpoint has halted: its number and its
+                // time stamp are zero, and mean nothing.
+                self.device.requeue(buffer)?;
+                passed.damaged += 1;
+                debug!("a buffer was given back empty");
+                passed.reason = Some("the driver gave a buffer back empty".to_owned());
+                stream.latest = None;
+                continue;
+            }
             let timed = stream.timing.judge(&buffer);
             let sequence = buffer.sequence;
             trace!(

@@ -33,10 +33,16 @@ pub enum SimFault {
     Replaced,
     /// No frame arrives for this number of frame times.
     Silence(u32),
+    /// The USB endpoint halts: all free buffers come back empty and flagged, numbered and stamped zero.
+    Halt,
+    /// The driver is silent until its stream is stopped and started.
+    Unheard,
     /// The signal is lost, or returns.
     NoSignal(bool),
     /// Another program changes the gain.
     GainDrifts,
+    /// From now on exposure and gain are taken, and change nothing.
+    Deaf,
     /// From now on control changes take this number of frames to take effect.
     LateControls(u32),
     /// Time stamps from the next start on.

@@ -29,19 +29,53 @@ pub(super) fn failed(camera: &str, action: &'static str) -> impl FnOnce(io::Erro
     }
 }
 
-/// An error of a control call. Occasional USB errors may be cured by a restart.
-pub(super) fn control_failed(
-    camera: &str,
-    action: &'static str,
-) -> impl FnOnce(io::Error) -> CameraError + use<> {
-    const PASSING: [Errno; 4] = [Errno::IO, Errno::PIPE, Errno::PROTO, Errno::TIMEDOUT];
+/// What the driver reports of a control. `uvcvideo` asks a camera that refuses a request for its reason, and
+/// makes an errno of the answer: EBUSY for "not ready", EILSEQ for "wrong state", EREMOTE for "power",
+/// ERANGE for "out of range", EINVAL for "invalid value", EIO for the others, EPIPE for none.
+fn control_reason(error: &io::Error) -> String {
+    let means = [
+        (Errno::BUSY, "the camera is not ready for it"),
+        (Errno::ILSEQ, "the camera cannot do it in its present state; an automatic control may be on"),
+        (Errno::REMOTE, "the camera has not enough power for it"),
+        (Errno::RANGE, "the camera calls the value out of range"),
+        (Errno::INVAL, "the camera or its driver calls the value invalid"),
+        (Errno::ACCESS, "an automatic control is on that sets it"),
+        (Errno::PIPE, "the camera refused the request without a reason"),
+        (Errno::IO, "the camera does not know the request, or the transfer failed"),
+    ];
+    let known = means.iter().find(|(errno, _)| is(error, *errno));
+    known.map_or_else(|| error.to_string(), |(_, meaning)| format!("{meaning} ({error})"))
+}
+
+/// An error of reading the control `name`. A restart may cure it.
+pub(super) fn control_unread(camera: &str, name: String) -> impl FnOnce(io::Error) -> CameraError + use<> {
     let camera = camera.to_owned();
     move |error| match error {
         error if is_gone(&error) => CameraError::Gone { camera },
-        error if PASSING.iter().any(|passing| is(&error, *passing)) => {
-            CameraError::Stream { camera, action, detail: error.to_string() }
+        error => {
+            let reason = control_reason(&error);
+            CameraError::ControlUnanswered { camera, name, request: "read".to_owned(), reason }
         }
-        error => CameraError::System { camera, action, detail: error.to_string() },
+    }
+}
+
+/// An error of setting the control `name`. Errors of the bus, and those of a camera that is not ready, pass.
+pub(super) fn control_unset(
+    camera: &str,
+    name: String,
+    value: i64,
+) -> impl FnOnce(io::Error) -> CameraError + use<> {
+    const PASSING: [Errno; 5] = [Errno::IO, Errno::PIPE, Errno::PROTO, Errno::TIMEDOUT, Errno::BUSY];
+    let camera = camera.to_owned();
+    move |error| match error {
+        error if is_gone(&error) => CameraError::Gone { camera },
+        error if PASSING.iter().any(|passing| is(&error, *passing)) => CameraError::ControlUnanswered {
+            camera,
+            name,
+            request: format!("set to {value}"),
+            reason: control_reason(&error),
+        },
+        error => CameraError::System { camera, action: "set a control", detail: control_reason(&error) },
     }
 }
 

@@ -139,6 +139,7 @@ impl VideoDevice for SimDevice {
     fn stop(&mut self) -> Result<(), CameraError> {
         self.streaming = false;
         self.dead = false;
+        self.unheard = false;
         self.queue.clear();
         self.taken.clear();
         Ok(())

@@ -88,6 +88,8 @@ pub struct SimDevice {
     silent_until: Moment,
     signal_lost: bool,
     dead: bool,
+    unheard: bool,
+    deaf: bool,
     /// Attempts to open that will still fail; `None` while the device is connected.
     gone: Option<u32>,
 }
@@ -140,6 +142,8 @@ impl SimDevice {
             silent_until: start,
             signal_lost: false,
             dead: false,
+            unheard: false,
+            deaf: false,
             gone: None,
         }
     }
@@ -150,6 +154,7 @@ impl SimDevice {
             SimFault::Gap(frames) => self.sequence = self.sequence.wrapping_add(frames),
             SimFault::Dropped(share) => self.dropped = share.clamp(0.0, 1.0),
             SimFault::FatalError => self.dead = true,
+            SimFault::Unheard => self.unheard = true,
             SimFault::Disconnect { failing } => {
                 self.gone = Some(failing);
                 self.streaming = false;
@@ -163,6 +168,7 @@ impl SimDevice {
                 self.gain += 1;
                 self.light_changes();
             }
+            SimFault::Deaf => self.deaf = true,
             SimFault::LateControls(frames) => self.late_controls = frames,
             SimFault::Stamps(stamps) => self.stamps = stamps,
             SimFault::SequenceAt(sequence) => self.sequence = sequence,
@@ -190,6 +196,9 @@ impl SimDevice {
 
     /// Changes of exposure and gain take effect from a later frame on.
     fn light_changes(&mut self) {
+        if self.deaf {
+            return;
+        }
         let light = self.exposure as f32 / EXPOSURE as f32 * (1.0 + self.gain as f32 / 100.0);
         self.light.push((self.frames.saturating_add(self.late_controls), light));
     }
@@ -242,7 +251,11 @@ impl SimDevice {
     }
 
     fn complete(&mut self, complete: Moment) {
-        if complete < self.silent_until {
+        if complete < self.silent_until || self.unheard {
+            return;
+        }
+        if self.happens(SimFault::Halt) {
+            self.give_back_empty(complete);
             return;
         }
         let number = self.frames;
@@ -297,6 +310,32 @@ impl SimDevice {
             torn,
             late,
         });
+    }
+
+    fn give_back_empty(&mut self, complete: Moment) {
+        for _ in self.queue.len() + self.taken.len()..self.buffers {
+            let number = self.frames;
+            self.frames = self.frames.wrapping_add(1);
+            self.queue.push_back(Exposed {
+                buffer: FilledBuffer {
+                    index: 0,
+                    bytes_used: 0,
+                    stamp: Moment::default(),
+                    stamp_source: StampSource::StartOfExposure,
+                    sequence: 0,
+                    flags: ERROR_FLAG,
+                    damaged: true,
+                    received: complete,
+                },
+                position_mm: self.position_mm,
+                before_mm: self.before_mm,
+                light: 1.0,
+                view: self.view.get(),
+                number,
+                torn: false,
+                late: false,
+            });
+        }
     }
 
     fn format(&self) -> ActiveFormat {

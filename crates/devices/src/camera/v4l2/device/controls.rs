@@ -4,7 +4,7 @@ use v4l::v4l_sys as sys;
 
 use super::V4l2Device;
 use crate::camera::automatic::known;
-use crate::camera::v4l2::failure::control_failed;
+use crate::camera::v4l2::failure::failed;
 use crate::camera::v4l2::kernel::ControlQuery;
 use crate::camera::{CameraError, Control, ControlKind};
 
@@ -14,7 +14,7 @@ impl V4l2Device {
         let mut controls = Vec::new();
         let mut id = 0;
         loop {
-            match self.node.next_control(id).map_err(control_failed(&self.path, "list its controls")) {
+            match self.node.next_control(id).map_err(failed(&self.path, "list its controls")) {
                 Ok(None) => break,
                 // The numbers must rise, or the list would never end.
                 Ok(Some(query)) if query.id <= id => break,
@@ -35,6 +35,12 @@ impl V4l2Device {
             }
         }
         Ok(controls)
+    }
+
+    /// The name of a control in commands; its number if the driver does not describe it.
+    pub(super) fn control_name(&self, id: u32) -> String {
+        let query = self.node.query_control(id).ok().flatten();
+        query.map_or_else(|| format!("control {id:#x}"), |query| Control::command_name(&query.name))
     }
 
     fn control(&mut self, query: ControlQuery) -> Option<Control> {

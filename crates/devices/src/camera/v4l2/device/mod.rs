@@ -11,7 +11,7 @@ use rustix::time::{ClockId, clock_gettime};
 use v4l::v4l_sys as sys;
 
 use super::discover::{cameras, identity, is_camera};
-use super::failure::{broken, control_failed, failed, is, unopened};
+use super::failure::{broken, control_unread, control_unset, failed, is, unopened};
 use super::kernel::{Buffers, Direction, FrameSize, Node, PixFormat};
 use crate::camera::pixels::{FourCc, PixelFormat};
 use crate::camera::{
@@ -210,7 +210,8 @@ impl VideoDevice for V4l2Device {
 
     fn read_control(&mut self, id: u32) -> Result<i64, CameraError> {
         let wide = self.wide.contains(&id);
-        self.node.control(id, wide).map_err(control_failed(&self.path, "read a control"))
+        let read = self.node.control(id, wide);
+        read.map_err(|error| control_unread(&self.path, self.control_name(id))(error))
     }
 
     fn read_controls(&mut self, ids: &[u32]) -> Result<Vec<i64>, CameraError> {
@@ -224,7 +225,8 @@ impl VideoDevice for V4l2Device {
 
     fn write_control(&mut self, id: u32, value: i64) -> Result<(), CameraError> {
         let wide = self.wide.contains(&id);
-        self.node.set_control(id, value, wide).map_err(control_failed(&self.path, "set a control"))
+        let set = self.node.set_control(id, value, wide);
+        set.map_err(|error| control_unset(&self.path, self.control_name(id), value)(error))
     }
 
     fn check_signal(&mut self) -> Result<(), CameraError> {
