@@ -93,7 +93,8 @@ impl Area {
         }
     }
 
-    fn spread<T: Copy>(&self, part: &Grid<T>, outside: T) -> Grid<T> {
+    /// A map of the whole picture, `outside` in rows that were not matched.
+    pub(super) fn spread<T: Copy>(&self, part: &Grid<T>, outside: T) -> Grid<T> {
         let mut whole = Grid::filled(self.whole_rows, part.columns(), outside);
         for (y, to) in self.rows.clone().enumerate() {
             whole.row_mut(to).copy_from_slice(part.row(y));

@@ -101,8 +101,10 @@ impl Matcher {
     /// These see it from half a window, so a mean over many pixels farther away is right, although each pixel
     /// has more noise.
     pub fn in_equal_windows(&self, maps: &DisparityMaps, progress: &dyn Progress) -> [Grid<f32>; 2] {
-        let Self { volume, options } = self;
+        let Self { volume, options, area } = self;
         let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
+        let rows = area.as_ref().map_or(0..volume.rows(), |area| area.rows.clone());
+        let answers = maps.disparity.cropped(0..volume.columns(), rows);
         let equal = Fit {
             surfaces: Surfaces::Windows,
             window_px: options.refine_window_px,
@@ -114,10 +116,12 @@ impl Matcher {
             deviation_share: None,
         };
         progress.begin("refining in equal windows", volume.rows() as u64);
-        let FitResult { disparity, sigma, .. } =
-            fit(volume, &lines, maps.disparity.clone(), equal, || progress.advance(1));
+        let FitResult { disparity, sigma, .. } = fit(volume, &lines, answers, equal, || progress.advance(1));
         progress.end();
-        [disparity, sigma]
+        match area {
+            Some(area) => [disparity, sigma].map(|map| area.spread(&map, f32::NAN)),
+            None => [disparity, sigma],
+        }
     }
 
     /// Costs of all candidates of row `y` as they were when `maps` were found, for pictures of the search:

@@ -131,3 +131,66 @@ impl Half {
         (f64::from(disparity) / self.span, f64::from(sigma) / self.span)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use epirig_core::progress::Silent;
+    use epirig_simulator::{Simulator, SimulatorConfig};
+
+    fn noisy_plane() -> Volume {
+        let mut config = SimulatorConfig::textured_plane(160, 96, 24);
+        config.sensor.read_noise_dn = 2.0;
+        Simulator::new(config).unwrap().render_volume(&Silent).unwrap()
+    }
+
+    #[test]
+    fn equal_windows_answer_the_same_pixels_with_more_noise_and_the_same_mean() {
+        let volume = noisy_plane();
+        let reference = volume.frames() / 2;
+        for half in match_halves(&volume, reference, &MatchOptions::default(), &Silent).unwrap() {
+            let [best, equal] = [&half.best[0], &half.in_equal_windows[0]];
+            let pairs: Vec<[f64; 2]> = best
+                .values()
+                .iter()
+                .zip(equal.values())
+                .filter(|(best, _)| !best.is_nan())
+                .map(|(&best, &equal)| [f64::from(best), f64::from(equal)])
+                .collect();
+            assert_eq!(pairs.len(), equal.values().iter().filter(|value| !value.is_nan()).count());
+            let count = pairs.len() as f64;
+            let mean = |of: usize| pairs.iter().map(|pair| pair[of]).sum::<f64>() / count;
+            let spread = |of: usize| {
+                (pairs.iter().map(|pair| (pair[of] - mean(of)).powi(2)).sum::<f64>() / count).sqrt()
+            };
+            assert!(spread(1) > 1.5 * spread(0), "{} {}", spread(0), spread(1));
+            // A mean of windows of 3 x 3 px, nine of which are one independent answer; four of its sigmas.
+            let sigma = 3.0 * spread(1) / count.sqrt();
+            assert!((mean(1) - mean(0)).abs() < 4.0 * sigma, "{} {}", mean(0), mean(1));
+        }
+    }
+
+    #[test]
+    fn equal_windows_of_a_part_lie_where_they_lie_in_the_whole() {
+        let volume = noisy_plane();
+        let options = MatchOptions {
+            range: Some(DisparityRange { minimum_px: -30.0, maximum_px: 30.0 }),
+            ..MatchOptions::default()
+        };
+        let values = (0..96 * 160).map(|index| (60..70).contains(&(index / 160)));
+        let inside = Grid::from_values(96, 160, values.collect()).unwrap();
+        let whole = Matcher::new(volume, options).unwrap();
+        let part = whole.clone().within(&inside).unwrap();
+        let maps = part.matched(&Silent).unwrap();
+        let [found, _] = part.in_equal_windows(&maps, &Silent);
+        let [expected, sigma] = whole.in_equal_windows(&maps, &Silent);
+        let answered = (0..160).filter(|&x| !maps.disparity.at(x, 65).is_nan()).count();
+        assert!(answered > 140, "{answered}");
+        for y in 60..70 {
+            for x in (0..160).filter(|&x| !maps.disparity.at(x, y).is_nan()) {
+                let apart = (found.at(x, y) - expected.at(x, y)).abs();
+                assert!(apart < 0.2 * sigma.at(x, y), "{x} {y}: {apart}");
+            }
+        }
+    }
+}
