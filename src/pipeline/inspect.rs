@@ -7,11 +7,11 @@ use crate::results::{FieldSummary, LevelsSummary, MatchSettings, Region, Results
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFacts;
 
-use epirig_matcher::LARGEST_GROWN_WINDOW_PX;
 use epirig_matcher::surface::{
     Extent, Filters, HalfHeights, Heights, Line, Profile, Steps, StepsOptions, SurfaceError, TrendKind,
     find_extent, find_outliers, find_steps, fit_trend, profile,
 };
+use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX};
 
 /// Version of `surface.json`.
 const FORMAT_VERSION: u32 = 4;
@@ -53,17 +53,11 @@ impl SurfaceQuestions {
 
 /// The options of the search for two levels in results that were matched with `settings`.
 pub fn steps_options(settings: &MatchSettings, trend: TrendKind) -> StepsOptions {
-    /// Within three pixels of walls, the error of fits in hollows exceeds the noise.
-    const GROWN_ACROSS_WALLS_PX: usize = 7;
-    // A height is made of what the cost's and the fit's window see, whichever is larger. Windows that grow do
-    // so along the surface, but noise hides low walls from them.
-    let window_px = settings.window_px.max(settings.fit_window_px);
-    if settings.wanted_sigma_px.is_some() {
-        StepsOptions::for_window(trend, window_px.max(GROWN_ACROSS_WALLS_PX))
-            .with_grown_window(LARGEST_GROWN_WINDOW_PX)
-    } else {
-        StepsOptions::for_window(trend, window_px)
-    }
+    // A height is made of what the cost's and the fit's window see, whichever is larger; halves are measured in
+    // equal windows. Windows that grow do so along the surface, but noise hides low walls from them.
+    let window_px = settings.window_px.max(settings.fit_window_px).max(LEAST_EQUAL_WINDOW_PX);
+    let steps = StepsOptions::for_window(trend, window_px);
+    if settings.wanted_sigma_px.is_some() { steps.with_grown_window(LARGEST_GROWN_WINDOW_PX) } else { steps }
 }
 
 /// What was found out about a surface.

@@ -32,8 +32,8 @@ pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLo
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
 pub use matcher::{Matcher, match_volume};
 pub use options::{
-    Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion,
-    OrderingConstraint, ReferenceFrame, Search, Surfaces,
+    Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchError, MatchOptions,
+    Method, Occlusion, OrderingConstraint, ReferenceFrame, Search, Surfaces,
 };
 pub use positions::{FramesApart, TauCorrection, tau_corrections};
 pub use profile::line_profile;

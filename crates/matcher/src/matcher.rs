@@ -12,7 +12,9 @@ use super::lines::{Lines, SeenRule};
 use super::locking::PixelLocking;
 use super::maps::{Answer, DisparityMaps, OrderingUsed};
 use super::normalise::{NORMALISING_WINDOW_PX, locally_normalised};
-use super::options::{Effort, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Surfaces};
+use super::options::{
+    Effort, LEAST_EQUAL_WINDOW_PX, MatchError, MatchOptions, Method, Occlusion, OrderingConstraint, Surfaces,
+};
 use super::quick::{Halved, TellingFrames};
 use super::range::{Survey, survey};
 use super::refine::{Fit, FitResult, fit};
@@ -94,8 +96,8 @@ impl Matcher {
         })
     }
 
-    /// Disparity and its sigma, in px, of the pixels that `maps` answers, by windows of one size: that of the fit
-    /// in the options. Rows x columns, NaN without an answer.
+    /// Disparity and its sigma, in px, of the pixels that `maps` answers, by windows of one size: that of the fit in
+    /// the options, or [`LEAST_EQUAL_WINDOW_PX`]. Rows x columns, NaN without an answer.
     ///
     /// Windows that grow with the noise see a wall from as far as they reach, which differs from pixel to pixel.
     /// These see it from half a window, so a mean over many pixels farther away is right, although each pixel
@@ -107,7 +109,7 @@ impl Matcher {
         let answers = maps.disparity.cropped(0..volume.columns(), rows);
         let equal = Fit {
             surfaces: Surfaces::Windows,
-            window_px: options.refine_window_px,
+            window_px: options.refine_window_px.max(LEAST_EQUAL_WINDOW_PX),
             wanted_sigma_px: f64::INFINITY,
             effort: Effort::Full,
             // Answers are near enough.
