@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{fails, succeeds, write_png};
+use crate::support::{fails, import_scan, succeeds};
 use epirig_core::grid::Grid;
 use epirig_data::formats::MapFormat;
 use epirig_simulator::{Simulator, SimulatorConfig};
@@ -15,14 +15,7 @@ const FRAMES: usize = 31;
 fn imported(folder: &Path) {
     let mut config = SimulatorConfig::tile(SIDE_PX as usize, FRAMES);
     config.sensor.read_noise_dn = 1.0;
-    let simulator = Simulator::new(config).unwrap();
-    fs::create_dir(folder.join("photos")).unwrap();
-    for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
-        write_png(&folder.join(format!("photos/{index:03}.png")), &simulator.expose(position, index as u32));
-    }
-    let focal_length = simulator.config().optics.focal_length_px.to_string();
-    let scale = ["--step-mm", "5", "--focal-length-px", &focal_length];
-    succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
+    import_scan(folder, &Simulator::new(config).unwrap());
 }
 
 /// A picture as large as the frames that is white where `inside` says.

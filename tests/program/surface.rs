@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{fails, succeeds, write_png};
+use crate::support::{fails, import_scan, succeeds};
 use epirig_simulator::{Scene, Simulator, SimulatorConfig};
 
 const SIDE_PX: usize = 200;
@@ -31,14 +31,7 @@ fn tile() -> Simulator {
 
 /// Writes the tile's images, imports and matches them as `seq`.
 fn matched(folder: &Path) {
-    let simulator = tile();
-    fs::create_dir(folder.join("photos")).unwrap();
-    for (index, &position) in simulator.config().scan.positions_mm().iter().enumerate() {
-        write_png(&folder.join(format!("photos/{index:03}.png")), &simulator.expose(position, index as u32));
-    }
-    let focal_length = simulator.config().optics.focal_length_px.to_string();
-    let scale = ["--step-mm", "5", "--focal-length-px", &focal_length];
-    succeeds(folder, &[&["import", "photos", "--out", "seq"], &scale[..]].concat());
+    import_scan(folder, &tile());
     succeeds(folder, &["match", "seq"]);
 }
 

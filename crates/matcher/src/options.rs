@@ -301,7 +301,7 @@ pub enum MatchError {
     },
     /// A mask that is not as large as the images.
     #[error(
-        "the mask has {mask_rows} rows x {mask_columns} columns, but the images have {rows} rows x {columns} columns"
+        "the mask has {mask_rows} rows x {mask_columns} columns, but the images have {rows} rows x {columns} columns; draw it over one of the images"
     )]
     MaskSize {
         /// Rows of the mask.
@@ -314,7 +314,7 @@ pub enum MatchError {
         columns: usize,
     },
     /// A mask without a pixel inside.
-    #[error("no pixel is inside the mask, so there is nothing to match")]
+    #[error("no pixel is inside the mask, so there is nothing to match; make white what is to be matched")]
     EmptyMask,
     /// No range was given and none could be found.
     #[error(

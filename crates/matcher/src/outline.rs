@@ -8,9 +8,9 @@ use epirig_core::grid::Grid;
 const LEAST: usize = 8;
 
 impl DisparityMaps {
-    /// The pixels of the object: they are not outside the mask, and answers lie to the left and right of it in its row, and above and below it in
-    /// its column. So holes and speckles in the object belong to it, and the background does not; rows x
-    /// columns.
+    /// The pixels of the object: they are not outside the mask, and answers lie to the left and right of each
+    /// in its row, and above and below it in its column. So holes and speckles in the object belong to it, and
+    /// the background does not; rows x columns.
     pub fn object(&self) -> Grid<bool> {
         let found = self.answer.map(|answer| answer == Answer::Found);
         let (rows, columns) = (found.rows(), found.columns());
