@@ -6,6 +6,7 @@
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops at the first thing that does not work")]
 
+mod depths;
 mod render;
 mod scenes;
 #[allow(dead_code, reason = "tests use the figures")]
@@ -30,6 +31,11 @@ fn main() {
     let surfaces = if given("--lines") { Surfaces::Lines } else { Surfaces::Windows };
     let options = MatchOptions { reference: ReferenceFrame::Middle, surfaces, ..MatchOptions::default() };
     let options = if given("--quick") { options.quick() } else { options };
+    if given("--depths") {
+        let seeds = if is_test { 1 } else { 6 };
+        depths::print_table(seed, seeds, size, &options, is_test);
+        return;
+    }
     println!("{}", Score::HEAD);
     for scene in scenes(seed).into_iter().take(if is_test { 2 } else { usize::MAX }) {
         let volume = rendered(&scene, size);

@@ -4,7 +4,7 @@ use super::texture::Paint;
 
 /// A point's disparity in px over the whole baseline, at column and row (in px from the middle of the frame
 /// at the middle of the baseline).
-type Disparity = Box<dyn Fn(f64, f64) -> f64 + Sync>;
+pub(super) type Disparity = Box<dyn Fn(f64, f64) -> f64 + Sync>;
 
 pub(super) struct Scene {
     pub(super) name: String,
@@ -20,19 +20,19 @@ pub(super) struct Scene {
 }
 
 /// Disparity of what lies around the structures, in px.
-const BASE_PX: f64 = 18.0;
+pub(super) const BASE_PX: f64 = 18.0;
 /// Width of hollows, and of the walls between two levels, in px: those of the paper's tile.
 const HOLLOW_PX: f64 = 12.6;
 const WALL_PX: f64 = 1.6;
 
 /// The coordinate across lines that are turned by `degrees` from the columns.
-fn across(degrees: f64) -> impl Fn(f64, f64) -> f64 {
+pub(super) fn across(degrees: f64) -> impl Fn(f64, f64) -> f64 {
     let (sine, cosine) = degrees.to_radians().sin_cos();
     move |x, y| cosine * x + sine * y
 }
 
 /// 1 inside, 0 outside, and a wall on the outline; `inside` is the distance from it in px.
-fn walled(inside: f64) -> f64 {
+pub(super) fn walled(inside: f64) -> f64 {
     (inside / WALL_PX + 0.5).clamp(0.0, 1.0)
 }
 

@@ -102,6 +102,22 @@ impl Heights {
         over_level(self.geometry, self.distance_mm, disparity, sigma)
     }
 
+    /// The mean with other, independent heights of the same pixels; NaN where one of them is not known.
+    #[must_use]
+    pub(super) fn mean_with(&self, other: &Self) -> Self {
+        let both = |one: &Grid<f32>, other: &Grid<f32>, mean: fn(f32, f32) -> f32| {
+            let mut map = one.clone();
+            map.values_mut()
+                .iter_mut()
+                .zip(other.values())
+                .for_each(|(one, &other)| *one = mean(*one, other));
+            map
+        };
+        let height_mm = both(&self.height_mm, &other.height_mm, |one, other| 0.5 * (one + other));
+        let sigma_mm = both(&self.sigma_mm, &other.sigma_mm, |one, other| 0.5 * one.hypot(other));
+        Self { height_mm, sigma_mm, ..self.clone() }
+    }
+
     /// Width of a pixel's view of the level at `distance_mm`, in mm.
     pub fn pixel_mm(&self) -> f64 {
         self.distance_mm / self.geometry.focal_length_px

@@ -56,6 +56,9 @@ pub struct Budget {
 pub(super) struct Choices {
     /// With more pixels left out beside the walls.
     pub(super) farther_from_walls: Option<(f64, Option<f64>)>,
+    /// With one pixel less left out. Where there is no room for more, this tells how much walls matter: their effect
+    /// fades with each pixel, so what the last one changed is more than what is left.
+    pub(super) nearer_to_walls: Option<(f64, Option<f64>)>,
     /// With a form of one more degree.
     pub(super) richer_form: Option<(f64, Option<f64>)>,
 }
@@ -63,12 +66,17 @@ pub(super) struct Choices {
 impl Budget {
     /// Of `depth`, whose levels were found by other heights than are measured on them if `crossed`.
     pub(super) fn of(depth: &Depth, choices: Choices, crossed: bool, scale: ScaleSigma) -> Self {
-        let by_choice = |other: Option<(f64, Option<f64>)>| other.and_then(|other| by_choice(depth, other));
+        let own = (depth.depth_mm, depth.sigma_mm);
+        let by_choice = |other: Option<(f64, Option<f64>)>| other.and_then(|other| by_choice(own, other));
+        let walls = match choices.farther_from_walls {
+            None => choices.nearer_to_walls.and_then(|nearer| self::by_choice(nearer, own)),
+            farther => by_choice(farther),
+        };
         let of_scale = |relative: Option<f64>| relative.map(|relative| relative * depth.depth_mm.abs());
         let known = [
             ("scatter between independent parts of the field", Evaluation::A, depth.sigma_mm),
             ("selection of the levels by noise", Evaluation::B, crossed.then_some(0.0)),
-            ("walls: other margins", Evaluation::B, by_choice(choices.farther_from_walls)),
+            ("walls: other margins", Evaluation::B, walls),
             ("trend: another form", Evaluation::B, by_choice(choices.richer_form)),
             ("scale: focal length", Evaluation::B, of_scale(scale.focal_length)),
             ("scale: length of the baseline", Evaluation::B, of_scale(scale.baseline)),
@@ -91,14 +99,17 @@ impl Budget {
     }
 }
 
-/// Standard uncertainty by a choice: what `other`, a depth with its sigma, differs by beyond the noise, as half
-/// the width of a rectangular distribution (GUM, 4.3.7). The other choice takes fewer pixels or has more
-/// unknowns. So noise makes the two differ with the variance that it knows the depth less by (Hausman, 1978).
-/// `None` if one of the sigmas is not known.
-fn by_choice(depth: &Depth, (other_mm, other_sigma_mm): (f64, Option<f64>)) -> Option<f64> {
-    let (one, other) = (depth.sigma_mm?, other_sigma_mm?);
+/// Standard uncertainty by a choice between depths with their sigmas: what they differ by beyond the noise, as half the
+/// width of a rectangular distribution (GUM, 4.3.7). The `other` takes fewer pixels or has more unknowns. So noise makes
+/// the two differ with the variance that it knows the depth less by (Hausman, 1978). `None` if one of the sigmas is
+/// not known.
+fn by_choice(
+    (one_mm, one_sigma_mm): (f64, Option<f64>),
+    (other_mm, other_sigma_mm): (f64, Option<f64>),
+) -> Option<f64> {
+    let (one, other) = (one_sigma_mm?, other_sigma_mm?);
     let noise = (other * other - one * one).max(0.0);
-    Some((((other_mm - depth.depth_mm).powi(2) - noise).max(0.0) / 3.0).sqrt())
+    Some((((other_mm - one_mm).powi(2) - noise).max(0.0) / 3.0).sqrt())
 }
 
 #[cfg(test)]
@@ -135,13 +146,13 @@ mod tests {
 
     #[test]
     fn another_choice_counts_as_far_as_it_differs_beyond_the_noise() {
-        let sigma_of = |other| by_choice(&depth(Some(0.003)), other).unwrap();
+        let sigma_of = |other| by_choice((-2.0, Some(0.003)), other).unwrap();
         // 0.005^2 - 0.003^2 = 0.004^2 is the variance of the difference by noise.
         assert_eq!(sigma_of((-2.003, Some(0.005))), 0.0);
         assert!((sigma_of((-2.005, Some(0.005))) - 0.003 / 3.0_f64.sqrt()).abs() < 1e-9);
         // A sigma that is not larger explains nothing.
         assert!((sigma_of((-2.003, Some(0.002))) - 0.003 / 3.0_f64.sqrt()).abs() < 1e-9);
-        assert_eq!(by_choice(&depth(Some(0.003)), (-2.1, None)), None);
+        assert_eq!(by_choice((-2.0, Some(0.003)), (-2.1, None)), None);
         let choices = Choices { farther_from_walls: Some((-2.012, Some(0.003))), ..Choices::default() };
         let budget = Budget::of(&depth(Some(0.003)), choices, false, ScaleSigma::default());
         // 0.003^2 + 0.012^2 / 3.

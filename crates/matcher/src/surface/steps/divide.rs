@@ -30,8 +30,32 @@ pub(super) const ROOM: f64 = 0.25;
 /// A pixel this many times its neighbourhood's scatter off is a wrong answer, not a wall.
 const SPIKE: f64 = 8.0;
 
-/// The clearest division of a field, by as little smoothing as will do.
-pub(super) fn divided(field: &Field<'_>, options: &StepsOptions) -> Result<Divided, SurfaceError> {
+/// The clearest division by any of several maps of the same surface: the first one that is clear, or else the
+/// clearest. Windows that grow with the noise smooth shallow and narrow hollows away, which smaller ones show.
+pub(super) fn divided(fields: &[&Field<'_>], options: &StepsOptions) -> Result<Divided, SurfaceError> {
+    let mut best: Option<(Divided, f64)> = None;
+    let mut refused: Option<SurfaceError> = None;
+    for field in fields {
+        match divided_by_one(field, options) {
+            Ok((divided, clearness)) => {
+                if best.as_ref().is_none_or(|(_, before)| clearness > *before) {
+                    best = Some((divided, clearness));
+                }
+                if clearness >= CLEAR {
+                    break;
+                }
+            }
+            Err(error) => refused = plainer(refused, error),
+        }
+    }
+    best.map(|(divided, _)| divided).ok_or_else(|| refused.unwrap_or(NO_LEVELS))
+}
+
+const NO_LEVELS: SurfaceError = SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 };
+
+/// The clearest division of a field, by as little smoothing as will do, and the depth over the scatter of the
+/// smoothed heights.
+fn divided_by_one(field: &Field<'_>, options: &StepsOptions) -> Result<(Divided, f64), SurfaceError> {
     let start = field.robust()?;
     let clean = without_spikes(&field.heights.height_mm, spike_limit(field.heights));
     let (rows, columns) = (clean.rows(), clean.columns());
@@ -55,8 +79,7 @@ pub(super) fn divided(field: &Field<'_>, options: &StepsOptions) -> Result<Divid
             Err(error) => refused = plainer(refused, error),
         }
     }
-    let none = || refused.unwrap_or(SurfaceError::OneLevel { depth_mm: 0.0, scatter_mm: 0.0 });
-    best.map(|(divided, _)| divided).ok_or_else(none)
+    best.ok_or_else(|| refused.unwrap_or(NO_LEVELS))
 }
 
 /// Of two reasons the one that says more: levels that were seen, or else the clearest division.
@@ -84,6 +107,13 @@ impl Divided {
     /// The levels without what lies nearer than this to walls that smoothing may have moved.
     pub(super) fn clear_by(&self, margin_px: usize) -> Grid<Level> {
         clear_of_walls(&self.levels, margin_px + self.moved_px)
+    }
+
+    /// Pixels of the upper and of the lower level that this leaves.
+    pub(super) fn counts(&self, margin_px: usize) -> [usize; 2] {
+        let clear = self.clear_by(margin_px);
+        let count = |wanted| clear.values().iter().filter(|&&level| level == wanted).count();
+        [count(Level::Upper), count(Level::Lower)]
     }
 }
 

@@ -33,6 +33,9 @@ const GROUND: f64 = 0.6;
 /// Number of pixels that are left out at the walls beyond those asked for, to see whether the depth still
 /// changes.
 const MORE_MARGIN: usize = 2;
+/// Share of the pixels that a larger margin has to leave of those of the smallest one. Errors of neighbours are alike,
+/// so half of the pixels know the depth nearly as well as all.
+const ROOMY: f64 = 0.5;
 
 /// The depth by pixels at least this far from the walls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -100,16 +103,20 @@ pub fn find_steps(
     options: &StepsOptions,
 ) -> Result<Steps, SurfaceError> {
     let field = Field::new(heights, options.trend)?;
-    let whole = divided(&field, options)?;
     let Some([one, other]) = halves else {
+        let whole = divided(&[&field], options)?;
         let measured = Measured { on: vec![(&field, &whole)], margin_px: whole.margin_px };
         return steps(&field, &whole, &measured, options);
     };
-    let by = |half: &HalfHeights| divided(&field.with_heights(&half.dividing)?, options);
+    let mean = one.measured.mean_with(&other.measured);
+    let whole = divided(&[&field, &field.with_heights(&mean)?], options)?;
+    let by = |half: &HalfHeights| {
+        divided(&[&field.with_heights(&half.dividing)?, &field.with_heights(&half.measured)?], options)
+    };
     let (by_one, by_other) = rayon::join(|| by(one), || by(other));
     let (by_one, by_other) = (by_one?, by_other?);
     let (one, other) = (field.with_heights(&one.measured)?, field.with_heights(&other.measured)?);
-    let measured = Measured { on: vec![(&one, &by_other), (&other, &by_one)], margin_px: options.margin_px };
+    let measured = Measured::new(vec![(&one, &by_other), (&other, &by_one)], options);
     steps(&field, &whole, &measured, options)
 }
 
@@ -120,7 +127,22 @@ struct Measured<'a> {
     margin_px: usize,
 }
 
-impl Measured<'_> {
+impl<'a> Measured<'a> {
+    /// With the largest margin that leaves the share [`ROOMY`] of what the smallest one leaves on both levels.
+    fn new(on: Vec<(&'a Field<'a>, &'a Divided)>, options: &StepsOptions) -> Self {
+        let left = |margin_px: usize| {
+            let counts = on.iter().map(|(_, divided)| divided.counts(margin_px));
+            counts.fold([0, 0], |sum, counts| [sum[0] + counts[0], sum[1] + counts[1]])
+        };
+        let least = left(options.margin_px);
+        let is_roomy = |&margin_px: &usize| {
+            let levels = left(margin_px).into_iter().zip(least);
+            levels.into_iter().all(|(left, least)| left as f64 >= ROOMY * least as f64)
+        };
+        let farther = (options.margin_px + 1..=options.grown_margin_px).take_while(is_roomy);
+        Self { margin_px: farther.last().unwrap_or(options.margin_px), on }
+    }
+
     fn sides(&self, margin_px: usize) -> Vec<Side<'_>> {
         self.on.iter().map(|(field, divided)| Side { field, clear: divided.clear_by(margin_px) }).collect()
     }
@@ -191,7 +213,10 @@ fn steps(
     });
     let by_margin: Vec<DepthAtMargin> = by_margin.collect();
     let depth = fitted.depth(&certainty, scale_sigma);
-    let choices = Choices { farther_from_walls, richer_form: measured.with_richer_form(scale_sigma) };
+    let nearer = margin_px.checked_sub(1).and_then(|nearer_px| by_margin.get(nearer_px));
+    let nearer_to_walls = nearer.map(|nearer| (nearer.depth_mm, nearer.sigma_mm));
+    let choices =
+        Choices { farther_from_walls, nearer_to_walls, richer_form: measured.with_richer_form(scale_sigma) };
     let budget = Budget::of(&depth, choices, measured.is_crossed(), scale);
     Ok(Steps {
         depth,

@@ -321,7 +321,8 @@ fn windows_that_see_far_divide_but_do_not_measure() {
     let wide = find_steps(&halves[0].dividing, None, &options).unwrap().depth;
     assert!(wide.depth_mm < 0.99 * 0.2, "{wide:?}");
     let found = find_steps(&halves[0].dividing, Some(&halves), &options).unwrap();
-    assert_eq!(found.margin_px, options.margin_px);
+    // Heights for the division would need 8 px.
+    assert!(found.margin_px < 8, "{}", found.margin_px);
     let Depth { depth_mm, half_width_95_mm, .. } = found.depth;
     let holds = |depth_mm: f64| (depth_mm - 0.2).abs() < half_width_95_mm.unwrap();
     assert!(holds(depth_mm) && !holds(wide.depth_mm), "{:?}, {wide:?}", found.depth);
