@@ -104,9 +104,11 @@ pub fn analyse_surface(
     let halves = halves.map(|halves| halves.each_ref().map(|half| half.only(&extent.used)));
     let (trend, steps) = match find_steps(heights, halves.as_ref(), &questions.steps) {
         Ok(steps) => (steps.trend.clone(), Ok(steps)),
-        Err(reason @ (SurfaceError::OneLevel { .. } | SurfaceError::TooNarrow { .. })) => {
-            (fit_trend(heights, questions.steps.trend)?, Err(reason))
-        }
+        Err(
+            reason @ (SurfaceError::OneLevel { .. }
+            | SurfaceError::NoValley { .. }
+            | SurfaceError::TooNarrow { .. }),
+        ) => (fit_trend(heights, questions.steps.trend)?, Err(reason)),
         Err(error) => return Err(error.into()),
     };
     let mut rest_mm = trend.removed_from(heights);

@@ -42,10 +42,19 @@ pub enum SurfaceError {
         /// Standard deviation of the smoothed heights about their level, in mm.
         scatter_mm: f64,
     },
+    /// Heights lie between the two levels of the best division as often as on them.
+    #[error(
+        "the heights show no two levels: the best division has a step of {depth_mm:.4} mm, but as many heights lie between as on the \
+         levels; the surface is wavy, or its hollows are too narrow for the windows of the match: bring the camera nearer"
+    )]
+    NoValley {
+        /// Step of the best division, in mm.
+        depth_mm: f64,
+    },
     /// Two levels are there, but no part of one is wide enough to be measured beyond the reach of its walls.
     #[error(
         "two levels are there, some {depth_mm:.2} mm apart, but they are too narrow to be measured: no pixel of one of them \
-         lies farther than {margin_px} px from the other; match with a smaller window, or bring the camera nearer"
+         lies farther than {margin_px} px from the other; bring the camera nearer, so that more pixels see them"
     )]
     TooNarrow {
         /// Distance from the walls that is left out, in px.

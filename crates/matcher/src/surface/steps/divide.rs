@@ -86,6 +86,7 @@ fn divided_by_one(field: &Field<'_>, options: &StepsOptions) -> Result<(Divided,
 fn plainer(before: Option<SurfaceError>, now: SurfaceError) -> Option<SurfaceError> {
     let clearness = |error: &SurfaceError| match *error {
         SurfaceError::OneLevel { depth_mm, scatter_mm } => depth_mm / scatter_mm.max(f64::MIN_POSITIVE),
+        SurfaceError::NoValley { .. } => f64::MAX,
         _ => f64::INFINITY,
     };
     before.filter(|before| clearness(before) >= clearness(&now)).or(Some(now))
@@ -163,10 +164,15 @@ fn divide(
         divided = Some(Divided { levels: map, clear, margin_px, moved_px, levels_found: fit.levels });
     }
     let divided = divided.ok_or(one_level)?;
-    if !levels.are_two(&points) {
-        return Err(SurfaceError::OneLevel { depth_mm: levels.depth_mm, scatter_mm });
+    let depth_mm = levels.depth_mm;
+    let clearness = depth_mm / scatter_mm.max(f64::MIN_POSITIVE);
+    if levels.are_two(&points) {
+        Ok((divided, clearness))
+    } else if clearness >= LEAST {
+        Err(SurfaceError::NoValley { depth_mm })
+    } else {
+        Err(SurfaceError::OneLevel { depth_mm, scatter_mm })
     }
-    Ok((divided, levels.depth_mm / scatter_mm.max(f64::MIN_POSITIVE)))
 }
 
 /// The levels clear of the walls, and the margin: the grown one if it leaves the share [`ROOM`] of the pixels
