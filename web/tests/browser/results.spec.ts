@@ -17,7 +17,7 @@ import {
   valueOf,
 } from './page';
 import { stopClock } from './clock';
-import { quiet } from './quiet';
+import { drawn, quiet } from './quiet';
 
 test('a click pins exactly the pixel under the pointer and shows its value', async ({ page }) => {
   await open(page);
@@ -226,6 +226,24 @@ test('the pointer reads values from the tiles, without a request', async ({ page
   await expect(page.locator('.at-pointer')).toContainText(significant(heightAt(452, 150), 4));
   await quiet(page);
   expect(asked.filter((address) => !address.endsWith('/about'))).toEqual([]);
+});
+
+test('a pointer that rests gets its value when the tile has come', async ({ page }) => {
+  test.skip(!!REAL, 'the truth is that of the mock server');
+  let release = (): void => undefined;
+  const released = new Promise<void>((done) => (release = done));
+  await page.route('**/api/maps/**', async (route) => {
+    await released;
+    await route.continue();
+  });
+  await open(page, 'results/height?v=452.5,150.5,16');
+  await expect(page.locator('.map-values')).toHaveAttribute('style', /width/);
+  await drawn(page);
+  const box = (await page.locator('.map-values').boundingBox())!;
+  await page.mouse.move(box.x + Math.round(box.width) / 2, box.y + Math.round(box.height) / 2);
+  await expect(page.locator('.at-pointer')).toHaveText('pointer (452, 150)');
+  release();
+  await expect(page.locator('.at-pointer')).toContainText(significant(heightAt(452, 150), 4));
 });
 
 test('frames are shown in the map, and the map comes back', async ({ page }) => {
