@@ -38,6 +38,7 @@ test('values are checked as they are typed, mistakes stand at their field', asyn
 
 test('fast typing is checked once', async ({ page }) => {
   const rig = await open(page);
+  await expect(page.getByLabel('frames')).toBeVisible();
   await stopClock(page);
   const checks = (): unknown[] => rig.asked('rig/profile/check').map(({ values }) => values);
   for (const text of ['2', '20', '201']) {
