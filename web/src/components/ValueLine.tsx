@@ -1,7 +1,7 @@
 import { measured, significant, spoken } from '../format/number';
 import { codesOf } from '../colours/codes';
 import { field } from '../map/field';
-import { handleOf } from '../map/handle';
+import { handleOf, tilesCome } from '../map/handle';
 import { pixel } from '../store/questions';
 import { unitOf } from '../store/results';
 import { hover, selection } from '../store/selection';
@@ -34,6 +34,8 @@ function hovered(): string {
   const at = hover.value;
   const shown = field.value;
   if (!at || !shown) return '';
+  // A pointer that rests gets its value when the tile has come.
+  void tilesCome.value;
   const value = handleOf.value?.read(at.x, at.y);
   const place = `pointer (${at.x}, ${at.y})`;
   if (value === null || value === undefined) return place;

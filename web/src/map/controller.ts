@@ -14,7 +14,7 @@ import { mapSource, NO_DATA } from './source';
 import { coarseWindow } from './pyramid';
 import { tilesOf } from './layer';
 import { Tiles, type TileName } from './tiles';
-import { handleOf, handleMoves, type MapHandle } from './handle';
+import { handleOf, handleMoves, tilesCome, type MapHandle } from './handle';
 import { bounded, fitted, pixelAt, showing, zoomedAt, type Size, type View } from './view';
 
 const WIDE: Gutter = { left: 46, top: 22, right: 46, bottom: 24 };
@@ -22,7 +22,10 @@ const NARROW: Gutter = { left: 40, top: 4, right: 0, bottom: 24 };
 
 export class MapController implements MapHandle {
   private renderer: Renderer | null = null;
-  private readonly tiles = new Tiles(() => this.redraw());
+  private readonly tiles = new Tiles(() => {
+    tilesCome.value += 1;
+    this.redraw();
+  });
   private readonly context: CanvasRenderingContext2D;
   private size: Size = { width: 1, height: 1 };
   private gutter = WIDE;

@@ -14,5 +14,8 @@ export interface MapHandle {
 /** The map that is on the screen. */
 export const handleOf = signal<MapHandle | null>(null);
 
+/** How many tiles have come: what `read` tells may be another value after each. */
+export const tilesCome = signal(0);
+
 /** Whether a handle of the colour bar is being moved: the map then draws faster. */
 export const handleMoves = signal(false);

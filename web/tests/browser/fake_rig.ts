@@ -4,6 +4,7 @@ import { expect, type Page, type WebSocketRoute } from '@playwright/test';
 import type { Control, RigState, SequenceEntry } from '../../src/rig/api';
 import { ORIGIN, SECRET } from './page';
 import { FRAME, pictureOf, type Wish } from './picture';
+import { drawn, watchRequests } from './quiet';
 
 export interface Order {
   path: string;
@@ -118,12 +119,15 @@ export class FakeRig {
   wishes: Wish[] = [];
   /** While true no pictures are sent. */
   frozen = false;
+  /** Time between two pictures, if the page takes them so fast. */
+  picture_ms = 60;
   /** Requests are not answered. */
   unreachable = false;
   openPictures = 0;
   sequence: string | null;
   private readonly token: boolean;
-  private states: WebSocketRoute[] = [];
+  /** Connections for the state, with the number of states that the page has not acknowledged. */
+  private states = new Map<WebSocketRoute, number>();
   private number = 0;
 
   constructor(
@@ -142,13 +146,29 @@ export class FakeRig {
   /** Tells the page a new state. */
   tell(change: Partial<RigState>): void {
     this.state = { ...this.state, ...change };
-    for (const socket of this.states) socket.send(JSON.stringify(this.state));
+    for (const socket of this.states.keys()) this.send(socket);
+  }
+
+  private send(socket: WebSocketRoute): void {
+    this.states.set(socket, (this.states.get(socket) ?? 0) + 1);
+    socket.send(JSON.stringify(this.state));
+  }
+
+  /** Waits until the page has drawn the last state that it was told. */
+  async shown(): Promise<void> {
+    await expect.poll(() => [...this.states.values()], { intervals: [20, 50, 100] }).toEqual([0]);
+    await drawn(this.page);
+  }
+
+  /** Waits until all orders that the page has sent up to now are here. */
+  async heard(): Promise<void> {
+    await this.page.evaluate(() => fetch('/api/sequences'));
   }
 
   /** Closes all connections and takes no more. */
   async vanish(): Promise<void> {
     this.unreachable = true;
-    for (const socket of this.states) await socket.close();
+    for (const socket of this.states.keys()) await socket.close();
   }
 
   async install(): Promise<void> {
@@ -173,26 +193,34 @@ export class FakeRig {
     });
     await this.page.routeWebSocket(/\/api\/rig\/state/, (socket) => {
       if (this.unreachable) return void socket.close();
-      this.states.push(socket);
-      socket.send(JSON.stringify(this.state));
-      socket.onClose(() => (this.states = this.states.filter((one) => one !== socket)));
+      this.send(socket);
+      socket.onMessage(() => void this.states.set(socket, this.states.get(socket)! - 1));
+      socket.onClose(() => void this.states.delete(socket));
     });
     await this.page.routeWebSocket(/\/api\/rig\/picture/, (socket) => {
       if (this.unreachable) return void socket.close();
       this.openPictures += 1;
       let wish: Wish | null = null;
-      const timer = setInterval(() => {
-        if (!wish || this.frozen) return;
-        this.number += 1;
-        socket.send(pictureOf(wish, this.number));
-      }, 60);
+      // As the server does it: the next picture waits until the page has taken the one before.
+      let taken = true;
+      let timer: ReturnType<typeof setTimeout> | undefined;
+      const next = (): void => {
+        if (wish && taken && !this.frozen) {
+          this.number += 1;
+          taken = false;
+          socket.send(pictureOf(wish, this.number));
+        }
+        timer = setTimeout(next, this.picture_ms);
+      };
+      next();
       socket.onMessage((message) => {
+        if (message === 'ok') taken = true;
         if (message === 'ok' || typeof message !== 'string') return;
         wish = JSON.parse(message) as Wish;
         this.wishes.push(wish);
       });
       socket.onClose(() => {
-        clearInterval(timer);
+        clearTimeout(timer);
         this.openPictures -= 1;
       });
     });
@@ -200,6 +228,7 @@ export class FakeRig {
 
   /** Opens the page; with no token if there is none. */
   async open(hash = ''): Promise<void> {
+    watchRequests(this.page);
     await this.install();
     const parts = [hash, this.token ? `token=${SECRET}` : ''].filter(Boolean);
     const joint = hash.includes('?') || !hash ? '&' : '?';

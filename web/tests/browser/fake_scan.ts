@@ -3,6 +3,7 @@
 import type { Page, WebSocketRoute } from '@playwright/test';
 import type { LiveMapHead, ProfileMistake, RigState } from '../../src/rig/api';
 import { idle, PLAN, PROFILE, SEQUENCES } from './fake_states';
+import { watchRequests } from './quiet';
 import { servePage, SITE } from './views_page';
 
 export const ROWS = 48;
@@ -70,6 +71,7 @@ export class FakeRig {
   constructor(private readonly page: Page) {}
 
   async open(view: 'scan' | 'profile' = 'scan', token = 'secret'): Promise<void> {
+    watchRequests(this.page);
     await servePage(this.page);
     await this.page.route(`${SITE}/api/**`, async (route) => {
       const request = route.request();
@@ -117,6 +119,11 @@ export class FakeRig {
   set(state: RigState): void {
     this.state = state;
     for (const socket of this.sockets) socket.send(JSON.stringify(state));
+  }
+
+  /** Waits until all that the page has asked up to now is here. */
+  async heard(): Promise<void> {
+    await this.page.evaluate(() => fetch('/api/sequences'));
   }
 
   private answer(path: string, asked: Record<string, unknown>): unknown {

@@ -1,9 +1,10 @@
 import { expect, test, type Page } from '@playwright/test';
 import { colourTable } from '../../src/colours/tables';
 import { measured, spoken } from '../../src/format/number';
-import { colourAt } from './colour_at';
+import { colourAt, coloursIn } from './colour_at';
 import { COLUMNS, disparityOf, FakeRig, ROWS, sigmaOf } from './fake_scan';
 import { scanning } from './fake_states';
+import { quiet } from './quiet';
 
 /** The middle of a cell on the screen: the whole map is shown, as large as it fits. */
 async function placeOf(page: Page, row: number, column: number): Promise<{ x: number; y: number }> {
@@ -16,9 +17,9 @@ async function placeOf(page: Page, row: number, column: number): Promise<{ x: nu
 }
 
 async function expectColour(page: Page, cell: [number, number], wanted: number[]): Promise<void> {
-  const { x, y } = await placeOf(page, ...cell);
   await expect
     .poll(async () => {
+      const { x, y } = await placeOf(page, ...cell);
       const got = await colourAt(page, x, y);
       return Math.max(...got.map((value, channel) => Math.abs(value - wanted[channel]!)));
     })
@@ -30,12 +31,27 @@ function entry(name: 'viridis' | 'magma', position: number): number[] {
   return [...colourTable(name).slice(at, at + 3)];
 }
 
-/** Opens a running scan whose map is on the screen. */
+/** Only these colours are in a row of `width` px that begins at a cell; every `step`th px counts. */
+async function expectColours(
+  page: Page,
+  cell: [number, number],
+  { width, step }: { width: number; step: number },
+  wanted: string[],
+): Promise<void> {
+  await expect
+    .poll(async () => coloursIn(page, { ...(await placeOf(page, ...cell)), width, height: 1 }, step))
+    .toEqual(wanted);
+}
+
+/** Opens a running scan; its map, its curves and its last frame are on the screen. */
 async function open(page: Page): Promise<FakeRig> {
   const rig = new FakeRig(page);
   rig.state = scanning();
   await rig.open();
   await expect(page.getByText('stops 1–37 of 101')).toBeVisible();
+  await expect(page.getByRole('img', { name: 'Disparity map' })).toBeVisible();
+  await expect(page.getByRole('img', { name: 'Last frame' })).toBeVisible();
+  await quiet(page);
   return rig;
 }
 
@@ -48,10 +64,7 @@ test('disparity is viridis over its range, and what has no answer is a checkerbo
   ] as const) {
     await expectColour(page, [row, column], entry('viridis', (disparityOf(row, column) - 20) / 0.8));
   }
-  const seen = new Set<string>();
-  const { x, y } = await placeOf(page, 44, 60);
-  for (let by = 0; by < 16; by += 4) seen.add(String(await colourAt(page, x + by, y)));
-  expect([...seen].sort()).toEqual(['107,116,128', '58,66,77']);
+  await expectColours(page, [44, 60], { width: 16, step: 4 }, ['107,116,128', '58,66,77']);
 });
 
 test('sigma is magma on a log scale, dark where it is small', async ({ page }) => {
@@ -63,10 +76,7 @@ test('sigma is magma on a log scale, dark where it is small', async ({ page }) =
   await expectColour(page, [4, 40], entry('magma', position(40)));
   expect(entry('magma', position(4))[0]!).toBeLessThan(entry('magma', position(40))[0]!);
   // The last 16 columns are above the range: stripes. They are 23 % of the cells with an answer.
-  const { x, y } = await placeOf(page, 4, 60);
-  const seen = new Set<string>();
-  for (let by = 0; by < 6; by += 1) seen.add(String(await colourAt(page, x + by, y)));
-  expect([...seen].sort()).toEqual(['0,0,0', '255,255,255']);
+  await expectColours(page, [4, 60], { width: 6, step: 1 }, ['0,0,0', '255,255,255']);
   await expect(page.getByRole('group', { name: 'Colours of the sigma map' })).toContainText('over 23 %');
 });
 
@@ -94,6 +104,15 @@ test('another map comes with another number; its range is held', async ({ page }
   await expect(page.getByText('range held at stop 37')).toBeVisible();
   await expect(page.getByText('sigma median 0.0091 px = 0.0012 mm')).toBeVisible();
   await expect(page.getByText('(was 0.0240 at stop 12)')).toBeVisible();
+  // The pin, in the middle of the map, tells by its sigma which map is shown.
+  await page.getByRole('img', { name: 'Disparity map' }).focus();
+  await page.keyboard.press('ArrowRight');
+  const expectMapOf = (frames: number): Promise<void> =>
+    expect(page.getByRole('status', { name: 'Value at pixel' })).toContainText(
+      measured(disparityOf(24, 32), sigmaOf(24, 32, frames), 'px'),
+    );
+  await expectMapOf(37);
+  await rig.heard();
   const asked = rig.mapsAsked.length;
   rig.range.disparity = [20.2, 20.65];
   const next = (number: number, frames: number): ReturnType<typeof scanning> =>
@@ -101,7 +120,8 @@ test('another map comes with another number; its range is held', async ({ page }
   rig.set(next(5, 37));
   rig.set(next(6, 43));
   await expect(page.getByText('stops 1–43 of 101')).toBeVisible();
-  await expect.poll(() => rig.mapsAsked.length).toBe(asked + 2);
+  await expectMapOf(43);
+  expect(rig.mapsAsked.length).toBe(asked + 2);
   await expect(page.getByText('range held at stop 37')).toBeVisible();
   await expectColour(page, [4, 60], entry('viridis', (disparityOf(4, 60) - 20) / 0.8));
   rig.range.disparity = [19.9, 20.5];
@@ -123,6 +143,7 @@ test('a hidden page asks for no map', async ({ page }) => {
   const asked = rig.mapsAsked.length;
   rig.set(scanning({ done: 43, map: { number: 6, frames: 43, sigma_px: 0.008, sigma_mm: null } }));
   await expect(page.getByText('stops 1–43 of 101')).toBeVisible();
+  await rig.heard();
   expect(rig.mapsAsked.length).toBe(asked);
   await hide('visible');
   await expect.poll(() => rig.mapsAsked.length).toBe(asked + 2);

@@ -2,15 +2,10 @@
 
 import { test } from '@playwright/test';
 import type { Results } from '../../src/api';
+import { SIZES } from './access';
 import { foundPixel, open, resultsOf } from './page';
 
 test.skip(!process.env.LOOK, 'set LOOK=1 to take pictures');
-
-const SIZES = [
-  ['wide', 1280, 720],
-  ['tablet', 820, 1180],
-  ['phone', 390, 844],
-] as const;
 
 /** Every map, a frame, a difference and a region. */
 function statesOf(results: Results, line: number[]): [name: string, hash: string][] {

@@ -44,10 +44,11 @@ test('a mask chosen by file is sent, shown, and cleared', async ({ page }) => {
   await expect(panel.getByRole('heading', { name: 'Steps and roughness of the map' })).toBeVisible();
   await expect(input).toBeFocused();
   await expect(input).toHaveValue('');
-  expect(asked.length).toBe(1);
-  // The same file can be chosen again.
+  // The same file can be chosen again, and nothing was asked in between.
   await input.setInputFiles(FILE);
   await expect(panel.getByRole('button', { name: 'Clear mask' })).toBeVisible();
+  await expect(input).toHaveAccessibleDescription('25 % of the picture are inside the mask object.png.');
+  expect(asked.length).toBe(2);
 });
 
 test('a mask goes with a region', async ({ page }) => {

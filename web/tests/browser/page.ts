@@ -3,6 +3,7 @@
 import { expect, type Locator, type Page } from '@playwright/test';
 import { TOKEN } from '../mock/server';
 import type { PixelInfo, Results } from '../../src/api';
+import { quiet, watchRequests } from './quiet';
 
 export const REAL = process.env.EPIRIG_URL;
 const LINK = new URL(REAL ?? `http://127.0.0.1:${process.env.PORT ?? '8765'}/#token=${TOKEN}`);
@@ -11,6 +12,7 @@ export const SECRET = LINK.hash.replace('#token=', '');
 
 /** Opens the page with the printed link, and a selection if one is given. */
 export async function open(page: Page, selection = ''): Promise<void> {
+  watchRequests(page);
   const token = `token=${SECRET}`;
   const hash = selection ? `#${selection}${selection.includes('?') ? '&' : '?'}${token}` : `#${token}`;
   // Another fragment alone would not load the page anew.
@@ -58,8 +60,18 @@ export async function foundPixel(page: Page): Promise<{ x: number; y: number }> 
   throw new Error('no pixel with a value near the middle');
 }
 
-/** The middle of the map on the screen. */
+/** Shows a panel of the results, with what the server says for it. */
+export async function showPanel(page: Page, name: string): Promise<void> {
+  await page.getByRole('tab', { name }).click();
+  const panel = page.getByRole('tabpanel', { name });
+  await expect(panel).toBeVisible();
+  await quiet(page);
+  await expect(panel.getByText(/^(loading|computing)…$/)).toHaveCount(0);
+}
+
+/** The middle of the map on the screen, once the map is drawn. */
 export async function centre(page: Page): Promise<{ x: number; y: number }> {
+  await quiet(page);
   const box = await page.locator('.map-values').boundingBox();
   if (!box) throw new Error('the map is not on the screen');
   return { x: box.x + Math.round(box.width) / 2, y: box.y + Math.round(box.height) / 2 };

@@ -1,4 +1,5 @@
 import { expect, test, type Page } from '@playwright/test';
+import { stopClock } from './clock';
 import { FakeRig } from './fake_scan';
 
 async function open(page: Page): Promise<FakeRig> {
@@ -37,13 +38,14 @@ test('values are checked as they are typed, mistakes stand at their field', asyn
 
 test('fast typing is checked once', async ({ page }) => {
   const rig = await open(page);
-  await page.clock.install();
-  await page.clock.pauseAt(Date.now() + 60_000);
+  await expect(page.getByLabel('frames')).toBeVisible();
+  await stopClock(page);
   const checks = (): unknown[] => rig.asked('rig/profile/check').map(({ values }) => values);
   for (const text of ['2', '20', '201']) {
     await page.getByLabel('frames').fill(text);
     await page.clock.runFor(200);
   }
+  await rig.heard();
   expect(checks()).toEqual([]);
   await page.clock.runFor(200);
   await expect(page.getByText('1 changed, no mistakes')).toBeVisible();
@@ -52,8 +54,8 @@ test('fast typing is checked once', async ({ page }) => {
 
 test('changes are undone, and an empty text means not set', async ({ page }) => {
   const rig = await open(page);
-  await page.getByLabel('step').fill('');
   rig.check = () => [{ key: null, words: 'A scan needs a step.' }];
+  await page.getByLabel('step').fill('');
   await expect(page.getByRole('alert')).toContainText('A scan needs a step.');
   expect(rig.asked('rig/profile/check')[0]?.values).toEqual({ 'plan.step': '' });
   await page.getByRole('button', { name: 'Undo changes' }).click();

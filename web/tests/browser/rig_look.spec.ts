@@ -1,17 +1,12 @@
 // Pictures of the rig in its states, for people to look at: `npm run look`.
 
 import { test } from '@playwright/test';
+import { SIZES } from './access';
 import { FakeRig } from './fake_rig';
 import { REAL } from './page';
 import { openIn, STATES } from './rig_states';
 
 test.skip(!process.env.LOOK || !!REAL, 'set LOOK=1 to take pictures of the fake rig');
-
-const SIZES = [
-  ['wide', 1280, 720],
-  ['tablet', 820, 1180],
-  ['phone', 390, 844],
-] as const;
 
 for (const [size, width, height] of SIZES) {
   for (const theme of ['dark', 'light'] as const) {

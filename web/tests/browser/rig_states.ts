@@ -1,6 +1,6 @@
 // States of the rig that are looked at and checked for access.
 
-import type { Page } from '@playwright/test';
+import { expect, type Page } from '@playwright/test';
 import type { RigState } from '../../src/rig/api';
 import { FakeRig, startState } from './fake_rig';
 
@@ -85,6 +85,7 @@ export async function openIn(page: Page, change: Partial<RigState>): Promise<Fak
   const rig = new FakeRig(page);
   rig.state = { ...rig.state, ...change };
   await rig.open();
-  await page.waitForTimeout(500);
+  await expect(page.locator('.bar-rate')).toContainText('ms old');
+  await rig.shown();
   return rig;
 }

@@ -1,8 +1,9 @@
 // Pictures of the scan view and the profile form, for people to look at: `npm run look`.
 
 import { test } from '@playwright/test';
+import { SIZES } from './access';
 import { FakeRig } from './fake_scan';
-import { openProfile, settled, SIZES, STATES } from './scan_states';
+import { openIn, openProfile, STATES } from './scan_states';
 
 test.skip(!process.env.LOOK, 'set LOOK=1 to take pictures');
 
@@ -12,12 +13,9 @@ for (const [size, width, height] of SIZES) {
       test.setTimeout(120_000);
       await page.setViewportSize({ width, height });
       await page.emulateMedia({ colorScheme: theme });
-      for (const [name, set] of Object.entries(STATES)) {
+      for (const name of Object.keys(STATES)) {
         await page.goto('about:blank');
-        const rig = new FakeRig(page);
-        set(rig);
-        await rig.open();
-        await settled(page);
+        await openIn(page, new FakeRig(page), name);
         await page.screenshot({ path: `screenshots/${size}-${theme}-scan-${name}.png` });
       }
       await page.goto('about:blank');

@@ -4,6 +4,7 @@ import { expect, type Page } from '@playwright/test';
 import type { Asked } from '../../src/rig/api';
 import type { FakeRig } from './fake_scan';
 import { idle, scanning } from './fake_states';
+import { quiet } from './quiet';
 
 const ASKED: Asked = {
   kind: 'board',
@@ -14,49 +15,79 @@ const ASKED: Asked = {
   waiting_for: 'the board to be still',
 };
 
-export const STATES: Record<string, (rig: FakeRig) => void> = {
-  plan: (rig) => void (rig.state = idle()),
-  running: (rig) => void (rig.state = scanning()),
-  paused: (rig) =>
-    void (rig.state = scanning({
-      state: 'paused',
-      held_by: ['disk'],
-      free_bytes: 2e9,
-      reason: 'The disk is nearly full.',
-    })),
-  failed: (rig) =>
-    void (rig.state = scanning({
-      state: 'failed',
-      reason: 'The stage did not reach 18.500 mm in 3 tries.',
-    })),
-  done: (rig) => void (rig.state = scanning({ state: 'done', done: 101, measured: true })),
-  measuring: (rig) => {
-    const task = { kind: 'measuring' as const, words: 'measuring tile-0413', step: 'matching' };
-    rig.state = {
-      ...scanning({ state: 'done', done: 101 }),
-      task: { ...task, done: 3, of: 12, seconds_left: 50 },
-    };
+interface State {
+  set: (rig: FakeRig) => void;
+  /** Words by which the state is known on the screen. */
+  words: string | RegExp;
+}
+
+export const STATES: Record<string, State> = {
+  plan: { set: (rig) => void (rig.state = idle()), words: 'about 12 min' },
+  running: { set: (rig) => void (rig.state = scanning()), words: 'stops 1–37 of 101' },
+  paused: {
+    set: (rig) => {
+      const reason = 'The disk is nearly full.';
+      rig.state = scanning({ state: 'paused', held_by: ['disk'], free_bytes: 2e9, reason });
+    },
+    words: 'The disk is nearly full.',
   },
-  asked: (rig) => {
-    rig.state = {
-      ...scanning({ map: null, course: [], stops: [], retakes: [], done: 0, asked: ASKED }),
-      target: {
-        name: 'board',
-        wanted: 54,
-        corners: Array.from({ length: 54 }, (_, corner) => [
-          120 + 30 * (corner % 9) + 4 * Math.floor(corner / 9),
-          90 + 32 * Math.floor(corner / 9),
-        ]),
-        complete: true,
-        blur_px: 0.4,
-        coverage_columns: 3,
-        coverage_rows: 3,
-        coverage: [true, true, false, true, true, false, false, false, false],
-      },
-    };
+  failed: {
+    set: (rig) => {
+      const reason = 'The stage did not reach 18.500 mm in 3 tries.';
+      rig.state = scanning({ state: 'failed', reason });
+    },
+    words: 'The stage did not reach 18.500 mm in 3 tries.',
   },
-  watching: (rig) => void (rig.state = { ...scanning(), controller: 'bench-2' }),
+  done: {
+    set: (rig) => void (rig.state = scanning({ state: 'done', done: 101, measured: true })),
+    words: 'Done: 101 frames.',
+  },
+  measuring: {
+    set: (rig) => {
+      const task = { kind: 'measuring' as const, words: 'measuring tile-0413', step: 'matching' };
+      rig.state = {
+        ...scanning({ state: 'done', done: 101 }),
+        task: { ...task, done: 3, of: 12, seconds_left: 50 },
+      };
+    },
+    words: /matching.*3 of 12/,
+  },
+  asked: {
+    set: (rig) => {
+      rig.state = {
+        ...scanning({ map: null, course: [], stops: [], retakes: [], done: 0, asked: ASKED }),
+        target: {
+          name: 'board',
+          wanted: 54,
+          corners: Array.from({ length: 54 }, (_, corner) => [
+            120 + 30 * (corner % 9) + 4 * Math.floor(corner / 9),
+            90 + 32 * Math.floor(corner / 9),
+          ]),
+          complete: true,
+          blur_px: 0.4,
+          coverage_columns: 3,
+          coverage_rows: 3,
+          coverage: [true, true, false, true, true, false, false, false, false],
+        },
+      };
+    },
+    words: /pose 3 of 12/,
+  },
+  watching: {
+    set: (rig) => void (rig.state = { ...scanning(), controller: 'bench-2' }),
+    words: /Another page has control/,
+  },
 };
+
+/** Opens the scan view in a state, and waits until all of it is on the screen. */
+export async function openIn(page: Page, rig: FakeRig, name: string): Promise<void> {
+  const { set, words } = STATES[name]!;
+  set(rig);
+  await rig.open();
+  await expect(page.getByText(words).first()).toBeVisible();
+  await expect(page.getByText(/^(loading…|no picture yet)$/)).toHaveCount(0);
+  await quiet(page);
+}
 
 /** Opens the form with all sections, a change and a mistake. */
 export async function openProfile(page: Page, rig: FakeRig): Promise<void> {
@@ -68,17 +99,5 @@ export async function openProfile(page: Page, rig: FakeRig): Promise<void> {
   await page.getByLabel('show all').check();
   await page.getByLabel('step').fill('3');
   await expect(page.getByText('1 wrong')).toBeVisible();
+  await quiet(page);
 }
-
-/** Waits until the state is on the screen, and opens what is folded. */
-export async function settled(page: Page): Promise<void> {
-  await expect(page.getByRole('main')).toBeVisible();
-  await expect(page.getByText('loading…')).toHaveCount(0);
-  await page.waitForTimeout(500);
-}
-
-export const SIZES = [
-  ['wide', 1280, 720],
-  ['tablet', 820, 1180],
-  ['phone', 390, 844],
-] as const;
