@@ -122,37 +122,3 @@ fn an_answer_that_is_lost_is_asked_for_again() {
     assert_eq!(stage.position_mm(), Ok(5.0));
     stage.move_to(6.0).unwrap();
 }
-
-/// The answers of GRBL 0.9j, as its sources print them.
-struct Old(Vec<u8>);
-
-impl SimulatedDevice for Old {
-    fn receive(&mut self, byte: u8) {
-        self.0.push(byte);
-    }
-
-    fn advance(&mut self, _: Duration) {}
-
-    fn take_sent(&mut self) -> Vec<u8> {
-        let mut said = String::new();
-        if self.0.contains(&b'?') {
-            said += "<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n";
-        }
-        if self.0.ends_with(b"$I\n") {
-            said += "[0.9j.20160303:]\r\nok\r\n";
-        }
-        self.0.retain(|byte| *byte != b'?' && !said.ends_with("ok\r\n"));
-        said.into_bytes()
-    }
-}
-
-#[test]
-fn grbl_before_1_1_is_named() {
-    let link = SimulatedLink::new(Old(Vec::new()));
-    let error = GrblStage::connect(Box::new(link), GrblOptions::default()).err().unwrap().to_string();
-    assert_eq!(
-        error,
-        "simulated port answers, but not as a grbl stage: its version is 0.9j.20160303; GRBL 1.1 is needed: \
-         update its firmware"
-    );
-}
