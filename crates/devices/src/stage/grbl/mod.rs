@@ -99,8 +99,8 @@ impl GrblAxis {
         lines.answer(STATUS_PATIENCE)?;
         let settings = read_settings(&mut lines)?;
         // `$I` tells where home is, but one flipped bit makes `$H` of it. The end of homing tells it, too.
-        let [axis, other] = [HomeIs::PullOff, HomeIs::Origin]
-            .map(|home| settings.check(options.axis, home, lines.port()));
+        let [axis, other] =
+            [HomeIs::PullOff, HomeIs::Origin].map(|home| settings.check(options.axis, home, lines.port()));
         let (mut axis, mut other) = (axis?, other?);
         if other.travel_mm < axis.travel_mm {
             std::mem::swap(&mut axis, &mut other);
@@ -112,15 +112,8 @@ impl GrblAxis {
             ));
         }
         notes.extend(axis.notes.iter().cloned());
-        let mut stage = Self {
-            lines,
-            options,
-            axis,
-            other,
-            notes,
-            is_homed: false,
-            stop: StopSwitch::default(),
-        };
+        let mut stage =
+            Self { lines, options, axis, other, notes, is_homed: false, stop: StopSwitch::default() };
         stage.recognise(&status, carried, was_powered)?;
         Ok(stage)
     }
@@ -152,13 +145,16 @@ impl GrblAxis {
     /// Invalidates the position, here and for the next program that connects.
     fn distrust(&mut self) -> Result<(), StageError> {
         self.is_homed = false;
+        // A reset removes the mark, too.
+        if self.status().is_ok_and(|status| status.state.suspended()) {
+            return reset(&mut self.lines);
+        }
         let unmarked = match read_feed(&mut self.lines) {
             Ok(feed) if [&self.axis, &self.other].iter().all(|axis| feed != f64::from(axis.mark)) => Ok(()),
             Ok(_) => set_feed(&mut self.lines, NOT_HOMED),
             Err(error) => Err(error),
         };
         match unmarked {
-            // A reset removes the mark, too.
             Err(StageError::NoAnswer { .. } | StageError::Refused { .. }) => reset(&mut self.lines),
             done => done,
         }

@@ -166,6 +166,11 @@ impl State {
         })
     }
 
+    /// Whether it is at rest and answers no line until it is reset or goes on.
+    pub(super) fn suspended(self) -> bool {
+        matches!(self, Self::Hold { complete: true } | Self::Door { complete: true } | Self::Sleep)
+    }
+
     /// Whether the stage may be moving.
     pub fn moving(self) -> bool {
         matches!(

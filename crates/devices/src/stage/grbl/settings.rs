@@ -221,13 +221,7 @@ struct Ends {
 
 impl Ends {
     /// As GRBL computes them, in single precision (`limits_go_home`, `system_check_travel_limits`).
-    fn new(
-        full_mm: f64,
-        pull_off_mm: f64,
-        steps_per_mm: f64,
-        home: HomeIs,
-        towards_negative: bool,
-    ) -> Self {
+    fn new(full_mm: f64, pull_off_mm: f64, steps_per_mm: f64, home: HomeIs, towards_negative: bool) -> Self {
         let (full, pull_off, steps_per) = (full_mm as f32, pull_off_mm as f32, steps_per_mm as f32);
         let home_steps = match (home, towards_negative) {
             (HomeIs::Origin, _) => 0,

@@ -96,8 +96,9 @@ pub(super) fn board(more: &[(u8, f64)]) -> Option<Board> {
         link.send(&[SOFT_RESET]).unwrap();
         hear(&mut link, "Grbl");
     }
+    while link.receive(&mut [0; 256], Duration::from_millis(200)).unwrap() > 0 {}
     // Its memory is empty.
-    command(&mut link, "$RST=*");
+    link.send(b"$RST=*\n").unwrap();
     hear(&mut link, "Grbl");
     for (number, value) in SETTINGS.iter().chain(more) {
         // Soft limits need homing, which comes later in the list.

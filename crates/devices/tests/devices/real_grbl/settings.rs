@@ -44,7 +44,11 @@ fn the_travel_begins_at_home_whichever_way_it_homes() {
         for place_mm in [5.0, 59.0, 0.0, 0.01] {
             stage.move_to(place_mm).unwrap();
             let steps = (place_mm * STEPS_PER_MM) as i64;
-            assert_eq!(towards * (towards * HOME - board.carriage(0)), steps, "$3={turned} $23={to_negative}");
+            assert_eq!(
+                towards * (towards * HOME - board.carriage(0)),
+                steps,
+                "$3={turned} $23={to_negative}"
+            );
         }
         assert!(matches!(stage.move_to(59.01), Err(StageError::OutsideTravel { .. })));
         drop(stage);
