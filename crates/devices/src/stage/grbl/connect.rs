@@ -96,23 +96,28 @@ fn too_old(lines: &Lines, heard: &str) -> StageError {
     }
 }
 
-/// Resets the controller, and discards its output until it has restarted: a stale `ok` may precede the
-/// banner. The byte is repeated if nothing happens. A build with a banner of its own is known by its status.
+/// Resets the controller, and discards its output until it answers again: a stale `ok` may precede the banner,
+/// and a repeated byte brings a second banner. A build with a banner of its own is known by its status.
 pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
+    let mut restarted = false;
     for _ in 0..TRIES {
         lines.send_byte(SOFT_RESET)?;
         let until = lines.now() + RESET_PATIENCE;
-        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
-            if matches!(response, Response::Banner { .. }) {
-                return Ok(());
-            }
+        while !restarted && let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+            restarted = matches!(response, Response::Banner { .. });
+        }
+        if restarted {
+            break;
         }
     }
-    lines.send_byte(STATUS_QUERY)?;
-    let until = lines.now() + STATUS_PATIENCE;
-    while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
-        if matches!(response, Response::Status(Status { state: State::Idle | State::Alarm, .. })) {
-            return Ok(());
+    for _ in 0..EXCHANGES {
+        lines.send_byte(STATUS_QUERY)?;
+        let until = lines.now() + STATUS_PATIENCE;
+        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+            let Response::Status(status) = response else { continue };
+            if restarted || matches!(status.state, State::Idle | State::Alarm) {
+                return Ok(());
+            }
         }
     }
     Err(no_answer(lines, "reset", RESET_PATIENCE * TRIES))
