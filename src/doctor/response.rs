@@ -14,7 +14,7 @@ const DARKER: f64 = 0.1;
 /// image.
 ///
 /// # Errors
-/// [`CameraError`] if the camera does not work, or refuses the values.
+/// [`CameraError`] if the camera does not work, refuses the values, or does not take the former one again.
 pub(super) fn exposure_response(
     camera: &mut dyn Camera,
     columns: usize,
@@ -33,7 +33,17 @@ pub(super) fn exposure_response(
     let darker = camera.set_control(&control.name, &half.to_string()).and_then(|_| mean_dn(camera));
     // Whatever came of it, the exposure is as it was.
     camera.set_control(&control.name, &value.to_string())?;
-    let after = darker?;
+    let after = match darker {
+        Err(CameraError::Substituted { asked, got, .. }) => {
+            return Ok(Some(Check::with_advice(
+                NAME,
+                Verdict::Warning,
+                format!("asked for {asked}, the camera silently took {got}"),
+                format!("not every {} is possible: read it back when you choose another", control.name),
+            )));
+        }
+        darker => darker?,
+    };
     let finding = format!(
         "with {:.0} us instead of {:.0} us the mean is {after:.1} DN instead of {before:.1} DN",
         half as f64 * unit_us,

@@ -91,6 +91,22 @@ fn a_camera_that_takes_an_exposure_and_does_not_follow_it_is_found() {
 }
 
 #[test]
+fn an_exposure_that_the_camera_rounds_is_a_warning_and_stays_as_it_was() {
+    let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
+    let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
+    // 100 is a multiple of 20, its half is none.
+    camera.device().inject(SimFault::CoarseExposure(20));
+    let report = examine(&mut stage, &mut camera, &plan(), &Silent).unwrap();
+    let found = check(&report, "exposure control");
+    assert_eq!(found.verdict, Verdict::Warning, "{found:?}");
+    let finding = "asked for exposure_time_absolute = 50, the camera silently took 60";
+    assert_eq!(found.finding, finding);
+    let controls = camera.controls().unwrap();
+    let exposure = controls.iter().find(|control| control.name == "exposure_time_absolute").unwrap();
+    assert_eq!(exposure.value, Some(100));
+}
+
+#[test]
 fn the_scatter_of_a_stage_is_found() {
     // 0.2 mm are 0.128 px, ten times the noise of a shift.
     let sigma_um = 200.0;

@@ -332,10 +332,10 @@ fn the_log_has_what_goes_over_the_line_and_what_has_failed() {
     let log = String::from_utf8(output.stderr).unwrap();
     for words in [
         "DEBUG line opened port=\"port\"",
-        "TRACE sent port=\"port\" bytes=$I\\n ok=true",
-        "TRACE received port=\"port\" bytes=[VER:1.1h",
-        "INFO stage connected device=\"GRBL 1.1h",
-        "WARN move: move failed device=\"GRBL 1.1h",
+        "TRACE sent port=\"port\" bytes=$$\\n ok=true",
+        "TRACE received port=\"port\" bytes=[GC:G0 ",
+        "INFO stage connected device=\"GRBL 1.1",
+        "WARN move: move failed device=\"GRBL 1.1",
         "ERROR failed ",
     ] {
         assert!(log.contains(words), "{words}: {log}");

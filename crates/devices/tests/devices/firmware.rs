@@ -3,10 +3,7 @@
 //! `firmware-protocol/uno/build.sh` builds both; without them the tests skip. Steps are counted by the carriage, times are
 //! those of the simulated processor.
 
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use epirig_devices::link::{Link, LinkError, SerialLink};
@@ -16,28 +13,14 @@ use firmware_protocol::frame::{Direction, encode};
 use firmware_protocol::message::{Request, Settings};
 use serde_json::Value;
 
+use crate::avr::Avr;
+
 const STEPS_PER_MM: i64 = 250;
 /// Where the plant's switch closes, and how far from it home is (the pull-off of 1 mm).
 const HOME: i64 = -900 + 250;
 
-/// One processor is simulated at a time: two would be too slow for real time.
-pub(crate) static ONE: Mutex<()> = Mutex::new(());
-
-/// The board and its carriage, in a process of its own.
-struct Board {
-    process: Child,
-    answers: BufReader<ChildStdout>,
-    port: String,
-    _folder: tempfile::TempDir,
-    _alone: MutexGuard<'static, ()>,
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
+/// The board and its carriage.
+struct Board(Avr);
 
 fn newest(folder: &Path) -> SystemTime {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
@@ -62,37 +45,12 @@ fn board() -> Option<Board> {
         sources.iter().all(|time| *time <= age),
         "the firmware is older than its source: run build.sh again"
     );
-    let alone = ONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = tempfile::tempdir().unwrap();
-    let port = folder.path().join("port").to_string_lossy().into_owned();
-    let mut process = Command::new(plant)
-        .arg(firmware)
-        .arg(&port)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let answers = BufReader::new(process.stdout.take().unwrap());
-    let mut board = Board { process, answers, port, _folder: folder, _alone: alone };
-    board.answer();
-    Some(board)
+    Some(Board(Avr::start(&plant, &firmware)))
 }
 
 impl Board {
-    fn answer(&mut self) -> Value {
-        loop {
-            let mut line = String::new();
-            assert!(self.answers.read_line(&mut line).unwrap() > 0, "the plant has ended");
-            // The simulator has some words of its own.
-            if let Some(start) = line.find('{') {
-                return serde_json::from_str(&line[start..]).unwrap();
-            }
-        }
-    }
-
     fn tell(&mut self, command: &str) -> Value {
-        writeln!(self.process.stdin.as_mut().unwrap(), "{command}").unwrap();
-        let answer = self.answer();
+        let answer = self.0.tell(command);
         assert_eq!(answer["command"], command);
         answer
     }
@@ -102,7 +60,7 @@ impl Board {
     }
 
     fn link(&self) -> SerialLink {
-        SerialLink::open(&self.port, BAUD).unwrap()
+        SerialLink::open(self.0.port(), BAUD).unwrap()
     }
 
     fn connect(&self, settings: Settings) -> NativeStage {

@@ -57,7 +57,7 @@ fn homing_downwards_works_as_well() {
 fn motors_that_let_go_are_told_to_hold_and_the_user_is_told() {
     let stage = connect(GrblDevice::default()).unwrap();
     assert!(stage.notes()[0].contains("$1 has been set to 255"), "{:?}", stage.notes());
-    assert_eq!(stage.identity().to_string(), "GRBL 1.1h.20190830, axis X, 59 mm at simulated port");
+    assert_eq!(stage.identity().to_string(), "GRBL 1.1h, axis X, 59 mm at simulated port");
 }
 
 #[test]

@@ -123,36 +123,52 @@ fn an_answer_that_is_lost_is_asked_for_again() {
     stage.move_to(6.0).unwrap();
 }
 
-/// The answers of GRBL 0.9j, as its sources print them.
-struct Old(Vec<u8>);
+/// A controller on a line that damages one byte: it becomes another one, or is lost.
+struct Damaged {
+    device: Shared,
+    sent: Arc<Mutex<Vec<u8>>>,
+    nth: usize,
+    becomes: Option<u8>,
+}
 
-impl SimulatedDevice for Old {
+impl SimulatedDevice for Damaged {
     fn receive(&mut self, byte: u8) {
-        self.0.push(byte);
+        let mut sent = self.sent.lock().unwrap();
+        sent.push(byte);
+        let received = if sent.len() == self.nth + 1 { self.becomes } else { Some(byte) };
+        received.into_iter().for_each(|byte| self.device.receive(byte));
     }
 
-    fn advance(&mut self, _: Duration) {}
+    fn advance(&mut self, time: Duration) {
+        self.device.advance(time);
+    }
 
     fn take_sent(&mut self) -> Vec<u8> {
-        let mut said = String::new();
-        if self.0.contains(&b'?') {
-            said += "<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n";
-        }
-        if self.0.ends_with(b"$I\n") {
-            said += "[0.9j.20160303:]\r\nok\r\n";
-        }
-        self.0.retain(|byte| *byte != b'?' && !said.ends_with("ok\r\n"));
-        said.into_bytes()
+        self.device.take_sent()
     }
 }
 
 #[test]
-fn grbl_before_1_1_is_named() {
-    let link = SimulatedLink::new(Old(Vec::new()));
-    let error = GrblStage::connect(Box::new(link), GrblOptions::default()).err().unwrap().to_string();
-    assert_eq!(
-        error,
-        "simulated port answers, but not as a grbl stage: its version is 0.9j.20160303; GRBL 1.1 is needed: \
-         update its firmware"
-    );
+fn no_damaged_byte_while_connecting_begins_a_motion() {
+    let fresh = || Arc::new(Mutex::new(GrblDevice::default()));
+    for controller in [fresh, homed] {
+        let damaged = |nth, becomes| {
+            let (device, sent) = (controller(), Arc::default());
+            let plant = device.lock().unwrap().plant();
+            let before = plant.steps_made();
+            let line = Damaged { device: Arc::clone(&device), sent: Arc::clone(&sent), nth, becomes };
+            let _ = GrblStage::connect(Box::new(SimulatedLink::new(line)), GrblOptions::default());
+            // Whatever was begun would go on.
+            device.lock().unwrap().advance(Duration::from_secs(5));
+            let sent = sent.lock().unwrap().clone();
+            assert_eq!(plant.steps_made(), before, "{nth} becomes {becomes:?} of {sent:?}");
+            sent
+        };
+        let sent = damaged(usize::MAX, None);
+        assert!(sent.ends_with(b"$G\n$G\n"), "{}", sent.escape_ascii());
+        for (nth, byte) in sent.iter().enumerate() {
+            damaged(nth, None);
+            (0..8).for_each(|bit| drop(damaged(nth, Some(byte ^ (1 << bit)))));
+        }
+    }
 }

@@ -2,10 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
+#[cfg(feature = "serial")]
+mod avr;
 mod camera_faults;
 mod faults;
 #[cfg(feature = "serial")]
 mod firmware;
+mod grbl_dialects;
 mod grbl_recording;
 mod grbl_stage;
 mod grbl_trust;

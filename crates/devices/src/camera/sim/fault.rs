@@ -43,6 +43,8 @@ pub enum SimFault {
     GainDrifts,
     /// From now on exposure and gain are taken, and change nothing.
     Deaf,
+    /// From now on the exposure is rounded to multiples of this number, without a word.
+    CoarseExposure(i64),
     /// From now on control changes take this number of frames to take effect.
     LateControls(u32),
     /// Time stamps from the next start on.

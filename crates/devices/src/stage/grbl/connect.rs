@@ -22,6 +22,13 @@ const STANDSTILL: Duration = Duration::from_secs(5);
 /// The error that it reports by itself after losing its settings.
 const SETTINGS_LOST: u8 = 7;
 
+/// Whether a line is a status with fields between commas, as GRBL had them until 0.9.
+fn is_old_status(line: &str) -> bool {
+    let inside = line.strip_prefix('<').and_then(|rest| rest.strip_suffix('>'));
+    let state = inside.and_then(|inside| inside.split(',').next());
+    state.is_some_and(|state| State::parse(state).is_some() || state == "Queue")
+}
+
 pub(super) fn no_answer(lines: &Lines, asked: &str, patience: Duration) -> StageError {
     StageError::NoAnswer {
         port: lines.port().to_owned(),
@@ -68,9 +75,8 @@ fn greeted(lines: &mut Lines, response: Response) -> Result<Option<Status>, Stag
             lines.send_byte(STATUS_QUERY)?;
             Ok(None)
         }
-        // Fields between commas, as GRBL had them until 0.9. It tells its version, or at least not 1.1.
-        Response::Unknown(line) if line.starts_with('<') && line.contains(",MPos:") => {
-            read_build(lines).map(|_| None)
+        Response::Unknown(line) if is_old_status(&line) => {
+            Err(too_old(lines, &format!("it says \"{line}\", as GRBL until 0.9 did")))
         }
         Response::Error(SETTINGS_LOST) => Err(StageError::Unsuitable {
             port: lines.port().to_owned(),
@@ -79,10 +85,6 @@ fn greeted(lines: &mut Lines, response: Response) -> Result<Option<Status>, Stag
         }),
         _ => Ok(None),
     }
-}
-
-fn is_known(version: &str) -> bool {
-    version.starts_with("1.1")
 }
 
 fn too_old(lines: &Lines, heard: &str) -> StageError {
@@ -94,23 +96,28 @@ fn too_old(lines: &Lines, heard: &str) -> StageError {
     }
 }
 
-/// Resets the controller, and discards its output until it has restarted: a stale `ok` may precede the
-/// banner. The byte is repeated if nothing happens. A build with a banner of its own is known by its status.
+/// Resets the controller, and discards its output until it answers again: a stale `ok` may precede the banner,
+/// and a repeated byte brings a second banner. A build with a banner of its own is known by its status.
 pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
+    let mut restarted = false;
     for _ in 0..TRIES {
         lines.send_byte(SOFT_RESET)?;
         let until = lines.now() + RESET_PATIENCE;
-        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
-            if matches!(response, Response::Banner { .. }) {
-                return Ok(());
-            }
+        while !restarted && let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+            restarted = matches!(response, Response::Banner { .. });
+        }
+        if restarted {
+            break;
         }
     }
-    lines.send_byte(STATUS_QUERY)?;
-    let until = lines.now() + STATUS_PATIENCE;
-    while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
-        if matches!(response, Response::Status(Status { state: State::Idle | State::Alarm, .. })) {
-            return Ok(());
+    for _ in 0..EXCHANGES {
+        lines.send_byte(STATUS_QUERY)?;
+        let until = lines.now() + STATUS_PATIENCE;
+        while let Heard::Line(response) = lines.next(until.saturating_sub(lines.now()))? {
+            let Response::Status(status) = response else { continue };
+            if restarted || matches!(status.state, State::Idle | State::Alarm) {
+                return Ok(());
+            }
         }
     }
     Err(no_answer(lines, "reset", RESET_PATIENCE * TRIES))
@@ -137,44 +144,6 @@ pub(super) fn ask(lines: &mut Lines, line: &str, mut take: impl FnMut(Response))
             Heard::Nothing => return Err(no_answer(lines, line, REPLY_PATIENCE)),
         }
     }
-}
-
-/// The answer to `$I`.
-pub(super) struct BuildInfo {
-    pub(super) version: String,
-    /// Homing ends at machine coordinate 0 (`HOMING_FORCE_SET_ORIGIN`).
-    pub(super) home_is_origin: bool,
-}
-
-pub(super) fn read_build(lines: &mut Lines) -> Result<BuildInfo, StageError> {
-    let (mut version, mut options) = (None, None);
-    for _ in 0..EXCHANGES {
-        let asked = ask(lines, "$I", |response| {
-            if let Response::Feedback { kind, text } = response {
-                match kind.as_str() {
-                    "VER" => version = Some(text.trim_end_matches(':').to_owned()),
-                    "OPT" => options = text.split(',').next().map(str::to_owned),
-                    // 0.9 says [0.9j.20160303:].
-                    old if old.starts_with("0.") => version = Some(old.to_owned()),
-                    _ => {}
-                }
-            }
-        });
-        // Any other error is an answer that was lost: it is asked again.
-        if let Err(error @ StageError::Link(_)) = asked {
-            return Err(error);
-        }
-        match (&version, &options) {
-            (Some(version), _) if !is_known(version) => {
-                return Err(too_old(lines, &format!("its version is {version}")));
-            }
-            (Some(version), Some(options)) => {
-                return Ok(BuildInfo { version: version.clone(), home_is_origin: options.contains('Z') });
-            }
-            _ => {}
-        }
-    }
-    Err(too_old(lines, "it does not report its version"))
 }
 
 /// Reads all settings until two readings agree, because a damaged setting would shift home.
@@ -239,10 +208,10 @@ pub(super) fn set_feed(lines: &mut Lines, feed: u32) -> Result<(), StageError> {
     Err(no_answer(lines, "F", REPLY_PATIENCE))
 }
 
-/// Keeps the motors energised at rest. Returns the settings, and whether that was so already.
-pub(super) fn power_always(lines: &mut Lines, settings: Settings) -> Result<(Settings, bool), StageError> {
+/// Keeps the motors energised at rest. Returns whether that was so already.
+pub(super) fn power_always(lines: &mut Lines, settings: &Settings) -> Result<bool, StageError> {
     if settings.get(IDLE_DELAY) == Some(ALWAYS_POWERED) {
-        return Ok((settings, true));
+        return Ok(true);
     }
     let unsuitable = |port: &str, what: String, remedy: String| {
         Err(StageError::Unsuitable { port: port.to_owned(), what, remedy })
@@ -254,7 +223,7 @@ pub(super) fn power_always(lines: &mut Lines, settings: Settings) -> Result<(Set
             return Err(error);
         }
         let now = read_settings(lines)?;
-        let changes = now.changes(&settings, IDLE_DELAY);
+        let changes = now.changes(settings, IDLE_DELAY);
         if !changes.is_empty() {
             let what = format!("a setting changed while ${IDLE_DELAY} was set: {}", changes.join(", "));
             let remedy = "the line is noisy: check cable and earth, then set it back with \
@@ -262,7 +231,7 @@ pub(super) fn power_always(lines: &mut Lines, settings: Settings) -> Result<(Set
             return unsuitable(lines.port(), what, remedy.to_owned());
         }
         if now.get(IDLE_DELAY) == Some(ALWAYS_POWERED) {
-            return Ok((now, false));
+            return Ok(false);
         }
     }
     let what = format!("it switches the motor off between moves and refuses ${IDLE_DELAY}=255");
@@ -281,7 +250,9 @@ pub(super) fn hold(lines: &mut Lines, give_up: impl Fn() -> bool) -> Result<bool
         loop {
             match lines.next(status_until.saturating_sub(lines.now()))? {
                 Heard::Line(Response::Status(status)) => match status.state {
-                    State::Hold { complete: true } | State::Idle => return Ok(true),
+                    State::Hold { complete: true } | State::Door { complete: true } | State::Idle => {
+                        return Ok(true);
+                    }
                     State::Alarm => return Ok(false),
                     _ => break,
                 },

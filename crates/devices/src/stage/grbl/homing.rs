@@ -10,7 +10,7 @@ use super::connect::{refused, reset, set_feed};
 use super::lines::Heard;
 use super::protocol::{BOOT_PATIENCE, POLL, STATUS_QUERY};
 use super::response::{Response, State};
-use super::settings::AxisLetter;
+use super::settings::{AxisLetter, AxisSettings};
 use super::texts::alarm_text;
 use crate::stage::{Homed, StageError, Urgency};
 
@@ -36,16 +36,23 @@ impl GrblAxis {
         let took_s = (self.lines.now() - began).as_secs_f64();
         let rest = self.at_rest(DURING)?;
         let machine_mm = rest.machine_mm[self.options.axis.index()];
+        let steps = self.axis.steps(machine_mm);
+        let is_home = [self.axis.home_steps, self.other.home_steps].contains(&steps);
         // An `ok` is not enough: one flipped bit turns `$H` into `$X`, which unlocks without homing.
-        if self.axis.steps(machine_mm) != self.axis.home_steps || took_s < self.axis.least_homing_s {
+        if !is_home || took_s < self.axis.least_homing_s {
+            let home_mm = |axis: &AxisSettings| axis.home_steps as f64 / axis.steps_per_mm;
             return Err(StageError::Fault {
                 during: DURING.to_owned(),
                 fault: format!(
-                    "it reports the end of homing after {took_s:.2} s at {machine_mm} mm, but by its settings home is at {} mm after {:.2} s at least; home it again",
-                    self.axis.home_steps as f64 / self.axis.steps_per_mm,
+                    "it reports the end of homing after {took_s:.2} s at {machine_mm} mm, but by its settings home is at {} or {} mm after {:.2} s at least; home it again",
+                    home_mm(&self.axis),
+                    home_mm(&self.other),
                     self.axis.least_homing_s
                 ),
             });
+        }
+        if steps != self.axis.home_steps {
+            std::mem::swap(&mut self.axis, &mut self.other);
         }
         set_feed(&mut self.lines, self.axis.mark)?;
         self.is_homed = true;
@@ -59,7 +66,8 @@ impl GrblAxis {
             .saturating_add(BOOT_PATIENCE);
         self.lines.send_line("$H")?;
         let since = self.lines.now();
-        let mut at_rest = 0;
+        // Successive answers at rest, and when the first of them came.
+        let (mut at_rest, mut rest_since) = (0, since);
         while self.lines.now() - since < patience {
             if self.stop.pressed().is_some() {
                 // It obeys no hold while it homes, and its position is unknown anyway.
@@ -79,9 +87,12 @@ impl GrblAxis {
                 }
                 Heard::Line(Response::Status(status)) => {
                     let is_rest = matches!(status.state, State::Idle | State::Alarm);
+                    if at_rest == 0 {
+                        rest_since = self.lines.now();
+                    }
                     at_rest = if is_rest { at_rest + 1 } else { 0 };
                     if at_rest >= CONFIRMED {
-                        return self.ended(status.state, self.lines.now() - since);
+                        return self.ended(status.state, rest_since - since);
                     }
                     self.lines.send_byte(STATUS_QUERY)?;
                 }
@@ -93,7 +104,7 @@ impl GrblAxis {
         Err(StageError::TooSlow { during: DURING.to_owned(), patience_s: patience.as_secs_f64() })
     }
 
-    /// It answers, so it does not home now. Was it done?
+    /// It answers, and did from `took` after the order on, so it does not home now. Was it done?
     fn ended(&self, state: State, took: Duration) -> Result<(), StageError> {
         let fault = match state {
             _ if took.as_secs_f64() < self.axis.least_homing_s => {

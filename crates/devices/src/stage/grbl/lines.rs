@@ -10,6 +10,11 @@ use crate::stage::StageError;
 /// Longest line: GRBL's own lines are shorter; more without an end is noise.
 const LONGEST: usize = 256;
 
+/// Where no line comes for this time, no answers to a former process are left.
+const QUIET: Duration = Duration::from_millis(30);
+/// A device that never ceases is listened to for no longer.
+const DRAIN_PATIENCE: Duration = Duration::from_secs(1);
+
 /// Received input, if any.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Heard {
@@ -24,11 +29,13 @@ pub(super) struct Lines {
     line: Vec<u8>,
     /// The last line that could not be parsed.
     unknown: Option<String>,
+    /// The version in the last banner.
+    version: Option<String>,
 }
 
 impl Lines {
     pub(super) fn new(link: Box<dyn Link>) -> Self {
-        Self { link, inbox: Inbox::default(), line: Vec::new(), unknown: None }
+        Self { link, inbox: Inbox::default(), line: Vec::new(), unknown: None, version: None }
     }
 
     pub(super) fn into_link(self) -> Box<dyn Link> {
@@ -37,7 +44,15 @@ impl Lines {
 
     /// Discards what a former process has asked for, as far as it comes at once.
     pub(super) fn drain(&mut self) -> Result<(), LinkError> {
-        self.inbox.drain(&mut *self.link)
+        let until = self.now() + DRAIN_PATIENCE;
+        while self.now() < until && self.next(QUIET)? != Heard::Nothing {}
+        self.line.clear();
+        Ok(())
+    }
+
+    /// The version of the controller, if it has told it.
+    pub(super) fn version(&self) -> Option<&str> {
+        self.version.as_deref()
     }
 
     pub(super) fn port(&self) -> &str {
@@ -73,8 +88,10 @@ impl Lines {
     fn take_line(&mut self) -> Response {
         let line = String::from_utf8_lossy(&std::mem::take(&mut self.line)).into_owned();
         let response = Response::parse(&line);
-        if let Response::Unknown(line) = &response {
-            self.unknown = Some(line.chars().take(60).collect());
+        match &response {
+            Response::Unknown(line) => self.unknown = Some(line.chars().take(60).collect()),
+            Response::Banner { version } => self.version = Some(version.clone()),
+            _ => {}
         }
         response
     }

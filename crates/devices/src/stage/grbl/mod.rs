@@ -25,7 +25,7 @@ use super::{
     Urgency, WhenMoving,
 };
 use crate::link::Link;
-use connect::{greet, hold, outlast, power_always, read_build, read_feed, read_settings, reset, set_feed};
+use connect::{greet, hold, outlast, power_always, read_feed, read_settings, reset, set_feed};
 pub use driver::Grbl;
 use lines::Lines;
 use mark::NOT_HOMED;
@@ -33,7 +33,7 @@ pub use protocol::BAUD;
 use protocol::{NAME, STATUS_PATIENCE};
 pub use response::{Response, State, Status};
 pub use settings::AxisLetter;
-use settings::{ALWAYS_POWERED, AxisSettings, IDLE_DELAY};
+use settings::{ALWAYS_POWERED, AxisSettings, HomeIs, IDLE_DELAY};
 pub use texts::{alarm_text, error_text};
 
 /// Options of a GRBL stage.
@@ -68,8 +68,10 @@ impl GrblStage {
 pub struct GrblAxis {
     lines: Lines,
     options: GrblOptions,
-    version: String,
+    /// The axis with the home that it was found at, or else the home that leaves less travel.
     axis: AxisSettings,
+    /// The same with the other home that GRBL may be built for.
+    other: AxisSettings,
     notes: Vec<String>,
     /// Whether it was homed with its present settings, and nothing has happened since.
     is_homed: bool,
@@ -95,25 +97,23 @@ impl GrblAxis {
         // An incomplete line of another program would spoil the next one.
         lines.send_line("")?;
         lines.answer(STATUS_PATIENCE)?;
-        let build = read_build(&mut lines)?;
         let settings = read_settings(&mut lines)?;
-        let (settings, was_powered) = power_always(&mut lines, settings)?;
+        // `$I` tells where home is, but one flipped bit makes `$H` of it. The end of homing tells it, too.
+        let [axis, other] =
+            [HomeIs::PullOff, HomeIs::Origin].map(|home| settings.check(options.axis, home, lines.port()));
+        let (mut axis, mut other) = (axis?, other?);
+        if other.travel_mm < axis.travel_mm {
+            std::mem::swap(&mut axis, &mut other);
+        }
+        let was_powered = power_always(&mut lines, &settings)?;
         if !was_powered {
             notes.push(format!(
                 "it switched the motor off between moves; ${IDLE_DELAY} has been set to {ALWAYS_POWERED}"
             ));
         }
-        let axis = settings.check(options.axis, build.home_is_origin, lines.port())?;
         notes.extend(axis.notes.iter().cloned());
-        let mut stage = Self {
-            lines,
-            options,
-            version: build.version,
-            axis,
-            notes,
-            is_homed: false,
-            stop: StopSwitch::default(),
-        };
+        let mut stage =
+            Self { lines, options, axis, other, notes, is_homed: false, stop: StopSwitch::default() };
         stage.recognise(&status, carried, was_powered)?;
         Ok(stage)
     }
@@ -126,9 +126,12 @@ impl GrblAxis {
         carried: Option<f64>,
         was_powered: bool,
     ) -> Result<(), StageError> {
-        let mark = f64::from(self.axis.mark);
         let feed = read_feed(&mut self.lines)?;
-        let is_marked = feed == mark || carried == Some(mark);
+        let bears = |axis: &AxisSettings| [Some(feed), carried].contains(&Some(f64::from(axis.mark)));
+        if bears(&self.other) {
+            std::mem::swap(&mut self.axis, &mut self.other);
+        }
+        let (is_marked, mark) = (bears(&self.axis), f64::from(self.axis.mark));
         self.is_homed = is_marked && was_powered && status.state == State::Idle;
         if self.is_homed && feed != mark {
             set_feed(&mut self.lines, self.axis.mark)?;
@@ -142,13 +145,16 @@ impl GrblAxis {
     /// Invalidates the position, here and for the next program that connects.
     fn distrust(&mut self) -> Result<(), StageError> {
         self.is_homed = false;
+        // A reset removes the mark, too.
+        if self.status().is_ok_and(|status| status.state.suspended()) {
+            return reset(&mut self.lines);
+        }
         let unmarked = match read_feed(&mut self.lines) {
-            Ok(feed) if feed != f64::from(self.axis.mark) => Ok(()),
+            Ok(feed) if [&self.axis, &self.other].iter().all(|axis| feed != f64::from(axis.mark)) => Ok(()),
             Ok(_) => set_feed(&mut self.lines, NOT_HOMED),
             Err(error) => Err(error),
         };
         match unmarked {
-            // A reset removes the mark, too.
             Err(StageError::NoAnswer { .. } | StageError::Refused { .. }) => reset(&mut self.lines),
             done => done,
         }
@@ -190,7 +196,7 @@ impl Axis for GrblAxis {
             driver: NAME,
             description: format!(
                 "GRBL {}, axis {}, {} mm",
-                self.version,
+                self.lines.version().unwrap_or("1.1"),
                 self.options.axis.letter(),
                 self.axis.travel_mm
             ),

@@ -55,8 +55,11 @@ pub enum State {
     Jog,
     /// Locked until homed, unlocked or reset.
     Alarm,
-    /// The safety door is open.
-    Door,
+    /// Held because the safety door was opened, perhaps only for a moment.
+    Door {
+        /// Whether it is at rest.
+        complete: bool,
+    },
     /// Checks programs without moving.
     Check,
     /// Homing.
@@ -98,11 +101,15 @@ impl Response {
             let (kind, text) = inside.split_once(':').unwrap_or((inside, ""));
             Self::Feedback { kind: kind.to_owned(), text: text.to_owned() }
         } else if line.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("grbl")) {
-            // "Grbl 1.1h ['$' for help]", "GrblHAL 1.1f ...", and builds with other names.
+            // "Grbl 1.1h ['$' for help]", "Grbl 1.1h: Board ...", "GrblHAL 1.1f ..." and the like.
             let mut words = line.split_whitespace().skip(1);
             let version = words.find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
-            version.map_or_else(unknown, |version| Self::Banner { version: version.to_owned() })
+            version.map_or_else(unknown, |version| Self::Banner {
+                version: version.trim_end_matches(|last: char| !last.is_ascii_alphanumeric()).to_owned(),
+            })
         } else if let Some((name, value)) = line.strip_prefix('$').and_then(|rest| rest.split_once('=')) {
+            // Some builds add what it is: `$22=1 (homing cycle, bool)`.
+            let value = value.split_once(" (").map_or(value, |(value, _)| value);
             match (number(name), finite(value)) {
                 (Some(number), Some(value)) => Self::Setting { number, value },
                 _ => unknown(),
@@ -142,7 +149,7 @@ impl Status {
 }
 
 impl State {
-    fn parse(text: &str) -> Option<Self> {
+    pub(super) fn parse(text: &str) -> Option<Self> {
         let (name, detail) = text.split_once(':').unwrap_or((text, ""));
         Some(match name {
             "Idle" => Self::Idle,
@@ -150,7 +157,8 @@ impl State {
             "Hold" => Self::Hold { complete: detail == "0" },
             "Jog" => Self::Jog,
             "Alarm" => Self::Alarm,
-            "Door" => Self::Door,
+            // 0 is closed again, 1 open; 2 is before, and 3 after.
+            "Door" => Self::Door { complete: matches!(detail, "0" | "1") },
             "Check" => Self::Check,
             "Home" => Self::Home,
             "Sleep" => Self::Sleep,
@@ -158,9 +166,21 @@ impl State {
         })
     }
 
+    /// Whether it is at rest and answers no line until it is reset or goes on.
+    pub(super) fn suspended(self) -> bool {
+        matches!(self, Self::Hold { complete: true } | Self::Door { complete: true } | Self::Sleep)
+    }
+
     /// Whether the stage may be moving.
     pub fn moving(self) -> bool {
-        matches!(self, Self::Run | Self::Jog | Self::Home | Self::Hold { complete: false } | Self::Door)
+        matches!(
+            self,
+            Self::Run
+                | Self::Jog
+                | Self::Home
+                | Self::Hold { complete: false }
+                | Self::Door { complete: false }
+        )
     }
 }
 
@@ -201,6 +221,31 @@ mod tests {
         assert_eq!(status.position_mm, [-7.024, -1.0, -1.0]);
         assert_eq!(status.work_offset_mm, Some(vec![0.1, 0.0, 0.0]));
         assert_eq!(status.pins, "X");
+    }
+
+    #[test]
+    fn a_safety_door_is_at_rest_or_not() {
+        for (detail, complete) in [("0", true), ("1", true), ("2", false), ("3", false)] {
+            let line = format!("<Door:{detail}|MPos:0.000,0.000,0.000|FS:0,0>");
+            let Response::Status(status) = Response::parse(&line) else { panic!() };
+            assert_eq!((status.state, status.state.moving()), (State::Door { complete }, !complete));
+        }
+    }
+
+    #[test]
+    fn words_of_other_builds_are_no_part_of_numbers_and_versions() {
+        for (line, expected) in [
+            ("Grbl 1.1f ['$' for help]", "1.1f"),
+            ("Grbl 1.1h: MyBoard ['$' for help]", "1.1h"),
+            ("GrblHAL 1.1f ['$' or '$HELP' for help]", "1.1f"),
+            ("Grbl 3.7 [FluidNC 3.7.10 (wifi) '$' for help]", "3.7"),
+        ] {
+            assert_eq!(Response::parse(line), Response::Banner { version: expected.to_owned() }, "{line}");
+        }
+        let setting = Response::parse("$22=1 (homing cycle, bool)");
+        assert_eq!(setting, Response::Setting { number: 22, value: 1.0 });
+        let damaged = "$22=1 0 (homing cycle, bool)";
+        assert_eq!(Response::parse(damaged), Response::Unknown(damaged.to_owned()));
     }
 
     #[test]

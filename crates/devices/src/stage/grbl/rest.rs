@@ -78,7 +78,7 @@ impl GrblAxis {
             State::Idle => return Ok(rest),
             State::Hold { .. } => return Err(self.held(&rest)),
             State::Alarm => "it is locked, as after a restart or an alarm; home it",
-            State::Door => "its safety door is open; close it, then home it",
+            State::Door { .. } => "its safety door is open; close it, then home it",
             State::Check => "it is in check mode, in which nothing moves; home it",
             State::Sleep => "it sleeps, and its motors have no current; home it",
             State::Run | State::Jog | State::Home => "it moves by itself; home it",

@@ -53,6 +53,15 @@ impl AxisLetter {
     }
 }
 
+/// The machine coordinate at which homing ends, which depends on how GRBL was built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum HomeIs {
+    /// The pull-off within the travel, whose ends are 0 and minus `$130`.
+    PullOff,
+    /// 0 (`HOMING_FORCE_SET_ORIGIN`).
+    Origin,
+}
+
 /// The settings as read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Settings {
@@ -72,7 +81,7 @@ impl Settings {
     pub(super) fn check(
         &self,
         axis: AxisLetter,
-        home_is_origin: bool,
+        home: HomeIs,
         port: &str,
     ) -> Result<AxisSettings, StageError> {
         let offset = axis.index() as u8;
@@ -82,7 +91,9 @@ impl Settings {
             let missing = || {
                 unsuitable(
                     format!("it does not report its setting ${number}"),
-                    "it may not be GRBL 1.1".to_owned(),
+                    "GRBL 1.1 does, so its firmware is another one: choose another --driver, or put GRBL \
+                     1.1 on it"
+                        .to_owned(),
                 )
             };
             self.get(number).ok_or_else(missing)
@@ -118,7 +129,7 @@ impl Settings {
         let pull_off_mm = positive(PULL_OFF)?;
         let full_mm = positive(TRAVEL + offset)?;
         let steps_per_mm = positive(STEPS_PER_MM + offset)?;
-        let ends = Ends::new(full_mm, pull_off_mm, steps_per_mm, home_is_origin, towards_negative);
+        let ends = Ends::new(full_mm, pull_off_mm, steps_per_mm, home, towards_negative);
         let settings = AxisSettings {
             kinematics: Kinematics {
                 velocity_mm_s: positive(RATE + offset)? / MINUTE_S,
@@ -132,10 +143,10 @@ impl Settings {
             half_steps_mm: self.half_steps_mm(),
             soft_limit_mm: full_mm,
             // Coordinates are negative, unless home is their origin.
-            side: if home_is_origin && towards_negative { 1.0 } else { -1.0 },
+            side: if home == HomeIs::Origin && towards_negative { 1.0 } else { -1.0 },
             homing_s: self.homing_s()?,
             least_homing_s: MINUTE_S * pull_off_mm / positive(HOMING_FEED)?,
-            mark: homed_mark(&self.facts(axis, home_is_origin)),
+            mark: homed_mark(&self.facts(axis, home)),
             notes: self.notes(),
         };
         if settings.travel_mm > 0.0 {
@@ -151,10 +162,10 @@ impl Settings {
     }
 
     /// All that gives a machine coordinate its place on the axis.
-    fn facts(&self, axis: AxisLetter, home_is_origin: bool) -> String {
+    fn facts(&self, axis: AxisLetter, home: HomeIs) -> String {
         let offset = axis.index() as u8;
         let of_axis = [HOMING_TO_NEGATIVE, PULL_OFF, STEPS_PER_MM + offset, TRAVEL + offset];
-        let mut facts = format!("{} {home_is_origin}", axis.letter());
+        let mut facts = format!("{} {home:?}", axis.letter());
         for number in INVERTED.into_iter().chain(of_axis) {
             facts += &format!(" ${number}={:?}", self.get(number));
         }
@@ -210,24 +221,18 @@ struct Ends {
 
 impl Ends {
     /// As GRBL computes them, in single precision (`limits_go_home`, `system_check_travel_limits`).
-    fn new(
-        full_mm: f64,
-        pull_off_mm: f64,
-        steps_per_mm: f64,
-        home_is_origin: bool,
-        towards_negative: bool,
-    ) -> Self {
+    fn new(full_mm: f64, pull_off_mm: f64, steps_per_mm: f64, home: HomeIs, towards_negative: bool) -> Self {
         let (full, pull_off, steps_per) = (full_mm as f32, pull_off_mm as f32, steps_per_mm as f32);
-        let home_steps = match (home_is_origin, towards_negative) {
-            (true, _) => 0,
-            (false, true) => ((pull_off - full) * steps_per).round() as i64,
-            (false, false) => (-pull_off * steps_per).round() as i64,
+        let home_steps = match (home, towards_negative) {
+            (HomeIs::Origin, _) => 0,
+            (HomeIs::PullOff, true) => ((pull_off - full) * steps_per).round() as i64,
+            (HomeIs::PullOff, false) => (-pull_off * steps_per).round() as i64,
         };
         let full_steps = (full_mm * steps_per_mm + WHOLE_WITHIN).floor() as i64;
-        let travel_steps = match (home_is_origin, towards_negative) {
-            (true, _) => ((full_mm - pull_off_mm) * steps_per_mm + WHOLE_WITHIN).floor() as i64,
-            (false, true) => -home_steps,
-            (false, false) => full_steps + home_steps,
+        let travel_steps = match (home, towards_negative) {
+            (HomeIs::Origin, _) => ((full_mm - pull_off_mm) * steps_per_mm + WHOLE_WITHIN).floor() as i64,
+            (HomeIs::PullOff, true) => -home_steps,
+            (HomeIs::PullOff, false) => full_steps + home_steps,
         };
         Self { home_steps, travel_steps }
     }
@@ -307,7 +312,7 @@ mod tests {
         ] {
             settings.insert(number, value);
         }
-        settings.check(AxisLetter::X, false, "port").unwrap()
+        settings.check(AxisLetter::X, HomeIs::PullOff, "port").unwrap()
     }
 
     #[test]

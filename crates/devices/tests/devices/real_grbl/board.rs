@@ -2,10 +2,10 @@
 //!
 //! Neither the firmware nor the host of the simulation belongs to the project: without them the tests skip.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::{MutexGuard, OnceLock, PoisonError};
+use std::process::Command;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use epirig_devices::link::{Link, SerialLink};
@@ -13,7 +13,7 @@ use epirig_devices::stage::grbl::{AxisLetter, BAUD, GrblAxis, GrblOptions};
 use epirig_devices::stage::{CheckedStage, StageError};
 use serde_json::Value;
 
-use crate::firmware::ONE;
+use crate::avr::Avr;
 
 /// What the tests begin with; 50 mm/s at 100 steps/mm are 5000 pulses/s, which the simulation can tell apart.
 const SETTINGS: [(u8, f64); 22] = [
@@ -41,23 +41,13 @@ const SETTINGS: [(u8, f64); 22] = [
     (132, 10.0),
 ];
 
+const SOFT_RESET: u8 = 0x18;
+
 /// Where the switch of the X axis closes, in steps.
 pub(super) const SWITCH: i64 = 500;
 
-pub(super) struct Board {
-    process: Child,
-    answers: BufReader<ChildStdout>,
-    port: String,
-    _folder: tempfile::TempDir,
-    _alone: MutexGuard<'static, ()>,
-}
-
-impl Drop for Board {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
+/// The controller and its carriages.
+pub(super) struct Board(Avr);
 
 /// The firmware, and the host of the simulation, which is built once for each process.
 fn built() -> &'static Result<(PathBuf, PathBuf), String> {
@@ -69,9 +59,11 @@ fn build() -> Result<(PathBuf, PathBuf), String> {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let folder = std::env::var_os("EPIRIG_GRBL")
         .map_or_else(|| root.join("../shared/virtual-hardware/grbl"), PathBuf::from);
-    let (firmware, source) = (folder.join("grbl-1.1h.elf"), folder.join("simhost.c"));
+    let firmware =
+        std::env::var_os("EPIRIG_GRBL_ELF").map_or_else(|| folder.join("grbl-1.1h.elf"), PathBuf::from);
+    let source = folder.join("simhost.c");
     if !firmware.exists() || !source.exists() {
-        return Err(format!("there is no GRBL in {}", folder.display()));
+        return Err(format!("there is no {} or no {}", firmware.display(), source.display()));
     }
     // A program that runs cannot be written, so each process has its own.
     let host = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("grbl-simhost-{}", std::process::id()));
@@ -86,7 +78,6 @@ fn build() -> Result<(PathBuf, PathBuf), String> {
 
 /// A controller with the settings of the tests and `more`; `None`, loudly, where it cannot be built.
 pub(super) fn board(more: &[(u8, f64)]) -> Option<Board> {
-    let alone = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     let (firmware, host) = match built() {
         Ok(built) => built,
         Err(reason) => {
@@ -95,26 +86,19 @@ pub(super) fn board(more: &[(u8, f64)]) -> Option<Board> {
             return None;
         }
     };
-    let folder = tempfile::tempdir().unwrap();
-    let port = folder.path().join("port").to_string_lossy().into_owned();
-    let mut process = Command::new(host)
-        .arg(firmware)
-        .arg(&port)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let answers = BufReader::new(process.stdout.take().unwrap());
-    let mut board = Board { process, answers, port, _folder: folder, _alone: alone };
-    board.answer();
+    let mut board = Board(Avr::start(host, firmware));
     board.tell(&format!("sw x {SWITCH}"));
     board.tell("sw y 200");
     board.tell("sw z 200");
     let mut link = board.link();
-    // An empty memory: it lists all settings when it starts.
-    hear(&mut link, "Grbl");
-    command(&mut link, "$RST=*");
+    // It may have started before there was anyone to hear it.
+    if !hears(&mut link, "Grbl", Duration::from_secs(2)) {
+        link.send(&[SOFT_RESET]).unwrap();
+        hear(&mut link, "Grbl");
+    }
+    while link.receive(&mut [0; 256], Duration::from_millis(200)).unwrap() > 0 {}
+    // Its memory is empty.
+    link.send(b"$RST=*\n").unwrap();
     hear(&mut link, "Grbl");
     for (number, value) in SETTINGS.iter().chain(more) {
         // Soft limits need homing, which comes later in the list.
@@ -126,15 +110,19 @@ pub(super) fn board(more: &[(u8, f64)]) -> Option<Board> {
     Some(board)
 }
 
-/// Hears lines until one contains `word`.
-fn hear(link: &mut SerialLink, word: &str) {
-    let (until, mut heard) = (Instant::now() + Duration::from_secs(5), String::new());
-    while !heard.contains(word) {
-        assert!(Instant::now() < until, "no {word} in {heard:?}");
+/// Hears lines until one contains `word`; `false` if none does in time.
+fn hears(link: &mut SerialLink, word: &str, patience: Duration) -> bool {
+    let (until, mut heard) = (Instant::now() + patience, String::new());
+    while !heard.contains(word) && Instant::now() < until {
         let mut buffer = [0; 256];
         let count = link.receive(&mut buffer, Duration::from_millis(100)).unwrap();
         heard += &String::from_utf8_lossy(&buffer[..count]);
     }
+    heard.contains(word)
+}
+
+fn hear(link: &mut SerialLink, word: &str) {
+    assert!(hears(link, word, Duration::from_secs(5)), "no {word}");
 }
 
 fn command(link: &mut SerialLink, line: &str) {
@@ -143,20 +131,8 @@ fn command(link: &mut SerialLink, line: &str) {
 }
 
 impl Board {
-    fn answer(&mut self) -> Value {
-        loop {
-            let mut line = String::new();
-            assert!(self.answers.read_line(&mut line).unwrap() > 0, "the simulation has ended");
-            // The simulator has some words of its own.
-            if line.starts_with('{') {
-                return serde_json::from_str(&line).unwrap();
-            }
-        }
-    }
-
     pub(super) fn tell(&mut self, order: &str) -> Value {
-        writeln!(self.process.stdin.as_mut().unwrap(), "{order}").unwrap();
-        let answer = self.answer();
+        let answer = self.0.tell(order);
         assert_eq!(answer["cmd"], order);
         answer
     }
@@ -178,7 +154,12 @@ impl Board {
     }
 
     pub(super) fn link(&self) -> SerialLink {
-        SerialLink::open(&self.port, BAUD).unwrap()
+        SerialLink::open(self.0.port(), BAUD).unwrap()
+    }
+
+    /// Puts a byte on the line, whoever uses it.
+    pub(super) fn slip_in(&self, byte: u8) {
+        std::fs::OpenOptions::new().write(true).open(self.0.port()).unwrap().write_all(&[byte]).unwrap();
     }
 
     /// Sends a line as another program does.
@@ -191,7 +172,11 @@ impl Board {
         CheckedStage::<GrblAxis>::connect(Box::new(self.link()), options)
     }
 
+    pub(super) fn connect_x(&self) -> Result<CheckedStage<GrblAxis>, StageError> {
+        self.connect_axis(AxisLetter::X)
+    }
+
     pub(super) fn connect(&self) -> CheckedStage<GrblAxis> {
-        self.connect_axis(AxisLetter::X).unwrap()
+        self.connect_x().unwrap()
     }
 }

@@ -1,6 +1,8 @@
 //! The GRBL driver against GRBL itself. The truth is what the carriage did, not what the firmware says.
 
 mod board;
+mod connecting;
+mod settings;
 
 use std::time::{Duration, Instant};
 
@@ -23,13 +25,14 @@ fn a_hundred_stops_are_exact_to_the_step() {
     assert_eq!(stage.travel_mm(), 59.0);
     stage.home().unwrap();
     assert_eq!(board.carriage(0), HOME);
+    let others = (board.carriage(1), board.carriage(2));
     for stop in 1..=100_i64 {
         stage.move_to(0.57 * stop as f64).unwrap();
         assert_eq!(HOME - board.carriage(0), 57 * stop);
     }
     stage.move_to(59.0).unwrap();
     assert_eq!(HOME - board.carriage(0), 5900);
-    assert_eq!((board.carriage(1), board.carriage(2)), (100, 100), "the other axes stand");
+    assert_eq!((board.carriage(1), board.carriage(2)), others, "the other axes stand");
     // Another process finds it again.
     drop(stage);
     assert_eq!(board.connect().position_mm(), Ok(59.0));
@@ -40,7 +43,7 @@ fn a_position_counts_only_with_the_settings_it_was_homed_with() {
     let Some(board) = board(&[]) else { return };
     board.connect().home().unwrap();
     assert_eq!(board.connect().position_mm(), Ok(0.0));
-    // Stock GRBL homed Y, too, but not for this program.
+    // GRBL may have homed Y, too, but not for this program.
     assert_eq!(board.connect_axis(AxisLetter::Y).unwrap().position_mm(), Err(StageError::NotHomed));
     for (change, back) in [("$130=100", "$130=60"), ("$100=101", "$100=100"), ("$1=25", "$1=255")] {
         board.connect().home().unwrap();
@@ -75,6 +78,7 @@ fn damaged_orders(soft_limits: f64, damages: &[(u8, usize, u8)]) {
     let Some(mut board) = board(&[(20, soft_limits)]) else { return };
     let mut stage = board.connect();
     stage.home().unwrap();
+    let others = (board.carriage(1), board.carriage(2));
     let (mut at, mut errors) = (0, 0);
     for (index, (what, nth, becomes)) in damages.iter().enumerate() {
         // To and fro, with several digits.
@@ -88,7 +92,7 @@ fn damaged_orders(soft_limits: f64, damages: &[(u8, usize, u8)]) {
         let (low, high) = board.extremes();
         assert!(HOME - high >= at.min(target) - MILLIMETRE, "{context}");
         assert!(HOME - low <= at.max(target) + MILLIMETRE, "{context}");
-        assert_eq!((board.carriage(1), board.carriage(2)), (100, 100), "{context}");
+        assert_eq!((board.carriage(1), board.carriage(2)), others, "{context}");
         match moved {
             Ok(()) => assert_eq!(HOME - board.carriage(0), target, "{context}"),
             Err(error) => {
@@ -251,8 +255,15 @@ fn a_stop_while_homing_stops_at_once() {
 #[test]
 fn an_axis_that_is_homed_before_and_has_no_switch_is_named() {
     let Some(mut board) = board(&[]) else { return };
+    board.connect().home().unwrap();
+    let homes_z = board.carriage(2) != 0;
     board.tell("sw z 1000000");
-    let error = board.connect().home().unwrap_err().to_string();
+    let homed = board.connect().home();
+    if !homes_z {
+        // It was built to home X alone.
+        return homed.map(|_| ()).unwrap();
+    }
+    let error = homed.unwrap_err().to_string();
     assert!(error.contains("ALARM:9"), "{error}");
     assert!(error.contains("axis X had not moved: axis Z is homed before it"), "{error}");
 }

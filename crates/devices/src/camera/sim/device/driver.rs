@@ -105,7 +105,10 @@ impl VideoDevice for SimDevice {
         self.there()?;
         match id {
             EXPOSURE_AUTO => self.exposure_auto = value,
-            EXPOSURE_ABSOLUTE => self.exposure = value.clamp(1, 200),
+            EXPOSURE_ABSOLUTE => {
+                let multiple = self.exposure_multiple;
+                self.exposure = ((value + multiple / 2) / multiple * multiple).clamp(1, 200);
+            }
             _ => self.gain = value.clamp(0, 100),
         }
         self.light_changes();

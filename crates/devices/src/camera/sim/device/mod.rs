@@ -90,6 +90,8 @@ pub struct SimDevice {
     dead: bool,
     unheard: bool,
     deaf: bool,
+    /// The exposure is rounded to multiples of it.
+    exposure_multiple: i64,
     /// Attempts to open that will still fail; `None` while the device is connected.
     gone: Option<u32>,
 }
@@ -144,6 +146,7 @@ impl SimDevice {
             dead: false,
             unheard: false,
             deaf: false,
+            exposure_multiple: 1,
             gone: None,
         }
     }
@@ -169,6 +172,7 @@ impl SimDevice {
                 self.light_changes();
             }
             SimFault::Deaf => self.deaf = true,
+            SimFault::CoarseExposure(multiple) => self.exposure_multiple = multiple.max(1),
             SimFault::LateControls(frames) => self.late_controls = frames,
             SimFault::Stamps(stamps) => self.stamps = stamps,
             SimFault::SequenceAt(sequence) => self.sequence = sequence,
