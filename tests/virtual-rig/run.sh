@@ -14,14 +14,14 @@
 #   console.log           what the guest wrote in the last run
 #   out/                  files that its tests sent out: the lines between `BEGIN FILE name` and `END FILE name`
 #
-# EPIRIG_RIG_LIMIT_S is the longest that the guest may run, 1800 by default.
+# EPIRIG_RIG_LIMIT_S is the longest that the guest may run, 3000 by default.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 run_here=
 if [ "${1:-}" = --here ]; then run_here=yes; shift; fi
 filter=${1:-}
-limit_s=${EPIRIG_RIG_LIMIT_S:-1800}
+limit_s=${EPIRIG_RIG_LIMIT_S:-3000}
 usb_serial_number=virtual-stage
 target=x86_64-unknown-linux-gnu
 mkdir -p "$root/target/virtual-rig"

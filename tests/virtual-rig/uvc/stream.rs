@@ -77,6 +77,12 @@ impl Device {
             // Exposure, and what the camera computes, before the first byte is sent.
             let since = monotonic_us().wrapping_sub(taken_us);
             thread::sleep(self.lag.saturating_sub(Duration::from_micros(since.into())));
+            // A camera's own clock sends it in time. Where this process had to wait for the processor, the picture is
+            // gone as well: no stamp could tell how old it is.
+            let since = Duration::from_micros(monotonic_us().wrapping_sub(taken_us).into());
+            if since > self.lag + interval / 2 {
+                continue;
+            }
             fid ^= if faults.same_fid { 0 } else { FID };
             let payloads = self.payloads(&picture, fid, &faults);
             fid ^= if faults.split_fid { FID } else { 0 };
