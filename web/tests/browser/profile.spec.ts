@@ -74,6 +74,8 @@ test('saving asks before it replaces a file', async ({ page }) => {
   await question.getByRole('button', { name: 'Keep the file' }).click();
   await expect(question).toHaveCount(0);
   await page.getByRole('button', { name: 'Save to /data/bench.toml' }).click();
+  // The refusal must have come before the file may be replaced.
+  await expect(question).toBeVisible();
   delete rig.refusals['rig/profile/save'];
   await question.getByRole('button', { name: 'Replace' }).click();
   await expect(page.getByRole('status', { name: 'Notice' })).toHaveText('Saved to /data/bench.toml.');

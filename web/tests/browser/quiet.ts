@@ -10,6 +10,8 @@ export function watchRequests(page: Page): void {
   const running = new Set<Request>();
   unanswered.set(page, running);
   page.on('request', (request) => {
+    // The page asks this again and again, to know whether the server is there.
+    if (request.url().endsWith('/api/about')) return;
     // Another document: nobody waits for what the one before has asked.
     if (request.isNavigationRequest() && request.frame() === page.mainFrame()) running.clear();
     running.add(request);

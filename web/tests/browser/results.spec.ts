@@ -196,6 +196,8 @@ test('a lost server is said, and the page recovers by a button or by itself', as
 });
 
 test('no request leaves the server, and nothing is refused', async ({ page }) => {
+  // Ten panels, one of them in 3-D, each until it is complete.
+  test.slow();
   const foreign: string[] = [];
   const faults: string[] = [];
   page.on('request', (request) => {
