@@ -71,6 +71,8 @@ impl Hollows {
 const DEPTHS_PX: [f64; 3] = [0.025, 0.1, 0.5];
 /// Their widths, in px of the image: 2, 4 and 8 mm of that tile.
 const WIDTHS_PX: [f64; 3] = [6.3, 12.6, 25.3];
+/// Scenes of each kind.
+const SEEDS: u64 = 6;
 const SHAPES: [Shape; 3] = [Shape::Stripes(0.0), Shape::Stripes(30.0), Shape::Pits];
 /// Focal length in px and baseline in mm, so that 0.1 px is 0.2 mm deep.
 const FOCAL_PX: f64 = 1000.0;
@@ -80,7 +82,8 @@ const BASELINE_MM: f64 = 0.648;
 /// depth; and its standard uncertainty in the same unit.
 type Measured = Result<[f64; 3], String>;
 
-pub(super) fn print_table(first_seed: u64, seeds: u64, size: Size, options: &MatchOptions, smallest: bool) {
+/// A row for each kind of hollows; reasons of refusals differ by their numbers alone, so the first is told.
+pub(super) fn print_table(first_seed: u64, size: Size, options: &MatchOptions) {
     println!(
         "| hollows | width, px | depth, px | off, % | +- | in sigma | spread | stated +-, % | intervals hold | refused |\n\
          | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
@@ -89,8 +92,8 @@ pub(super) fn print_table(first_seed: u64, seeds: u64, size: Size, options: &Mat
         .iter()
         .flat_map(|&shape| WIDTHS_PX.map(|width_px| (shape, width_px)))
         .flat_map(|(shape, width_px)| DEPTHS_PX.map(|depth_px| Hollows { shape, width_px, depth_px }));
-    for hollows in kinds.take(if smallest { 1 } else { usize::MAX }) {
-        let all: Vec<Measured> = (first_seed..first_seed + seeds)
+    for hollows in kinds {
+        let all: Vec<Measured> = (first_seed..first_seed + SEEDS)
             .map(|seed| {
                 let scene = hollows.scene(seed);
                 measured(&rendered(&scene, size), hollows.depth_px, options)
@@ -109,9 +112,10 @@ fn measured(volume: &Volume, depth_px: f64, options: &MatchOptions) -> Measured 
     let options = StepsOptions::for_window(TrendKind::Quadric, 7).with_grown_window(LARGEST_GROWN_WINDOW_PX);
     let extent = find_extent(&heights, None, (options.margin_px, options.rim_px()))
         .map_err(|error| error.to_string())?;
-    let halves = halves.map(|half| HalfHeights {
-        dividing: heights.of_maps(&half.best),
-        measured: heights.of_maps(&half.in_equal_windows),
+    let halves = halves.map(|half| {
+        let dividing = heights.of_maps(&half.best);
+        let measured = heights.of_maps(&half.in_equal_windows);
+        HalfHeights { dividing, measured }.only(&extent.used)
     });
     let steps = find_steps(&heights.only(&extent.used), Some(&halves), &options)
         .map_err(|error| error.to_string())?;
@@ -129,11 +133,10 @@ fn line(hollows: &Hollows, all: &[Measured]) -> String {
     let z = mean(&|[off, _, sigma]| off / sigma);
     let z_spread = (mean(&|[off, _, sigma]| (off / sigma - z).powi(2)) * count / (count - 1.0)).sqrt();
     let holds = known.iter().filter(|[off, half_width, _]| off.abs() <= *half_width).count();
-    let mut why: Vec<&String> = all.iter().filter_map(|one| one.as_ref().err()).collect();
-    let refused = why.len();
-    why.dedup();
+    let refused = all.len() - known.len();
+    let why = all.iter().find_map(|one| one.as_ref().err()).map_or("", |why| why);
     format!(
-        "| {} | {} | {} | {:+.2} | {:.2} | {z:+.2} | {z_spread:.2} | {:.2} | {holds} of {} | {refused} {why:?} |",
+        "| {} | {} | {} | {:+.2} | {:.2} | {z:+.2} | {z_spread:.2} | {:.2} | {holds} of {} | {refused} {why} |",
         hollows.shape.name(),
         hollows.width_px,
         hollows.depth_px,

@@ -88,8 +88,8 @@ pub struct Steps {
 /// the odd frames, whose noise is independent, is measured on the levels that the other one shows (cross-fitting).
 /// Without them the depth is too large.
 ///
-/// What is measured has windows of one size, so the margin beside the walls is the smallest of the `options`. Without
-/// halves it is that of windows that grow.
+/// What is measured has windows of one size. The margin beside the walls is as wide as the hollows have room for, between
+/// the two of the `options`. Without halves it is that of windows that grow.
 ///
 /// The interval holds as often as it says down to hollows three times as deep as heights scatter (tried on
 /// stripes and on pits).

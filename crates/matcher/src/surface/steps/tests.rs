@@ -226,7 +226,7 @@ fn one_level_is_refused() {
             let flat = field(0.02, 100 + seed, |x_mm, y_mm, _, _| tilted(x_mm, y_mm));
             let found = find_steps(&flat, None, &options(trend));
             assert!(
-                matches!(found, Err(SurfaceError::OneLevel { .. } | SurfaceError::NoValley { .. })),
+                matches!(found, Err(SurfaceError::OneLevel { .. })),
                 "seed {seed}: {:?}",
                 found.map(|found| found.depth)
             );
@@ -235,11 +235,7 @@ fn one_level_is_refused() {
     // A bow that the plane leaves is no level either.
     let bow = field(0.001, 200, |x_mm, y_mm, _, _| 4e-4 * (x_mm * x_mm + y_mm * y_mm));
     let found = find_steps(&bow, None, &options(TrendKind::Plane));
-    assert!(
-        matches!(found, Err(SurfaceError::OneLevel { .. } | SurfaceError::NoValley { .. })),
-        "{:?}",
-        found.map(|found| found.depth)
-    );
+    assert!(matches!(found, Err(SurfaceError::NoValley { .. })), "{:?}", found.map(|found| found.depth));
 }
 
 #[test]
@@ -301,11 +297,7 @@ fn a_half_that_shows_one_level_is_refused() {
     let flat = field(0.03, 2, |x_mm, y_mm, _, _| tilted(x_mm, y_mm));
     let halves = [field(0.03, 1, form), flat].map(alike);
     let found = find_steps(&field(0.03, 3, form), Some(&halves), &options(TrendKind::Plane));
-    assert!(
-        matches!(found, Err(SurfaceError::OneLevel { .. } | SurfaceError::NoValley { .. })),
-        "{:?}",
-        found.map(|found| found.depth)
-    );
+    assert!(matches!(found, Err(SurfaceError::OneLevel { .. })), "{:?}", found.map(|found| found.depth));
 }
 
 #[test]
@@ -329,8 +321,9 @@ fn windows_that_see_far_divide_but_do_not_measure() {
     let wide = find_steps(&halves[0].dividing, None, &options).unwrap().depth;
     assert!(wide.depth_mm < 0.99 * 0.2, "{wide:?}");
     let found = find_steps(&halves[0].dividing, Some(&halves), &options).unwrap();
-    // Heights for the division would need 8 px.
-    assert!(found.margin_px < 8, "{}", found.margin_px);
+    // The division was smoothed by 4 px to each side. Of 20 columns, a margin of 3 px then leaves 6, and one of 4 px the
+    // last that is half of them.
+    assert_eq!(found.margin_px, 4);
     let Depth { depth_mm, half_width_95_mm, .. } = found.depth;
     let holds = |depth_mm: f64| (depth_mm - 0.2).abs() < half_width_95_mm.unwrap();
     assert!(holds(depth_mm) && !holds(wide.depth_mm), "{:?}, {wide:?}", found.depth);
