@@ -52,10 +52,12 @@ fn decode(bytes: &[u8]) -> Result<Grid<f32>, FormatError> {
 }
 
 /// Refuses headers that no map has, before they are read as the Python expression that they are: theirs is a
-/// dictionary of three entries with a pair of numbers in it.
+/// dictionary of three entries with a pair of decimal numbers in it, whose product fits 64 bits.
 fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
     const LONGEST: usize = 1024;
     const DEEPEST: usize = 2;
+    // Numbers with so many digits in all have a product below 10^18, which is below 2^64.
+    const MOST_DIGITS: usize = 18;
     let wrong = || malformed("NPY", "its header is not that of a map of rows x columns");
     // Magic, version, and the length of the header, in two bytes or, from version 2 on, in four.
     let (length, start) = match bytes {
@@ -77,6 +79,11 @@ fn check_header(bytes: &[u8]) -> Result<(), FormatError> {
         if depth > DEEPEST {
             return Err(wrong());
         }
+    }
+    let digits = header.iter().filter(|byte| byte.is_ascii_digit()).count();
+    let decimal = header.windows(2).all(|pair| !(pair[0].is_ascii_digit() && pair[1].is_ascii_alphabetic()));
+    if digits > MOST_DIGITS || !decimal {
+        return Err(wrong());
     }
     Ok(())
 }
@@ -106,6 +113,9 @@ mod tests {
             assert!(decode(&file(version, &shape(&"(".repeat(40)))).is_err());
             assert!(decode(&file(version, &shape("(4611686018427387904, 0)"))).is_err());
             assert!(decode(&file(version, &shape("(4611686018427387904, 4)"))).is_err());
+            assert!(decode(&file(version, &shape("(9545387870156487302, 3)"))).is_err());
+            assert!(decode(&file(version, &shape("(0xffffffffffffffff, 0xff)"))).is_err());
+            assert!(decode(&file(version, &shape("(99999, 99999, 99999, 99999)"))).is_err());
         }
         let mut long = file(2, &shape("(1, 2)"));
         long[8..12].fill(0xff);
