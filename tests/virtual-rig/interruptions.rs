@@ -81,14 +81,9 @@ fn a_scan_with_a_uvc_camera_killed_in_its_middle_is_resumed_and_whole() {
     passed(NAME);
 }
 
-#[test]
-fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
-    const NAME: &str = "interruptions::ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed";
-    if !here(NAME) {
-        return;
-    }
-    let mut playing = Playing::start();
-    let workplace = Workplace::new(&playing);
+/// By a person.
+fn interrupt_and_resume(rig: &mut dyn Rig) {
+    let workplace = Workplace::new(rig);
     let sequence = workplace.path("seq");
     let mut scanning = workplace.capture(&sequence);
     scanning.until(BEFORE);
@@ -100,23 +95,37 @@ fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
     let stopped = Sequence::open(Path::new(&sequence)).unwrap();
     assert_eq!(stopped.stop().unwrap().exit_status, ExitStatus::Aborted);
     assert!(retakes(&stopped).is_empty());
-    resumed(&sequence, &mut playing);
+    resumed(&sequence, rig);
+}
+
+#[test]
+fn ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed() {
+    const NAME: &str = "interruptions::ctrl_c_ends_a_scan_after_the_frame_in_hand_and_it_is_resumed";
+    if !here(NAME) {
+        return;
+    }
+    interrupt_and_resume(&mut Playing::start());
     passed(NAME);
 }
 
 #[test]
-fn a_disk_that_fills_stops_a_scan_and_loses_nothing() {
-    const NAME: &str = "interruptions::a_disk_that_fills_stops_a_scan_and_loses_nothing";
-    const PAGE: usize = 4096;
+fn ctrl_c_ends_a_scan_with_a_uvc_camera_and_it_is_resumed() {
+    const NAME: &str = "interruptions::ctrl_c_ends_a_scan_with_a_uvc_camera_and_it_is_resumed";
     if !here(NAME) {
         return;
     }
-    let mut playing = Playing::start();
-    let workplace = Workplace::new(&playing);
+    interrupt_and_resume(&mut UvcRig::start(Kind::bulk(Format::Mjpg)));
+    passed(NAME);
+}
+
+/// By other programs that write.
+fn fill_the_disk_and_resume(rig: &mut dyn Rig) {
+    const PAGE: usize = 4096;
+    let workplace = Workplace::new(rig);
     let disk = workplace.path("disk");
     std::fs::create_dir(&disk).unwrap();
     // Room for some frames and their records.
-    let frame_bytes = encode_png(&playing.truth(START_MM)).unwrap().len();
+    let frame_bytes = encode_png(&rig.truth(START_MM)).unwrap().len();
     let room = (BEFORE + 2) * frame_bytes.next_multiple_of(PAGE);
     system(&["mount", "-t", "tmpfs", "-o", &format!("size={room}"), "tmpfs", &disk]);
     let sequence = format!("{disk}/seq");
@@ -130,8 +139,27 @@ fn a_disk_that_fills_stops_a_scan_and_loses_nothing() {
     assert_eq!(again.status.code(), Some(7), "{}", String::from_utf8_lossy(&again.stderr));
     assert_eq!(named(&sequence).1[..before.len()], before);
     system(&["mount", "-o", "remount,size=16m", &disk]);
-    resumed(&sequence, &mut playing);
+    resumed(&sequence, rig);
     system(&["umount", &disk]);
+}
+
+#[test]
+fn a_disk_that_fills_stops_a_scan_and_loses_nothing() {
+    const NAME: &str = "interruptions::a_disk_that_fills_stops_a_scan_and_loses_nothing";
+    if !here(NAME) {
+        return;
+    }
+    fill_the_disk_and_resume(&mut Playing::start());
+    passed(NAME);
+}
+
+#[test]
+fn a_disk_that_fills_stops_a_scan_with_a_uvc_camera_and_loses_nothing() {
+    const NAME: &str = "interruptions::a_disk_that_fills_stops_a_scan_with_a_uvc_camera_and_loses_nothing";
+    if !here(NAME) {
+        return;
+    }
+    fill_the_disk_and_resume(&mut UvcRig::start(Kind::isochronous(Format::Yuyv)));
     passed(NAME);
 }
 
