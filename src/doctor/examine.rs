@@ -5,7 +5,7 @@ use tracing::{info, info_span, warn};
 use super::motion::measure_motion;
 use super::prediction::{Prediction, Prospect};
 use super::repeatability::{RETURNS, measure_repeatability};
-use super::response::exposure_response;
+use super::response::{exposure_response, gain_responses};
 use super::settling::measure_settling;
 use super::view::View;
 use super::{Check, DoctorError, DoctorPlan, MotionError, Report, Verdict, picture, rules, stops};
@@ -81,6 +81,7 @@ fn examine_parts(
     progress.advance(1);
     let view = look_at_picture(camera, plan, &mut report.checks)?;
     report.checks.extend(exposure_response(camera, configuration.format.size.columns)?);
+    report.checks.extend(gain_responses(camera, &plan.scan.camera)?);
     progress.advance(1);
     if movable {
         measure_moves(stage, camera, plan, &configuration, progress, &mut report)?;

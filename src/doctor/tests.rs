@@ -7,7 +7,7 @@ use super::*;
 use crate::capture::{CaptureLimits, CapturePlan};
 use epirig_core::progress::Silent;
 use epirig_data::sequence::{FocalLength, NominalLens};
-use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault};
+use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault, SimView};
 use epirig_devices::stage::{
     SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
 };
@@ -101,9 +101,72 @@ fn an_exposure_that_the_camera_rounds_is_a_warning_and_stays_as_it_was() {
     assert_eq!(found.verdict, Verdict::Warning, "{found:?}");
     let finding = "asked for exposure_time_absolute = 50, the camera silently took 60";
     assert_eq!(found.finding, finding);
-    let controls = camera.controls().unwrap();
-    let exposure = controls.iter().find(|control| control.name == "exposure_time_absolute").unwrap();
-    assert_eq!(exposure.value, Some(100));
+    assert_eq!(value(&mut camera, "exposure_time_absolute"), Some(100));
+}
+
+/// The plan with a gain set.
+fn with_gain(gain: i64) -> DoctorPlan {
+    let controls = vec![("gain".to_owned(), gain.to_string())];
+    let camera = CameraSettings { exposure_us: Some(5000.0), controls, ..CameraSettings::default() };
+    DoctorPlan { short: true, scan: CapturePlan { camera, ..scan() }, ..plan() }
+}
+
+fn value(camera: &mut SimCamera, name: &str) -> Option<i64> {
+    camera.controls().unwrap().iter().find(|control| control.name == name).unwrap().value
+}
+
+#[test]
+fn a_gain_that_does_nothing_is_found() {
+    // The simulated gain is in hundredths above 1, up to 100.
+    for (gain, words) in
+        [(20, "with gain = 100 instead of gain = 20"), (60, "with gain = 0 instead of gain = 60")]
+    {
+        for deaf in [false, true] {
+            let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
+            let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
+            if deaf {
+                camera.device().inject(SimFault::Deaf);
+            }
+            let report = examine(&mut stage, &mut camera, &with_gain(gain), &Silent).unwrap();
+            let found = check(&report, "gain control");
+            assert!(found.finding.starts_with(words), "{found:?}");
+            let wanted = if deaf { Verdict::Warning } else { Verdict::Good };
+            assert_eq!(found.verdict, wanted, "{found:?}");
+            assert_eq!(value(&mut camera, "gain"), Some(gain));
+        }
+    }
+    // A gain that the plan leaves alone is not tried.
+    let report = examined(&simulator(|_| ()), SimStageConfig::ideal(200.0), &plan());
+    assert!(report.checks.iter().all(|check| check.name != "gain control"), "{report:?}");
+}
+
+#[test]
+fn a_white_picture_tells_nothing_of_the_gain() {
+    let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
+    let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
+    camera.device().view().put(SimView::Flat);
+    let mut bright = with_gain(40);
+    bright.scan.camera.exposure_us = Some(20_000.0);
+    let report = examine(&mut stage, &mut camera, &bright, &Silent).unwrap();
+    let found = check(&report, "gain control");
+    assert_eq!(found.verdict, Verdict::Unknown, "{found:?}");
+}
+
+#[test]
+fn a_gain_that_gives_no_picture_is_put_back_and_the_camera_goes_on() {
+    let mut stage = SimStage::new(SimStageConfig::ideal(200.0));
+    stage.home().unwrap();
+    let mut camera = SimCamera::before_simulator(simulator(|_| ()), stage.watch());
+    let plan = with_gain(20);
+    camera.configure(&plan.scan.camera).unwrap();
+    camera.start().unwrap();
+    // A start tries four times, and is itself tried four times.
+    (0..16).for_each(|_| camera.device().inject(SimFault::StartError));
+    let checks = response::gain_responses(&mut camera, &plan.scan.camera).unwrap();
+    assert_eq!(checks[0].verdict, Verdict::Unknown, "{checks:?}");
+    assert_eq!(value(&mut camera, "gain"), Some(20));
+    let moment = camera.now();
+    camera.grab_after(moment).unwrap();
 }
 
 #[test]

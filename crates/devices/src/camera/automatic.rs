@@ -11,6 +11,9 @@ pub(super) const HORIZONTAL_BLANKING: u32 = 0x009e_0902;
 /// Pixels per second (`V4L2_CID_PIXEL_RATE`).
 pub(super) const PIXEL_RATE: u32 = 0x009f_0902;
 
+/// `V4L2_CID_GAIN`, `V4L2_CID_ANALOGUE_GAIN`, `V4L2_CID_DIGITAL_GAIN`.
+const GAINS: [u32; 3] = [0x0098_0913, 0x009e_0903, 0x009f_0905];
+
 /// Automatic controls and their values for "off", the best first, as in the kernel's `v4l2-controls.h`.
 const AUTOMATIC: &[(u32, &[i64])] = &[
     // EXPOSURE_AUTO: 1 is manual. 2 is shutter priority, which controls only the iris, which few cameras
@@ -49,10 +52,9 @@ const AUTOMATIC: &[(u32, &[i64])] = &[
 const STEADY: &[u32] = &[
     EXPOSURE_ABSOLUTE,
     EXPOSURE,
-    // GAIN, ANALOGUE_GAIN, DIGITAL_GAIN
-    0x0098_0913,
-    0x009e_0903,
-    0x009f_0905,
+    GAINS[0],
+    GAINS[1],
+    GAINS[2],
     // WHITE_BALANCE_TEMPERATURE, RED_BALANCE, BLUE_BALANCE
     0x0098_091a,
     0x0098_090e,
@@ -116,6 +118,11 @@ pub(super) fn is_watched(control: &Control) -> bool {
         && !control.inactive
         && control.value.is_some()
         && !matches!(control.kind, ControlKind::Button | ControlKind::Other)
+}
+
+/// Whether the control is a gain: more of it makes the picture brighter.
+pub fn is_gain(control: &Control) -> bool {
+    GAINS.contains(&control.id)
 }
 
 /// The control of the exposure time, and its unit in us. `columns` is the width of the image.

@@ -32,7 +32,7 @@ mod trusted;
 mod v4l2;
 
 pub use assess::Assessment;
-pub use automatic::exposure_unit;
+pub use automatic::{exposure_unit, is_gain};
 pub use average::{AveragedFrame, average};
 pub use checked::CheckedCamera;
 pub use consequence::CameraRemedy;
