@@ -237,6 +237,18 @@ fn a_scan_whose_uvc_camera_is_pulled_out_and_put_back_goes_on_by_itself() {
 }
 
 #[test]
+fn a_scan_whose_uvc_camera_is_put_into_another_socket_goes_on_by_itself() {
+    const NAME: &str = "interruptions::a_scan_whose_uvc_camera_is_put_into_another_socket_goes_on_by_itself";
+    if !here(NAME) {
+        return;
+    }
+    let mut rig = UvcRig::start(Kind::isochronous(Format::Mjpg));
+    rig.back_in = 1;
+    lose_the_camera(&mut rig);
+    passed(NAME);
+}
+
+#[test]
 fn a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole() {
     const NAME: &str =
         "interruptions::a_scan_whose_uvc_camera_fails_in_many_ways_goes_on_or_stops_and_is_whole";

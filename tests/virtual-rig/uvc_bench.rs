@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use epirig_core::frame::Frame;
-use epirig_devices::camera::{Camera, CameraSettings, Moment, Size, V4l2Camera, V4l2Device};
+use epirig_devices::camera::{Camera, CameraError, CameraSettings, Moment, Size, V4l2Camera, V4l2Device};
 use epirig_devices::link::{LineNoise, PtyServer, serve};
 use epirig_devices::stage::Stage;
 use epirig_devices::stage::simulator::{FaultScript, NativeDevice};
@@ -52,6 +52,8 @@ pub struct UvcRig {
     pub camera: UvcCamera,
     pub scene: Scene,
     pub kind: Kind,
+    /// The socket into which the camera is put back.
+    pub back_in: u32,
     link: String,
     /// The device file of a camera that was pulled out, as a slow program holds it: the number is not free.
     held: Option<(PathBuf, File)>,
@@ -69,7 +71,16 @@ impl UvcRig {
         let (scene, renderer) = Scene::before(&mut stage, size);
         let served = serve(Box::new(stage), &LineNoise::bad(1, 0.0), Path::new(OTHER_END)).unwrap();
         let camera = UvcCamera::new(0, kind.model(SERIAL_NUMBER), scene.clone(), DELAY, LAG);
-        Self { link: camera.link(), held: None, camera, scene, kind, _stage: served, _renderer: renderer }
+        Self {
+            link: camera.link(),
+            held: None,
+            back_in: 0,
+            camera,
+            scene,
+            kind,
+            _stage: served,
+            _renderer: renderer,
+        }
     }
 
     /// Plugs a camera of another kind in, in place of the former.
@@ -122,6 +133,7 @@ impl Rig for UvcRig {
 
     /// It comes back under another number.
     fn put_camera_back(&mut self) {
+        self.camera.move_to_socket(self.back_in);
         self.camera.plug_in();
         let (before, _) = self.held.take().unwrap();
         assert_ne!(self.camera.node().unwrap(), before);
@@ -161,6 +173,27 @@ impl UvcBench {
     pub fn begin(&mut self) {
         self.camera.configure(&self.settings()).unwrap();
         self.camera.start().unwrap();
+    }
+
+    /// Stage and camera at once.
+    pub fn both(&mut self) -> (&mut dyn Stage, &mut V4l2Camera) {
+        (&mut *self.stage, &mut self.camera)
+    }
+
+    /// Opens the camera, wherever it is now, and starts it.
+    pub fn open_again(&mut self) {
+        self.camera = opened(&self.rig);
+        self.begin();
+    }
+
+    /// Pulls the camera's plug, which the driver notices, and puts it into another socket.
+    pub fn move_to_socket(&mut self, port: u32) {
+        self.rig.camera.unplug();
+        let moment = self.camera.now();
+        let error = self.camera.grab_after(moment).unwrap_err();
+        assert!(matches!(error, CameraError::Gone { .. }), "{error:?}");
+        self.rig.camera.move_to_socket(port);
+        self.rig.camera.plug_in();
     }
 
     /// Goes on with a camera of another kind.
@@ -216,6 +249,7 @@ impl Bench for UvcBench {
             | Fault::ControlStalled
             | Fault::ControlChanged
             | Fault::Disconnect
+            | Fault::AnotherSocket
             | Fault::AnotherCamera => true,
             _ => false,
         }
@@ -233,7 +267,7 @@ impl Bench for UvcBench {
             Fault::Halts => camera.inject(|faults| faults.halt = 5),
             Fault::LongSilence => camera.inject(|faults| faults.silent = true),
             Fault::ControlStalled => camera.inject(|faults| faults.stall = Some((EXPOSURE, 1))),
-            Fault::Disconnect | Fault::AnotherCamera => camera.unplug(),
+            Fault::Disconnect | Fault::AnotherSocket | Fault::AnotherCamera => camera.unplug(),
             Fault::ControlChanged => {
                 let node = camera.node().unwrap();
                 super::vivid_bench::v4l2_ctl(&["-d", node.to_str().unwrap(), "-c", "gain=50"]);
@@ -247,6 +281,9 @@ impl Bench for UvcBench {
         if fault == Fault::AnotherCamera {
             self.rig.camera.exchange("V0002");
         }
+        if fault == Fault::AnotherSocket {
+            self.rig.camera.move_to_socket(1);
+        }
         self.rig.camera.plug_in();
     }
 
@@ -256,6 +293,11 @@ impl Bench for UvcBench {
         if fault == Fault::AnotherCamera {
             self.rig.camera.unplug();
             self.rig.camera.exchange(SERIAL_NUMBER);
+            self.rig.camera.plug_in();
+        }
+        if fault == Fault::AnotherSocket {
+            self.rig.camera.unplug();
+            self.rig.camera.move_to_socket(0);
             self.rig.camera.plug_in();
         }
     }

@@ -1,7 +1,12 @@
 //! The camera driver on `uvcvideo`: listings, every format both ways, settings that show late, and pictures
 //! that are judged by what they say of themselves.
 
-use epirig_devices::camera::{Camera, CameraError, Moment, TimingRule};
+use std::time::Duration;
+
+use epirig::capture::CapturePlan;
+use epirig::doctor::{DoctorPlan, Report, Verdict, examine};
+use epirig_core::progress::Silent;
+use epirig_devices::camera::{Camera, CameraError, CameraSettings, Moment, TimingRule};
 
 use super::faults::Bench as _;
 use super::guest::{Rig as _, SIZE, here, passed, program, succeeds};
@@ -125,6 +130,61 @@ fn of_two_cameras_with_one_serial_number_none_is_taken_by_chance() {
 }
 
 #[test]
+fn a_camera_in_another_socket_is_taken_only_if_it_can_be_no_other() {
+    const NAME: &str = "uvc_camera::a_camera_in_another_socket_is_taken_only_if_it_can_be_no_other";
+    const PATIENCE: Duration = Duration::from_secs(15);
+    if !here(NAME) {
+        return;
+    }
+    let mut bench = UvcBench::streaming(Kind::bulk(Format::Grey));
+    let position_mm = 10.0;
+    bench.stage().move_to(position_mm).unwrap();
+    let goes_on = |bench: &mut UvcBench| {
+        bench.camera.reconnect(PATIENCE).unwrap();
+        let moment = bench.camera.now();
+        let taken = bench.camera.grab_after(moment).unwrap();
+        assert!(bench.shows(&taken.frame, position_mm), "A WRONG FRAME");
+    };
+    let refused = |bench: &mut UvcBench, words: &str| {
+        let error = bench.camera.reconnect(PATIENCE).unwrap_err();
+        println!("{error}");
+        assert!(matches!(error, CameraError::AnotherSocket { .. }), "{error:?}");
+        assert!(error.to_string().contains(words), "{error}");
+    };
+    for port in [1, 2] {
+        bench.move_to_socket(port);
+        goes_on(&mut bench);
+    }
+    // With a twin beside it, either may be in the new socket.
+    let twin = UvcCamera::new(0, bench.rig.kind.model(SERIAL_NUMBER), bench.rig.scene.clone(), DELAY, LAG);
+    bench.camera.stop().unwrap();
+    bench.open_again();
+    bench.move_to_socket(1);
+    refused(&mut bench, "other cameras have its serial number");
+    bench.rig.camera.unplug();
+    // The twin was there before: it is not the camera that comes back.
+    let error = bench.camera.reconnect(Duration::from_secs(2)).unwrap_err();
+    assert!(matches!(error, CameraError::ReconnectTimeout { .. }), "{error:?}");
+    bench.rig.camera.move_to_socket(2);
+    bench.rig.camera.plug_in();
+    goes_on(&mut bench);
+    drop(twin);
+    // Without a serial number it may be any of its model.
+    bench.camera.stop().unwrap();
+    bench.rig.camera.unplug();
+    bench.rig.camera.exchange("");
+    bench.rig.camera.plug_in();
+    bench.open_again();
+    bench.move_to_socket(1);
+    refused(&mut bench, "it has no serial number");
+    bench.rig.camera.unplug();
+    bench.rig.camera.move_to_socket(2);
+    bench.rig.camera.plug_in();
+    goes_on(&mut bench);
+    passed(NAME);
+}
+
+#[test]
 fn controls_that_a_camera_refuses_are_errors_that_name_them() {
     const NAME: &str = "uvc_camera::controls_that_a_camera_refuses_are_errors_that_name_them";
     if !here(NAME) {
@@ -172,5 +232,42 @@ fn a_control_that_is_taken_and_ignored_shows_in_the_picture_only() {
     bench.rig.camera.inject(|faults| faults.deaf = Some(EXPOSURE));
     let error = bench.camera.set_control("exposure_time_absolute", "80").unwrap_err();
     assert!(matches!(error, CameraError::Substituted { .. }), "{error:?}");
+    passed(NAME);
+}
+
+#[test]
+fn the_doctor_finds_a_gain_that_is_taken_and_ignored() {
+    const NAME: &str = "uvc_camera::the_doctor_finds_a_gain_that_is_taken_and_ignored";
+    const CHECKS: [&str; 2] = ["exposure control", "gain control"];
+    if !here(NAME) {
+        return;
+    }
+    let mut bench = UvcBench::new(Kind::bulk(Format::Yuyv));
+    let controls = vec![("gain".to_owned(), "20".to_owned())];
+    let camera = CameraSettings { controls, ..bench.settings() };
+    let plan = DoctorPlan {
+        scan: CapturePlan { camera, ..CapturePlan::at(vec![10.0, 10.64, 11.28]) },
+        distance_mm: None,
+        relief_mm: None,
+        mains_hz: None,
+        free_bytes: None,
+        short: true,
+    };
+    let verdicts = |report: &Report| {
+        CHECKS.map(|name| {
+            let check = report.checks.iter().find(|check| check.name == name).unwrap();
+            println!("{name}: {}", check.finding);
+            check.verdict
+        })
+    };
+    for deaf in [None, Some(GAIN)] {
+        bench.rig.camera.inject(|faults| faults.deaf = deaf);
+        let (stage, camera) = bench.both();
+        let report = examine(stage, camera, &plan, &Silent).unwrap();
+        let of_gain = if deaf.is_some() { Verdict::Warning } else { Verdict::Good };
+        assert_eq!(verdicts(&report), [Verdict::Good, of_gain]);
+        let controls = bench.camera.controls().unwrap();
+        assert_eq!(controls.iter().find(|control| control.name == "gain").unwrap().value, Some(20));
+    }
     passed(NAME);
 }

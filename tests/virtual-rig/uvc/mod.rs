@@ -89,6 +89,12 @@ impl UvcCamera {
         serial_number.clone_into(&mut self.model.serial_number);
     }
 
+    /// Puts the plug, which is pulled, before another socket.
+    pub fn move_to_socket(&mut self, port: u32) {
+        assert!(self.plugged.is_none(), "it is plugged in");
+        self.port = port;
+    }
+
     /// The device file that gives its images, while it is plugged in.
     pub fn node(&self) -> Option<PathBuf> {
         let entries = std::fs::read_dir(NODES).into_iter().flatten().flatten();

@@ -32,6 +32,7 @@ impl CameraError {
             | Self::NoMatch { .. }
             | Self::Ambiguous { .. }
             | Self::AnotherCamera { .. }
+            | Self::AnotherSocket { .. }
             | Self::NotACamera { .. }
             | Self::Permission { .. }
             | Self::Busy { .. }
@@ -64,6 +65,7 @@ impl CameraError {
             | Self::ControlRefused { .. } => Blame::Request,
             Self::Sequence(_) | Self::Exhausted { .. } => Blame::Data,
             Self::AnotherCamera { .. }
+            | Self::AnotherSocket { .. }
             | Self::Gone { .. }
             | Self::Substituted { .. }
             | Self::ControlChanged { .. }

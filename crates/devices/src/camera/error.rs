@@ -47,6 +47,18 @@ pub enum CameraError {
         /// The present camera.
         found: String,
     },
+    /// A camera like it has been connected in another socket, and it may be another one.
+    #[error(
+        "{found} may be {camera} in another socket, but {why}; put it back into its own socket, then continue"
+    )]
+    AnotherSocket {
+        /// The former camera.
+        camera: String,
+        /// The present camera.
+        found: String,
+        /// Why it is not known to be the same.
+        why: &'static str,
+    },
     /// The device gives no images that can be decoded.
     #[error("{camera} cannot be used as a camera: {reason}")]
     NotACamera {

@@ -18,6 +18,8 @@ pub struct CameraIdentity {
     pub path: Option<String>,
     /// The node within its device: USB interface and index, if there are such.
     pub part: String,
+    /// Vendor and product of the USB device, such as `046d:0825`.
+    pub usb_product: Option<String>,
     /// Serial number of the USB device, if it has one.
     pub serial_number: Option<String>,
     /// Stable names of links to its device file: those in `/dev/v4l/by-id`, then those in `/dev/v4l/by-path`.
@@ -34,8 +36,8 @@ impl CameraIdentity {
     /// Serial numbers alone are not enough, because cheap cameras share theirs.
     pub fn is_same_as(&self, other: &Self) -> bool {
         let traits = |camera: &Self| {
-            let Self { driver, model, bus, part, serial_number, .. } = camera.clone();
-            (driver, model, bus, part, serial_number)
+            let Self { driver, model, bus, part, usb_product, serial_number, .. } = camera.clone();
+            (driver, model, bus, part, usb_product, serial_number)
         };
         traits(self) == traits(other)
     }
@@ -44,12 +46,40 @@ impl CameraIdentity {
 impl CameraIdentity {
     /// Whether nothing but the socket tells the two cameras apart. udev then gives one of them the name in
     /// `/dev/v4l/by-id`, whichever was connected last.
-    fn is_twin_of(&self, other: &Self) -> bool {
+    pub(super) fn is_twin_of(&self, other: &Self) -> bool {
         let traits = |camera: &Self| {
             let Self { driver, model, part, serial_number, .. } = camera.clone();
             (driver, model, part, serial_number)
         };
         self.bus != other.bus && traits(self) == traits(other)
+    }
+
+    /// This camera among those that are `connected`, after it was pulled out: in its own socket, or else in
+    /// another one, if it has a serial number and no twin. `None` if it is not there. `twins` are the sockets
+    /// of cameras that nothing else told apart from it while it was connected.
+    ///
+    /// # Errors
+    /// [`CameraError::AnotherSocket`] if a camera like it has come in another socket that could be another
+    /// one.
+    pub fn returned<'a>(
+        &self,
+        twins: &[String],
+        connected: &'a [Self],
+    ) -> Result<Option<&'a Self>, CameraError> {
+        if let Some(here) = connected.iter().find(|camera| camera.is_same_as(self)) {
+            return Ok(Some(here));
+        }
+        let is_new = |camera: &&Self| {
+            camera.is_twin_of(self) && camera.usb_product == self.usb_product && !twins.contains(&camera.bus)
+        };
+        let new: Vec<&Self> = connected.iter().filter(is_new).collect();
+        let why = match new[..] {
+            [] => return Ok(None),
+            _ if self.serial_number.is_none() => "it has no serial number",
+            [camera] if twins.is_empty() => return Ok(Some(camera)),
+            _ => "other cameras have its serial number, too",
+        };
+        Err(CameraError::AnotherSocket { camera: self.to_string(), found: new[0].to_string(), why })
     }
 
     /// A name that stays the same when it is connected again, if it has one: independent of the socket,
@@ -199,6 +229,7 @@ mod tests {
             bus: format!("usb-0000:00:14.0-{}", path.len()),
             path: Some(path.to_owned()),
             part: String::new(),
+            usb_product: Some("046d:082d".to_owned()),
             serial_number: serial_number.map(str::to_owned),
             links: link.into_iter().map(str::to_owned).collect(),
         }
@@ -265,6 +296,32 @@ mod tests {
         // Alone, its name will do.
         assert_eq!(choose(&link.parse().unwrap(), &bench[..2]).unwrap(), "/dev/video12");
         assert_eq!(bench[1].lasting_name(&bench[..2]), link);
+    }
+
+    #[test]
+    fn a_camera_in_another_socket_is_the_same_only_if_its_serial_number_is_its_own() {
+        let (first, moved) =
+            (camera("/dev/video0", Some("A1"), None), camera("/dev/video10", Some("A1"), None));
+        let found = |before: &CameraIdentity, twins: &[String], now: &[CameraIdentity]| {
+            before.returned(twins, now).map(|found| found.and_then(|camera| camera.path.clone()))
+        };
+        let refused = |result| matches!(result, Err(CameraError::AnotherSocket { .. }));
+        let at = |camera: &CameraIdentity| Some(camera.path.clone().unwrap());
+        assert_eq!(found(&first, &[], &[]).unwrap(), None);
+        assert_eq!(found(&first, &[], &[moved.clone()]).unwrap(), at(&moved));
+        // In its own socket it is taken first, under any path.
+        let back = camera("/dev/video1", Some("A1"), None);
+        assert_eq!(found(&first, &[], &[moved.clone(), back.clone()]).unwrap(), at(&back));
+        let other = camera("/dev/video10", Some("B2"), None);
+        let kind = CameraIdentity { usb_product: Some("046d:0825".to_owned()), ..moved.clone() };
+        assert_eq!(found(&first, &[], &[other, kind]).unwrap(), None, "others are not it");
+        // A twin that was there before is not it; one of two in other sockets may be.
+        let twin = camera("/dev/video100", Some("A1"), None);
+        assert_eq!(found(&first, &[twin.bus.clone()], &[twin.clone()]).unwrap(), None);
+        assert!(refused(found(&first, &[twin.bus.clone()], &[twin.clone(), moved.clone()])));
+        assert!(refused(found(&first, &[], &[twin, moved])));
+        let plain = |path| camera(path, None, None);
+        assert!(refused(found(&plain("/dev/video0"), &[], &[plain("/dev/video10")])));
     }
 
     #[test]

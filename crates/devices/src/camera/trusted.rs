@@ -150,7 +150,7 @@ pub trait Camera: Send {
     ///
     /// # Errors
     /// [`CameraError::ReconnectTimeout`] if it does not return in time, [`CameraError::AnotherCamera`] if
-    /// another camera is in its place.
+    /// another camera is in its place, [`CameraError::AnotherSocket`] if it may be another one.
     fn reconnect(&mut self, patience: Duration) -> Result<(), CameraError>;
 }
 

@@ -85,6 +85,7 @@ impl Bench for SimBench {
             | Fault::OtherTimings
             | Fault::InputSetOtherwise
             // Of a USB camera's.
+            | Fault::AnotherSocket
             | Fault::FrameMarkMissing
             | Fault::FrameMarkInside
             | Fault::LostPacket

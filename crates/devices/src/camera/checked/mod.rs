@@ -387,12 +387,13 @@ impl<D: VideoDevice> Camera for CheckedCamera<D> {
                 self.start()
             });
             let Err(error) = attempt else {
-                warn!(device = self.name(), "the camera has reconnected");
+                let socket = self.device.identity().bus;
+                warn!(device = self.name(), socket, "the camera has reconnected");
                 return Ok(());
             };
             debug!(device = self.name(), reason = %error, "the camera has not reconnected");
             // Another camera in its place is an error that waiting does not change.
-            if matches!(error, CameraError::AnotherCamera { .. }) {
+            if matches!(error, CameraError::AnotherCamera { .. } | CameraError::AnotherSocket { .. }) {
                 return Err(error);
             }
             let now = self.device.now();

@@ -61,7 +61,8 @@ pub(super) fn identity(path: &str, capabilities: Option<&Capabilities>) -> Camer
         bus: capabilities.map_or_else(String::new, |known| known.bus.clone()),
         path: Some(path.to_owned()),
         part: part(&node),
-        serial_number: usb_serial_number(&node),
+        usb_product: usb_product(&node),
+        serial_number: usb_fact(&node, "serial"),
         links: links_to(&real),
     }
 }
@@ -75,12 +76,17 @@ fn part(node: &Path) -> String {
     format!("{interface}, {}", index.trim())
 }
 
-/// Serial number of a node's USB device.
-fn usb_serial_number(node: &Path) -> Option<String> {
+/// Vendor and product of a node's USB device.
+fn usb_product(node: &Path) -> Option<String> {
+    Some(format!("{}:{}", usb_fact(node, "idVendor")?, usb_fact(node, "idProduct")?))
+}
+
+/// What the kernel knows of a node's USB device.
+fn usb_fact(node: &Path, file: &str) -> Option<String> {
     let device = fs::canonicalize(node.join("device")).ok()?;
     let usb = device.ancestors().find(|folder| folder.join("idVendor").exists())?;
-    let serial_number = fs::read_to_string(usb.join("serial")).ok()?;
-    Some(serial_number.trim().to_owned()).filter(|serial_number| !serial_number.is_empty())
+    let text = fs::read_to_string(usb.join(file)).ok()?;
+    Some(text.trim().to_owned()).filter(|text| !text.is_empty())
 }
 
 /// Names of by-id first: they do not depend on the socket.

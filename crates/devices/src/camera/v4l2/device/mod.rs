@@ -37,6 +37,8 @@ const SIGNAL_TROUBLES: &[(u32, &str)] = &[
 pub struct V4l2Device {
     path: String,
     identity: CameraIdentity,
+    /// Sockets of cameras that nothing but the socket tells apart from it.
+    twins: Vec<String>,
     node: Node,
     stream: Option<Buffers>,
     /// A copy of the latest requested buffer.
@@ -69,14 +71,22 @@ impl V4l2Device {
             return Err(CameraError::NotACamera { camera: path.to_owned(), reason: reason.to_owned() });
         }
         let identity = identity(path, Some(&capabilities));
+        let twins = cameras()?.into_iter().filter(|other| other.is_twin_of(&identity));
         Ok(Self {
             path: path.to_owned(),
+            twins: twins.map(|twin| twin.bus).collect(),
             identity,
             node,
             stream: None,
             bytes: Vec::new(),
             wide: HashSet::new(),
         })
+    }
+
+    /// The same camera, opened again. A twin that is away may come back.
+    fn go_on_as(&mut self, mut device: Self) {
+        device.twins.append(&mut self.twins);
+        *self = device;
     }
 
     fn no_longer_there(&self) -> CameraError {
@@ -341,8 +351,8 @@ impl VideoDevice for V4l2Device {
 
     fn reopen(&mut self) -> Result<(), CameraError> {
         self.let_go();
-        let found = cameras()?.into_iter().find(|camera| camera.is_same_as(&self.identity));
-        let Some(found) = found else {
+        let connected = cameras()?;
+        let Some(found) = self.identity.returned(&self.twins, &connected)? else {
             return match Self::open(&self.path) {
                 Ok(other) if !other.identity.is_same_as(&self.identity) => Err(CameraError::AnotherCamera {
                     path: self.path.clone(),
@@ -350,19 +360,20 @@ impl VideoDevice for V4l2Device {
                     found: other.identity.to_string(),
                 }),
                 Ok(same) => {
-                    *self = same;
+                    self.go_on_as(same);
                     Ok(())
                 }
                 Err(_) => Err(CameraError::Gone { camera: self.path.clone() }),
             };
         };
         // Links point to it as before; a bare number may have changed.
-        let path = found.path.unwrap_or_else(|| self.path.clone());
-        let still = Self::open(&self.path).ok().filter(|here| here.identity.is_same_as(&self.identity));
-        *self = match still {
+        let path = found.path.as_ref().unwrap_or(&self.path);
+        let still = Self::open(&self.path).ok().filter(|here| here.identity.is_same_as(found));
+        let device = match still {
             Some(here) => here,
-            None => Self::open(&path)?,
+            None => Self::open(path)?,
         };
+        self.go_on_as(device);
         Ok(())
     }
 }
