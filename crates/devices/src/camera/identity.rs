@@ -220,6 +220,8 @@ pub fn choose(choice: &CameraChoice, cameras: &[CameraIdentity]) -> Result<Strin
 
 #[cfg(test)]
 mod tests {
+    use std::slice;
+
     use super::*;
 
     fn camera(path: &str, serial_number: Option<&str>, link: Option<&str>) -> CameraIdentity {
@@ -308,7 +310,7 @@ mod tests {
         let refused = |result| matches!(result, Err(CameraError::AnotherSocket { .. }));
         let at = |camera: &CameraIdentity| Some(camera.path.clone().unwrap());
         assert_eq!(found(&first, &[], &[]).unwrap(), None);
-        assert_eq!(found(&first, &[], &[moved.clone()]).unwrap(), at(&moved));
+        assert_eq!(found(&first, &[], slice::from_ref(&moved)).unwrap(), at(&moved));
         // In its own socket it is taken first, under any path.
         let back = camera("/dev/video1", Some("A1"), None);
         assert_eq!(found(&first, &[], &[moved.clone(), back.clone()]).unwrap(), at(&back));
@@ -317,8 +319,9 @@ mod tests {
         assert_eq!(found(&first, &[], &[other, kind]).unwrap(), None, "others are not it");
         // A twin that was there before is not it; one of two in other sockets may be.
         let twin = camera("/dev/video100", Some("A1"), None);
-        assert_eq!(found(&first, &[twin.bus.clone()], &[twin.clone()]).unwrap(), None);
-        assert!(refused(found(&first, &[twin.bus.clone()], &[twin.clone(), moved.clone()])));
+        let known = [twin.bus.clone()];
+        assert_eq!(found(&first, &known, slice::from_ref(&twin)).unwrap(), None);
+        assert!(refused(found(&first, &known, &[twin.clone(), moved.clone()])));
         assert!(refused(found(&first, &[], &[twin, moved])));
         let plain = |path| camera(path, None, None);
         assert!(refused(found(&plain("/dev/video0"), &[], &[plain("/dev/video10")])));
