@@ -132,7 +132,9 @@ pub fn find_steps(
     };
     let (by_one, by_other) = rayon::join(|| by(one), || by(other));
     let (by_one, by_other) = (by_one?, by_other?);
-    let (one, other) = (field.with_heights(&one.measured)?, field.with_heights(&other.measured)?);
+    let heights = [one.measured.with_sigma_of(&other.measured), other.measured.with_sigma_of(&one.measured)];
+    let [one, other] = &heights;
+    let (one, other) = (field.with_heights(one)?, field.with_heights(other)?);
     let measured = Measured::new(vec![(&one, &by_other), (&other, &by_one)], options);
     steps(&field, &whole, &measured, options)
 }
