@@ -18,7 +18,7 @@ use crate::results::{ResultsFolder, ResultsKind, SurfaceSummary};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::Sequence;
 use epirig_matcher::surface::{
-    Combined, Contribution, Evaluation, Filters, HalfHeights, Heights, Roughness, TrendKind,
+    Combined, Contribution, DepthOnPlateaus, Evaluation, Filters, HalfHeights, Heights, Roughness, TrendKind,
 };
 
 /// The report in the folder of the surface.
@@ -255,6 +255,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
                 wider.depth_mm, wider.margin_px, levels.margin_px
             ));
         }
+        text.extend(levels.on_plateaus.iter().map(plateaus));
         for (name, rough) in [
             ("about the levels", &levels.roughness),
             ("upper level", &levels.upper),
@@ -270,6 +271,15 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
     let cutoff = |cutoff_mm: Option<f64>| cutoff_mm.map_or("none".to_owned(), |mm| format!("{mm} mm"));
     let Filters { s_filter_mm, l_filter_mm } = summary.filters;
     text + &format!("cut-offs           S-filter {}, L-filter {}\n", cutoff(s_filter_mm), cutoff(l_filter_mm))
+}
+
+fn plateaus(on: &DepthOnPlateaus) -> String {
+    let DepthOnPlateaus { depth, width_px, .. } = on;
+    let interval = depth.half_width_95_mm.map_or(String::new(), |half| format!(" +- {half:.4} mm"));
+    format!(
+        "by ISO 5436-1      {:.4} mm{interval} on the plateaus of parts {width_px:.0} px wide\n",
+        depth.depth_mm
+    )
 }
 
 /// A line of the uncertainty budget.

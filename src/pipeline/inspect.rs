@@ -217,6 +217,7 @@ fn levels(
         raised: steps.raised,
         margin_px: steps.margin_px,
         by_margin: steps.by_margin.clone(),
+        on_plateaus: steps.on_plateaus,
         correlation_reach_px: steps.correlation.reach_px(),
         roughness: roughness_of(None),
         upper: roughness_of(Some(false)),

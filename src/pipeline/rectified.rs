@@ -17,7 +17,6 @@ const BIT_DEPTH: u8 = 16;
 /// Writes the sequence `out` from the frames of `sequence`, corrected and rectified by its calibration, in 16
 /// bit. Other software then sees the frames that `match` uses. The new sequence has the measured positions,
 /// and the rectified camera as its lens, if it is known.
-/// known.
 ///
 /// # Errors
 /// [`PipelineError`]; nothing is left then. [`CalibrateError::NoBaseline`] if positions were measured but

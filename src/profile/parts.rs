@@ -216,6 +216,9 @@ pub struct LimitsProfile {
     pub shift_px: f64,
 }
 
+/// Seed of the texture unless another one is asked for.
+pub(super) const FIRST_TEXTURE: u64 = 1;
+
 /// The simulated rig.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -224,13 +227,21 @@ pub struct SimProfile {
     pub scene: SceneName,
     /// Standard deviation of the noise of a pixel, in grey levels of 255, 0 or more.
     pub noise_dn: f64,
-    /// Seed of all random numbers.
+    /// Seed of all random numbers but those of the texture.
     pub seed: u64,
+    /// Seed of the texture: another one is another object of the same shape.
+    #[serde(default = "first_texture")]
+    pub texture_seed: u64,
     /// Whether moves and frames take real time.
     pub real_time: bool,
     /// Imperfections of the simulated rig.
     #[serde(default)]
     pub faults: SimFaults,
+}
+
+/// That of records from before there were others.
+fn first_texture() -> u64 {
+    FIRST_TEXTURE
 }
 
 /// Imperfections of the simulated rig; zero by default.

@@ -6,8 +6,8 @@ use super::Profile;
 use super::error::{Mistake, Place, Problem};
 use super::given::{Given, Value};
 use super::parts::{
-    BoardProfile, CameraProfile, FocalLength, LimitsProfile, OpticsProfile, PlanProfile, PrintProfile,
-    SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
+    BoardProfile, CameraProfile, FIRST_TEXTURE, FocalLength, LimitsProfile, OpticsProfile, PlanProfile,
+    PrintProfile, SceneName, SimFaults, SimProfile, StageProfile, TargetProfile,
 };
 use super::schema::{Key, board, camera, limits, optics, plan, sim, stage, target};
 use super::settings::{Settings, control_path};
@@ -257,6 +257,7 @@ impl Reader {
             scene: self.choice(&sim::SCENE).unwrap_or(SceneName::Plane),
             noise_dn: self.number_or_default(&sim::NOISE, DN),
             seed: self.whole(&sim::SEED).unwrap_or_default(),
+            texture_seed: self.whole(&sim::TEXTURE_SEED).unwrap_or(FIRST_TEXTURE),
             real_time: self.flag(&sim::REAL_TIME),
             faults: SimFaults {
                 roll_rad: self.number_or_default(&sim::ROLL, RAD),

@@ -215,18 +215,18 @@ mod tests {
     fn limits_and_sim() -> impl Strategy<Value = (LimitsProfile, SimProfile)> {
         let scene = select(SceneName::ALL.to_vec());
         let numbers = proptest::array::uniform4(number());
-        (0_usize..=100, numbers, time(), scene, any::<u64>(), any::<bool>(), faults()).prop_map(
+        (0_usize..=100, numbers, time(), scene, any::<[u64; 2]>(), any::<bool>(), faults()).prop_map(
             |(
                 retakes,
                 [saturated, position_mm, shift_px, noise_dn],
                 wait,
                 scene,
-                seed,
+                [seed, texture_seed],
                 real_time,
                 faults,
             )| {
                 let limits = LimitsProfile { retakes, saturated, position_mm, wait, shift_px };
-                (limits, SimProfile { scene, noise_dn, seed, real_time, faults })
+                (limits, SimProfile { scene, noise_dn, seed, texture_seed, real_time, faults })
             },
         )
     }

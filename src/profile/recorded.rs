@@ -29,6 +29,8 @@ pub struct RecordedRigError {
 
 /// Fields that are used as divisors.
 const DIVISORS: [&str; 4] = ["camera.rate_hz", "plan.step_mm", "optics.sensor_width_mm", "board.square_mm"];
+/// Seeds may be any integer.
+const SEEDS: [&str; 2] = ["sim.seed", "sim.texture_seed"];
 
 impl Profile {
     /// The rig of the frames of `sequence`: complete for a scan. For imported images only lens and targets
@@ -133,8 +135,7 @@ fn impossible_number(value: &Value, key: String) -> Option<(String, f64)> {
         Value::Number(number) => {
             let size = number.as_f64().unwrap_or(f64::INFINITY).abs();
             let least = if DIVISORS.iter().any(|divisor| key.ends_with(divisor)) { SMALLEST } else { 0.0 };
-            // A seed may be any integer.
-            (!(least..=LARGEST).contains(&size) && key != "sim.seed").then_some((key, size))
+            (!(least..=LARGEST).contains(&size) && !SEEDS.contains(&key.as_str())).then_some((key, size))
         }
         Value::Array(values) => values
             .iter()

@@ -3,7 +3,9 @@
 use serde::Serialize;
 
 use super::MaskFacts;
-use epirig_matcher::surface::{Budget, Depth, DepthAtMargin, Filters, Part, Rectangle, Roughness, Trend};
+use epirig_matcher::surface::{
+    Budget, Depth, DepthAtMargin, DepthOnPlateaus, Filters, Part, Rectangle, Roughness, Trend,
+};
 
 /// Contents of `surface.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -78,6 +80,8 @@ pub struct LevelsSummary {
     pub margin_px: usize,
     /// Depth at other distances. If it still grows, windows reach across the walls.
     pub by_margin: Vec<DepthAtMargin>,
+    /// Depth on the plateaus of ISO 5436-1, if parts are wide enough for them.
+    pub on_plateaus: Option<DepthOnPlateaus>,
     /// Errors of pixels further apart than this are independent, in px.
     pub correlation_reach_px: usize,
     /// Roughness of the levels away from the walls, with the noise that sigma predicts.

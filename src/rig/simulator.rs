@@ -48,6 +48,7 @@ pub fn simulator_config(profile: &Profile) -> Result<SimulatorConfig, RigError> 
     }
     config.sensor.read_noise_dn = profile.sim.noise_dn;
     config.sensor.seed = config.sensor.seed.wrapping_add(profile.sim.seed);
+    config.texture.seed = profile.sim.texture_seed;
     add_faults(&mut config, &profile.sim.faults, profile.sim.seed);
     if let (Scene::Tile { side_mm, bands, .. }, Some(print)) = (&mut config.scene, &profile.target.print) {
         *bands = Some(tile_bands(print, *side_mm)?);
@@ -121,6 +122,15 @@ mod tests {
         real.sensor.read_noise_dn = found.sensor.read_noise_dn;
         assert_eq!(found, real);
         Simulator::new(found).unwrap();
+    }
+
+    #[test]
+    fn the_texture_has_a_seed_of_its_own() {
+        let config = |setting: &str| simulator_of(REAL, &[setting]).unwrap();
+        let (first, again, other) =
+            (config("sim.seed=0"), config("sim.seed=5"), config("sim.texture_seed=5"));
+        assert_eq!(first.texture, again.texture);
+        assert_eq!((other.texture.seed, other.sensor, other.step_error), (5, first.sensor, first.step_error));
     }
 
     #[test]

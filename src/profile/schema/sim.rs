@@ -21,9 +21,16 @@ keys!(
         "seed",
         Kind::Whole(0, i64::MAX),
         "7",
-        "Seed of all random numbers: the same seed gives the same frames"
+        "Seed of all random numbers but those of the texture: the same seed gives the same frames"
     )
     .or("0"),
+    TEXTURE_SEED = key(
+        "texture_seed",
+        Kind::Whole(0, i64::MAX),
+        "2",
+        "Seed of the texture: another one is another object of the same shape"
+    )
+    .or("1"),
     REAL_TIME = key("real_time", Kind::Flag, "true", "Whether moves and frames take real time").or("false"),
     ROLL = key(
         "roll",

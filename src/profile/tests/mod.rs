@@ -45,6 +45,7 @@ fn the_simulated_rig_is_the_papers() {
         scene: SceneName::Tile,
         noise_dn: 0.0,
         seed: 0,
+        texture_seed: 1,
         real_time: false,
         faults: SimFaults::default(),
     };
@@ -154,6 +155,7 @@ fn what_is_left_out_has_the_promised_defaults() {
             scene: SceneName::Plane,
             noise_dn: 0.0,
             seed: 0,
+            texture_seed: 1,
             real_time: false,
             faults: SimFaults::default(),
         },
@@ -349,8 +351,11 @@ fn overrides_win_over_the_file_in_any_spelling_and_later_ones_over_earlier_ones(
     assert_eq!((profile.plan.step_mm, profile.plan.frames), (Some(3.0), Some(5)));
     let controls = [("gain", "10"), ("focus", "2"), ("hue", "3")];
     assert_eq!(profile.camera.controls, controls.map(|(name, value)| (name.to_owned(), value.to_owned())));
-    let profile = Profile::of(&set(&["stage.driver=sim", "sim.real_time=true", "sim.seed=9"])).unwrap();
-    assert!(profile.sim.real_time && profile.sim.seed == 9);
+    let profile =
+        Profile::of(&set(&["stage.driver=sim", "sim.real_time=true", "sim.seed=9", "sim.texture_seed=3"]))
+            .unwrap();
+    assert!(profile.sim.real_time);
+    assert_eq!((profile.sim.seed, profile.sim.texture_seed), (9, 3));
 }
 
 fn from(settings: &[(&str, &str)]) -> Vec<Override> {

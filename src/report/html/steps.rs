@@ -160,6 +160,15 @@ fn margins(levels: &LevelsSummary) -> Markup {
             at.used_px.to_string().into(),
         ]
     });
+    let plateaus = levels.on_plateaus.map_or_else(|| joined([]), |on| {
+        paragraph(format!(
+            "On the plateaus of ISO 5436-1: {}, from {} pixels. That is the central third of each part, and the level \
+             around it from a third of its width to its width. Parts are {} px wide (median).",
+            with_sigma(on.depth.depth_mm, on.depth.half_width_95_mm, "mm"),
+            on.used_px,
+            fixed(on.width_px, 0),
+        ))
+    });
     joined([
         table(
             "Depth for other distances from the walls",
@@ -170,6 +179,7 @@ fn margins(levels: &LevelsSummary) -> Markup {
             "If the depth still grows with the distance, windows of the matcher reach across the walls, and the \
              depth is too small.",
         ),
+        plateaus,
     ])
 }
 

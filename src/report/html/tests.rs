@@ -8,8 +8,8 @@ use crate::results::{FieldSummary, LevelsSummary, MatchSummary, SurfaceSummary};
 use epirig_core::grid::Grid;
 use epirig_data::sequence::{Event, FrameRecord, SequenceRecord, StopRecord};
 use epirig_matcher::surface::{
-    Budget, Combined, Contribution, Depth, DepthAtMargin, Evaluation, Filters, Part, Roughness, Trend,
-    TrendKind,
+    Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Filters, Part,
+    Roughness, Trend, TrendKind,
 };
 
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=alert(2)>&\"";
@@ -152,6 +152,7 @@ impl Records {
                         half_width_95_mm: None,
                         used_px: 60,
                     }],
+                    on_plateaus: Some(DepthOnPlateaus { depth: depth(0.199), width_px: 12.0, used_px: 30 }),
                     correlation_reach_px: 4,
                     roughness: None,
                     upper: None,

@@ -112,10 +112,14 @@ fn a_hang_up_in_mid_move_is_noticed_and_the_stage_is_found_again() {
     let device = Arc::new(Mutex::new(NativeDevice::new("hang-up@1+0.3s/1.5s".parse().unwrap())));
     let plant = device.lock().unwrap().plant();
     let bench = bench(device, &quiet());
+    // A process that is started now does not keep the terminal open.
+    let mut other = std::process::Command::new("sleep").arg("60").spawn().unwrap();
     let mut stage = bench.native();
     stage.home().unwrap();
     let home = plant.carriage_steps();
     let error = stage.move_to(100.0).unwrap_err();
+    other.kill().unwrap();
+    other.wait().unwrap();
     assert!(matches!(error, StageError::Link(LinkError::Lost { .. })), "{error}");
     assert_eq!(stage.move_to(100.0), Err(StageError::NotHomed));
     drop(stage);

@@ -118,6 +118,13 @@ impl Heights {
         Self { height_mm, sigma_mm, ..self.clone() }
     }
 
+    /// These heights with the sigma of other, independent ones of the same pixels. A sigma grows where its height
+    /// departs from those around it, so weights by it would choose heights by their error.
+    #[must_use]
+    pub(super) fn with_sigma_of(&self, other: &Self) -> Self {
+        Self { height_mm: self.height_mm.clone(), sigma_mm: other.sigma_mm.clone(), ..*self }
+    }
+
     /// Width of a pixel's view of the level at `distance_mm`, in mm.
     pub fn pixel_mm(&self) -> f64 {
         self.distance_mm / self.geometry.focal_length_px

@@ -24,6 +24,7 @@ pub use outliers::find_outliers;
 pub use profile::{Line, Profile, ProfilePoint, profile};
 pub use roughness::{Roughness, roughness};
 pub use steps::{
-    Budget, Combined, Contribution, Depth, DepthAtMargin, Evaluation, Part, Steps, StepsOptions, find_steps,
+    Budget, Combined, Contribution, Depth, DepthAtMargin, DepthOnPlateaus, Evaluation, Part, Steps,
+    StepsOptions, find_steps,
 };
 pub use trend::{Trend, TrendKind, fit_trend};

@@ -1,6 +1,10 @@
 //! A simulated device behind a pseudo-terminal, for programs that open a port.
 
-use std::io::{Read, Write};
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +12,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serialport::{SerialPort, TTYPort};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use serialport::TTYPort;
 
 use crate::link::{LineNoise, LinkError, PortLock, SimulatedDevice};
 
@@ -77,12 +85,63 @@ fn remove_link(link: &Path) {
     }
 }
 
+/// Bytes in both directions, for which reading and writing wait no longer than [`PATIENCE`].
+trait Host: Read + Write + Send {}
+
+impl<T: Read + Write + Send> Host for T {}
+
 /// The device's line: both ends of a pseudo-terminal, or a serial port.
 struct Pty {
-    host: TTYPort,
+    host: Box<dyn Host>,
     /// The device's end stays open, so that clients may connect and disconnect.
-    _device: Option<TTYPort>,
+    _device: Option<OwnedFd>,
     _lock: Option<PortLock>,
+}
+
+/// The host's end of a pseudo-terminal. No process that is started meanwhile keeps it open: the terminal would not
+/// hang up when it is closed here.
+struct Terminal(File);
+
+impl Terminal {
+    /// Both ends, of which nothing changes the bytes, and the path of the device's.
+    fn pair() -> rustix::io::Result<(Self, OwnedFd, PathBuf)> {
+        let host = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        grantpt(&host)?;
+        unlockpt(&host)?;
+        let name = ptsname(&host, Vec::new())?;
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let device = rustix::fs::open(name.as_c_str(), flags, Mode::empty())?;
+        let mut modes = tcgetattr(&device)?;
+        modes.make_raw();
+        tcsetattr(&device, OptionalActions::Now, &modes)?;
+        Ok((Self(File::from(host)), device, OsStr::from_bytes(name.as_bytes()).into()))
+    }
+
+    fn wait_for(&self, flags: PollFlags) -> std::io::Result<()> {
+        let patience = Timespec { tv_sec: 0, tv_nsec: PATIENCE.subsec_nanos().into() };
+        match poll(&mut [PollFd::new(&self.0, flags)], Some(&patience))? {
+            0 => Err(ErrorKind::TimedOut.into()),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Read for Terminal {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.wait_for(PollFlags::IN)?;
+        self.0.read(buffer)
+    }
+}
+
+impl Write for Terminal {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.wait_for(PollFlags::OUT)?;
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// Whether a path is a device itself, and not a link to a pseudo-terminal.
@@ -104,7 +163,7 @@ impl Pty {
             action: "open it as a serial port",
             detail: error.to_string(),
         })?;
-        Ok(Self { host, _device: None, _lock: Some(lock) })
+        Ok(Self { host: Box::new(host), _device: None, _lock: Some(lock) })
     }
 
     fn pair(link: &Path) -> Result<Self, LinkError> {
@@ -113,13 +172,8 @@ impl Pty {
             action,
             detail,
         };
-        let pair = TTYPort::pair().and_then(|(mut host, device)| {
-            host.set_timeout(PATIENCE)?;
-            Ok((host, device))
-        });
-        let (host, device) = pair.map_err(|error| failed("make a pseudo-terminal", error.to_string()))?;
-        let target =
-            device.name().ok_or_else(|| failed("make a pseudo-terminal", "it has no name".to_owned()))?;
+        let (host, device, target) =
+            Terminal::pair().map_err(|error| failed("make a pseudo-terminal", error.to_string()))?;
         if link.exists() {
             return Err(failed(
                 "create this link",
@@ -131,7 +185,7 @@ impl Pty {
         }
         std::os::unix::fs::symlink(target, link)
             .map_err(|error| failed("link the pseudo-terminal", error.to_string()))?;
-        Ok(Self { host, _device: Some(device), _lock: None })
+        Ok(Self { host: Box::new(host), _device: Some(device), _lock: None })
     }
 }
 

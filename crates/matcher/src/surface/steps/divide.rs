@@ -7,6 +7,7 @@ use super::super::trend::Field;
 use super::depth::{Fit, Side, fit};
 use super::levels::{Levels, Point, two_levels};
 use super::options::StepsOptions;
+use super::plateaus::Plateaus;
 use super::regions::{Level, clear_of_walls, without_small_parts};
 use epirig_core::grid::Grid;
 use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
@@ -108,6 +109,11 @@ impl Divided {
     /// The levels without what lies nearer than this to walls that smoothing may have moved.
     pub(super) fn clear_by(&self, margin_px: usize) -> Grid<Level> {
         clear_of_walls(&self.levels, margin_px + self.moved_px)
+    }
+
+    /// The plateaus of ISO 5436-1 of all parts on a level that are wide enough to leave out this margin.
+    pub(super) fn plateaus(&self, of_parts: Level, margin_px: usize) -> Plateaus {
+        Plateaus::of(&self.levels, of_parts, margin_px + self.moved_px)
     }
 
     /// Pixels of the upper and of the lower level that this leaves.

@@ -9,6 +9,7 @@ mod depth;
 mod divide;
 mod levels;
 mod options;
+mod plateaus;
 mod regions;
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ pub use depth::{Depth, Part};
 use depth::{Side, fit, parts};
 use divide::{Divided, ROOM, divided};
 use epirig_core::grid::Grid;
+use epirig_core::statistics::quantile;
 pub use options::StepsOptions;
 use regions::Level;
 
@@ -53,6 +55,18 @@ pub struct DepthAtMargin {
     pub used_px: usize,
 }
 
+/// The depth on the plateaus of ISO 5436-1: the central third of each hollow, and the ground from a third of its
+/// width to its width beside it (or the same of raised parts).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DepthOnPlateaus {
+    /// With the interval by its scatter.
+    pub depth: Depth,
+    /// Median width of the parts that are wide enough for these plateaus, in px, to about a pixel.
+    pub width_px: f64,
+    /// Pixels on the plateaus.
+    pub used_px: usize,
+}
+
 /// The two levels of a field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steps {
@@ -67,6 +81,9 @@ pub struct Steps {
     /// Depths for other distances from the walls. Windows that reach over a wall make hollows shallower, so
     /// the depth grows with the distance until they no longer do.
     pub by_margin: Vec<DepthAtMargin>,
+    /// Depth on the plateaus of ISO 5436-1; `None` if no part is so wide that a third of it is at least the smallest
+    /// margin.
+    pub on_plateaus: Option<DepthOnPlateaus>,
     /// The trend of the upper level.
     pub trend: Trend,
     /// True on the lower level; meaningful where there is a height.
@@ -115,7 +132,9 @@ pub fn find_steps(
     };
     let (by_one, by_other) = rayon::join(|| by(one), || by(other));
     let (by_one, by_other) = (by_one?, by_other?);
-    let (one, other) = (field.with_heights(&one.measured)?, field.with_heights(&other.measured)?);
+    let heights = [one.measured.with_sigma_of(&other.measured), other.measured.with_sigma_of(&one.measured)];
+    let [one, other] = &heights;
+    let (one, other) = (field.with_heights(one)?, field.with_heights(other)?);
     let measured = Measured::new(vec![(&one, &by_other), (&other, &by_one)], options);
     steps(&field, &whole, &measured, options)
 }
@@ -145,6 +164,23 @@ impl<'a> Measured<'a> {
 
     fn sides(&self, margin_px: usize) -> Vec<Side<'_>> {
         self.on.iter().map(|(field, divided)| Side { field, clear: divided.clear_by(margin_px) }).collect()
+    }
+
+    /// The depth on the plateaus of ISO 5436-1 of the parts on a level that are wide enough for this margin.
+    fn on_plateaus(&self, of_parts: Level, margin_px: usize, scale_sigma: f64) -> Option<DepthOnPlateaus> {
+        let mut widths_px = Vec::new();
+        let sides: Vec<Side<'_>> = self
+            .on
+            .iter()
+            .map(|(field, divided)| {
+                let plateaus = divided.plateaus(of_parts, margin_px);
+                widths_px.extend(plateaus.widths_px);
+                Side { field, clear: plateaus.clear }
+            })
+            .collect();
+        let fitted = fit(&sides)?;
+        let depth = fitted.depth(&fitted.certainty(&sides), scale_sigma);
+        Some(DepthOnPlateaus { depth, width_px: quantile(&mut widths_px, 0.5)?, used_px: fitted.pixels })
     }
 
     /// Whether heights are measured on levels that others show.
@@ -218,10 +254,12 @@ fn steps(
     let choices =
         Choices { farther_from_walls, nearer_to_walls, richer_form: measured.with_richer_form(scale_sigma) };
     let budget = Budget::of(&depth, choices, measured.is_crossed(), scale);
+    let of_parts = if raised { Level::Upper } else { Level::Lower };
     Ok(Steps {
         depth,
         budget,
         raised,
+        on_plateaus: measured.on_plateaus(of_parts, options.margin_px, scale_sigma),
         parts: parts(&plateaus, &whole.levels, &fitted, &certainty, raised, options),
         by_margin,
         trend: of_map.trend(field, &certainty_of_map),

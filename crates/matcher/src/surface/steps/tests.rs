@@ -267,14 +267,25 @@ fn alike(heights: Heights) -> HalfHeights {
     HalfHeights { dividing: heights.clone(), measured: heights }
 }
 
-#[test]
-fn levels_that_another_half_shows_do_not_make_the_depth_larger() {
-    // A depth of three times the scatter of a half.
-    let form =
-        |x_mm: f64, y_mm: f64, x: usize, _: usize| tilted(x_mm, y_mm) - if stripes(x) { 0.12 } else { 0.0 };
-    let mut crossed = Vec::new();
-    for seed in 0..40 {
-        let halves = [0, 1].map(|half| alike(field(0.04, 2 * seed + half, form)));
+/// Stripes three times as deep as a half scatters, measured by halves whose sigmas are `sigma_mm` of the height over
+/// the middle between the levels; judged with many seeds.
+fn judged_by_halves(sigma_mm: impl Fn(f64) -> f64) -> Vec<(f64, bool)> {
+    let (depth_mm, middle) = (0.12, 0.5 * (SIDE - 1) as f64);
+    let form = |x_mm: f64, y_mm: f64, x: usize, _: usize| {
+        tilted(x_mm, y_mm) - if stripes(x) { depth_mm } else { 0.0 }
+    };
+    let half = |seed| {
+        let mut heights = field(0.04, seed, form);
+        let sigmas = heights.sigma_mm.values_mut().iter_mut().zip(heights.height_mm.values()).enumerate();
+        for (index, (sigma, &height_mm)) in sigmas {
+            let place = |pixels: usize| 0.25 * (pixels as f64 - middle);
+            let middle_mm = tilted(place(index % SIDE), place(index / SIDE)) - 0.5 * depth_mm;
+            *sigma = sigma_mm(f64::from(height_mm) - middle_mm) as f32;
+        }
+        alike(heights)
+    };
+    let judge = |seed: u64| {
+        let halves = [0, 1].map(|index| half(2 * seed + index));
         let mut whole = halves[0].measured.clone();
         let others = halves[1].measured.height_mm.values();
         for (height, other) in whole.height_mm.values_mut().iter_mut().zip(others) {
@@ -282,12 +293,30 @@ fn levels_that_another_half_shows_do_not_make_the_depth_larger() {
         }
         let found = find_steps(&whole, Some(&halves), &options(TrendKind::Plane)).unwrap();
         assert_eq!(found.parts.len(), 5, "seed {seed}");
-        crossed.push(judged(&found.depth, 0.12));
-    }
-    assert_honest("by halves", &crossed);
-    let mean = crossed.iter().map(|(error, _)| error).sum::<f64>() / crossed.len() as f64;
-    // The mean of 40 is known to 0.16 of a standard uncertainty; three of these.
+        judged(&found.depth, depth_mm)
+    };
+    (0..40).map(judge).collect()
+}
+
+/// The mean of 40 normalised errors is known to 0.16; three of these.
+fn assert_unbiased(results: &[(f64, bool)]) {
+    let mean = results.iter().map(|(error, _)| error).sum::<f64>() / results.len() as f64;
     assert!(mean.abs() < 0.48, "{mean}");
+}
+
+#[test]
+fn levels_that_another_half_shows_do_not_make_the_depth_larger() {
+    let crossed = judged_by_halves(|_| 0.04);
+    assert_honest("by halves", &crossed);
+    assert_unbiased(&crossed);
+}
+
+#[test]
+fn sigmas_that_know_the_error_of_their_height_do_not_weigh_it() {
+    // Heights that noise has put near the other level have the smaller sigmas.
+    let crossed = judged_by_halves(|over_middle_mm| 0.036 + 0.06 * over_middle_mm.abs());
+    assert_honest("by halves", &crossed);
+    assert_unbiased(&crossed);
 }
 
 #[test]
