@@ -17,7 +17,9 @@ use epirig_matcher::evaluate::match_halves;
 use epirig_matcher::surface::{
     Geometry, HalfHeights, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights,
 };
-use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume};
+use epirig_matcher::{
+    LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume,
+};
 use epirig_simulator::{Bands, Optics, Scene, SimulatedScan, Simulator, SimulatorConfig, StepError, Texture};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -132,7 +134,8 @@ fn one_rig(seed: u64) -> Normalised {
         });
     let heights = heights(geometry, &cut(&maps.disparity), &cut(&maps.sigma)).unwrap();
     // As `surface` takes them.
-    let steps = StepsOptions::for_window(TrendKind::Quadric, 7).with_grown_window(LARGEST_GROWN_WINDOW_PX);
+    let steps = StepsOptions::for_window(TrendKind::Quadric, LEAST_EQUAL_WINDOW_PX)
+        .with_grown_window(LARGEST_GROWN_WINDOW_PX);
     let halves = halves.map(|half| {
         let of = |maps: &[Grid<f32>; 2]| heights.of_maps(&maps.each_ref().map(cut));
         HalfHeights { dividing: of(&half.best), measured: of(&half.in_equal_windows) }

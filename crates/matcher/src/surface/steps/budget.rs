@@ -61,11 +61,13 @@ pub(super) struct Choices {
     pub(super) nearer_to_walls: Option<(f64, Option<f64>)>,
     /// With a form of one more degree.
     pub(super) richer_form: Option<(f64, Option<f64>)>,
+    /// By each half of the frames alone.
+    pub(super) by_halves: Option<[(f64, Option<f64>); 2]>,
 }
 
 impl Budget {
-    /// Of `depth`, whose levels were found by other heights than are measured on them if `crossed`.
-    pub(super) fn of(depth: &Depth, choices: Choices, crossed: bool, scale: ScaleSigma) -> Self {
+    /// Of `depth`. If it is known by halves, the levels of each were found by the heights of the other.
+    pub(super) fn of(depth: &Depth, choices: Choices, scale: ScaleSigma) -> Self {
         let own = (depth.depth_mm, depth.sigma_mm);
         let by_choice = |other: Option<(f64, Option<f64>)>| other.and_then(|other| by_choice(own, other));
         let walls = match choices.farther_from_walls {
@@ -75,7 +77,8 @@ impl Budget {
         let of_scale = |relative: Option<f64>| relative.map(|relative| relative * depth.depth_mm.abs());
         let known = [
             ("scatter between independent parts of the field", Evaluation::A, depth.sigma_mm),
-            ("selection of the levels by noise", Evaluation::B, crossed.then_some(0.0)),
+            ("selection of the levels by noise", Evaluation::B, choices.by_halves.map(|_| 0.0)),
+            ("frames: even and odd ones apart", Evaluation::B, choices.by_halves.and_then(by_frames)),
             ("walls: other margins", Evaluation::B, walls),
             ("trend: another form", Evaluation::B, by_choice(choices.richer_form)),
             ("scale: focal length", Evaluation::B, of_scale(scale.focal_length)),
@@ -112,6 +115,14 @@ fn by_choice(
     Some((((other_mm - one_mm).powi(2) - noise).max(0.0) / 3.0).sqrt())
 }
 
+/// Standard uncertainty by the choice of frames: what the depths by halves of them differ by beyond their noise, as the
+/// width of a rectangular distribution. Pixel locking and errors of positions differ between the halves, and are alike
+/// in all parts of the field, whose scatter does not show them. `None` if one of the sigmas is not known.
+fn by_frames([(one_mm, one_sigma_mm), (other_mm, other_sigma_mm)]: [(f64, Option<f64>); 2]) -> Option<f64> {
+    let noise = one_sigma_mm?.powi(2) + other_sigma_mm?.powi(2);
+    Some((((other_mm - one_mm).powi(2) - noise).max(0.0) / 12.0).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,9 +141,10 @@ mod tests {
 
     #[test]
     fn contributions_add_in_squares_and_share_their_degrees_of_freedom() {
-        let budget = Budget::of(&depth(Some(0.012)), Choices::default(), true, SCALE);
+        let by_halves = Some([(-2.0, Some(0.02)), (-2.01, Some(0.02))]);
+        let budget = Budget::of(&depth(Some(0.012)), Choices { by_halves, ..Choices::default() }, SCALE);
         let sigmas: Vec<_> = budget.contributions.iter().map(|part| part.sigma_mm).collect();
-        assert_eq!(sigmas, [Some(0.012), Some(0.0), None, None, Some(0.003), Some(0.004)]);
+        assert_eq!(sigmas, [Some(0.012), Some(0.0), Some(0.0), None, None, Some(0.003), Some(0.004)]);
         // 0.012, 0.003 and 0.004 make 0.013; 10 (0.013 / 0.012)^4 = 13.77 degrees of freedom, whose t by
         // tables lies between 2.160 (13) and 2.145 (14).
         let combined = budget.combined.unwrap();
@@ -154,15 +166,24 @@ mod tests {
         assert!((sigma_of((-2.003, Some(0.002))) - 0.003 / 3.0_f64.sqrt()).abs() < 1e-9);
         assert_eq!(by_choice((-2.0, Some(0.003)), (-2.1, None)), None);
         let choices = Choices { farther_from_walls: Some((-2.012, Some(0.003))), ..Choices::default() };
-        let budget = Budget::of(&depth(Some(0.003)), choices, false, ScaleSigma::default());
+        let budget = Budget::of(&depth(Some(0.003)), choices, ScaleSigma::default());
         // 0.003^2 + 0.012^2 / 3.
         assert!((budget.combined.unwrap().sigma_mm - 57e-6_f64.sqrt()).abs() < 1e-12);
         assert_eq!(budget.contributions[1].sigma_mm, None, "heights that were divided by themselves");
     }
 
     #[test]
+    fn halves_that_differ_beyond_their_noise_count() {
+        let of = |difference_mm: f64| by_frames([(-2.0, Some(0.003)), (-2.0 + difference_mm, Some(0.004))]);
+        assert_eq!(of(0.005), Some(0.0));
+        // 0.013^2 - 0.005^2 = 0.012^2, and a rectangle's variance is a twelfth of its width squared.
+        assert!((of(-0.013).unwrap() - 0.012 / 12.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(by_frames([(-2.0, None), (-2.1, Some(0.004))]), None);
+    }
+
+    #[test]
     fn without_a_scale_the_scatter_is_all_and_without_scatter_there_is_no_sum() {
-        let of = |sigma_mm, scale| Budget::of(&depth(sigma_mm), Choices::default(), true, scale).combined;
+        let of = |sigma_mm, scale| Budget::of(&depth(sigma_mm), Choices::default(), scale).combined;
         let alone = of(Some(0.012), ScaleSigma::default()).unwrap();
         assert!((alone.sigma_mm - 0.012).abs() < 1e-15 && (alone.degrees_of_freedom - 10.0).abs() < 1e-9);
         // Tables: 2.228 for 10.

@@ -183,9 +183,14 @@ impl<'a> Measured<'a> {
         Some(DepthOnPlateaus { depth, width_px: quantile(&mut widths_px, 0.5)?, used_px: fitted.pixels })
     }
 
-    /// Whether heights are measured on levels that others show.
-    fn is_crossed(&self) -> bool {
-        self.on.len() > 1
+    /// Depth and its sigma by each half alone, in mm; `None` without halves, or if one of them does not do.
+    fn by_halves(&self) -> Option<[(f64, Option<f64>); 2]> {
+        let sides: [Side<'_>; 2] = self.sides(self.margin_px).try_into().ok()?;
+        let [one, other] = sides.map(|side| {
+            let alone = [side];
+            fit(&alone).map(|fitted| fitted.depth(&fitted.certainty(&alone), 0.0))
+        });
+        Some([one?, other?].map(|depth| (depth.depth_mm, depth.sigma_mm)))
     }
 
     /// The depth and its sigma, in mm, with a form of one more degree; `None` if there is none, or too few
@@ -251,9 +256,13 @@ fn steps(
     let depth = fitted.depth(&certainty, scale_sigma);
     let nearer = margin_px.checked_sub(1).and_then(|nearer_px| by_margin.get(nearer_px));
     let nearer_to_walls = nearer.map(|nearer| (nearer.depth_mm, nearer.sigma_mm));
-    let choices =
-        Choices { farther_from_walls, nearer_to_walls, richer_form: measured.with_richer_form(scale_sigma) };
-    let budget = Budget::of(&depth, choices, measured.is_crossed(), scale);
+    let choices = Choices {
+        farther_from_walls,
+        nearer_to_walls,
+        richer_form: measured.with_richer_form(scale_sigma),
+        by_halves: measured.by_halves(),
+    };
+    let budget = Budget::of(&depth, choices, scale);
     let of_parts = if raised { Level::Upper } else { Level::Lower };
     Ok(Steps {
         depth,

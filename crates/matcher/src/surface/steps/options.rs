@@ -7,7 +7,8 @@ use crate::surface::trend::TrendKind;
 pub struct StepsOptions {
     /// The trend under the levels.
     pub trend: TrendKind,
-    /// Pixels nearer than this to the other level are left out: half the matcher's window and half a wall.
+    /// Pixels nearer than this to the other level are left out: half the matcher's window, half a wall, and as far as
+    /// the lens spreads light.
     pub margin_px: usize,
     /// Pixels nearer than this are left out, too, where enough remain; at least `margin_px`.
     pub grown_margin_px: usize,
@@ -16,9 +17,9 @@ pub struct StepsOptions {
 }
 
 impl StepsOptions {
-    /// For a matcher whose windows have this side, and walls of up to two pixels.
+    /// For a matcher whose windows have this side, walls of up to two pixels, and a lens that spreads light by a pixel.
     pub fn for_window(trend: TrendKind, window_px: usize) -> Self {
-        let margin_px = window_px / 2 + 1;
+        let margin_px = window_px / 2 + 2;
         // Twice as wide and high as the smallest that a pixel clear of the walls fits in.
         Self { trend, margin_px, grown_margin_px: margin_px, least_area_px: (2 * (2 * margin_px + 1)).pow(2) }
     }

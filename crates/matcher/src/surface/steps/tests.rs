@@ -205,13 +205,13 @@ fn the_trend_is_that_of_the_upper_level() {
 
 #[test]
 fn levels_that_are_too_narrow_are_said_to_be_there() {
-    // Margin 3, so that a stripe must be 7 px wide.
+    // Margin 4, so that a stripe must be 9 px wide.
     for seed in 0..5 {
         let narrow = field(0.02, 300 + seed, |x_mm, y_mm, x, _| {
             tilted(x_mm, y_mm) - if x / 6 % 2 == 1 { 0.2 } else { 0.0 }
         });
         match find_steps(&narrow, None, &options(TrendKind::Plane)) {
-            Err(SurfaceError::TooNarrow { margin_px: 3, depth_mm }) => {
+            Err(SurfaceError::TooNarrow { margin_px: 4, depth_mm }) => {
                 assert!((depth_mm - 0.2).abs() < 0.01, "{depth_mm}");
             }
             found => panic!("seed {seed}: {:?}", found.map(|found| found.depth)),
@@ -249,9 +249,9 @@ fn fields_without_heights_are_refused() {
 #[test]
 fn the_grown_margin_is_kept_where_hollows_have_the_room() {
     let grown = options(TrendKind::Plane).with_grown_window(11);
-    assert_eq!((grown.margin_px, grown.grown_margin_px), (3, 6));
-    for (width, margin_px) in [(20, 6), (12, 3)] {
-        // 20 px leave 14 and 8 px clear of the walls, more than a quarter; 12 px leave 6 and none.
+    assert_eq!((grown.margin_px, grown.grown_margin_px), (4, 6));
+    for (width, margin_px) in [(20, 6), (12, 4)] {
+        // 20 px leave 12 and 8 px clear of the walls, more than a quarter; 12 px leave 4 and none.
         let heights = field(0.01, 7, |x_mm, y_mm, x, _| {
             tilted(x_mm, y_mm) - if x / width % 2 == 1 { 0.2 } else { 0.0 }
         });
@@ -350,9 +350,9 @@ fn windows_that_see_far_divide_but_do_not_measure() {
     let wide = find_steps(&halves[0].dividing, None, &options).unwrap().depth;
     assert!(wide.depth_mm < 0.99 * 0.2, "{wide:?}");
     let found = find_steps(&halves[0].dividing, Some(&halves), &options).unwrap();
-    // The division was smoothed by 4 px to each side. Of 20 columns, a margin of 3 px then leaves 6, and one of 4 px the
+    // The division was smoothed by 4 px to each side. Of 20 columns, a margin of 4 px then leaves 4, and one of 5 px the
     // last that is half of them.
-    assert_eq!(found.margin_px, 4);
+    assert_eq!(found.margin_px, 5);
     let Depth { depth_mm, half_width_95_mm, .. } = found.depth;
     let holds = |depth_mm: f64| (depth_mm - 0.2).abs() < half_width_95_mm.unwrap();
     assert!(holds(depth_mm) && !holds(wide.depth_mm), "{:?}, {wide:?}", found.depth);
