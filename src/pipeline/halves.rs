@@ -27,9 +27,6 @@ pub fn half_heights(
     let volume = load(sequence, opened.calibration.as_ref(), progress)?;
     match match_halves(&volume, opened.matched.reference, &match_options(&opened.matched), progress) {
         Err(SplitHalfError::TooFewFrames(_)) => Ok(None),
-        halves => Ok(Some(halves?.map(|half| HalfHeights {
-            dividing: heights.of_maps(&half.best),
-            measured: heights.of_maps(&half.in_equal_windows),
-        }))),
+        halves => Ok(Some(halves?.map(|half| heights.of_half(&half)))),
     }
 }

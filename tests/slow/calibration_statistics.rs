@@ -14,9 +14,7 @@ use epirig_core::grid::Grid;
 use epirig_core::progress::Silent;
 use epirig_core::tau::Tau;
 use epirig_matcher::evaluate::match_halves;
-use epirig_matcher::surface::{
-    Geometry, HalfHeights, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights,
-};
+use epirig_matcher::surface::{Geometry, ScaleSigma, Steps, StepsOptions, TrendKind, find_steps, heights};
 use epirig_matcher::{
     LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchOptions, ReferenceFrame, match_volume,
 };
@@ -136,10 +134,7 @@ fn one_rig(seed: u64) -> Normalised {
     // As `surface` takes them.
     let steps = StepsOptions::for_window(TrendKind::Quadric, LEAST_EQUAL_WINDOW_PX)
         .with_grown_window(LARGEST_GROWN_WINDOW_PX);
-    let halves = halves.map(|half| {
-        let of = |maps: &[Grid<f32>; 2]| heights.of_maps(&maps.each_ref().map(cut));
-        HalfHeights { dividing: of(&half.best), measured: of(&half.in_equal_windows) }
-    });
+    let halves = halves.map(|half| heights.of_half(&half.map(cut)));
     let Steps { depth, budget, .. } = find_steps(&heights, Some(&halves), &steps).unwrap();
     let freedom = depth.degrees_of_freedom.unwrap();
     let wider = (freedom / (freedom - 2.0)).sqrt();

@@ -30,7 +30,7 @@ mod winner;
 pub use candidates::DisparityRange;
 pub use locking::{LOCKING_HARMONICS, LockingAmplitudes, LockingHarmonic, PixelLocking, locking_factor};
 pub use maps::{Answer, DisparityMaps, OrderingUsed};
-pub use matcher::{Matcher, match_volume};
+pub use matcher::{EqualWindows, Matcher, match_volume};
 pub use options::{
     Effort, LARGEST_GROWN_WINDOW_PX, LARGEST_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchError, MatchOptions,
     Method, Occlusion, OrderingConstraint, ReferenceFrame, Search, Surfaces,

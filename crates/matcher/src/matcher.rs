@@ -96,13 +96,13 @@ impl Matcher {
         })
     }
 
-    /// Disparity and its sigma, in px, of the pixels that `maps` answers, by windows of one size: that of the fit in
-    /// the options, or [`LEAST_EQUAL_WINDOW_PX`]. Rows x columns, NaN without an answer.
+    /// The pixels that `maps` answers, by windows of one size: that of the fit in the options, or
+    /// [`LEAST_EQUAL_WINDOW_PX`].
     ///
     /// Windows that grow with the noise see a wall from as far as they reach, which differs from pixel to pixel.
     /// These see it from half a window, so a mean over many pixels farther away is right, although each pixel
     /// has more noise.
-    pub fn in_equal_windows(&self, maps: &DisparityMaps, progress: &dyn Progress) -> [Grid<f32>; 2] {
+    pub fn in_equal_windows(&self, maps: &DisparityMaps, progress: &dyn Progress) -> EqualWindows {
         let Self { volume, options, area } = self;
         let lines = Lines::new(volume.tau(), maps.reference, volume.columns());
         let rows = area.as_ref().map_or(0..volume.rows(), |area| area.rows.clone());
@@ -118,11 +118,13 @@ impl Matcher {
             deviation_share: None,
         };
         progress.begin("refining in equal windows", volume.rows() as u64);
-        let FitResult { disparity, sigma, .. } = fit(volume, &lines, answers, equal, || progress.advance(1));
+        let found = fit(volume, &lines, answers, equal, || progress.advance(1));
         progress.end();
+        let FitResult { disparity, sigma, locking_px: locking, .. } = found;
+        let found = EqualWindows { disparity, sigma, locking };
         match area {
-            Some(area) => [disparity, sigma].map(|map| area.spread(&map, f32::NAN)),
-            None => [disparity, sigma],
+            Some(area) => found.map(|map| area.spread(map, f32::NAN)),
+            None => found,
         }
     }
 
@@ -154,6 +156,29 @@ impl Matcher {
         let band = Band::new(volume, y..y + 1, options);
         let costs = band_costs(&band, &lines, &candidates, rule, options).swap_remove(0);
         (candidates, costs)
+    }
+}
+
+/// Maps by windows of one size, in px over the whole baseline; rows x columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EqualWindows {
+    /// Disparity; NaN without an answer.
+    pub disparity: Grid<f32>,
+    /// Its standard deviation.
+    pub sigma: Grid<f32>,
+    /// Its bias by pixel locking, as predicted; `None` if it is not significant.
+    pub locking: Option<Grid<f32>>,
+}
+
+impl EqualWindows {
+    /// The maps that `change` makes of these.
+    #[must_use]
+    pub fn map(&self, change: impl Fn(&Grid<f32>) -> Grid<f32>) -> Self {
+        Self {
+            disparity: change(&self.disparity),
+            sigma: change(&self.sigma),
+            locking: self.locking.as_ref().map(change),
+        }
     }
 }
 

@@ -3,9 +3,7 @@
 use epirig_core::progress::Silent;
 use epirig_core::volume::Volume;
 use epirig_matcher::evaluate::match_halves;
-use epirig_matcher::surface::{
-    Geometry, HalfHeights, StepsOptions, TrendKind, find_extent, find_steps, heights,
-};
+use epirig_matcher::surface::{Geometry, StepsOptions, TrendKind, find_extent, find_steps, heights};
 use epirig_matcher::{LARGEST_GROWN_WINDOW_PX, LEAST_EQUAL_WINDOW_PX, MatchOptions, match_volume};
 
 use super::render::{Size, rendered};
@@ -113,11 +111,7 @@ fn measured(volume: &Volume, depth_px: f64, options: &MatchOptions) -> Measured 
         .with_grown_window(LARGEST_GROWN_WINDOW_PX);
     let extent = find_extent(&heights, None, (options.margin_px, options.rim_px()))
         .map_err(|error| error.to_string())?;
-    let halves = halves.map(|half| {
-        let dividing = heights.of_maps(&half.best);
-        let measured = heights.of_maps(&half.in_equal_windows);
-        HalfHeights { dividing, measured }.only(&extent.used)
-    });
+    let halves = halves.map(|half| heights.of_half(&half).only(&extent.used));
     let steps = find_steps(&heights.only(&extent.used), Some(&halves), &options)
         .map_err(|error| error.to_string())?;
     let true_mm = FOCAL_PX * BASELINE_MM * (1.0 / (BASE_PX - depth_px) - 1.0 / BASE_PX);

@@ -1,5 +1,6 @@
 //! From disparity to metric height.
 
+use crate::evaluate::HalfMaps;
 use epirig_core::grid::Grid;
 use epirig_core::statistics::upper_median;
 
@@ -95,11 +96,23 @@ impl Heights {
         Self { height_mm: masked(&self.height_mm), sigma_mm: masked(&self.sigma_mm), ..*self }
     }
 
-    /// Heights of other maps of the same view, counted from the same level: disparity and sigma in px over the same
-    /// baseline; rows x columns.
-    #[must_use]
-    pub fn of_maps(&self, [disparity, sigma]: &[Grid<f32>; 2]) -> Self {
-        over_level(self.geometry, self.distance_mm, disparity, sigma)
+    /// Heights by half of the frames in the same view, counted from the same level.
+    pub fn of_half(&self, half: &HalfMaps) -> HalfHeights {
+        let of = |disparity: &Grid<f32>, sigma: &Grid<f32>| {
+            over_level(self.geometry, self.distance_mm, disparity, sigma)
+        };
+        let ([disparity, sigma], equal) = (&half.best, &half.in_equal_windows);
+        let measured = of(&equal.disparity, &equal.sigma);
+        let locking_mm = equal.locking.as_ref().map(|bias| {
+            // Of what remains without the bias.
+            let mut true_px = equal.disparity.clone();
+            true_px.values_mut().iter_mut().zip(bias.values()).for_each(|(px, bias)| *px -= bias);
+            let mut error_mm = measured.height_mm.clone();
+            let without = of(&true_px, &equal.sigma).height_mm;
+            error_mm.values_mut().iter_mut().zip(without.values()).for_each(|(mm, without)| *mm -= without);
+            error_mm
+        });
+        HalfHeights { dividing: of(disparity, sigma), measured, locking_mm }
     }
 
     /// The mean with other, independent heights of the same pixels; NaN where one of them is not known.
@@ -139,13 +152,19 @@ pub struct HalfHeights {
     pub dividing: Heights,
     /// Heights by windows of one size, which see walls only from near: they tell how deep the hollows are.
     pub measured: Heights,
+    /// Errors of the measured heights by pixel locking, as predicted, in mm; `None` if they are not significant.
+    pub locking_mm: Option<Grid<f32>>,
 }
 
 impl HalfHeights {
     /// The heights where `kept` is true; NaN elsewhere.
     #[must_use]
     pub fn only(&self, kept: &Grid<bool>) -> Self {
-        Self { dividing: self.dividing.only(kept), measured: self.measured.only(kept) }
+        Self {
+            dividing: self.dividing.only(kept),
+            measured: self.measured.only(kept),
+            locking_mm: self.locking_mm.clone(),
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::{DisparityMaps, DisparityRange, MatchError, MatchOptions, Matcher, ReferenceFrame};
+use crate::{DisparityMaps, DisparityRange, EqualWindows, MatchError, MatchOptions, Matcher, ReferenceFrame};
 use epirig_core::grid::Grid;
 use epirig_core::progress::Progress;
 use epirig_core::tau::{Tau, TauError};
@@ -23,13 +23,21 @@ pub enum SplitHalfError {
     Match(#[from] MatchError),
 }
 
-/// Disparity and sigma of half of the frames, in px over the whole baseline; rows x columns, NaN without answer.
+/// Maps of half of the frames, in px over the whole baseline; rows x columns, NaN without answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HalfMaps {
-    /// As the options say: with the least noise, and with windows of many sizes.
+    /// Disparity and sigma as the options say: with the least noise, and with windows of many sizes.
     pub best: [Grid<f32>; 2],
     /// Of the same pixels [in equal windows](Matcher::in_equal_windows), which see walls only from near.
-    pub in_equal_windows: [Grid<f32>; 2],
+    pub in_equal_windows: EqualWindows,
+}
+
+impl HalfMaps {
+    /// The maps that `change` makes of these.
+    #[must_use]
+    pub fn map(&self, change: impl Fn(&Grid<f32>) -> Grid<f32>) -> Self {
+        Self { best: self.best.each_ref().map(&change), in_equal_windows: self.in_equal_windows.map(&change) }
+    }
 }
 
 /// Matches the even and the odd frames of `volume` apart, both in the view of frame `reference`, which both
@@ -47,11 +55,8 @@ pub fn match_halves(
         let Task { matcher, span, .. } = Task::new(volume, reference, parity, options)?;
         let maps = matcher.matched(progress)?;
         let in_equal_windows = matcher.in_equal_windows(&maps, progress);
-        let over_whole = |map: &Grid<f32>| map.map(|px| (f64::from(px) / span) as f32);
-        Ok(HalfMaps {
-            best: [&maps.disparity, &maps.sigma].map(over_whole),
-            in_equal_windows: in_equal_windows.each_ref().map(over_whole),
-        })
+        let found = HalfMaps { best: [maps.disparity, maps.sigma], in_equal_windows };
+        Ok(found.map(|map| map.map(|px| (f64::from(px) / span) as f32)))
     };
     Ok([maps(0)?, maps(1)?])
 }
@@ -149,7 +154,7 @@ mod tests {
         let volume = noisy_plane();
         let reference = volume.frames() / 2;
         for half in match_halves(&volume, reference, &MatchOptions::default(), &Silent).unwrap() {
-            let [best, equal] = [&half.best[0], &half.in_equal_windows[0]];
+            let [best, equal] = [&half.best[0], &half.in_equal_windows.disparity];
             let pairs: Vec<[f64; 2]> = best
                 .values()
                 .iter()
@@ -183,8 +188,8 @@ mod tests {
         let whole = Matcher::new(volume, options).unwrap();
         let part = whole.clone().within(&inside).unwrap();
         let maps = part.matched(&Silent).unwrap();
-        let [found, _] = part.in_equal_windows(&maps, &Silent);
-        let [expected, sigma] = whole.in_equal_windows(&maps, &Silent);
+        let found = part.in_equal_windows(&maps, &Silent).disparity;
+        let EqualWindows { disparity: expected, sigma, .. } = whole.in_equal_windows(&maps, &Silent);
         let answered = (0..160).filter(|&x| !maps.disparity.at(x, 65).is_nan()).count();
         assert!(answered > 140, "{answered}");
         for y in 60..70 {

@@ -61,8 +61,12 @@ pub(super) struct Choices {
     pub(super) nearer_to_walls: Option<(f64, Option<f64>)>,
     /// With a form of one more degree.
     pub(super) richer_form: Option<(f64, Option<f64>)>,
+    /// On the plateaus of ISO 5436-1.
+    pub(super) on_plateaus: Option<(f64, Option<f64>)>,
     /// By each half of the frames alone.
     pub(super) by_halves: Option<[(f64, Option<f64>); 2]>,
+    /// Error of the depth by pixel locking, as predicted, in mm; `None` if it is not known.
+    pub(super) locking_mm: Option<f64>,
 }
 
 impl Budget {
@@ -79,7 +83,9 @@ impl Budget {
             ("scatter between independent parts of the field", Evaluation::A, depth.sigma_mm),
             ("selection of the levels by noise", Evaluation::B, choices.by_halves.map(|_| 0.0)),
             ("frames: even and odd ones apart", Evaluation::B, choices.by_halves.and_then(by_frames)),
+            ("pixel locking, as predicted", Evaluation::B, choices.locking_mm.map(f64::abs)),
             ("walls: other margins", Evaluation::B, walls),
+            ("plateaus: those of ISO 5436-1", Evaluation::B, by_choice(choices.on_plateaus)),
             ("trend: another form", Evaluation::B, by_choice(choices.richer_form)),
             ("scale: focal length", Evaluation::B, of_scale(scale.focal_length)),
             ("scale: length of the baseline", Evaluation::B, of_scale(scale.baseline)),
@@ -116,8 +122,8 @@ fn by_choice(
 }
 
 /// Standard uncertainty by the choice of frames: what the depths by halves of them differ by beyond their noise, as the
-/// width of a rectangular distribution. Pixel locking and errors of positions differ between the halves, and are alike
-/// in all parts of the field, whose scatter does not show them. `None` if one of the sigmas is not known.
+/// width of a rectangular distribution. Errors of positions and of interpolation differ between the halves, and are
+/// alike in all parts of the field, whose scatter does not show them. `None` if one of the sigmas is not known.
 fn by_frames([(one_mm, one_sigma_mm), (other_mm, other_sigma_mm)]: [(f64, Option<f64>); 2]) -> Option<f64> {
     let noise = one_sigma_mm?.powi(2) + other_sigma_mm?.powi(2);
     Some((((other_mm - one_mm).powi(2) - noise).max(0.0) / 12.0).sqrt())
@@ -137,15 +143,20 @@ mod tests {
         }
     }
 
-    const SCALE: ScaleSigma = ScaleSigma { focal_length: Some(0.0015), baseline: Some(0.002) };
+    const SCALE: ScaleSigma = ScaleSigma { focal_length: Some(0.0009), baseline: Some(0.002) };
 
     #[test]
     fn contributions_add_in_squares_and_share_their_degrees_of_freedom() {
         let by_halves = Some([(-2.0, Some(0.02)), (-2.01, Some(0.02))]);
-        let budget = Budget::of(&depth(Some(0.012)), Choices { by_halves, ..Choices::default() }, SCALE);
+        let budget = Budget::of(
+            &depth(Some(0.012)),
+            Choices { by_halves, locking_mm: Some(-0.0024), ..Choices::default() },
+            SCALE,
+        );
         let sigmas: Vec<_> = budget.contributions.iter().map(|part| part.sigma_mm).collect();
-        assert_eq!(sigmas, [Some(0.012), Some(0.0), Some(0.0), None, None, Some(0.003), Some(0.004)]);
-        // 0.012, 0.003 and 0.004 make 0.013; 10 (0.013 / 0.012)^4 = 13.77 degrees of freedom, whose t by
+        let known = [0.012, 0.0, 0.0, 0.0024].map(Some);
+        assert_eq!(sigmas, [&known[..], &[None, None, None], &[Some(0.0018), Some(0.004)]].concat());
+        // 0.012, 0.0024, 0.0018 and 0.004 make 0.013; 10 (0.013 / 0.012)^4 = 13.77 degrees of freedom, whose t by
         // tables lies between 2.160 (13) and 2.145 (14).
         let combined = budget.combined.unwrap();
         assert!((combined.sigma_mm - 0.013).abs() < 1e-12);

@@ -196,6 +196,20 @@ impl Fit {
         depth(self.levels.depth_mm, certainty.scatter.last().copied().flatten(), scale_sigma)
     }
 
+    /// What `errors_mm` of the heights, a map for each side, do to the depth, in mm; no map: none.
+    pub(super) fn error_of_depth(&self, sides: &[Side<'_>], errors_mm: &[Option<&Grid<f32>>]) -> Option<f64> {
+        let terms = sides[0].field.basis.terms();
+        let mut sums = Normal::empty();
+        for ((side, used), errors_mm) in sides.iter().zip(&self.used).zip(errors_mm) {
+            for (sample, level) in known(side.field, used) {
+                let error_mm = errors_mm.map_or(0.0, |errors| errors.at(sample.x, sample.y));
+                let weight = sample.sigma_mm.powi(-2);
+                sums.add(&row(&sample, terms, level)[..=terms], f64::from(error_mm), weight);
+            }
+        }
+        Some(sums.solve(terms + 1)?.values[terms])
+    }
+
     pub(super) fn trend(&self, field: &Field<'_>, certainty: &Certainty) -> Trend {
         field.trend(&self.solution, &certainty.scatter, self.pixels, self.outliers)
     }

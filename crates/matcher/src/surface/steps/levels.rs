@@ -8,6 +8,8 @@ use epirig_core::statistics::{SIGMA_OF_MEDIAN, quantile};
 /// Most rounds. A field of two levels converges in fewer; one of a single level may not, and is refused
 /// later.
 const ROUNDS: usize = 60;
+/// Numbers of terms of a constant, a plane and a quadric.
+const SIMPLER: [usize; 3] = [1, 3, 6];
 /// A start needs this share of the field for each level.
 const LEAST_SHARE: f64 = 0.002;
 /// Two levels are accepted if fewer pixels lie between them than this share of those at either. One Gaussian
@@ -31,7 +33,13 @@ pub(super) struct Levels {
 
 impl Levels {
     pub(super) fn upper_mm(&self, row: &[f64; MOST_TERMS]) -> f64 {
-        self.coefficients.iter().zip(row).map(|(coefficient, term)| coefficient * term).sum()
+        at(&self.coefficients, row)
+    }
+
+    /// 1 for each point that is nearer to the lower level, else 0.
+    fn low(&self, points: &[Point]) -> Vec<f64> {
+        let is_low = |point: &Point| self.is_low(&point.row, point.height_mm);
+        points.iter().map(|point| f64::from(u8::from(is_low(point)))).collect()
     }
 
     /// Whether a height is nearer to the lower level.
@@ -56,52 +64,42 @@ impl Levels {
 /// trend a depth below (expectation and maximisation, Dempster et al. 1977). `middle` is a trend through the
 /// whole field.
 ///
-/// It climbs to the nearest maximum, so there are five starts. About `middle`: as much high as low, little
-/// low, little high. And trends that keep to the upper or the lower side of the heights, because a large
-/// hollow on one side of the field tilts the middle.
+/// It climbs to the nearest maximum, so there are several starts. About `middle`: as much high as low, little
+/// low, little high. And the levels over a simpler trend, which cannot bow so as to stand in for a wall.
 pub(super) fn two_levels(points: &[Point], middle: &[f64]) -> Option<Levels> {
-    let middle = Levels { coefficients: middle.to_vec(), depth_mm: 0.0 };
-    let rest = |trend: &Levels| -> Vec<f64> {
-        points.iter().map(|point| point.height_mm - trend.upper_mm(&point.row)).collect()
-    };
-    let below = |rest: &[f64], limit: f64| -> Vec<f64> {
-        rest.iter().map(|&value| f64::from(u8::from(value < limit))).collect()
-    };
-    let about = rest(&middle);
-    let median = quantile(&mut about.clone(), 0.5)?;
-    let mut off: Vec<f64> = about.iter().map(|value| (value - median).abs()).collect();
-    let scatter = SIGMA_OF_MEDIAN * quantile(&mut off, 0.5)?;
-    let limits = [median, median - 3.0 * scatter, median + 3.0 * scatter];
-    let mut starts: Vec<Vec<f64>> = limits.into_iter().map(|limit| below(&about, limit)).collect();
-    for weight_above in [0.95, 0.05] {
-        let sided = sided(points, middle.clone(), weight_above)?;
-        let about = rest(&sided);
-        let mean = about.iter().sum::<f64>() / about.len() as f64;
-        starts.push(below(&about, mean));
+    let mut simpler: Option<Levels> = None;
+    for terms in SIMPLER.into_iter().filter(|&terms| terms < middle.len()) {
+        let whole = Whole::new(points, terms)?;
+        let halved = below(points, whole.solution.values.as_slice(), 0.0);
+        let starts = simpler.as_ref().map(|levels| levels.low(points)).into_iter().chain([halved]);
+        simpler = most_likely(points, &whole, starts).or(simpler);
     }
-    let whole = Whole::new(points, middle.coefficients.len())?;
-    starts
-        .into_iter()
-        .filter_map(|low| mixture(points, &whole, low))
-        .max_by(|one, other| one.1.total_cmp(&other.1))
-        .map(|(levels, _)| levels)
+    let mut about: Vec<f64> = points.iter().map(|point| point.height_mm - at(middle, &point.row)).collect();
+    let median = quantile(&mut about, 0.5)?;
+    about.iter_mut().for_each(|value| *value = (*value - median).abs());
+    let scatter = SIGMA_OF_MEDIAN * quantile(&mut about, 0.5)?;
+    let limits = [median, median - 3.0 * scatter, median + 3.0 * scatter];
+    let starts = limits.map(|limit| below(points, middle, limit));
+    let starts = starts.into_iter().chain(simpler.map(|levels| levels.low(points)));
+    most_likely(points, &Whole::new(points, middle.len())?, starts)
 }
 
-/// A trend that keeps to one side: heights above it count `weight_above`, those below it the rest of 1
-/// (expectiles, Newey and Powell 1987).
-fn sided(points: &[Point], mut trend: Levels, weight_above: f64) -> Option<Levels> {
-    const ROUNDS: usize = 10;
-    let terms = trend.coefficients.len();
-    for _ in 0..ROUNDS {
-        let mut sums = Normal::empty();
-        for point in points {
-            let above = point.height_mm > trend.upper_mm(&point.row);
-            let weight = if above { weight_above } else { 1.0 - weight_above };
-            sums.add(&point.row[..terms], point.height_mm, weight);
-        }
-        trend.coefficients = sums.solve(terms)?.values.as_slice().to_vec();
-    }
-    Some(trend)
+/// A trend at the place with these terms, in mm.
+fn at(trend: &[f64], row: &[f64; MOST_TERMS]) -> f64 {
+    trend.iter().zip(row).map(|(coefficient, term)| coefficient * term).sum()
+}
+
+/// 1 for each point whose height over a trend is less than `limit`, else 0.
+fn below(points: &[Point], trend: &[f64], limit: f64) -> Vec<f64> {
+    let is_below = |point: &Point| point.height_mm - at(trend, &point.row) < limit;
+    points.iter().map(|point| f64::from(u8::from(is_below(point)))).collect()
+}
+
+fn most_likely(points: &[Point], whole: &Whole, starts: impl Iterator<Item = Vec<f64>>) -> Option<Levels> {
+    starts
+        .filter_map(|low| mixture(points, whole, low))
+        .max_by(|one, other| one.1.total_cmp(&other.1))
+        .map(|(levels, _)| levels)
 }
 
 /// Levels and the logarithm of their likelihood; `low` is how probably each point is low.

@@ -122,7 +122,8 @@ pub fn find_steps(
     let field = Field::new(heights, options.trend)?;
     let Some([one, other]) = halves else {
         let whole = divided(&[&field], options)?;
-        let measured = Measured { on: vec![(&field, &whole)], margin_px: whole.margin_px };
+        let on = vec![(&field, &whole)];
+        let measured = Measured { on, margin_px: whole.margin_px, locking_mm: Vec::new() };
         return steps(&field, &whole, &measured, options);
     };
     let mean = one.measured.mean_with(&other.measured);
@@ -132,10 +133,11 @@ pub fn find_steps(
     };
     let (by_one, by_other) = rayon::join(|| by(one), || by(other));
     let (by_one, by_other) = (by_one?, by_other?);
+    let locking_mm = vec![one.locking_mm.as_ref(), other.locking_mm.as_ref()];
     let heights = [one.measured.with_sigma_of(&other.measured), other.measured.with_sigma_of(&one.measured)];
     let [one, other] = &heights;
     let (one, other) = (field.with_heights(one)?, field.with_heights(other)?);
-    let measured = Measured::new(vec![(&one, &by_other), (&other, &by_one)], options);
+    let measured = Measured::new(vec![(&one, &by_other), (&other, &by_one)], locking_mm, options);
     steps(&field, &whole, &measured, options)
 }
 
@@ -144,11 +146,17 @@ struct Measured<'a> {
     on: Vec<(&'a Field<'a>, &'a Divided)>,
     /// Distance from the walls that is left out, in px.
     margin_px: usize,
+    /// Errors of each half's heights by pixel locking, as predicted, in mm; empty without halves.
+    locking_mm: Vec<Option<&'a Grid<f32>>>,
 }
 
 impl<'a> Measured<'a> {
     /// With the largest margin that leaves the share [`ROOMY`] of what the smallest one leaves on both levels.
-    fn new(on: Vec<(&'a Field<'a>, &'a Divided)>, options: &StepsOptions) -> Self {
+    fn new(
+        on: Vec<(&'a Field<'a>, &'a Divided)>,
+        locking_mm: Vec<Option<&'a Grid<f32>>>,
+        options: &StepsOptions,
+    ) -> Self {
         let left = |margin_px: usize| {
             let counts = on.iter().map(|(_, divided)| divided.counts(margin_px));
             counts.fold([0, 0], |sum, counts| [sum[0] + counts[0], sum[1] + counts[1]])
@@ -159,7 +167,7 @@ impl<'a> Measured<'a> {
             levels.into_iter().all(|(left, least)| left as f64 >= ROOMY * least as f64)
         };
         let farther = (options.margin_px + 1..=options.grown_margin_px).take_while(is_roomy);
-        Self { margin_px: farther.last().unwrap_or(options.margin_px), on }
+        Self { margin_px: farther.last().unwrap_or(options.margin_px), on, locking_mm }
     }
 
     fn sides(&self, margin_px: usize) -> Vec<Side<'_>> {
@@ -256,19 +264,23 @@ fn steps(
     let depth = fitted.depth(&certainty, scale_sigma);
     let nearer = margin_px.checked_sub(1).and_then(|nearer_px| by_margin.get(nearer_px));
     let nearer_to_walls = nearer.map(|nearer| (nearer.depth_mm, nearer.sigma_mm));
+    let of_parts = if raised { Level::Upper } else { Level::Lower };
+    let on_plateaus = measured.on_plateaus(of_parts, options.margin_px, scale_sigma);
+    let is_known = !measured.locking_mm.is_empty();
     let choices = Choices {
         farther_from_walls,
         nearer_to_walls,
         richer_form: measured.with_richer_form(scale_sigma),
+        on_plateaus: on_plateaus.map(|on| (on.depth.depth_mm, on.depth.sigma_mm)),
         by_halves: measured.by_halves(),
+        locking_mm: is_known.then(|| fitted.error_of_depth(&plateaus, &measured.locking_mm)).flatten(),
     };
     let budget = Budget::of(&depth, choices, scale);
-    let of_parts = if raised { Level::Upper } else { Level::Lower };
     Ok(Steps {
         depth,
         budget,
         raised,
-        on_plateaus: measured.on_plateaus(of_parts, options.margin_px, scale_sigma),
+        on_plateaus,
         parts: parts(&plateaus, &whole.levels, &fitted, &certainty, raised, options),
         by_margin,
         trend: of_map.trend(field, &certainty_of_map),

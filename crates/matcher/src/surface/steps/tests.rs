@@ -160,6 +160,28 @@ fn hollows_of_all_shapes_are_found() {
 }
 
 #[test]
+fn a_single_wall_across_the_field_is_a_step() {
+    // A bow and a step of its own can stand in for a wall, but not as well.
+    for (name, kind) in [("quadric", TrendKind::Quadric), ("cubic", TrendKind::Cubic)] {
+        for share in [0.15, 0.3, 0.5, 0.7] {
+            let wall = (share * SIDE as f64) as usize;
+            let results: Vec<(f64, bool)> = (0..8)
+                .map(|seed| {
+                    let heights = field(0.02, 700 + seed, |x_mm, y_mm, x, _| {
+                        tilted(x_mm, y_mm) - if x < wall { 0.8 } else { 0.0 }
+                    });
+                    let steps = find_steps(&heights, None, &options(kind)).unwrap();
+                    assert!(steps.scatter_mm < 0.03, "{name}, {wall} px: {}", steps.scatter_mm);
+                    judged(&steps.depth, 0.8)
+                })
+                .collect();
+            // Five standard deviations, of which one in a million is more.
+            assert!(results.iter().all(|(error, _)| error.abs() < 5.0), "{name}, {wall} px: {results:?}");
+        }
+    }
+}
+
+#[test]
 fn what_stands_on_the_ground_is_raised() {
     let post = |x, y| disc(x, y, (60, 60), 25) || disc(x, y, (140, 130), 25);
     let heights = field(0.02, 6, |x_mm, y_mm, x, y| tilted(x_mm, y_mm) + if post(x, y) { 0.2 } else { 0.0 });
@@ -264,7 +286,7 @@ fn the_grown_margin_is_kept_where_hollows_have_the_room() {
 
 /// A half that is divided and measured by the same heights.
 fn alike(heights: Heights) -> HalfHeights {
-    HalfHeights { dividing: heights.clone(), measured: heights }
+    HalfHeights { dividing: heights.clone(), measured: heights, locking_mm: None }
 }
 
 /// Stripes three times as deep as a half scatters, measured by halves whose sigmas are `sigma_mm` of the height over
@@ -344,7 +366,7 @@ fn windows_that_see_far_divide_but_do_not_measure() {
                 *height += around.iter().sum::<f32>() / around.len() as f32 - row[x];
             }
         }
-        HalfHeights { dividing, measured: field(0.01, seed + 10, form) }
+        HalfHeights { dividing, measured: field(0.01, seed + 10, form), locking_mm: None }
     });
     let options = options(TrendKind::Plane).with_grown_window(11);
     let wide = find_steps(&halves[0].dividing, None, &options).unwrap().depth;
@@ -356,4 +378,37 @@ fn windows_that_see_far_divide_but_do_not_measure() {
     let Depth { depth_mm, half_width_95_mm, .. } = found.depth;
     let holds = |depth_mm: f64| (depth_mm - 0.2).abs() < half_width_95_mm.unwrap();
     assert!(holds(depth_mm) && !holds(wide.depth_mm), "{:?}, {wide:?}", found.depth);
+}
+
+#[test]
+fn what_pixel_locking_does_to_the_depth_is_counted() {
+    let form =
+        |x_mm: f64, y_mm: f64, x: usize, _: usize| tilted(x_mm, y_mm) - if stripes(x) { 0.2 } else { 0.0 };
+    let mut halves = [1, 2].map(|seed| alike(field(0.01, seed, form)));
+    let contribution = |halves: &[HalfHeights; 2]| {
+        let steps = find_steps(&halves[0].measured, Some(halves), &options(TrendKind::Plane)).unwrap();
+        steps.budget.contributions.iter().find(|part| part.name.starts_with("pixel")).unwrap().sigma_mm
+    };
+    assert_eq!(contribution(&halves), Some(0.0));
+    // Hollows of one half look 0.01 mm too deep, and what is common to all pixels is no depth.
+    let errors = (0..SIDE * SIDE).map(|index| if stripes(index % SIDE) { 0.29 } else { 0.3 });
+    halves[1].locking_mm = Some(Grid::from_values(SIDE, SIDE, errors.collect()).unwrap());
+    let found = contribution(&halves).unwrap();
+    // Both halves count alike, to the chance of which of their pixels are outliers.
+    assert!((found - 0.005).abs() < 1e-4, "{found}");
+}
+
+#[test]
+fn plateaus_tell_of_walls_that_are_wider_than_the_margin() {
+    // A groove 60 px wide at its bottom, whose walls are 30 px wide.
+    let inside = |x: usize| (1.0 - (x.abs_diff(SIDE / 2) as f64 - 30.0) / 30.0).clamp(0.0, 1.0);
+    for seed in 0..5 {
+        let halves = [1, 2].map(|half| {
+            alike(field(0.01, 2 * seed + half, |x_mm, y_mm, x, _| tilted(x_mm, y_mm) - 0.2 * inside(x)))
+        });
+        let steps = find_steps(&halves[0].measured, Some(&halves), &options(TrendKind::Plane)).unwrap();
+        let off = (steps.depth.depth_mm - 0.2).abs();
+        assert!(off > steps.depth.half_width_95_mm.unwrap(), "{:?}", steps.depth);
+        assert!(off <= steps.budget.combined.unwrap().half_width_95_mm, "{:?}", steps.budget);
+    }
 }
