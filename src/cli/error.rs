@@ -291,6 +291,7 @@ fn sequence_code(error: &SequenceError) -> u8 {
         | SequenceError::NoMatch { .. }
         | SequenceError::InsideSource { .. }
         | SequenceError::NoSuchFrames { .. }
+        | SequenceError::BackwardsSpan { .. }
         | SequenceError::TooManyFrames { .. }
         | SequenceError::NotASequence { .. } => USAGE,
         _ => INTEGRITY,

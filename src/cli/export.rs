@@ -143,11 +143,15 @@ impl Export {
         tell_results(&summary, talk);
         let about = self.map.about();
         let path = folder.join(about.file);
-        if self.map == MapName::HeightWithoutForm && !path.exists() {
-            return Err(CliError::Usage(format!(
-                "{} is not there; run `epirig surface` first",
-                path.display()
-            )));
+        let missing = match self.map {
+            MapName::HeightWithoutForm => "run `epirig surface` first",
+            MapName::Height | MapName::HeightSigma => {
+                "focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence"
+            }
+            _ => "run `epirig match` again",
+        };
+        if !path.exists() {
+            return Err(CliError::Usage(format!("{} is not there: {missing}", path.display())));
         }
         let map = read_map(&path)?;
         let bytes = match output {

@@ -31,7 +31,7 @@ use epirig_matcher::{Answer, DisparityMaps, MatchError};
 
 The results are maps (disparity.pfm, .tiff, .npy; sigma, cost, confidence, height_mm as .tiff),
 mask.png (255 answer, 0 leaves the image, 40 beyond the range, 80 no texture, 120 occluded,
-160 ambiguous, 200 outside the mask), answers.png (the same in colours), pictures, figures/ and match.json."
+160 ambiguous, 200 outside mask or region), answers.png (the same in colours), pictures, figures/ and match.json."
 )]
 pub(super) struct Match {
     /// Folder of the sequence
@@ -93,7 +93,7 @@ impl Match {
         let view = View { figure_row: self.figure_row, truth: None };
         let measured = measure(&sequence, calibration.as_ref(), (&options, &region), view, &folder, talk);
         if matches!(measured, Err(PipelineError::Match(MatchError::NoRange))) {
-            return Err(no_answer(&sequence, "no range of disparities is significant in the data"));
+            return Err(no_answer(&sequence, "no range of disparities is significant in the data", false));
         }
         let measurement = measured?;
         folder.commit()?;
@@ -117,7 +117,7 @@ impl Match {
             None => {
                 let reasons = out.join("mask.png");
                 let what = format!("no pixel has an answer ({} has the reasons)", reasons.display());
-                Err(no_answer(&sequence, &what))
+                Err(no_answer(&sequence, &what, options.range.is_some()))
             }
         }
     }
@@ -203,7 +203,7 @@ fn answers(maps: &DisparityMaps) -> String {
         ("no texture", Answer::NoTexture),
         ("ambiguous", Answer::Ambiguous),
         ("occluded", Answer::Occluded),
-        ("outside the mask", Answer::Outside),
+        ("outside mask or region", Answer::Outside),
     ];
     let all = object.values().len().max(1) as f64;
     let count = |inside: bool, answer: Option<Answer>| {

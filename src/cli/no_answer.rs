@@ -4,8 +4,8 @@ use super::CliError;
 use epirig_calibration::motion::{Doubt, Motion, MotionCheck};
 use epirig_data::sequence::Sequence;
 
-/// The failure of a match of which `what` is said, with what is measured in the frames.
-pub(super) fn no_answer(sequence: &Sequence, what: &str) -> CliError {
+/// The failure of a match of which `what` is said, with what is measured in the frames; whether `has_range` was given.
+pub(super) fn no_answer(sequence: &Sequence, what: &str, has_range: bool) -> CliError {
     let mut check = MotionCheck::new(sequence.frames().len());
     for frame in sequence.frames() {
         // A frame that cannot be read has been reported before anything was matched.
@@ -13,11 +13,11 @@ pub(super) fn no_answer(sequence: &Sequence, what: &str) -> CliError {
             check.look(&frame);
         }
     }
-    CliError::NoAnswer(format!("{what}; {}", words(&check.motion())))
+    CliError::NoAnswer(format!("{what}; {}", words(&check.motion(), has_range)))
 }
 
 /// What was measured, and what helps.
-fn words(motion: &Motion) -> String {
+fn words(motion: &Motion, has_range: bool) -> String {
     let doubts: Vec<String> = motion.doubts.iter().filter_map(doubt).collect();
     let measured = match motion.step_px {
         Some((0.0, 0.0)) => "nothing moves in the frames".to_owned(),
@@ -28,9 +28,10 @@ fn words(motion: &Motion) -> String {
     };
     match doubts.is_empty() {
         false => format!("{measured}: {}", doubts.join("; ")),
-        true => format!(
-            "{measured}; look at the frames, leave out --range, or try --semi-global for weak texture"
-        ),
+        true => {
+            let range = if has_range { "leave out --range" } else { "give --range if you know it" };
+            format!("{measured}; look at the frames, {range}, or try --semi-global for weak texture")
+        }
     }
 }
 
@@ -69,14 +70,16 @@ mod tests {
     #[test]
     fn frames_that_move_are_not_asked_whether_they_do() {
         let moving = Motion { step_px: Some((-3.25, 0.01)), doubts: Vec::new() };
-        assert!(words(&moving).contains("-3.25 px along the rows and 0.01 px along the columns"));
+        assert!(words(&moving, false).contains("-3.25 px along the rows and 0.01 px along the columns"));
         let vertical = Motion { step_px: Some((0.0, 4.0)), doubts: vec![Doubt::Vertical] };
         assert!(
-            words(&vertical).contains("4.00 px along the columns")
-                && words(&vertical).contains("--rotate 90")
+            words(&vertical, false).contains("4.00 px along the columns")
+                && words(&vertical, false).contains("--rotate 90")
         );
         let still = Motion { step_px: Some((0.0, 0.0)), doubts: vec![Doubt::Still] };
-        assert!(words(&still).starts_with("nothing moves in the frames: take frames"));
-        assert!(words(&Motion::default()).contains("could not be measured"));
+        assert!(words(&still, false).starts_with("nothing moves in the frames: take frames"));
+        let unknown = |has_range| words(&Motion::default(), has_range);
+        assert!(unknown(false).contains("could not be measured") && unknown(false).contains("give --range"));
+        assert!(unknown(true).contains("leave out --range"));
     }
 }

@@ -13,7 +13,7 @@ use epirig_matcher::surface::Rectangle;
 #[derive(Debug, Clone, Args)]
 pub(super) struct RegionArguments {
     /// Region of the picture, by two corners in px [default: all of it]
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>)]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four::<usize>, allow_hyphen_values = true)]
     region: Option<[usize; 4]>,
     /// Picture of the same size as the frames, whose pixels above half of full white are used [default: all
     /// of them]. With --region, pixels must lie in both
@@ -51,5 +51,5 @@ pub(super) fn four<T: FromStr>(text: &str) -> Result<[T; 4], String> {
     let numbers: Option<Vec<T>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     numbers
         .and_then(|numbers| numbers.try_into().ok())
-        .ok_or_else(|| "give two points as X0,Y0,X1,Y1, such as 100,512,900,512".to_owned())
+        .ok_or_else(|| "give two points as X0,Y0,X1,Y1 from 0 on, such as 100,512,900,512".to_owned())
 }

@@ -141,9 +141,10 @@ impl Captured {
                 times.total_s, times.moving_s, times.settling_s, times.exposing_s
             )
         });
+        let named = quoted(Path::new(folder));
         format!(
-            "{frames} frames in {folder}{retakes}\n{time}closing: {closing}\n`epirig verify {folder}` checks them, `epirig match \
-             {folder}` measures with them\n"
+            "{frames} frames in {folder}{retakes}\n{time}closing: {closing}\n`epirig verify {named}` checks them, `epirig match \
+             {named}` measures with them\n"
         )
     }
 }

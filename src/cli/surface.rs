@@ -263,6 +263,7 @@ pub(super) fn describe(summary: &SurfaceSummary) -> String {
         ] {
             text.extend(rough.iter().map(|rough| roughness_line(name, rough)));
         }
+        text.extend(levels.misfit().map(|words| format!("note               {words}\n")));
     }
     if let Some(reason) = &summary.no_levels {
         text.push_str(&format!("no step height     {reason}\n"));
@@ -294,8 +295,7 @@ fn contribution(part: &Contribution) -> String {
 }
 
 fn roughness_line(name: &str, rough: &Roughness) -> String {
-    let noise =
-        rough.sq_noise_mm.map_or(String::new(), |mm| format!("; noise alone would give Sq {mm:.4} mm"));
+    let noise = rough.sq_noise_mm.map_or(String::new(), |mm| format!("; by sigma Sq {mm:.4} mm"));
     format!(
         "{name:<19}Sa {:.4} mm, Sq {:.4} mm, Sz {:.4} mm, Ssk {:.2}, Sku {:.2}{noise}\n",
         rough.sa_mm, rough.sq_mm, rough.sz_mm, rough.ssk, rough.sku

@@ -14,6 +14,6 @@ pub(super) fn answer_classes() -> [Class; 7] {
         class(Answer::NoTexture, [230, 159, 0], "too little texture"),
         class(Answer::Occluded, [213, 94, 0], "occluded"),
         class(Answer::Ambiguous, [204, 121, 167], "ambiguous"),
-        class(Answer::Outside, [130, 130, 130], "outside the mask"),
+        class(Answer::Outside, [130, 130, 130], "outside mask or region"),
     ]
 }

@@ -93,3 +93,18 @@ pub struct LevelsSummary {
     /// Each part.
     pub parts: Vec<Part>,
 }
+
+impl LevelsSummary {
+    /// What heights that scatter much more about their levels than sigma explains may mean; `None` if they do not.
+    pub fn misfit(&self) -> Option<String> {
+        /// Above this, three quarters of the variance are no noise.
+        const UNEXPLAINED: f64 = 2.0;
+        let rough = self.roughness.as_ref()?;
+        let noise_mm = rough.sq_noise_mm.filter(|noise_mm| rough.sq_mm > UNEXPLAINED * noise_mm)?;
+        Some(format!(
+            "heights lie {:.4} mm off their levels (RMS), sigma explains {noise_mm:.4} mm: the surface is rough, has more \
+             than two levels, sloping walls, or a form that the trend does not describe; look at height.png",
+            rough.sq_mm
+        ))
+    }
+}

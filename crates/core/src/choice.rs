@@ -56,6 +56,9 @@ macro_rules! choices {
             $(#[doc = $help] $(#[$more])* $variant,)+
         }
 
+        // The help is the first line of a description, so a sentence has to end there.
+        const _: () = { $(assert!(matches!($help.as_bytes(), [.., b'.'])));+ };
+
         impl $crate::choice::Choice for $choice {
             const ALL: &'static [Self] = &[$(Self::$variant),+];
 

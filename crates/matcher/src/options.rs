@@ -13,8 +13,7 @@ epirig_core::choices! {
         ///
         /// Paper, section 4; averaged over the window.
         Variance = "variance",
-        /// Variance of locally normalised frames: for light that varies from frame to frame and over the
-        /// image.
+        /// Variance of locally normalised frames: for light that varies between frames and over the image.
         ///
         /// Gains and offsets that change from frame to frame and slowly over the image do not count
         /// ([`normalise`](super::normalise)). Costs are in units of a 32nd of the local standard deviation,
@@ -109,9 +108,10 @@ epirig_core::choices! {
     pub enum Surfaces {
         /// Windows along rows and columns that follow the surface.
         Windows = "windows",
-        /// Planes, and planes with one line through them, in discs. Hollows at any angle to rows and columns
-        /// have a third to a half of the error that windows leave where they are turned. Sigma is up to a fifth
-        /// too large on planes, and the largest error at sharp creases exceeds that of windows.
+        /// Planes, and planes with one line through them, in discs: for hollows at any angle to rows.
+        ///
+        /// These have a third to a half of the error that windows leave where they are turned. Sigma is up to a
+        /// fifth too large on planes, and the largest error at sharp creases exceeds that of windows.
         Lines = "lines",
     }
 }

@@ -12,8 +12,7 @@ epirig_core::choices! {
     pub enum Sorting {
         /// File names, as people count: frame_9 before frame_10.
         Name = "name",
-        /// Times at which they were taken, as EXIF tells; unless all tell it, those at which the files were last
-        /// changed.
+        /// Times at which they were taken by EXIF; unless all tell it, when the files were last changed.
         Time = "time",
         /// As given; those of one folder or pattern by file names.
         Given = "given",

@@ -15,6 +15,7 @@ pub(super) fn steps(report: &Report<'_>) -> Markup {
             budget(levels),
             left_out(levels, report),
             margins(levels),
+            levels.misfit().map_or_else(|| joined([]), |words| paragraph(format!("Note: {words}."))),
         ]),
         None => {
             let reason = report.surface.no_levels.as_deref().unwrap_or("the reason is not recorded");
@@ -227,7 +228,7 @@ fn roughness(report: &Report<'_>) -> Markup {
     joined([
         table(
             "Roughness after removal of the form (ISO 25178-2); Sa, Sq and Sz in mm",
-            &["region", "Sa", "Sq", "Sz", "Ssk", "Sku", "Sq by noise alone"],
+            &["region", "Sa", "Sq", "Sz", "Ssk", "Sku", "Sq by sigma"],
             rows,
         ),
         paragraph(filters_in_words(report.surface.filters)),

@@ -16,7 +16,7 @@ export const MASK_CODES: Code[] = [
   { code: 3, words: 'too little texture', pattern: 3, grey: 0.62 },
   { code: 4, words: 'occluded', pattern: 4, grey: 0.62 },
   { code: 5, words: 'ambiguous', pattern: 5, grey: 0.62 },
-  { code: 6, words: 'outside the mask', pattern: 0, grey: 0.15 },
+  { code: 6, words: 'outside mask or region', pattern: 0, grey: 0.15 },
 ];
 
 export const USED_CODES: Code[] = [

@@ -38,7 +38,7 @@ export function SummaryPanel() {
       ['occluded', percent(matched.occluded)],
       ['ambiguous', percent(matched.ambiguous)],
     );
-    if (matched.outside > 0) rows.push(['outside the mask', percent(matched.outside)]);
+    if (matched.outside > 0) rows.push(['outside mask or region', percent(matched.outside)]);
     // Results of an earlier version do not tell it.
     if (matched.object > 0) {
       rows.push([

@@ -117,6 +117,16 @@ pub enum SequenceError {
         /// Largest number allowed.
         most: usize,
     },
+    /// A span that ends before it begins.
+    #[error("{option} {first}..{last} ends before it begins; give {option} {last}..{first}")]
+    BackwardsSpan {
+        /// First index asked for.
+        first: usize,
+        /// Last index asked for.
+        last: usize,
+        /// The option that asked.
+        option: &'static str,
+    },
     /// A selection of frames that do not exist.
     #[error("images {first}..{last} are not all there: {} holds {count} images, 0 to {}; change {option}", path.display(), count.saturating_sub(1))]
     NoSuchFrames {

@@ -27,8 +27,7 @@ epirig_core::choices! {
         Plane = "plane",
         /// Level, tilt and bow: 6 coefficients.
         Quadric = "quadric",
-        /// Level, tilt, bow and the third powers, for a lens whose distortion is not corrected: 10
-        /// coefficients.
+        /// Level, tilt, bow and third powers, as uncorrected lenses cause: 10 coefficients.
         Cubic = "cubic",
     }
 }

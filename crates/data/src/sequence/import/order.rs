@@ -16,8 +16,7 @@ epirig_core::choices! {
         /// By file names, as people count: frame_9 before frame_10.
         #[default]
         Name = "name",
-        /// By the times at which they were taken, as EXIF tells; unless all tell it, by those at which the files
-        /// were last changed.
+        /// By the times at which they were taken by EXIF; unless all tell it, when the files were last changed.
         Time = "time",
         /// As given; those of one folder or pattern by file names.
         Given = "given",

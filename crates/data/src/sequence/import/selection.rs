@@ -20,28 +20,25 @@ pub struct Chosen {
 /// The images `frames` of all that are listed, without `exclude`, in their order.
 ///
 /// # Errors
-/// [`SequenceError::NoSuchFrames`] if an image of either is not there.
+/// [`SequenceError::NoSuchFrames`] if an image of either is not there, [`SequenceError::BackwardsSpan`] if a span ends
+/// before it begins.
 pub fn choose(
     listing: &Listing,
     frames: Option<Span>,
     exclude: &[Span],
 ) -> Result<Vec<Chosen>, SequenceError> {
     let all = &listing.images;
-    let no_such = |(first, last): Span, option| SequenceError::NoSuchFrames {
-        path: listing.place.clone(),
-        first,
-        last,
-        count: all.len(),
-        option,
+    let check = |(first, last): Span, option| match (first <= last, last < all.len()) {
+        (true, true) => Ok(()),
+        (false, _) => Err(SequenceError::BackwardsSpan { first, last, option }),
+        (true, false) => {
+            let (path, count) = (listing.place.clone(), all.len());
+            Err(SequenceError::NoSuchFrames { path, first, last, count, option })
+        }
     };
-    let exists = |&(first, last): &Span| first <= last && last < all.len();
     let span = frames.unwrap_or((0, all.len().saturating_sub(1)));
-    if !exists(&span) {
-        return Err(no_such(span, "--frames"));
-    }
-    if let Some(&wrong) = exclude.iter().find(|span| !exists(span)) {
-        return Err(no_such(wrong, "--exclude"));
-    }
+    check(span, "--frames")?;
+    exclude.iter().try_for_each(|&span| check(span, "--exclude"))?;
     let is_excluded = |number| exclude.iter().any(|&(first, last)| (first..=last).contains(&number));
     let numbers = (span.0..=span.1).filter(|&number| !is_excluded(number));
     Ok(numbers.map(|number| Chosen { number, path: all[number].clone() }).collect())
@@ -77,8 +74,11 @@ mod tests {
         };
         assert_eq!(chosen(None, &[(0, 0), (3, 5)]).unwrap(), [1, 2, 6, 7, 8, 9]);
         assert_eq!(chosen(Some((2, 6)), &[(3, 3), (9, 9)]).unwrap(), [2, 4, 5, 6]);
-        for (frames, exclude) in [(Some((2, 10)), vec![]), (None, vec![(10, 10)]), (None, vec![(5, 4)])] {
+        for (frames, exclude) in [(Some((2, 10)), vec![]), (None, vec![(10, 10)])] {
             assert!(matches!(chosen(frames, &exclude), Err(SequenceError::NoSuchFrames { .. })));
+        }
+        for (frames, exclude) in [(Some((6, 2)), vec![]), (None, vec![(5, 4)])] {
+            assert!(matches!(chosen(frames, &exclude), Err(SequenceError::BackwardsSpan { .. })));
         }
         assert_eq!(spans_of(&[0, 2, 3, 4, 9, 10]), "0,2..4,9..10");
         assert_eq!(spans_of(&[]), "");
