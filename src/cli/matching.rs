@@ -171,8 +171,8 @@ pub(super) fn advise(measurement: &Measurement, talk: &Talk) {
     }
     if !hinted && summary.object * summary.object_answered < 0.5 * summary.object.max(MUCH * asked) {
         talk.say(
-            "hint: few pixels have an answer. The surface may show little texture (try --semi-global), or the motion is not \
-             along the rows (rotate the images)",
+            "hint: few pixels have an answer. The surface may show little texture (try --semi-global), the frames may not be in \
+             their order, or the motion is not along the rows (rotate the images)",
         );
     }
     if let Some(locking) = summary.pixel_locking.as_ref().filter(|locking| locking.share_locked > 0.05)

@@ -34,7 +34,7 @@ pub enum SurfaceError {
     /// The field shows one level, or two that noise does not tell apart.
     #[error(
         "the heights show no two levels: the best division finds a step of {depth_mm:.4} mm where heights scatter by {scatter_mm:.4} mm \
-         about their level; a scan with more frames or a longer baseline scatters less"
+         about their level; if that is form, another --trend may describe it; if it is noise, take more frames or a longer baseline"
     )]
     OneLevel {
         /// Step of the best division, in mm.
@@ -45,7 +45,8 @@ pub enum SurfaceError {
     /// Heights lie between the two levels of the best division as often as on them.
     #[error(
         "the heights show no two levels: the best division has a step of {depth_mm:.4} mm, but as many heights lie between as on the \
-         levels; the surface is wavy, or its hollows are too narrow for the windows of the match: bring the camera nearer"
+         levels; the surface is wavy, noise or changing light hides the levels (take more frames, correct the light), or hollows are too \
+         narrow for the windows of the match (bring the camera nearer)"
     )]
     NoValley {
         /// Step of the best division, in mm.
