@@ -140,8 +140,9 @@ pub const LARGEST_WINDOW_PX: usize = 31;
 /// The widest window of the fit, in px.
 pub(super) const LARGEST_FIT_WINDOW_PX: usize = 21;
 
-/// Least side of windows that are all of one size, in px. Means over many pixels are as well known with windows of 7 px,
-/// which see walls from a pixel farther. Windows of 3 px do not always divide narrow hollows from noise of 2.5 DN.
+/// Least side of windows that are all of one size, in px. With windows of 7 px a mean over many pixels is known a tenth
+/// better, but they see walls from a pixel farther. Windows of 3 px do not always tell narrow hollows from noise of
+/// 2.5 DN.
 pub const LEAST_EQUAL_WINDOW_PX: usize = 5;
 
 /// Side to which the windows of the fit grow where texture is weak, in px; on surfaces that show no relief
