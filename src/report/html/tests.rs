@@ -271,6 +271,23 @@ fn what_is_not_known_is_said_and_never_a_number() {
 }
 
 #[test]
+fn heights_that_sigma_does_not_explain_are_a_note() {
+    let mut records = Records::new();
+    for (sq_mm, sq_noise_mm, noted) in
+        [(0.05, Some(0.026), false), (0.05, Some(0.024), true), (0.05, None, false)]
+    {
+        let levels = records.surface.levels.as_mut().unwrap();
+        levels.roughness = Some(Roughness { sq_mm, sq_noise_mm, ..rough() });
+        let text = read(&records.report().html().unwrap());
+        assert_eq!(
+            text.contains("Note: heights lie 0.0500 mm off their levels"),
+            noted,
+            "{sq_noise_mm:?}: {text}"
+        );
+    }
+}
+
+#[test]
 fn a_calibration_tells_what_it_did_not_correct() {
     let records = Records::new();
     let mut found = crate::report::calibration::tests::bare().calibration;
