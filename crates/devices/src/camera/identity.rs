@@ -60,7 +60,7 @@ impl CameraIdentity {
     ///
     /// # Errors
     /// [`CameraError::AnotherSocket`] if a camera like it has come in another socket that could be another
-    /// one.
+    /// one; [`CameraError::AnotherCamera`] if it is not there, and another one is in its socket.
     pub fn returned<'a>(
         &self,
         twins: &[String],
@@ -74,7 +74,16 @@ impl CameraIdentity {
         };
         let new: Vec<&Self> = connected.iter().filter(is_new).collect();
         let why = match new[..] {
-            [] => return Ok(None),
+            [] => {
+                let place = |camera: &&Self| (&camera.bus, &camera.part) == (&self.bus, &self.part);
+                return connected.iter().find(place).map_or(Ok(None), |other| {
+                    Err(CameraError::AnotherCamera {
+                        path: other.name(),
+                        expected: self.to_string(),
+                        found: other.to_string(),
+                    })
+                });
+            }
             _ if self.serial_number.is_none() => "it has no serial number",
             [camera] if twins.is_empty() => return Ok(Some(camera)),
             _ => "other cameras have its serial number, too",
@@ -317,6 +326,9 @@ mod tests {
         let other = camera("/dev/video10", Some("B2"), None);
         let kind = CameraIdentity { usb_product: Some("046d:0825".to_owned()), ..moved.clone() };
         assert_eq!(found(&first, &[], &[other, kind]).unwrap(), None, "others are not it");
+        // The number of its device file may be another, but its socket is taken.
+        let exchanged = found(&first, &[], &[camera("/dev/video1", Some("B2"), None)]);
+        assert!(matches!(exchanged, Err(CameraError::AnotherCamera { .. })));
         // A twin that was there before is not it; one of two in other sockets may be.
         let twin = camera("/dev/video100", Some("A1"), None);
         let known = [twin.bus.clone()];
