@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::files::write_new;
 use super::need::{check, close_others};
 use super::scan_end::tell_results;
+use super::surface::NO_GEOMETRY;
 use super::{CliError, Talk};
 use crate::pipeline::{OpenedResults, matched_frame, open_results, surface_need, surface_points};
 use crate::report::{MapPicture, ValueRange};
@@ -145,9 +146,7 @@ impl Export {
         let path = folder.join(about.file);
         let missing = match self.map {
             MapName::HeightWithoutForm => "run `epirig surface` first",
-            MapName::Height | MapName::HeightSigma => {
-                "focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence"
-            }
+            MapName::Height | MapName::HeightSigma => NO_GEOMETRY,
             _ => "run `epirig match` again",
         };
         if !path.exists() {

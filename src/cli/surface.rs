@@ -129,6 +129,10 @@ impl Surface {
     }
 }
 
+/// Why there are no heights, and what to do.
+pub(super) const NO_GEOMETRY: &str = "focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the \
+                                      sequence";
+
 /// The heights of `opened`, or why there are none; refuses what does not fit into memory.
 fn heights<'a>(
     opened: &'a OpenedResults,
@@ -148,10 +152,7 @@ pub(super) fn known_heights<'a>(
     results: &Path,
 ) -> Result<&'a Heights, CliError> {
     opened.heights.as_ref().ok_or_else(|| match opened.has_geometry {
-        false => CliError::Usage(format!(
-            "{}: no heights: focal length or positions are unknown; import the images with --focal-length-px and --step-mm, or calibrate the sequence",
-            sequence.folder().display()
-        )),
+        false => CliError::Usage(format!("{}: no heights: {NO_GEOMETRY}", sequence.folder().display())),
         true => CliError::Integrity(format!(
             "{}: no pixel has a disparity; look at mask.png there",
             results.display()
