@@ -14,9 +14,10 @@ use epirig_core::progress::Silent;
 use epirig_data::sequence::{Sequence, verify};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rustix::process::{Pid, Signal, kill_process};
 
 /// Signals that people and systems send: Ctrl-C, a request to end, a terminal that goes away.
-const SIGNALS: [&str; 3] = ["INT", "TERM", "HUP"];
+const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
 const MOMENTS: usize = 300;
 
 /// A verb, and what it must leave.
@@ -200,15 +201,17 @@ fn content(path: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 /// Hidden things of ours that are left in a folder or below it.
 fn left_behind(folder: &Path) -> Vec<PathBuf> {
-    let hidden = |path: &PathBuf| path.iter().any(|part| part.to_string_lossy().starts_with('.'));
-    let names = |found: BTreeMap<PathBuf, Vec<u8>>| found.into_keys().collect::<Vec<_>>();
-    let mut all: Vec<PathBuf> = names(content(folder));
-    all.iter_mut().for_each(|path| *path = path.strip_prefix(folder).unwrap().to_owned());
-    all.retain(hidden);
-    // Folders without files, too.
-    let found = Command::new("find").arg(folder).args(["-mindepth", "1", "-name", ".*"]).output().unwrap();
-    all.extend(String::from_utf8(found.stdout).unwrap().lines().map(PathBuf::from));
-    all
+    let (mut hidden, mut folders) = (Vec::new(), vec![folder.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+            if entry.file_name().to_string_lossy().starts_with('.') {
+                hidden.push(entry.path());
+            } else if entry.file_type().unwrap().is_dir() {
+                folders.push(entry.path());
+            }
+        }
+    }
+    hidden
 }
 
 /// Names of the files of results, but for what another verb adds to them.
@@ -292,9 +295,9 @@ fn spawn(program: &mut Command, folder: &Path) -> Child {
         .unwrap()
 }
 
-fn send(signal: &str, child: &Child) {
-    // It may have ended before.
-    let _ = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status();
+fn send(signal: Signal, child: &Child) {
+    // It may have ended before, and nobody has waited for it: its number is its own.
+    let _ = kill_process(Pid::from_child(child), signal);
 }
 
 #[test]

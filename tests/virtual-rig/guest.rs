@@ -19,7 +19,7 @@ use firmware_protocol::message::Settings;
 pub const PORT: &str = "usb:virtual-stage";
 pub const OTHER_END: &str = "/dev/ttyS1";
 /// Small, because an emulated processor renders slowly.
-pub const SIZE: &str = "320x240";
+pub const SIZE: &str = "160x120";
 
 /// Where the first frame of the profile's plan is taken, the distance to the next, and how many there are: each a whole number of the stage's steps
 /// of 4 um, so that the simulator stands exactly where the plan says.
@@ -42,7 +42,7 @@ frames = 16
 settle = "0 ms"
 
 [optics]
-focal_length = "640 px"
+focal_length = "320 px"
 distance = "500 mm"
 "#;
 

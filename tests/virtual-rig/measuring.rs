@@ -31,7 +31,7 @@ fn plan_what_is_connected(rig: &dyn Rig) {
     let camera = ["--format", "GREY", "--size", SIZE];
     let dry = succeeds(&[&["capture", "--dry-run", "--out", &out], &plan[..], &camera[..]].concat());
     let dry: serde_json::Value = serde_json::from_str(&dry).unwrap();
-    assert_eq!(dry["bytes"], 3 * 320 * 240);
+    assert_eq!(dry["bytes"], 3 * 160 * 120);
     assert!(dry["total_s"].as_f64().unwrap() > 0.0, "{dry}");
     assert!(!Path::new(&out).exists());
 }
@@ -67,9 +67,9 @@ fn measure(rig: &mut dyn Rig) {
     succeeds(&["run", "--out", &out, "--rig", &workplace.path("rig.toml")]);
     let sequence = assert_exact(&out, rig);
     assert!(sequence.stop().unwrap().closure.is_some());
-    // Of a plane that faces the camera, whatever lies on its axis: focal length x baseline / distance = 640 px x 15 x 0.64 mm / 500 mm.
-    const TRUTH_PX: f64 = 12.288;
-    assert!((640.0 * (FRAMES - 1) as f64 * STEP_MM / 500.0 - TRUTH_PX).abs() < 1e-9);
+    // Of a plane that faces the camera, whatever lies on its axis: focal length x baseline / distance = 320 px x 15 x 0.64 mm / 500 mm.
+    const TRUTH_PX: f64 = 6.144;
+    assert!((320.0 * (FRAMES - 1) as f64 * STEP_MM / 500.0 - TRUTH_PX).abs() < 1e-9);
     let results = Path::new(&out).join("results");
     let disparity = read_map(&results.join("disparity.tiff")).unwrap();
     let size: Size = SIZE.parse().unwrap();
@@ -96,7 +96,7 @@ fn measure(rig: &mut dyn Rig) {
     assert!(answered > 0.6, "{answered}");
     assert!(median < 0.02, "{median}");
     assert!(within >= 0.99, "{within}");
-    // Nearer by the share that the disparity is larger: 0.02 px of 12.288 px are 0.8 mm of 500 mm.
+    // Nearer by the share that the disparity is larger: 0.01 px of 6.144 px are 0.8 mm of 500 mm.
     let distance_mm = summary.distance_mm.unwrap();
     assert!((distance_mm - 500.0).abs() < 0.8, "{distance_mm}");
 }

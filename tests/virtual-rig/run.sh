@@ -3,27 +3,30 @@
 # own USB serial driver `ftdi_sio`, so that epirig meets the real V4L2 and tty interfaces without any hardware. So it does with
 # `uvcvideo`, whose camera the tests play over USB/IP (`vhci_hcd`).
 #
-#   tests/virtual-rig/run.sh [FILTER]        runs the tests whose names contain FILTER, by default all
-#   tests/virtual-rig/run.sh --here FILTER   runs those of tests/program here, with the guest's build, which has cameras
+#   tests/virtual-rig/run.sh [FILTER]          runs the tests whose names contain FILTER, by default all
+#   tests/virtual-rig/run.sh --build [FILTER]  makes the guest only
+#   tests/virtual-rig/run.sh --boot            runs the guest as it was made
+#   tests/virtual-rig/run.sh --here FILTER     runs those of tests/program here, with the guest's build, which has cameras
 #
 # Everything lies in target/virtual-rig/ and is used again; nothing is installed. QEMU, the kernel and the guest's few programs
 # are Debian's. Exit code 0: every test passed; 1: not; 77: something cannot be had, said in a line that begins with SKIPPED.
 #
 #   debs/ host/ guest/    packages; unpacked for this machine; unpacked for the guest
-#   cargo/                builds of epirig and its tests, linked statically
 #   console.log           what the guest wrote in the last run
 #   out/                  files that its tests sent out: the lines between `BEGIN FILE name` and `END FILE name`
+#
+# Epirig and its tests are built beside those without cameras, of which they share all that has none: target/release/epirig has
+# cameras until it is built again.
 #
 # EPIRIG_RIG_LIMIT_S is the longest that the guest may run, 3000 by default.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
-run_here=
-if [ "${1:-}" = --here ]; then run_here=yes; shift; fi
+part=
+case ${1:-} in --build | --boot | --here) part=$1 && shift ;; esac
 filter=${1:-}
 limit_s=${EPIRIG_RIG_LIMIT_S:-3000}
 usb_serial_number=virtual-stage
-target=x86_64-unknown-linux-gnu
 mkdir -p "$root/target/virtual-rig"
 # Relative names from here on: the path of a socket may have 107 characters at most.
 cd "$root/target/virtual-rig"
@@ -139,21 +142,14 @@ fetch_guest_programs() {
 
 # --- Programs, initramfs, guest -------------------------------------------------------------------------------------------
 
-cargo_static() {
-  (
-    cd "$root"
-    unset CARGO_ENCODED_RUSTFLAGS
-    export RUSTFLAGS="-C target-feature=+crt-static" CARGO_TARGET_DIR="$root/target/virtual-rig/cargo"
-    # Both programs lie in the guest's memory, where nobody runs a debugger.
-    export CARGO_PROFILE_RELEASE_DEBUG=0 CARGO_PROFILE_RELEASE_STRIP=debuginfo
-    # What comes after "--" is for the tests.
-    cargo "$1" --release --locked --features v4l2 --target "$target" "${@:2}"
-  )
+# with_cameras COMMAND [OPTION...]: runs cargo. The packages are those of a build of everything, which then need no other one.
+with_cameras() {
+  (cd "$root" && CARGO_TARGET_DIR="$root/target" cargo "$1" --release --workspace --locked --features epirig/v4l2 "${@:2}")
 }
 
 # Sets `epirig` and `tests`, the paths of the two programs; one run of cargo makes both, as tests depend on the program.
 build() {
-  cargo_static test --test virtual-rig --no-run --message-format json-render-diagnostics > built.json
+  with_cameras test --test virtual-rig --no-run --message-format json-render-diagnostics > built.json
   epirig=$(executable bin epirig)
   tests=$(executable test virtual-rig)
 }
@@ -181,14 +177,15 @@ pack_initramfs() {
     "/bin/v4l2-ctl=$programs/usr/bin/v4l2-ctl" "/bin/epirig=$epirig" "/bin/virtual_rig=$tests"
 }
 
-# One processor, in software: /dev/kvm may be there and of no use. ttyS0 is the console. What is written to the USB serial port
-# (for epirig) is read from ttyS1 (for a test that plays the stage), through a socket with both ends in QEMU. On a busy machine the
-# kernel's check of its timer fails now and then, and it panics; here the timer always works, so it need not be checked.
+# One processor, in software: /dev/kvm may be there and of no use. Its clock counts instructions, 2 ns each, and jumps over the time
+# in which the guest only waits (`sleep=off`): a busy machine makes the guest late in our time, but not in its own. ttyS0 is the
+# console. What is written to the USB serial port (for epirig) is read from ttyS1 (for a test that plays the stage), through a socket
+# with both ends in QEMU.
 boot() {
   rm -f stage.sock
   timeout --foreground --kill-after 10 "$limit_s" "${qemu[@]}" -nodefaults -no-user-config -display none -no-reboot \
-    -accel tcg -machine pc -cpu max -smp 1 -m 1024 \
-    -kernel "$linux" -initrd initramfs.cpio -append "console=ttyS0 quiet panic=-1 no_timer_check" \
+    -accel tcg -icount shift=1,sleep=off -machine pc -cpu max -smp 1 -m 1024 \
+    -kernel "$linux" -initrd initramfs.cpio -append "console=ttyS0 quiet panic=-1" \
     -chardev socket,id=usb,path=stage.sock,server=on,wait=off -chardev socket,id=uart,path=stage.sock \
     -serial stdio -serial chardev:uart \
     -device qemu-xhci -device "usb-serial,chardev=usb,id=stage,serial=$usb_serial_number" < /dev/null
@@ -204,28 +201,44 @@ run_guest() {
   esac
 }
 
+make_guest() {
+  SECONDS=0
+  fetch_kernel
+  fetch_qemu
+  fetch_libclang
+  fetch_guest_programs
+  local fetch_s=$SECONDS
+  build
+  list_tests
+  pack_initramfs
+  say "fetching took $fetch_s s, building $((SECONDS - fetch_s)) s"
+}
+
+run_tests() {
+  fetch_kernel
+  fetch_qemu
+  SECONDS=0
+  run_guest
+  local verdict=0
+  python3 "$here/judge.py" console.log expected out || verdict=1
+  say "$(wc -l < ignored) ignored; the guest took $SECONDS s; $PWD/console.log"
+  return $verdict
+}
+
 [ "$(uname -sm)" = "Linux x86_64" ] || skip "it needs Linux on x86_64, this is $(uname -sm)"
 for tool in python3 dpkg-deb tar timeout; do
   command -v "$tool" > /dev/null || skip "there is no $tool"
 done
 : > apt.log
-if [ -n "$run_here" ]; then
-  fetch_libclang
-  cargo_static test --test program -- "$filter"
-  exit
-fi
-SECONDS=0
-fetch_kernel
-fetch_qemu
-fetch_libclang
-fetch_guest_programs
-fetch_s=$SECONDS SECONDS=0
-build
-list_tests
-build_s=$SECONDS SECONDS=0
-pack_initramfs
-run_guest
-verdict=0
-python3 "$here/judge.py" console.log expected out || verdict=1
-say "$(wc -l < ignored) ignored; fetching took $fetch_s s, building $build_s s, the guest $SECONDS s; $PWD/console.log"
-exit $verdict
+case $part in
+  '')
+    make_guest
+    run_tests
+    ;;
+  --build) make_guest ;;
+  --boot) run_tests ;;
+  --here)
+    fetch_libclang
+    with_cameras test --test program -- "$filter"
+    ;;
+esac

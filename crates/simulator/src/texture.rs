@@ -57,11 +57,11 @@ impl Paint {
 /// Two-dimensional cubic B-spline over a periodic lattice of `period` x `period` coefficients, `period` a
 /// power of two.
 fn spline(lattice: &[f32], period: usize, x: f64, y: f64) -> f32 {
-    let (whole_x, whole_y) = (x.floor(), y.floor());
-    let weights_x = weights((x - whole_x) as f32);
-    let weights_y = weights((y - whole_y) as f32);
+    let (whole_x, whole_y) = (floor(x), floor(y));
+    let weights_x = weights((x - whole_x as f64) as f32);
+    let weights_y = weights((y - whole_y as f64) as f32);
     let mask = period - 1;
-    let place = |whole: f64, offset: usize| (whole as i64 - 1 + offset as i64) as usize & mask;
+    let place = |whole: i64, offset: usize| (whole - 1 + offset as i64) as usize & mask;
     let columns = [0, 1, 2, 3].map(|offset| place(whole_x, offset));
     let mut sum = 0.0;
     for (offset, weight) in weights_y.iter().enumerate() {
@@ -70,6 +70,12 @@ fn spline(lattice: &[f32], period: usize, x: f64, y: f64) -> f32 {
         sum += weight * along;
     }
     sum
+}
+
+/// The greatest whole number that is not greater. `f64::floor` is a call of a function for processors in general.
+fn floor(x: f64) -> i64 {
+    let toward_zero = x as i64;
+    toward_zero - i64::from(toward_zero as f64 > x)
 }
 
 fn weights(f: f32) -> [f32; 4] {

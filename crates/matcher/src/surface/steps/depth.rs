@@ -82,6 +82,7 @@ pub(super) struct Certainty {
 }
 
 /// The terms of the trend, and -1 on the lower level.
+#[inline]
 fn row(sample: &Sample, terms: usize, level: Level) -> [f64; MOST] {
     let mut row = [0.0; MOST];
     row[..terms].copy_from_slice(&sample.row[..terms]);
@@ -102,17 +103,15 @@ pub(super) fn fit(sides: &[Side<'_>]) -> Option<Fit> {
     // A few far off hold the first fit back; without them the second is right, and finds the others.
     for _ in 0..2 {
         for (side, used) in sides.iter().zip(&mut used) {
-            let level = |sample: &Sample| side.clear.at(sample.x, sample.y);
-            let known = || side.field.samples().filter(|sample| level(sample) != Level::Unknown);
-            let mut sizes: Vec<f64> = known()
-                .map(|sample| off(&solution, &sample, terms, level(&sample)).abs() / sample.sigma_mm)
-                .collect();
+            let mut sizes = Vec::new();
+            known(side.field, &side.clear).for_each(|(sample, level)| {
+                sizes.push(off(&solution, &sample, terms, level).abs() / sample.sigma_mm);
+            });
             let limit = OUTLIER * SIGMA_OF_MEDIAN * quantile(&mut sizes, 0.5).unwrap_or(0.0);
-            for sample in known() {
-                let level = level(&sample);
+            known(side.field, &side.clear).for_each(|(sample, level)| {
                 let inside = off(&solution, &sample, terms, level).abs() <= limit * sample.sigma_mm;
                 used.row_mut(sample.y)[sample.x] = if inside { level } else { Level::Unknown };
-            }
+            });
         }
         solution = solve(sides, &used)?;
     }
@@ -133,6 +132,7 @@ fn known_pixels(maps: &[&Grid<Level>]) -> usize {
 }
 
 /// How far a pixel lies over its level, in mm.
+#[inline]
 fn off(solution: &Solution, sample: &Sample, terms: usize, level: Level) -> f64 {
     let row = row(sample, terms, level);
     sample.height_mm
@@ -143,17 +143,17 @@ fn solve(sides: &[Side<'_>], used: &[Grid<Level>]) -> Option<Solution> {
     let terms = sides[0].field.basis.terms();
     let mut sums = Normal::empty();
     for (side, used) in sides.iter().zip(used) {
-        for (sample, level) in known(side.field, used) {
+        known(side.field, used).for_each(|(sample, level)| {
             sums.add(&row(&sample, terms, level)[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
-        }
+        });
     }
     sums.solve(terms + 1)
 }
 
 /// The pixels whose level is known, with their levels.
 fn known<'a>(field: &'a Field<'_>, levels: &'a Grid<Level>) -> impl Iterator<Item = (Sample, Level)> + 'a {
-    let with_level = |sample: Sample| (sample, levels.at(sample.x, sample.y));
-    field.samples().map(with_level).filter(|(_, level)| *level != Level::Unknown)
+    let is_known = |x, y| levels.at(x, y) != Level::Unknown;
+    field.samples_where(is_known).map(|sample| (sample, levels.at(sample.x, sample.y)))
 }
 
 impl Fit {
@@ -168,13 +168,13 @@ impl Fit {
         // What is off in several sides: their mean.
         let [mut residuals, mut offs, mut counts] = [(); 3].map(|()| Grid::filled(rows, columns, 0.0_f32));
         for (side, used) in sides.iter().zip(&self.used) {
-            for (sample, level) in known(side.field, used) {
+            known(side.field, used).for_each(|(sample, level)| {
                 let (Sample { x, y, sigma_mm, .. }, off) =
                     (sample, off(&self.solution, &sample, terms, level));
                 residuals.row_mut(y)[x] += (off / sigma_mm) as f32;
                 offs.row_mut(y)[x] += off as f32;
                 counts.row_mut(y)[x] += 1.0;
-            }
+            });
         }
         let sums = residuals.values_mut().iter_mut().zip(offs.values_mut()).zip(counts.values());
         sums.for_each(|((residual, off), &count)| (*residual, *off) = (*residual / count, *off / count));
@@ -183,10 +183,10 @@ impl Fit {
         let correlation = Correlation::of(&residuals);
         let mut blocks = Blocks::new(rows, columns, &correlation);
         for (side, used) in sides.iter().zip(&self.used) {
-            for (sample, level) in known(side.field, used) {
+            known(side.field, used).for_each(|(sample, level)| {
                 let row = row(&sample, terms, level);
                 blocks.of(sample.x, sample.y).add(&row[..=terms], sample.height_mm, sample.sigma_mm.powi(-2));
-            }
+            });
         }
         let scatter = blocks.scatter(&self.solution, terms + 1);
         Certainty { correlation, scatter_mm: (squares / self.pixels.max(1) as f64).sqrt(), scatter }
@@ -201,11 +201,11 @@ impl Fit {
         let terms = sides[0].field.basis.terms();
         let mut sums = Normal::empty();
         for ((side, used), errors_mm) in sides.iter().zip(&self.used).zip(errors_mm) {
-            for (sample, level) in known(side.field, used) {
+            known(side.field, used).for_each(|(sample, level)| {
                 let error_mm = errors_mm.map_or(0.0, |errors| errors.at(sample.x, sample.y));
                 let weight = sample.sigma_mm.powi(-2);
                 sums.add(&row(&sample, terms, level)[..=terms], f64::from(error_mm), weight);
-            }
+            });
         }
         Some(sums.solve(terms + 1)?.values[terms])
     }

@@ -122,14 +122,22 @@ fn mixture(points: &[Point], whole: &Whole, mut low: Vec<f64>) -> Option<(Levels
         let variance = (squares / count).max(f64::MIN_POSITIVE);
         let prior = (share / (1.0 - share)).ln();
         let mut likelihood = count * ((1.0 - share).ln() - 0.5 * variance.ln());
+        // Factors of 1 to 2: one logarithm does for many.
+        let mut product = 1.0_f64;
         for (&below, low) in below.iter().zip(&mut low) {
             // By how much low is more likely than high, as a logarithm.
             let odds = prior + 0.5 * depth_mm * (2.0 * below - depth_mm) / variance;
             let less_likely = (-odds.abs()).exp();
             let probability_of_likelier = 1.0 / (1.0 + less_likely);
             *low = if odds > 0.0 { probability_of_likelier } else { 1.0 - probability_of_likelier };
-            likelihood += odds.max(0.0) + less_likely.ln_1p() - 0.5 * below * below / variance;
+            product *= 1.0 + less_likely;
+            if product > 1e300 {
+                likelihood += product.ln();
+                product = 1.0;
+            }
+            likelihood += odds.max(0.0) - 0.5 * below * below / variance;
         }
+        likelihood += product.ln();
         let settled =
             found.as_ref().is_some_and(|(_, before): &(Levels, f64)| likelihood - before < 1e-5 * count);
         if depth_mm > 0.0 {
