@@ -36,7 +36,16 @@ function gridOf(map: truth.MapTruth): Float32Array {
   return grid;
 }
 
+const infos = new Map<string, MapInfo>();
+
+/** What is said of a map. All values are sorted for it, so it is found once. */
 function infoOf(map: truth.MapTruth): MapInfo {
+  let info = infos.get(map.id);
+  if (!info) infos.set(map.id, (info = infoFrom(map)));
+  return info;
+}
+
+function infoFrom(map: truth.MapTruth): MapInfo {
   const valid = gridOf(map).filter(Number.isFinite).sort();
   const quantile = (share: number): number => valid[Math.round(share * (valid.length - 1))] ?? 0;
   const [minimum, maximum] = [quantile(0), quantile(1)];
