@@ -1,5 +1,5 @@
 //! What each nuisance of a real rig costs, alone and together, as captured and calibrated: the table of docs/ERROR_ANALYSIS.md, which
-//! `EPIRIG_WRITE_TABLES=1 cargo test --release --test error_analysis` writes.
+//! `EPIRIG_WRITE_TABLES=1 cargo test --release --test slow -- --ignored` writes.
 
 use std::fmt::Write as _;
 use std::path::Path;
