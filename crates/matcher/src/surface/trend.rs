@@ -254,7 +254,7 @@ impl<'a> Field<'a> {
         Some(Sample { x, y, row: self.basis.row(x_mm, y_mm), height_mm: f64::from(height), sigma_mm })
     }
 
-    /// All pixels, from top to bottom. `for_each` runs over them in half the time that a loop does.
+    /// All pixels, from top to bottom. `for_each` runs over them faster than a loop does.
     pub(super) fn samples(&self) -> impl Iterator<Item = Sample> {
         self.samples_where(|_, _| true)
     }
