@@ -22,8 +22,8 @@ type Levels = Arc<Vec<u8>>;
 /// Columns, rows and steps.
 type Key = (usize, usize, i64);
 
-/// What was rendered: an emulated processor takes half a second for a picture, and the tests
-/// of this process go to the same places.
+/// What was rendered: an emulated processor renders slowly, and the tests of this process
+/// go to the same places.
 static RENDERED: LazyLock<Mutex<HashMap<Key, Levels>>> = LazyLock::new(Mutex::default);
 
 #[derive(Default)]
