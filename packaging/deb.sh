@@ -3,8 +3,7 @@
 #
 #   packaging/deb.sh [PROGRAM]
 #
-# PROGRAM is a built epirig, such as one with cameras (cargo build --release --locked --features v4l2). Without it, it is built as it is by
-# default. The package is target/packages/epirig_VERSION-1_ARCHITECTURE.deb. DEBFULLNAME and DEBEMAIL name who makes it.
+# PROGRAM is a built epirig; without it, it is built. The package is target/packages/epirig_VERSION-1_ARCHITECTURE.deb. DEBFULLNAME and DEBEMAIL name who makes it.
 # Needs dpkg-dev and binutils (Debian).
 set -euo pipefail
 program=${1:+$(realpath "$1")}

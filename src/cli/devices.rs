@@ -25,7 +25,7 @@ pub(super) struct Devices {}
 #[derive(Serialize)]
 struct Found {
     ports: Vec<Port>,
-    /// `None` if the program was built without cameras.
+    /// `None` if the program knows no cameras of this system.
     cameras: Option<Vec<CameraOutput>>,
 }
 
@@ -81,13 +81,13 @@ struct SizeOutput {
 
 impl Devices {
     pub(super) fn run(self, talk: &Talk) -> Result<(), CliError> {
-        // A build without serial ports or without cameras still lists the other kind.
+        // A system of which the program does not know one kind still has the other one.
         let ports = match ports() {
-            Err(LinkError::NotBuilt { .. }) => None,
+            Err(LinkError::NotOnThisSystem { .. }) => None,
             found => Some(found?),
         };
         let cameras = match cameras() {
-            Err(CameraError::NotBuilt { .. }) => None,
+            Err(CameraError::NotOnThisSystem { .. }) => None,
             found => Some(found?),
         };
         let mut text = String::new();
@@ -107,12 +107,10 @@ impl Devices {
             found.cameras.iter_mut().for_each(|cameras| cameras.push(output_of(identity, &output)));
         }
         if ports.is_none() {
-            talk.say("note: this epirig was built without serial ports; `--features serial` adds them");
+            talk.say("note: epirig does not look for serial ports on this system");
         }
         if cameras.is_none() {
-            talk.say(
-                "note: this epirig was built without cameras; `--features v4l2` adds them (needs libclang)",
-            );
+            talk.say("note: epirig looks for cameras on Linux only (V4L2)");
         }
         if text.is_empty() {
             return Err(LinkError::NoMatch {

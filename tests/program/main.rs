@@ -32,7 +32,7 @@ mod scans;
 mod screens;
 mod small_rig;
 mod split_half;
-#[cfg(feature = "serial")]
+#[cfg(unix)]
 mod stage_commands;
 #[path = "../support/program.rs"]
 mod support;

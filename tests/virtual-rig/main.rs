@@ -4,7 +4,7 @@
 //! These run in the guest that tests/virtual-rig/run.sh boots, as its root; elsewhere they skip. TESTING.md tells how to run
 //! `two_scans_agree` on a rig of metal and glass.
 
-#![cfg(feature = "v4l2")]
+#![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
 mod cameras;

@@ -6,7 +6,6 @@
 #   tests/virtual-rig/run.sh [FILTER]          runs the tests whose names contain FILTER, by default all
 #   tests/virtual-rig/run.sh --build [FILTER]  makes the guest only
 #   tests/virtual-rig/run.sh --boot            runs the guest as it was made
-#   tests/virtual-rig/run.sh --here FILTER     runs those of tests/program here, with the guest's build, which has cameras
 #
 # Everything lies in target/virtual-rig/ and is used again; nothing is installed. QEMU, the kernel and the guest's few programs
 # are Debian's. Exit code 0: every test passed; 1: not; 77: something cannot be had, said in a line that begins with SKIPPED.
@@ -15,15 +14,14 @@
 #   console.log           what the guest wrote in the last run
 #   out/                  files that its tests sent out: the lines between `BEGIN FILE name` and `END FILE name`
 #
-# Epirig and its tests are built beside those without cameras, of which they share all that has none: target/release/epirig has
-# cameras until it is built again.
+# Epirig and its tests are those of the common build in target/release.
 #
 # EPIRIG_RIG_LIMIT_S is the longest that the guest may run, 3000 by default.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 part=
-case ${1:-} in --build | --boot | --here) part=$1 && shift ;; esac
+case ${1:-} in --build | --boot) part=$1 && shift ;; esac
 filter=${1:-}
 limit_s=${EPIRIG_RIG_LIMIT_S:-3000}
 usb_serial_number=virtual-stage
@@ -124,17 +122,6 @@ fetch_qemu() {
   [[ $("${qemu[@]}" -device help 2>> apt.log) == *usb-serial* ]] || skip "QEMU does not start; remove $PWD/debs/qemu-system-x86 and $PWD/host/qemu; see $PWD/apt.log"
 }
 
-# The crate v4l2-sys-mit reads the kernel's headers with libclang, which is not libclang-cpp.
-fetch_libclang() {
-  local installed
-  installed=$(compgen -G '/usr/lib/llvm-*/lib/libclang[.-]*so*'; compgen -G '/usr/lib/x86_64-linux-gnu/libclang[.-]*so*') || true
-  if [ -n "${LIBCLANG_PATH:-}" ] || grep -qv -e '-cpp\.' <<< "${installed:--cpp.}"; then return 0; fi
-  fetch libclang with_libraries libclang1
-  unpack libclang host/libclang
-  local lib=$PWD/host/libclang/usr/lib/x86_64-linux-gnu
-  export LIBCLANG_PATH=$lib LD_LIBRARY_PATH=$lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
-}
-
 fetch_guest_programs() {
   fetch guest-programs with_libraries busybox-static v4l-utils
   unpack guest-programs guest/programs
@@ -142,14 +129,14 @@ fetch_guest_programs() {
 
 # --- Programs, initramfs, guest -------------------------------------------------------------------------------------------
 
-# with_cameras COMMAND [OPTION...]: runs cargo. The packages are those of a build of everything, which then need no other one.
-with_cameras() {
-  (cd "$root" && CARGO_TARGET_DIR="$root/target" cargo "$1" --release --workspace --locked --features epirig/v4l2 "${@:2}")
-}
-
-# Sets `epirig` and `tests`, the paths of the two programs; one run of cargo makes both, as tests depend on the program.
+# Sets `epirig` and `tests`, the paths of the two programs; one run of cargo makes both, as tests depend on the program. The packages
+# are those of a build of everything, which then need no other one.
 build() {
-  with_cameras test --test virtual-rig --no-run --message-format json-render-diagnostics > built.json
+  (
+    cd "$root"
+    CARGO_TARGET_DIR="$root/target" cargo test --release --workspace --locked --test virtual-rig --no-run \
+      --message-format json-render-diagnostics
+  ) > built.json
   epirig=$(executable bin epirig)
   tests=$(executable test virtual-rig)
 }
@@ -205,7 +192,6 @@ make_guest() {
   SECONDS=0
   fetch_kernel
   fetch_qemu
-  fetch_libclang
   fetch_guest_programs
   local fetch_s=$SECONDS
   build
@@ -237,8 +223,4 @@ case $part in
     ;;
   --build) make_guest ;;
   --boot) run_tests ;;
-  --here)
-    fetch_libclang
-    with_cameras test --test program -- "$filter"
-    ;;
 esac

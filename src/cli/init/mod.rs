@@ -83,11 +83,11 @@ impl Init {
 
 fn findings() -> Result<Findings, CliError> {
     let ports = match ports() {
-        Err(LinkError::NotBuilt { .. }) => Vec::new(),
+        Err(LinkError::NotOnThisSystem { .. }) => Vec::new(),
         found => found?,
     };
     let cameras = match cameras() {
-        Err(CameraError::NotBuilt { .. }) => Vec::new(),
+        Err(CameraError::NotOnThisSystem { .. }) => Vec::new(),
         found => found?,
     };
     Ok(Findings {

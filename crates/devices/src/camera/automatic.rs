@@ -84,7 +84,7 @@ const STEADY: &[u32] = &[
 ];
 
 /// All controls listed here, by rising id.
-#[cfg(feature = "v4l2")]
+#[cfg(target_os = "linux")]
 pub(super) fn known() -> Vec<u32> {
     let mut ids: Vec<u32> = AUTOMATIC.iter().map(|(id, _)| *id).chain(STEADY.iter().copied()).collect();
     ids.push(PIXEL_RATE);

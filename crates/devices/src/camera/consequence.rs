@@ -36,7 +36,7 @@ impl CameraError {
             | Self::NotACamera { .. }
             | Self::Permission { .. }
             | Self::Busy { .. }
-            | Self::NotBuilt { .. }
+            | Self::NotOnThisSystem { .. }
             | Self::NotOffered { .. }
             | Self::NoSuchControl { .. }
             | Self::ControlRefused { .. }
@@ -58,7 +58,7 @@ impl CameraError {
             | Self::NotACamera { .. }
             | Self::Busy { .. }
             | Self::Permission { .. }
-            | Self::NotBuilt { .. } => Blame::NoDevice,
+            | Self::NotOnThisSystem { .. } => Blame::NoDevice,
             Self::Ambiguous { .. }
             | Self::NotOffered { .. }
             | Self::NoSuchControl { .. }

@@ -119,7 +119,9 @@ impl CameraDriver for V4l2 {
         let choice = device.map_or(Ok(CameraChoice::Any), str::parse).map_err(not_a_name)?;
         let known = if matches!(choice, CameraChoice::Path(_)) { Ok(Vec::new()) } else { cameras() };
         let known = known.map_err(|error| match error {
-            CameraError::NotBuilt { .. } => CameraError::NotBuilt { camera: choice.to_string() },
+            CameraError::NotOnThisSystem { .. } => {
+                CameraError::NotOnThisSystem { camera: choice.to_string() }
+            }
             other => other,
         })?;
         let camera = V4l2Camera::new(V4l2Device::open(&choose(&choice, &known)?)?);

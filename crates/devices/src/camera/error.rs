@@ -89,11 +89,11 @@ pub enum CameraError {
         /// The camera.
         camera: String,
     },
-    /// The program was built without real cameras.
+    /// The program does not know the cameras of this system.
     #[error(
-        "{camera} cannot be opened: this epirig was built without cameras; build it with `--features v4l2` (needs libclang)"
+        "{camera} cannot be opened: epirig opens cameras on Linux only (V4L2); here it has simulated and replayed ones (`--camera sim`, `--camera replay:FOLDER`)"
     )]
-    NotBuilt {
+    NotOnThisSystem {
         /// The name as given.
         camera: String,
     },

@@ -18,7 +18,11 @@ mod error;
 mod format;
 mod identity;
 mod moment;
-#[cfg(not(feature = "v4l2"))]
+#[cfg(any(test, not(target_os = "linux")))]
+#[cfg_attr(
+    target_os = "linux",
+    allow(unreachable_pub, dead_code, reason = "only its messages are tested here")
+)]
 mod no_v4l2;
 mod onlooker;
 pub mod pixels;
@@ -28,7 +32,7 @@ mod sim;
 mod stillness;
 pub mod timing;
 mod trusted;
-#[cfg(feature = "v4l2")]
+#[cfg(target_os = "linux")]
 mod v4l2;
 
 pub use assess::Assessment;
@@ -43,7 +47,7 @@ pub use error::CameraError;
 pub use format::{ActiveFormat, Interval, OfferedFormat, Size, Sizes};
 pub use identity::{CameraChoice, CameraIdentity, choose};
 pub use moment::Moment;
-#[cfg(not(feature = "v4l2"))]
+#[cfg(not(target_os = "linux"))]
 pub use no_v4l2::{V4l2Device, VideoOutput, cameras};
 pub use onlooker::Onlooker;
 pub use replay::ReplayCamera;
@@ -52,7 +56,7 @@ pub use sim::{SimCamera, SimDevice, SimFault, SimStamps, SimView, ViewSwitch};
 pub use stillness::Difference;
 pub use timing::TimingRule;
 pub use trusted::{Camera, FrameFacts, TakenFrame};
-#[cfg(feature = "v4l2")]
+#[cfg(target_os = "linux")]
 pub use v4l2::{V4l2Device, VideoOutput, cameras};
 
 /// A real camera with checked frames.

@@ -1,4 +1,4 @@
-//! Replacement in builds without real cameras: an error that says how to build with them.
+//! Cameras where there is no Linux: an error that says so.
 
 use std::time::Duration;
 
@@ -9,19 +9,19 @@ use super::{
 };
 use epirig_core::frame::Frame;
 
-fn not_built<T>(camera: &str) -> Result<T, CameraError> {
-    Err(CameraError::NotBuilt { camera: camera.to_owned() })
+fn not_here<T>(camera: &str) -> Result<T, CameraError> {
+    Err(CameraError::NotOnThisSystem { camera: camera.to_owned() })
 }
 
 /// The cameras of this machine.
 ///
 /// # Errors
-/// Always [`CameraError::NotBuilt`].
+/// Always [`CameraError::NotOnThisSystem`].
 pub fn cameras() -> Result<Vec<CameraIdentity>, CameraError> {
-    not_built("a camera")
+    not_here("a camera")
 }
 
-/// In other builds, a video device of this machine.
+/// On Linux, a video device of this machine.
 #[derive(Debug)]
 pub enum V4l2Device {}
 
@@ -29,9 +29,9 @@ impl V4l2Device {
     /// Opens a device.
     ///
     /// # Errors
-    /// Always [`CameraError::NotBuilt`].
+    /// Always [`CameraError::NotOnThisSystem`].
     pub fn open(path: &str) -> Result<Self, CameraError> {
-        not_built(path)
+        not_here(path)
     }
 }
 
@@ -113,7 +113,7 @@ impl VideoDevice for V4l2Device {
     }
 }
 
-/// In other builds, a video output of this machine.
+/// On Linux, a video output of this machine.
 #[derive(Debug)]
 pub enum VideoOutput {}
 
@@ -121,9 +121,9 @@ impl VideoOutput {
     /// Opens an output.
     ///
     /// # Errors
-    /// Always [`CameraError::NotBuilt`].
+    /// Always [`CameraError::NotOnThisSystem`].
     pub fn open(path: &str, _size: Size) -> Result<Self, CameraError> {
-        not_built(path)
+        not_here(path)
     }
 
     /// Whether the output still exists.
@@ -140,5 +140,23 @@ impl VideoOutput {
     /// None: there is no output.
     pub fn show(&mut self, _frame: &Frame, _patience: Duration) -> Result<bool, CameraError> {
         match *self {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_system_without_v4l2_says_so() {
+        let size = Size { columns: 640, rows: 480 };
+        let errors = [
+            cameras().err(),
+            V4l2Device::open("/dev/video0").err(),
+            VideoOutput::open("/dev/video1", size).err(),
+        ];
+        for error in errors {
+            assert!(error.unwrap().to_string().contains("epirig opens cameras on Linux only"));
+        }
     }
 }

@@ -65,11 +65,11 @@ pub enum LinkError {
         /// The message of the system.
         detail: String,
     },
-    /// The program was built without serial ports.
+    /// The program does not know the serial ports of this system.
     #[error(
-        "{port} cannot be opened: this epirig was built without serial ports; build it with `--features serial`"
+        "{port} cannot be opened: epirig opens serial ports on Linux and other Unix systems only; here it has the simulated stage (`--driver sim`)"
     )]
-    NotBuilt {
+    NotOnThisSystem {
         /// The port.
         port: String,
     },

@@ -6,12 +6,14 @@
 mod choice;
 mod error;
 mod inbox;
+#[cfg(unix)]
 mod lock;
 mod logged;
-#[cfg(not(feature = "serial"))]
+#[cfg(any(test, not(unix)))]
+#[cfg_attr(unix, allow(unreachable_pub, dead_code, reason = "only its messages are tested here"))]
 mod no_serial;
 mod replay;
-#[cfg(feature = "serial")]
+#[cfg(unix)]
 mod serial;
 mod simulated;
 mod transcript;
@@ -21,12 +23,13 @@ use std::time::Duration;
 pub use choice::{PortChoice, PortFacts, UsbFacts, choose};
 pub use error::LinkError;
 pub use inbox::Inbox;
+#[cfg(unix)]
 pub use lock::{PortLock, holder};
 pub use logged::LoggedLink;
-#[cfg(not(feature = "serial"))]
-pub use no_serial::{PtyServer, ask_holder_to_stop, open, ports, serve};
+#[cfg(not(unix))]
+pub use no_serial::{PtyServer, ask_holder_to_stop, holder, open, ports, serve};
 pub use replay::Replay;
-#[cfg(feature = "serial")]
+#[cfg(unix)]
 pub use serial::{PtyServer, SerialLink, ask_holder_to_stop, open, ports, serve};
 pub use simulated::{LineNoise, SimulatedDevice, SimulatedLink};
 pub use transcript::{Entry, Heading, Recorder, Side, Transcript, TranscriptError};

@@ -78,7 +78,7 @@ impl LinkError {
             | Self::NoMatch { .. }
             | Self::Busy { .. }
             | Self::Permission { .. }
-            | Self::NotBuilt { .. } => Blame::NoDevice,
+            | Self::NotOnThisSystem { .. } => Blame::NoDevice,
             Self::Lost { .. } | Self::Diverged { .. } => Blame::Device,
         }
     }

@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
-#[cfg(feature = "serial")]
+#[cfg(unix)]
 mod avr;
 mod camera_faults;
 mod faults;
-#[cfg(feature = "serial")]
+#[cfg(unix)]
 mod firmware;
 mod grbl_dialects;
 mod grbl_recording;
@@ -16,10 +16,10 @@ mod leftovers;
 mod looking;
 mod native_stage;
 mod onlooking;
-#[cfg(feature = "serial")]
+#[cfg(unix)]
 mod real_grbl;
 mod replayed;
-#[cfg(feature = "serial")]
+#[cfg(unix)]
 mod serial_port;
 mod sim_bench;
 mod transcripts;
