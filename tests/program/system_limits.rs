@@ -8,9 +8,9 @@ use epirig_core::progress::Silent;
 use epirig_data::sequence::{ExitStatus, Sequence, verify};
 use rustix::fs::Mode;
 
-const SCAN: [&str; 9] = [
-    "capture", "--out", "seq", "--rig", "sim", "--size", "64x48", "--set", "plan.frames=8",
-];
+const FRAMES: usize = 24;
+const SCAN: [&str; 9] =
+    ["capture", "--out", "seq", "--rig", "sim", "--size", "64x48", "--set", "plan.frames=24"];
 
 /// `before` and then the program, as its own words.
 fn run(folder: &Path, before: &[&str], arguments: &[&str]) -> Output {
@@ -31,14 +31,17 @@ fn assert_told(output: &Output, context: &str) {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(!stderr.contains("panicked"), "{context}: {stderr}");
     let code = output.status.code().unwrap_or_else(|| panic!("{context}: {:?} {stderr}", output.status));
-    assert!(code == 0 || stderr.lines().any(|line| line.starts_with("error: ")), "{context}: {code} {stderr}");
+    assert!(
+        code == 0 || stderr.lines().any(|line| line.starts_with("error: ")),
+        "{context}: {code} {stderr}"
+    );
 }
 
 /// The scan is whole.
 fn assert_complete(folder: &Path) {
     let sequence = Sequence::open(&folder.join("seq")).unwrap();
     let report = verify(&sequence, &Silent).unwrap();
-    assert_eq!((report.findings, report.good_frames), (Vec::new(), 8));
+    assert_eq!((report.findings, report.good_frames), (Vec::new(), FRAMES));
 }
 
 /// A user of whom no other process exists, for whom the kernel counts threads; `None`, loudly, without the right to become one.
@@ -106,7 +109,8 @@ fn without_threads_it_works_alone_or_says_why_not() {
                 assert_told(&output, &format!("{arguments:?}"));
                 assert_eq!(output.status.code(), Some(1), "{arguments:?}: {output:?}");
             }
-            let stderr = String::from_utf8_lossy(&run(&["match", "imported", "--overwrite"]).stderr).into_owned();
+            let stderr =
+                String::from_utf8_lossy(&run(&["match", "imported", "--overwrite"]).stderr).into_owned();
             assert!(stderr.contains("allows no more threads"), "{stderr}");
         }
     }
@@ -115,7 +119,7 @@ fn without_threads_it_works_alone_or_says_why_not() {
 #[test]
 fn a_limit_of_file_sizes_is_like_a_full_disk() {
     let mut resumed = 0;
-    // From nothing at all to the size of the log; a frame has 3 kB.
+    // From nothing at all to more than the journal: the records have 4 and 16 kB, a frame has 1 kB.
     for bytes in [0, 1000, 2000, 4000, 6000, 8000, 12_000, 16_000, 32_000] {
         let folder = tempfile::tempdir().unwrap();
         let limit = format!("--fsize={bytes}:{bytes}");
@@ -130,7 +134,11 @@ fn a_limit_of_file_sizes_is_like_a_full_disk() {
             Some(7) => {
                 assert!(stderr.contains("ulimit -f"), "{context}: {stderr}");
                 let sequence = Sequence::open(&folder.path().join("seq")).unwrap();
-                assert_eq!(sequence.stop().map(|stop| stop.exit_status), Some(ExitStatus::Failed), "{context}");
+                assert_eq!(
+                    sequence.stop().map(|stop| stop.exit_status),
+                    Some(ExitStatus::Failed),
+                    "{context}"
+                );
                 succeeds(folder.path(), &["resume", "seq"]);
                 resumed += 1;
             }

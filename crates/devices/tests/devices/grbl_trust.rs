@@ -200,19 +200,23 @@ fn settings_that_come_with_the_power_hold_from_homing_on() {
 /// A controller that says for ever that it moves, at one place.
 #[derive(Default)]
 struct Restless {
+    asked: usize,
     sent: Vec<u8>,
 }
 
 impl SimulatedDevice for Restless {
     fn receive(&mut self, byte: u8) {
         match byte {
-            b'?' => self.sent.extend(b"<Run|MPos:1.000,0.000,0.000|FS:0,0>\r\n"),
+            b'?' => self.asked += 1,
             b'\n' => self.sent.extend(b"ok\r\n"),
             _ => {}
         }
     }
 
-    fn advance(&mut self, _time: Duration) {}
+    fn advance(&mut self, _time: Duration) {
+        let answer = b"<Run|MPos:1.000,0.000,0.000|FS:0,0>\r\n";
+        (0..std::mem::take(&mut self.asked)).for_each(|_| self.sent.extend(answer));
+    }
 
     fn take_sent(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.sent)
