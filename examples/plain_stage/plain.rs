@@ -23,8 +23,8 @@ use epirig_devices::stage::simulator::{
     FaultScript, Mishap, Plant, SimulatedStage, TICK_HZ, Ticks, Troubles,
 };
 use epirig_devices::stage::{
-    Axis, Connection, Homed, Kinematics, Motion, StageDriver, StageError, StageIdentity, StageState,
-    StopSwitch,
+    Axis, Connection, Homed, Kinematics, Motion, PositionSettings, StageDriver, StageError, StageIdentity,
+    StageState, StopSwitch,
 };
 use firmware_protocol::axis::Way;
 use firmware_protocol::ramp::{Ramp, Run};
@@ -239,6 +239,11 @@ impl Axis for PlainAxis {
         true
     }
 
+    // They are built into its firmware.
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        Ok(PositionSettings::new())
+    }
+
     fn home(&mut self) -> Result<Homed, StageError> {
         let patience = self.kinematics.patience(2.0 * self.travel_mm);
         let position_mm = self.run("home", "while homing", patience)?.position_mm;
@@ -411,7 +416,9 @@ impl SimulatedDevice for PlainDevice {
 
     fn advance(&mut self, time: Duration) {
         match self.troubles.advance(time) {
-            Some(Mishap::Reset) => (self.run, self.position, self.homing) = (None, None, false),
+            Some(Mishap::Reset | Mishap::OtherSettings) => {
+                (self.run, self.position, self.homing) = (None, None, false);
+            }
             Some(Mishap::LimitCloses) => (self.run, self.blocked, self.homing) = (None, true, false),
             Some(Mishap::LimitOpens) | None => {}
         }

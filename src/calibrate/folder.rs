@@ -32,7 +32,7 @@ const LARGEST_MAP: u64 = 4 * MOST_PIXELS as u64 + (1 << 20);
 pub struct CalibrationFolder {
     sequence: PathBuf,
     /// Held for the lifetime of this value: of two calibrations at once, one would remove the other's maps.
-    _lock: Option<File>,
+    _lock: File,
     scratch: Scratch,
     pictures: Vec<String>,
     disk: Box<dyn Disk>,

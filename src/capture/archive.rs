@@ -1,7 +1,8 @@
 //! Writes frames in a thread of its own, so that the stage moves while frames are compressed and written.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{Builder, JoinHandle};
 
 use epirig_core::frame::Frame;
 use epirig_data::sequence::{
@@ -24,21 +25,27 @@ enum Job {
     Flush(SyncSender<()>),
 }
 
-/// A writer with its thread. The thread ends at the first error.
+/// A writer with its thread. Writing ends at the first error.
 pub(super) struct Archive {
+    writer: Arc<Mutex<SequenceWriter>>,
+    /// `None` if there is no thread.
     jobs: Option<SyncSender<Job>>,
-    thread: Option<JoinHandle<(SequenceWriter, Result<(), SequenceError>)>>,
-    /// The writer, returned by its thread at the end.
-    writer: Option<SequenceWriter>,
+    thread: Option<JoinHandle<Result<(), SequenceError>>>,
+    /// Whether an error has ended the writing.
+    is_closed: bool,
 }
 
 impl Archive {
+    /// If the system allows no thread, the scan waits for each frame to be written.
     pub(super) fn new(writer: SequenceWriter) -> Self {
         let (jobs, received) = sync_channel(WAITING);
+        let writer = Arc::new(Mutex::new(writer));
+        let shared = Arc::clone(&writer);
         // Log events of the thread belong to the span of the scan.
         let span = tracing::Span::current();
-        let thread = std::thread::spawn(move || span.in_scope(|| work(writer, &received)));
-        Self { jobs: Some(jobs), thread: Some(thread), writer: None }
+        let work = move || span.in_scope(|| received.into_iter().try_for_each(|job| done(&shared, job)));
+        let thread = Builder::new().name("archive".to_owned()).spawn(work).ok();
+        Self { writer, jobs: thread.is_some().then_some(jobs), thread, is_closed: false }
     }
 
     pub(super) fn frame(
@@ -57,65 +64,61 @@ impl Archive {
 
     /// Returns when all frames are on disk.
     pub(super) fn flush(&mut self) -> Result<(), SequenceError> {
-        let (done, wait) = sync_channel(1);
-        self.send(Job::Flush(done))?;
+        let (reply, wait) = sync_channel(1);
+        self.send(Job::Flush(reply))?;
         // If the thread has ended, it holds an error.
         wait.recv().or_else(|_| self.end())
     }
 
     fn send(&mut self, job: Job) -> Result<(), SequenceError> {
-        match self.jobs.as_ref().map(|jobs| jobs.send(job)) {
-            Some(Ok(())) => Ok(()),
-            Some(Err(_)) => self.end(),
-            // After an error, the record of the end must not be written either.
-            None => Err(SequenceError::Closed),
+        if self.is_closed {
+            // The error has been returned before.
+            return Err(SequenceError::Closed);
+        }
+        match &self.jobs {
+            Some(jobs) => jobs.send(job).or_else(|_| self.end()),
+            None => done(&self.writer, job).inspect_err(|_| self.is_closed = true),
         }
     }
 
     /// Waits for the thread, and returns its error if there is one.
     fn end(&mut self) -> Result<(), SequenceError> {
-        self.jobs = None;
-        let Some(thread) = self.thread.take() else { return Ok(()) };
-        match thread.join() {
-            Ok((writer, result)) => {
-                self.writer = Some(writer);
-                result
-            }
-            Err(panic) => std::panic::resume_unwind(panic),
+        (self.jobs, self.is_closed) = (None, true);
+        match self.thread.take().map(JoinHandle::join) {
+            None => Ok(()),
+            Some(Ok(result)) => result,
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
         }
     }
 
     /// Writes the waiting frames, and then the record of the end if possible.
     pub(super) fn finish(mut self, status: ExitStatus, facts: StopFacts) -> Result<(), SequenceError> {
         let ended = self.end();
-        let finished = self.writer.take().map_or(Ok(()), |writer| writer.finish(status, facts));
+        // The thread has given up its share.
+        let writer = Arc::into_inner(self.writer).map(|writer| writer.into_inner());
+        let writer = writer.map(|writer| writer.unwrap_or_else(PoisonError::into_inner));
+        let finished = writer.map_or(Ok(()), |writer| writer.finish(status, facts));
         ended.and(finished)
     }
 }
 
-fn work(mut writer: SequenceWriter, jobs: &Receiver<Job>) -> (SequenceWriter, Result<(), SequenceError>) {
-    while let Ok(job) = jobs.recv() {
-        let done = match job {
-            Job::Frame { kind, index, frame, facts } => writer.put(kind, index, &frame, *facts),
-            Job::Note(event) => writer.note(&event),
-            Job::Flush(done) => {
-                // The receiver may have given up waiting.
-                let _ = done.send(());
-                Ok(())
-            }
-        };
-        if done.is_err() {
-            return (writer, done);
+fn done(writer: &Mutex<SequenceWriter>, job: Job) -> Result<(), SequenceError> {
+    let mut writer = writer.lock().unwrap_or_else(PoisonError::into_inner);
+    match job {
+        Job::Frame { kind, index, frame, facts } => writer.put(kind, index, &frame, *facts),
+        Job::Note(event) => writer.note(&event),
+        Job::Flush(reply) => {
+            // The receiver may have given up waiting.
+            let _ = reply.send(());
+            Ok(())
         }
     }
-    (writer, Ok(()))
 }
 
 #[cfg(test)]
 mod tests {
     use std::io;
     use std::path::Path;
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::time::Duration;
 

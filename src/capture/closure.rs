@@ -4,6 +4,7 @@ use tracing::{info, info_span, warn};
 
 use super::CaptureError;
 use super::scan::{GoodFrame, Scan};
+use super::settings::{home, listed};
 use epirig_calibration::registration::{ShiftError, shift_between};
 use epirig_data::sequence::{ClosureRecord, ComparisonRecord};
 use epirig_devices::stage::Remedy;
@@ -67,6 +68,9 @@ impl Scan<'_, '_> {
                 let how = format!("frame {frame} taken again differs from what it was: {how}");
                 Err(CaptureError::NotClosed { how })
             }
+            Err(CaptureError::SettingsChanged { changes }) => {
+                Err(CaptureError::NotClosed { how: listed(&changes) })
+            }
             Err(error) if error.is_wanted() => {
                 progress.note("note: stopped after the last frame; the result of homing again is unknown");
                 Ok(())
@@ -101,7 +105,8 @@ impl Scan<'_, '_> {
         }
         let first = self.first.take().map(|frame| GoodFrame { index: 0, frame });
         let comparison = first.map_or(Ok(None), |first| self.measure_shift(&first))?;
-        self.stage_now()?.home()?;
+        let settings = self.settings.clone();
+        home(&mut **self.stage_now()?, Some(&settings))?;
         let home_shift_mm = self.stage_now()?.home_shift_mm();
         let moved_px = comparison.as_ref().map(|found| found.x_px.hypot(found.y_px));
         info!(

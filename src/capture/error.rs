@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use super::settings::{ChangedSetting, listed};
 use epirig_core::shell::quoted;
 use epirig_data::sequence::SequenceError;
 use epirig_devices::Blame;
@@ -70,6 +71,16 @@ pub enum CaptureError {
         frame: usize,
         /// How it differs.
         how: String,
+    },
+    /// The stage has other settings than when the scan began.
+    #[error(
+        "{}, so the same position would be another place; set the stage back, as with `epirig stage console`, and \
+         resume, or begin a new scan",
+        listed(changes)
+    )]
+    SettingsChanged {
+        /// Each setting that differs.
+        changes: Vec<ChangedSetting>,
     },
     /// A frame failed in all attempts.
     #[error("frame {index} failed after {attempts} attempts; last error: {source}")]

@@ -18,17 +18,18 @@ mod recovery;
 mod resume;
 mod rig;
 mod scan;
+mod settings;
 mod step;
 mod trust;
 mod watch;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use epirig_data::sequence::{
-    ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceRecord, SequenceWriter, new_uid, now,
-    refuse_existing,
+    ClosureRecord, FORMAT_VERSION, Origin, Sequence, SequenceError, SequenceRecord, SequenceWriter, new_uid,
+    now, refuse_existing,
 };
-use epirig_data::storage::Disk;
+use epirig_data::storage::{Disk, HeldFolder};
 use epirig_devices::camera::{CameraError, Configuration};
 
 pub use error::CaptureError;
@@ -37,6 +38,7 @@ pub use pause::PauseSwitch;
 pub use plan::{CaptureLimits, CapturePlan};
 pub use resume::resume;
 pub use rig::{Arrangement, Assistant, Rig, Unattended};
+pub use settings::ChangedSetting;
 pub use watch::{Awaited, ScanWatcher, Unwatched};
 
 use calibration_frames::Present;
@@ -63,15 +65,26 @@ pub fn capture(
     let mut scan = Scan::begin(rig, plan, None)?;
     let record = start_record(&mut scan);
     let writer = SequenceWriter::create_on(disk, out, &record)?;
+    let folder = writer.folder();
     let indices: Vec<usize> = (0..record.frames).collect();
     let finished =
         scan.finish(writer, &indices, |scan, archive| scan.calibration_frames(archive, &Present::default()));
-    finished.map_err(|error| interrupted(error, out, record.frames))
+    finished.map_err(|error| interrupted(error, &now_at(&folder), record.frames))
+}
+
+/// Where the folder is now; where it was, if nobody knows.
+fn now_at(folder: &HeldFolder) -> PathBuf {
+    folder.whereabouts().unwrap_or_else(|| folder.name().to_owned())
 }
 
 /// Adds the number of frames to the error, and how to resume; or that a replay cannot be resumed.
 fn interrupted(error: CaptureError, folder: &Path, planned: usize) -> CaptureError {
-    if matches!(error, CaptureError::NotClosed { .. }) {
+    // These say themselves what there is and what to do.
+    if matches!(
+        error,
+        CaptureError::NotClosed { .. }
+            | CaptureError::Sequence(SequenceError::Disturbed { .. } | SequenceError::Renamed { .. })
+    ) {
         return error;
     }
     let done = Sequence::open(folder).map_or(0, |sequence| sequence.frames().len());
@@ -94,6 +107,7 @@ fn start_record(scan: &mut Scan<'_, '_>) -> SequenceRecord {
         created: now(),
         origin: Origin::Captured {
             stage: scan.stage.as_ref().map_or_else(String::new, |stage| stage.identity().to_string()),
+            stage_settings: scan.settings.clone(),
             camera: scan.camera().identity().to_string(),
             configuration: Some(camera_record(&configuration, plan.averaged)),
             rig: plan.rig.clone(),

@@ -7,6 +7,7 @@ use tracing::{info, warn};
 use super::CaptureError;
 use super::archive::Archive;
 use super::scan::Scan;
+use super::settings::home;
 use super::trust::Trust;
 use super::watch::Awaited;
 use epirig_data::sequence::{Event, ResumedRecord, now};
@@ -104,19 +105,20 @@ impl Scan<'_, '_> {
         let (mut told, mut in_vain) = (false, 0);
         let before = self.rig.camera.now();
         loop {
+            let settings = Some(&self.settings);
             let attempt = match &mut self.stage {
-                Some(stage) => stage.home(),
-                None => self.rig.stages.connect().and_then(|mut stage| {
+                Some(stage) => home(&mut **stage, settings),
+                None => self.rig.stages.connect().map_err(CaptureError::from).and_then(|mut stage| {
                     self.stop = stage.stop_switch();
-                    let homed = stage.home();
+                    let homed = home(&mut *stage, settings);
                     self.stage = Some(stage);
                     homed
                 }),
             };
             let source = match attempt {
-                Ok(()) => break,
-                Err(error @ StageError::Stopped { .. }) => return Err(error.into()),
-                Err(error) => error,
+                Ok(_) => break,
+                Err(CaptureError::Stage(error)) if !matches!(error, StageError::Stopped { .. }) => error,
+                Err(error) => return Err(error),
             };
             warn!(reason = %source, "the stage has not reconnected");
             if source.consequence().remedy != Remedy::WaitThenHome {

@@ -8,7 +8,7 @@ use super::calibration_frames::Present;
 use super::records::camera_record;
 use super::rig::Rig;
 use super::scan::{GoodFrame, Scan};
-use super::{CaptureError, CapturePlan, interrupted};
+use super::{CaptureError, CapturePlan, interrupted, now_at};
 use epirig_core::progress::Progress;
 use epirig_data::sequence::{
     ClosureRecord, Event, ExitStatus, Finding, FrameKind, FrameRecord, Origin, Sequence, SequenceWriter,
@@ -27,7 +27,8 @@ use epirig_data::storage::Disk;
 ///
 /// # Errors
 /// [`CaptureError`] as for [`capture`](super::capture); [`CaptureError::NotThisScan`] if the folder's scan
-/// has another plan or other camera settings, [`CaptureError::Moved`] if the picture has changed.
+/// has another plan or other camera settings, [`CaptureError::SettingsChanged`] if the stage has other
+/// settings, [`CaptureError::Moved`] if the picture has changed.
 pub fn resume(
     rig: &mut Rig<'_>,
     plan: &CapturePlan,
@@ -38,7 +39,8 @@ pub fn resume(
     let record = sequence.record();
     let unlike =
         |reason: &str| CaptureError::NotThisScan { path: folder.to_owned(), reason: reason.to_owned() };
-    let Origin::Captured { stage, camera, configuration: Some(set), .. } = &record.origin else {
+    let Origin::Captured { stage, stage_settings, camera, configuration: Some(set), .. } = &record.origin
+    else {
         return Err(unlike("its frames were not taken by this program"));
     };
     if record.positions_mm.as_ref() != Some(&plan.positions_mm) {
@@ -73,8 +75,9 @@ pub fn resume(
             rig.progress.note(&format!("note: {file} is not in the journal and is taken again"));
         }
     }
+    let mut held = None;
     let goes_on = || -> Result<_, CaptureError> {
-        let mut scan = Scan::begin(rig, plan, Some(set))?;
+        let mut scan = Scan::begin(rig, plan, Some((set, stage_settings)))?;
         // Another device is reported, not refused; the picture is compared later.
         let now = [scan.stage_now()?.identity().to_string(), scan.camera().identity().to_string()];
         for (was, is) in [stage, camera].into_iter().zip(now).filter(|(was, is)| *was != is) {
@@ -95,6 +98,7 @@ pub fn resume(
         scan.latest = frame.zip(before).map(|(frame, record)| GoodFrame { index: record.index, frame });
         let resumed = scan.go_on("an interruption".to_owned())?;
         let writer = SequenceWriter::resume_on(disk, folder)?;
+        held = Some(writer.folder());
         scan.finish(writer, &missing, |scan, archive| {
             archive.note(Event::Resumed(resumed))?;
             scan.calibration_frames(archive, &present)
@@ -102,7 +106,10 @@ pub fn resume(
     };
     goes_on().map_err(|error| match error {
         CaptureError::NotThisScan { .. } => error,
-        other => interrupted(other, folder, record.frames),
+        other => {
+            let folder = held.map_or_else(|| folder.to_owned(), |held| now_at(&held));
+            interrupted(other, &folder, record.frames)
+        }
     })
 }
 

@@ -6,6 +6,7 @@ use tracing::{debug, info, info_span, warn};
 
 use super::archive::Archive;
 use super::rig::Rig;
+use super::settings::home;
 use super::trust::{Trust, lost_trust, may_lose_steps};
 use super::{CaptureError, CapturePlan};
 use epirig_core::frame::Frame;
@@ -14,7 +15,7 @@ use epirig_data::sequence::{
     TimesRecord, now,
 };
 use epirig_devices::camera::{Camera, Configuration, Moment};
-use epirig_devices::stage::{Stage, StageError, StopSwitch};
+use epirig_devices::stage::{PositionSettings, Stage, StageError, StopSwitch};
 
 /// A frame of the scan that is known to be good.
 #[derive(Debug, Clone)]
@@ -31,6 +32,8 @@ pub(super) struct Scan<'a, 'r> {
     pub(super) stop: StopSwitch,
     pub(super) plan: &'a CapturePlan,
     pub(super) configuration: Configuration,
+    /// Of the stage, when the scan began.
+    pub(super) settings: PositionSettings,
     pub(super) trust: Trust,
     /// Why the state was lost, in words.
     pub(super) lost_by: String,
@@ -50,25 +53,25 @@ pub(super) struct Scan<'a, 'r> {
 
 impl<'a, 'r> Scan<'a, 'r> {
     /// Connects to the rig, sets up the camera, homes the stage and moves to the first position. So faults of
-    /// the rig show before anything is written. For a resumed scan, `before` holds the former camera
-    /// settings.
+    /// the rig show before anything is written. For a resumed scan, `before` holds the former settings of
+    /// camera and stage.
     pub(super) fn begin(
         rig: &'a mut Rig<'r>,
         plan: &'a CapturePlan,
-        before: Option<&CameraRecord>,
+        before: Option<(&CameraRecord, &PositionSettings)>,
     ) -> Result<Self, CaptureError> {
         let first_mm = plan.first_mm()?;
         let mut stage = rig.stages.connect()?;
         plan.check_travel(stage.travel_mm())?;
         let configuration = rig.camera.configure(&plan.camera)?;
         let configuration = match before {
-            Some(before) => set_as_before(rig.camera, configuration, before)?,
+            Some((camera, _)) => set_as_before(rig.camera, configuration, camera)?,
             None => configuration,
         };
         rig.progress.note(&format!("camera set to {configuration}"));
         configuration.notes.iter().for_each(|note| rig.progress.note(&format!("note: {note}")));
         let began = rig.camera.now();
-        stage.home()?;
+        let settings = home(&mut *stage, before.map(|(_, settings)| settings))?;
         // The first move shows whether the positions can be approached at all, and lets the camera adapt to
         // the scene.
         stage.move_to(first_mm)?;
@@ -92,6 +95,7 @@ impl<'a, 'r> Scan<'a, 'r> {
             stage: Some(stage),
             plan,
             configuration,
+            settings,
             trust: Trust::Whole,
             lost_by: String::new(),
             at_mm: first_mm,
@@ -222,16 +226,19 @@ impl<'a, 'r> Scan<'a, 'r> {
             return stage.move_to(position_mm);
         }
         let (camera, span) = (&mut *self.rig.camera, tracing::Span::current());
-        std::thread::scope(|scope| {
-            let moving = scope.spawn(|| span.in_scope(|| stage.move_to(position_mm)));
+        let moved = std::thread::scope(|scope| {
+            let moving = || span.in_scope(|| stage.move_to(position_mm));
+            let moving = std::thread::Builder::new().spawn_scoped(scope, moving).ok()?;
             while !moving.is_finished() {
                 // The next grab meets the same error, and mends what can be mended.
                 if camera.show_for(SLICE).is_err() {
                     std::thread::sleep(SLICE);
                 }
             }
-            moving.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        })
+            Some(moving.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+        });
+        // Where the system allows no thread, nobody looks on.
+        moved.unwrap_or_else(|| stage.move_to(position_mm))
     }
 
     pub(super) fn stage_now(&mut self) -> Result<&mut Box<dyn Stage>, CaptureError> {

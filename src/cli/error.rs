@@ -82,6 +82,8 @@ pub(super) enum CliError {
     File { path: PathBuf, action: &'static str, source: std::io::Error },
     #[error("{what} needs up to {needed} of memory, and {available} {bound}; {advice}")]
     Memory { what: String, needed: String, available: String, bound: Bound, advice: String },
+    #[error("the system allows no more threads: {0}; end other programs, or raise the limit (ulimit -u)")]
+    Threads(std::io::Error),
     #[error(transparent)]
     Read(#[from] ReadError),
     #[error(transparent)]
@@ -134,6 +136,7 @@ impl From<PanelError> for CliError {
             PanelError::Calibrate(error) => Self::from(error),
             PanelError::Results(error) => Self::Results(error),
             PanelError::Read(error) => Self::Read(error),
+            PanelError::Threads(error) => Self::Threads(error),
             other => Self::Integrity(other.to_string()),
         }
     }
@@ -234,9 +237,12 @@ impl CliError {
             Self::RecordedRig(_) | Self::Integrity(_) => INTEGRITY,
             Self::NoAnswer(_) => NO_ANSWER,
             Self::Server(ServerError::Listen { .. }) => USAGE,
-            Self::Server(_) | Self::Report(_) | Self::Output(_) | Self::File { .. } | Self::Memory { .. } => {
-                TROUBLE
-            }
+            Self::Server(_)
+            | Self::Report(_)
+            | Self::Output(_)
+            | Self::File { .. }
+            | Self::Memory { .. }
+            | Self::Threads(_) => TROUBLE,
         }
     }
 }
@@ -282,7 +288,10 @@ fn read_code(error: &ReadError) -> u8 {
 fn sequence_code(error: &SequenceError) -> u8 {
     match error {
         error if error.is_trouble() => TROUBLE,
-        SequenceError::Busy { .. } | SequenceError::Closed | SequenceError::CannotLink { .. } => TROUBLE,
+        SequenceError::Busy { .. }
+        | SequenceError::Closed
+        | SequenceError::CannotLink { .. }
+        | SequenceError::Renamed { .. } => TROUBLE,
         SequenceError::Exists { .. }
         | SequenceError::Unfinished { .. }
         | SequenceError::NoName { .. }

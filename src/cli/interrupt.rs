@@ -1,6 +1,7 @@
 //! Ctrl-C, hang-up and termination.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use super::failure::{Failure, INTERRUPTED};
@@ -52,6 +53,7 @@ pub(super) fn stops_nothing() {
 
 /// Installs the handlers.
 pub(super) fn install() -> Result<(), std::io::Error> {
+    outlive_large_files()?;
     ctrlc::set_handler(interrupted).map_err(std::io::Error::other)?;
     obey_other_epirigs()
 }
@@ -63,13 +65,28 @@ fn obey_other_epirigs() -> Result<(), std::io::Error> {
     use signal_hook::iterator::Signals;
 
     let mut signals = Signals::new([SIGUSR1])?;
-    std::thread::spawn(move || {
+    Builder::new().spawn(move || {
         for _ in signals.forever() {
             if let Some(switch) = to_stop().clone() {
                 stop(&switch);
             }
         }
-    });
+    })?;
+    Ok(())
+}
+
+/// Writing beyond the limit of file sizes (`ulimit -f`) is an error then, like writing to a full disk. Else
+/// its signal would end the program.
+#[cfg(unix)]
+fn outlive_large_files() -> Result<(), std::io::Error> {
+    use signal_hook::consts::SIGXFSZ;
+
+    // Who writes is told by the error; nobody looks at the flag.
+    signal_hook::flag::register(SIGXFSZ, Arc::default()).map(drop)
+}
+
+#[cfg(not(unix))]
+fn outlive_large_files() -> Result<(), std::io::Error> {
     Ok(())
 }
 

@@ -45,6 +45,7 @@ mod simulate;
 mod stage;
 mod surface;
 mod target;
+mod threads;
 mod ui;
 mod verify;
 mod view;
@@ -60,6 +61,7 @@ use failure::{Failure, kind};
 use log::LogArguments;
 use memory::share_arena;
 use progress::{Talk, answer_failure, tell};
+use threads::start_threads;
 
 const EXIT_CODES: &str =
     "Exit codes: 0 done, 1 file, disk or memory trouble, 2 wrong use, 3 no device, 4 device fault, \
@@ -151,14 +153,6 @@ verbs! {
     Manual = manual::Manual,
 }
 
-/// Starts the worker threads. If the system allows no threads, the main thread computes alone.
-fn start_threads() {
-    if rayon::ThreadPoolBuilder::new().build_global().is_err() {
-        // If that fails too, the first parallel work reports why.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
-    }
-}
-
 impl Verb {
     /// Whether the verb may take frames, which are logged.
     fn scans(&self) -> bool {
@@ -194,8 +188,8 @@ pub fn main() -> ExitCode {
     if let Err(error) = interrupt::install() {
         talk.say(&format!("note: Ctrl-C will leave .epirig-* folders behind: {error}"));
     }
-    start_threads();
-    match listening.and_then(|()| cli.verb.run_logged(&talk)) {
+    let ready = listening.and_then(|()| start_threads(&talk));
+    match ready.and_then(|()| cli.verb.run_logged(&talk)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             talk.clear();

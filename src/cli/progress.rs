@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use anstream::stream::RawStream;
@@ -195,7 +196,7 @@ impl Progress for Talk {
         }
         new.set_message(what.to_owned());
         *self.told.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
-        new.enable_steady_tick(Duration::from_millis(200));
+        keep_moving(&new);
         // Drawing may block on the terminal, so no lock is held while drawing.
         let former = bar().replace(new);
         drop(former);
@@ -227,6 +228,24 @@ impl Progress for Talk {
 fn time_left(elapsed: Duration, done: u64, all: u64) -> Duration {
     let steps = all.saturating_sub(done) as f64 / done.max(1) as f64;
     Duration::try_from_secs_f64(elapsed.as_secs_f64() * steps).unwrap_or(Duration::MAX)
+}
+
+/// Draws the bar again and again as long as it exists. Its own way would panic where the system allows no
+/// thread; without one it moves with the work only.
+fn keep_moving(bar: &ProgressBar) {
+    const EVERY: Duration = Duration::from_millis(200);
+    if bar.is_hidden() {
+        return;
+    }
+    let bar = bar.downgrade();
+    let draw = move || {
+        while let Some(bar) = bar.upgrade().filter(|bar| !bar.is_finished()) {
+            bar.tick();
+            drop(bar);
+            std::thread::sleep(EVERY);
+        }
+    };
+    drop(Builder::new().name("progress".to_owned()).spawn(draw));
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use clap::Args;
 use super::rig::driver;
 use super::{CliError, Talk, interrupt};
 use crate::rig;
+use epirig_data::sequence::time;
 use epirig_devices::camera::Size;
 use epirig_devices::link::{LineNoise, SimulatedDevice, serve};
 use epirig_devices::stage::native::Native;
@@ -32,6 +33,7 @@ Faults, several separated by commas; MOVE counts from 1, TIME is in seconds:
                            notices it only when homed
   mute@MOVE/TIMEs          answers after this move are lost for a time
   reset@MOVE+TIMEs         it restarts in this move, at this time after its start
+  settings@MOVE+TIMEs      it restarts in this move with 0.4 % more steps per mm
   hang-up@MOVE+TIMEs/TIMEs the cable is unplugged in this move, and plugged in after the second time
   limit@MOVE+TIMEs         a limit switch closes in this move, for a second
 With --video-output the view of the camera is simulated too, for a camera driver that is looped back
@@ -78,7 +80,7 @@ impl Simulate {
             return Err(CliError::Usage("--video-output needs a native stage".to_owned()));
         }
         // A board counts its starts; each run is another one.
-        let boot = jiff::Timestamp::now().as_second() as u32;
+        let boot = time().as_second() as u32;
         let mut world = None;
         let device: Box<dyn SimulatedDevice> = if let Some(output) = &self.video_output {
             let mut stage = NativeDevice::new(self.fault).at_boot(boot);

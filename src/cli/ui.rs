@@ -65,7 +65,7 @@ impl Ui {
             file: std::path::absolute(&file).unwrap_or(file),
             folder,
             hooks: Box::new(Hooks),
-        });
+        })?;
         if is_sequence {
             panel.show_results(&self.folder)?;
         }

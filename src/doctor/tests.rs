@@ -9,7 +9,7 @@ use epirig_core::progress::Silent;
 use epirig_data::sequence::{FocalLength, NominalLens};
 use epirig_devices::camera::{Camera, CameraSettings, SimCamera, SimFault, SimView};
 use epirig_devices::stage::{
-    SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
+    PositionSettings, SimStage, SimStageConfig, Stage, StageError, StageIdentity, StageState, StopSwitch,
 };
 use epirig_simulator::{Simulator, SimulatorConfig};
 
@@ -277,6 +277,10 @@ impl Stage for Slipping {
 
     fn travel_mm(&self) -> f64 {
         self.inner.travel_mm()
+    }
+
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        self.inner.position_settings()
     }
 
     fn home(&mut self) -> Result<(), StageError> {

@@ -33,6 +33,9 @@ pub enum PanelError {
     /// The calibration cannot be applied.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// The system gives no threads.
+    #[error("the system allows no more threads: {0}; end other programs, or raise the limit (ulimit -u)")]
+    Threads(#[source] std::io::Error),
     /// A map cannot be read.
     #[error(transparent)]
     Results(#[from] ResultsError),

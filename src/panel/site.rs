@@ -79,11 +79,17 @@ impl PanelCloser {
 
 impl Panel {
     /// Opens the rig in a thread of its own.
-    pub fn open(options: PanelOptions) -> (Self, PanelCloser) {
+    ///
+    /// # Errors
+    /// [`PanelError::Threads`].
+    pub fn open(options: PanelOptions) -> Result<(Self, PanelCloser), PanelError> {
         let PanelOptions { draft, source, file, folder, hooks } = options;
         let shared = Arc::new(Shared::new(draft, source, file, folder, hooks));
-        let threads = start(&shared).into();
-        (Self { shared: Arc::clone(&shared), results: RwLock::default() }, PanelCloser { shared, threads })
+        let threads = start(&shared).map_err(PanelError::Threads)?;
+        Ok((
+            Self { shared: Arc::clone(&shared), results: RwLock::default() },
+            PanelCloser { shared, threads },
+        ))
     }
 
     /// Makes the sequence in `folder` the one that the results view shows.
@@ -133,7 +139,7 @@ impl Panel {
             return Err(Refusal::new(RefusalKind::Busy, "the rig is busy; measure afterwards"));
         }
         let (shared, name) = (Arc::clone(&self.shared), name.to_owned());
-        std::thread::spawn(move || {
+        let work = move || {
             let measured = measure(&shared, &folder);
             shared.end_task();
             match measured {
@@ -146,7 +152,11 @@ impl Panel {
                 }
                 Err(error) => shared.fail(error.to_string()),
             }
-        });
+        };
+        if let Err(error) = std::thread::Builder::new().spawn(work) {
+            self.shared.end_task();
+            return Err(PanelError::Threads(error).into());
+        }
         done()
     }
 

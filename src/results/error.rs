@@ -122,9 +122,10 @@ pub enum ResultsError {
 fn advice(action: &str, error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match error.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "make room or choose another disk with --out; no partial output was left"
         }
+        ErrorKind::FileTooLarge => "raise the limit of file sizes (ulimit -f); no partial output was left",
         ErrorKind::NotFound if action == "read" => "check the path; `epirig match` writes the results",
         _ if action == "read" => "check the path and its permissions",
         _ => "choose a folder that you may write to with --out, or check the path",

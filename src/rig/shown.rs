@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use epirig_devices::stage::{Stage, StageError, StageIdentity, StagePosition, StageState, StopSwitch};
+use epirig_devices::stage::{
+    PositionSettings, Stage, StageError, StageIdentity, StagePosition, StageState, StopSwitch,
+};
 
 /// A stage whose reported position a simulated camera shows. So a rig can be rehearsed without its camera;
 /// the frames do not show the true position of the carriage.
@@ -37,6 +39,10 @@ impl<S: Stage> Stage for Shown<S> {
 
     fn travel_mm(&self) -> f64 {
         self.stage.travel_mm()
+    }
+
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        self.stage.position_settings()
     }
 
     fn home(&mut self) -> Result<(), StageError> {

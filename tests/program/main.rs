@@ -37,4 +37,6 @@ mod stage_commands;
 #[path = "../support/program.rs"]
 mod support;
 mod surface;
+#[cfg(target_os = "linux")]
+mod system_limits;
 mod view;

@@ -36,7 +36,8 @@ impl Bench {
             file: folder.path().join("rig.toml"),
             folder: folder.path().to_owned(),
             hooks: Box::new(Alone),
-        });
+        })
+        .unwrap();
         let bench = Self { panel, closer: Some(closer), folder };
         bench.until("the rig is there", |state| state["stage"]["state"] == "ready");
         bench

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops at the first thing that does not work")]
 
 mod bench;
+mod disturbed_scans;
 mod faulty_rig;
 mod interrupted_scans;
 mod panel;
@@ -14,3 +15,4 @@ mod scan_faults;
 mod scan_outcome;
 #[path = "../support/scans.rs"]
 mod scans;
+mod stage_settings;

@@ -39,6 +39,7 @@ pub fn write_sequence(simulator: &Simulator, light: &[Grid<f32>], extras: Extras
         program: "test".to_owned(),
         created: "2001-01-01T00:00:00Z".to_owned(),
         origin: Origin::Captured {
+            stage_settings: Default::default(),
             stage: "simulator".to_owned(),
             camera: "simulator".to_owned(),
             configuration: None,

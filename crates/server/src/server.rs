@@ -48,6 +48,8 @@ impl Default for Limits {
 
 /// Largest head of a request, in bytes.
 const LARGEST_HEAD: usize = 16 << 10;
+/// Longer than any server runs.
+const THREADS_STAY: Duration = Duration::from_secs(10 * 365 * 24 * 3600);
 /// Longest time for feeds to take leave when the server ends.
 const LEAVING: Duration = Duration::from_secs(2);
 
@@ -91,13 +93,15 @@ impl Server {
     /// Begins to listen.
     ///
     /// # Errors
-    /// [`ServerError`] if the address cannot be used, or the system gives no random numbers.
+    /// [`ServerError`] if the address cannot be used, or the system gives no random numbers or no threads.
     pub fn bind(options: &ServerOptions) -> Result<Self, ServerError> {
         let failed = |source| ServerError::Listen { address: options.listen, source };
         let listener = TcpListener::bind(options.listen).map_err(failed)?;
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let stop = StopSwitch(Arc::new(watch::Sender::new(false)));
+        // Without one nothing could be answered.
+        std::thread::Builder::new().spawn(|| ()).map_err(ServerError::Runtime)?;
         Ok(Self { listener, address, limits: options.limits, tokens: Tokens::new()?, stop })
     }
 
@@ -134,6 +138,8 @@ impl Server {
             .enable_io()
             .enable_time()
             .max_blocking_threads(threads::MOST)
+            // Those that there are stay: later the system may allow no others.
+            .thread_keep_alive(THREADS_STAY)
             .build()
             .map_err(ServerError::Runtime)?;
         let mut stopped = self.stop.0.subscribe();
@@ -144,9 +150,13 @@ impl Server {
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener).map_err(ServerError::Runtime)?;
             info!(address = %self.address, "serving");
+            // One thread at least is there from now on.
+            drop(tokio::task::spawn_blocking(|| ()));
             let seats = Arc::new(Semaphore::new(self.limits.connections));
             let mut http = http1::Builder::new();
-            http.timer(TokioTimer::new())
+            // A clock that is set to no usual year has no date for it.
+            http.auto_date_header(false)
+                .timer(TokioTimer::new())
                 .header_read_timeout(self.limits.head_time)
                 .max_buf_size(LARGEST_HEAD);
             loop {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use tracing::warn;
+use tracing::{debug, warn};
 
 use super::epis::Epis;
 use super::frames::Frames;
@@ -63,7 +63,9 @@ impl ResultsView {
     /// Reads the frames in the background, so that EPIs are there at once when they are asked for.
     pub fn read_ahead(&self) {
         let epis = Arc::clone(&self.epis);
-        std::thread::spawn(move || epis.read());
+        if let Err(error) = std::thread::Builder::new().spawn(move || epis.read()) {
+            debug!(%error, "EPIs are read when they are asked for");
+        }
     }
 
     /// Heights by halves of the frames; `None` if the frames cannot be read or divided, or there is too little

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use crate::panel::shared::Shared;
@@ -140,8 +141,10 @@ impl<'a> StageSide<'a> {
         self.shared.change(|state| state.stage.moving = true);
         let (watch, simulated) = (self.connector.watch(), self.profile.stage.is_simulated());
         let homed = self.shared.look(|state| state.stage.homed);
+        let mut act = Some(act);
         let moved = std::thread::scope(|scope| {
-            let moving = scope.spawn(|| act(&mut **stage));
+            let moving = || act.take().map_or(Ok(()), |act| act(&mut **stage));
+            let moving = Builder::new().spawn_scoped(scope, moving).ok()?;
             while !moving.is_finished() {
                 if simulated && homed {
                     self.shared.change(|state| state.stage.position_mm = Some(watch.get_mm()));
@@ -149,10 +152,12 @@ impl<'a> StageSide<'a> {
                 meanwhile();
             }
             match moving.join() {
-                Ok(moved) => moved,
+                Ok(moved) => Some(moved),
                 Err(panic) => std::panic::resume_unwind(panic),
             }
         });
+        // Where the system allows no thread, the page does not show the way.
+        let moved = moved.unwrap_or_else(|| act.take().map_or(Ok(()), |act| act(&mut **stage)));
         self.shared.end_task();
         self.shared.change(|state| state.stage.moving = false);
         match moved {
@@ -196,14 +201,19 @@ impl<'a> StageSide<'a> {
         let act = |stage: &mut dyn Stage| {
             let ended = AtomicBool::new(false);
             std::thread::scope(|scope| {
-                let watching = scope.spawn(|| {
+                let watch = || {
                     while !ended.load(Ordering::SeqCst) {
                         if !held() {
                             return switch.press(Urgency::Soon);
                         }
                         std::thread::sleep(CHECK);
                     }
-                });
+                };
+                // Nothing may move that nobody watches.
+                let watching = Builder::new().spawn_scoped(scope, watch).map_err(|error| {
+                    let reason = format!("the system allows no thread that watches the button: {error}");
+                    StageError::Refused { reason }
+                })?;
                 let mut moved = Ok(());
                 while moved.is_ok() && held() {
                     moved = stage.position_mm().and_then(|from_mm| {

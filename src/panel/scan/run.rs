@@ -130,6 +130,7 @@ fn end(shared: &Shared, folder: &Path, error: Option<CaptureError>) {
         _ if wanted => "operator",
         CaptureError::Camera(_) => "camera",
         CaptureError::Stage(_)
+        | CaptureError::SettingsChanged { .. }
         | CaptureError::CannotHome { .. }
         | CaptureError::StageReconnectTimeout { .. } => "stage",
         CaptureError::Sequence(SequenceError::Io { .. }) => "disk",

@@ -1,9 +1,11 @@
 //! What the page is told of the rig: all of it, whenever something changes.
 
+use jiff::tz::TimeZone;
 use serde::Serialize;
 
 use super::scan::ScanState;
 use crate::doctor::{Check, Report};
+use epirig_data::sequence::time;
 
 /// All that is known of the rig.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -261,5 +263,5 @@ impl RigState {
 
 /// Local time, `hh:mm:ss`.
 fn clock() -> String {
-    jiff::Zoned::now().strftime("%H:%M:%S").to_string()
+    time().to_zoned(TimeZone::system()).strftime("%H:%M:%S").to_string()
 }

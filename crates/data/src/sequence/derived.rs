@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
+use super::clock::{new_uid, now};
 use super::error::SequenceError;
 use super::record::{ExitStatus, FORMAT_VERSION, Intrinsics, Origin, SequenceRecord};
-use super::writer::{
-    FrameFacts, SequenceWriter, StopFacts, new_uid, now, publish, refuse_existing, scratch_beside,
-};
+use super::writer::{FrameFacts, SequenceWriter, StopFacts, publish, refuse_existing, scratch_beside};
 use crate::storage::RealDisk;
 use epirig_core::frame::{Frame, FrameError};
 use epirig_core::progress::Progress;

@@ -66,6 +66,24 @@ pub enum SequenceError {
         /// The folder.
         path: PathBuf,
     },
+    /// Another program has changed the sequence that this one writes.
+    #[error("{}: {what} by another program while the sequence was written; {advice}", folder.display())]
+    Disturbed {
+        /// The folder.
+        folder: PathBuf,
+        /// What was done to which of its files.
+        what: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// Another program has renamed the sequence that this one wrote.
+    #[error("{} was renamed while the sequence was written; all of it is in {}", folder.display(), quoted(now))]
+    Renamed {
+        /// The former name.
+        folder: PathBuf,
+        /// The present name.
+        now: PathBuf,
+    },
     /// Something was to be written after an error had ended the writing.
     #[error("nothing more is written after an error; see the one before")]
     Closed,
@@ -327,9 +345,10 @@ impl SequenceError {
 fn advice(error: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match error.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "make room or choose another disk, then run the command again"
         }
+        ErrorKind::FileTooLarge => "raise the limit of file sizes (ulimit -f), then run the command again",
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "choose a folder you may write to, or ask for access"
         }

@@ -7,14 +7,16 @@ use super::error::SequenceError;
 use super::reader::JOURNAL;
 use crate::storage::open_file;
 
-/// Locks a sequence against other writing programs; `None` on file systems without locks.
-pub fn lock(folder: &Path) -> Result<Option<File>, SequenceError> {
+/// Opens the journal of a sequence and locks it against other writing programs, if the file system has locks.
+///
+/// # Errors
+/// [`SequenceError::Busy`], or that the journal cannot be opened.
+pub fn lock(folder: &Path) -> Result<File, SequenceError> {
     let path = folder.join(JOURNAL);
     let journal = open_file(&path)?;
     match journal.try_lock() {
-        Ok(()) => Ok(Some(journal)),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(journal),
         Err(TryLockError::WouldBlock) => Err(SequenceError::Busy { path: folder.to_owned() }),
-        Err(TryLockError::Error(_)) => Ok(None),
     }
 }
 

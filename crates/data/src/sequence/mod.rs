@@ -5,6 +5,7 @@
 //! one frame by frame, [`import`] makes one of images that other software took, [`Sequence`] reads it and
 //! [`verify`] checks every byte.
 
+mod clock;
 mod consistency;
 mod course;
 mod derived;
@@ -21,9 +22,11 @@ mod reader;
 mod record;
 mod resume;
 mod start_keys;
+mod undisturbed;
 mod verify;
 mod writer;
 
+pub use clock::{new_uid, now, time};
 pub use derived::{Derived, write_derived};
 pub use error::SequenceError;
 pub use finding::Finding;
@@ -43,5 +46,5 @@ pub use record::{
     StopRecord, TimesRecord,
 };
 pub use verify::{VerifyReport, verify};
+pub use writer::refuse_existing;
 pub use writer::{FrameFacts, SequenceWriter, StopFacts};
-pub use writer::{new_uid, now, refuse_existing};

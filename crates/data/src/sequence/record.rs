@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 /// Version of the records that this program writes and reads.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Where the frames come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -15,6 +15,9 @@ pub enum Origin {
     Captured {
         /// The stage's identity, as it says.
         stage: String,
+        /// Settings of the stage that decide where its positions are, by their names in its dialect; empty if
+        /// it has none.
+        stage_settings: BTreeMap<String, f64>,
         /// The camera's identity, as it says.
         camera: String,
         /// The camera's settings, read back.

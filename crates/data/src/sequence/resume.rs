@@ -1,14 +1,16 @@
 //! Resuming a sequence that was interrupted at any moment.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::error::SequenceError;
 use super::lock::lock;
 use super::reader::{JOURNAL, LARGEST_JOURNAL, STOP, Sequence, event};
 use super::record::{Event, FrameKind};
 use super::writer::SequenceWriter;
-use crate::storage::{Disk, is_in_the_making, read_file};
+use crate::storage::{Disk, HeldFolder, is_in_the_making, read_file};
 
 impl SequenceWriter {
     /// Goes on with the sequence in `folder`: a journal line that was cut short is taken away, as are files
@@ -17,10 +19,10 @@ impl SequenceWriter {
     /// # Errors
     /// [`SequenceError`] if it is no sequence, another program writes it, or it cannot be read or written.
     pub fn resume_on(mut disk: Box<dyn Disk>, folder: &Path) -> Result<Self, SequenceError> {
-        let lock = lock(folder)?;
+        let held = HeldFolder::open(folder).map_err(SequenceError::io("open the folder", folder))?;
+        let journal = lock(folder)?;
         let sequence = Sequence::open(folder)?;
-        let journal = folder.join(JOURNAL);
-        let journal_bytes = mend_journal(&mut *disk, &journal)?;
+        let journal_bytes = mend_journal(&mut *disk, &folder.join(JOURNAL))?;
         let kinds = std::iter::once(FrameKind::Scan).chain(FrameKind::CALIBRATION);
         for place in std::iter::once("").chain(kinds.map(FrameKind::folder)) {
             let place = folder.join(place);
@@ -32,9 +34,11 @@ impl SequenceWriter {
             removed.map_err(SequenceError::io("remove", &stop))?;
         }
         let frames = sequence.events().iter().filter_map(Event::frame);
-        let named = frames.map(|(kind, frame)| (kind, frame.index)).collect();
-        let writer = Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes, named };
-        tracing::info!(folder = %folder.display(), frames = writer.named.len(), "sequence opened again");
+        let named = frames.map(|(kind, frame)| ((kind, frame.index), frame.bytes)).collect();
+        let (folder, places) = (Arc::new(held), BTreeMap::new());
+        let writer = Self { folder, places, disk, journal, journal_bytes, named };
+        writer.check()?;
+        tracing::info!(folder = %writer.folder.name().display(), frames = writer.named.len(), "sequence opened again");
         Ok(writer)
     }
 }

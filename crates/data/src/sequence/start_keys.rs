@@ -19,6 +19,8 @@ struct OriginKeys {
     _kind: Option<String>,
     #[serde(rename = "stage")]
     _stage: Option<String>,
+    #[serde(rename = "stage_settings")]
+    _stage_settings: Option<BTreeMap<String, f64>>,
     #[serde(rename = "camera")]
     _camera: Option<String>,
     #[serde(rename = "configuration")]

@@ -1,11 +1,13 @@
 //! Writing a sequence frame by frame, so that every frame in the journal is on disk.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 
 use tracing::{debug, info};
 
+use super::clock::now;
 use super::error::SequenceError;
 use super::lock::lock;
 use super::pixels::encode_png;
@@ -14,7 +16,8 @@ use super::record::{
     CertificateRecord, ClosureRecord, Event, ExitStatus, ExposureRecord, FORMAT_VERSION, FrameKind,
     FrameRecord, Origin, SequenceRecord, StopRecord, TimesRecord,
 };
-use crate::storage::{Disk, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
+use super::undisturbed::TAKE_AGAIN;
+use crate::storage::{Disk, HeldFolder, RealDisk, Scratch, is_own_folder, put_in_place, write_whole};
 use epirig_core::frame::Frame;
 
 /// Facts about a frame besides its pixels.
@@ -48,15 +51,20 @@ pub struct StopFacts {
 }
 
 /// Writes a sequence: temporary file, fsync, rename, fsync of the folder, and only then the journal line.
+///
+/// It writes into the folder that it has made, or was given to resume, and nowhere else: before each file it
+/// looks whether that folder and its journal are still the same.
 pub struct SequenceWriter {
-    pub(super) folder: PathBuf,
+    pub(super) folder: Arc<HeldFolder>,
+    /// Its folders of frames, as far as this writer has written into them.
+    pub(super) places: BTreeMap<FrameKind, HeldFolder>,
     pub(super) disk: Box<dyn Disk>,
-    /// Held as long as this lives: a second program would mix its lines with ours.
-    pub(super) _lock: Option<File>,
+    /// Open and locked as long as this lives: a second program would mix its lines with ours.
+    pub(super) journal: File,
     /// Length of the journal up to its latest whole line.
     pub(super) journal_bytes: u64,
-    /// The frames that the journal names.
-    pub(super) named: BTreeSet<(FrameKind, usize)>,
+    /// The frames that the journal names, with the sizes of their files.
+    pub(super) named: BTreeMap<(FrameKind, usize), u64>,
 }
 
 impl SequenceWriter {
@@ -85,21 +93,30 @@ impl SequenceWriter {
         let mut make = || {
             disk.make_folder(&building)?;
             disk.make_folder(&building.join(FrameKind::Scan.folder()))?;
-            disk.append(&building.join(JOURNAL), b"")?;
+            disk.write(&building.join(JOURNAL), b"")?;
             disk.sync(&building.join(JOURNAL))
         };
         make().map_err(SequenceError::io("make the folder", folder))?;
         write_record(&mut *disk, &building.join(START), record)?;
+        let held = HeldFolder::open(&building).map_err(SequenceError::io("open the folder", folder))?;
+        let journal = lock(&building)?;
         publish(&mut *disk, &building, folder)?;
-        let lock = lock(folder)?;
+        let held = Arc::new(held.renamed(folder));
         info!(folder = %folder.display(), uid = record.uid, frames = record.frames, "sequence begun");
-        Ok(Self { folder: folder.to_owned(), disk, _lock: lock, journal_bytes: 0, named: BTreeSet::new() })
+        let (places, named) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { folder: held, places, disk, journal, journal_bytes: 0, named })
+    }
+
+    /// The folder, which may get another name while it is written.
+    pub fn folder(&self) -> Arc<HeldFolder> {
+        Arc::clone(&self.folder)
     }
 
     /// Adds the frame after the last one.
     ///
     /// # Errors
     /// [`SequenceError::Io`] if it cannot be written; the journal does not name it then.
+    /// [`SequenceError::Disturbed`] if another program has changed the sequence.
     pub fn add(&mut self, frame: &Frame, facts: FrameFacts) -> Result<(), SequenceError> {
         self.put(FrameKind::Scan, self.next_index(), frame, facts)
     }
@@ -117,14 +134,14 @@ impl SequenceWriter {
     ) -> Result<(), SequenceError> {
         let encoded = encode_png(frame).map_err(|error| SequenceError::Io {
             action: "encode",
-            path: self.folder.join(kind.file(index)),
+            path: self.folder.name().join(kind.file(index)),
             source: std::io::Error::other(error),
         })?;
         self.put_encoded(kind, index, frame, &encoded, facts)
     }
 
     fn next_index(&self) -> usize {
-        let scan = self.named.iter().filter(|(kind, _)| *kind == FrameKind::Scan);
+        let scan = self.named.keys().filter(|(kind, _)| *kind == FrameKind::Scan);
         scan.map(|(_, index)| index + 1).max().unwrap_or(0)
     }
 
@@ -140,9 +157,11 @@ impl SequenceWriter {
         encoded: &[u8],
         facts: FrameFacts,
     ) -> Result<(), SequenceError> {
-        let path = self.folder.join(kind.file(index));
+        self.check()?;
         self.make_place(kind)?;
-        write_whole(&mut *self.disk, &path, encoded).map_err(SequenceError::io("write", &path))?;
+        let name = kind.file(index);
+        let written = write_whole(&mut *self.disk, &self.folder.path().join(&name), encoded);
+        self.or_disturbed(written, &name)?;
         self.record(kind, index, frame, encoded, facts)
     }
 
@@ -159,22 +178,30 @@ impl SequenceWriter {
         (target, encoded): (&Path, &[u8]),
         facts: FrameFacts,
     ) -> Result<(), SequenceError> {
-        let path = self.folder.join(kind.file(index));
+        self.check()?;
         self.make_place(kind)?;
-        let place = self.folder.join(kind.folder());
-        let linked = self.disk.link(target, &path).and_then(|()| self.disk.sync(&place));
+        let root = self.folder.path();
+        let linked = self.disk.link(target, &root.join(kind.file(index)));
+        let linked = linked.and_then(|()| self.disk.sync(&root.join(kind.folder())));
         linked.map_err(|source| SequenceError::CannotLink { path: target.to_owned(), source })?;
         self.record(kind, index, frame, encoded, facts)
     }
 
-    /// The folder of such frames, if it is not there yet.
+    /// The folder of such frames: made, if it is not there, and then the same to the end.
     fn make_place(&mut self, kind: FrameKind) -> Result<(), SequenceError> {
-        let place = self.folder.join(kind.folder());
-        if is_own_folder(&place).map_err(SequenceError::io("write into", &place))? {
-            return Ok(());
+        let (root, name) = (self.folder.path(), kind.folder());
+        if let Some(place) = self.places.get(&kind) {
+            let what = format!("{name} was removed or replaced");
+            return if place.is_in_place() { Ok(()) } else { Err(self.disturbed(what, TAKE_AGAIN)) };
         }
-        let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&self.folder));
-        made.map_err(SequenceError::io("make the folder", &place))
+        let (place, told) = (root.join(name), self.folder.name().join(name));
+        if !is_own_folder(&place).map_err(SequenceError::io("write into", &told))? {
+            let made = self.disk.make_folder(&place).and_then(|()| self.disk.sync(&root));
+            self.or_disturbed(made, name)?;
+        }
+        let held = HeldFolder::open(&place).map_err(SequenceError::io("open the folder", &told))?;
+        self.places.insert(kind, held);
+        Ok(())
     }
 
     fn record(
@@ -195,7 +222,7 @@ impl SequenceWriter {
             camera_sequence: facts.camera_sequence,
             exposure: facts.exposure,
             certificate: facts.certificate,
-            supersedes: self.named.contains(&(kind, index)),
+            supersedes: self.named.contains_key(&(kind, index)),
             written: now(),
             mean_dn: frame.samples().mean(),
             saturated: frame.samples().count_at_least(frame.full_scale()),
@@ -208,7 +235,7 @@ impl SequenceWriter {
             FrameKind::Flat => Event::Flat(record),
             FrameKind::Board => Event::Board(record),
         })?;
-        self.named.insert((kind, index));
+        self.named.insert((kind, index), encoded.len() as u64);
         debug!(kind = kind.folder(), index, bytes = encoded.len(), "frame written");
         Ok(())
     }
@@ -216,51 +243,57 @@ impl SequenceWriter {
     /// Adds a line to the journal.
     ///
     /// # Errors
-    /// [`SequenceError::Io`] if it cannot be written.
+    /// [`SequenceError::Io`] if it cannot be written; [`SequenceError::Disturbed`] if another program has
+    /// changed the sequence.
     pub fn note(&mut self, event: &Event) -> Result<(), SequenceError> {
-        let path = self.folder.join(JOURNAL);
-        let mut line = serde_json::to_string(event)
-            .map_err(|error| SequenceError::io("write", &path)(std::io::Error::other(error)))?;
+        self.check()?;
+        let path = self.folder.path().join(JOURNAL);
+        let mut line = serde_json::to_string(event).map_err(|error| {
+            SequenceError::io("write", self.folder.name().join(JOURNAL))(std::io::Error::other(error))
+        })?;
         line.push('\n');
         let written = self.disk.append(&path, line.as_bytes()).and_then(|()| self.disk.sync(&path));
-        if let Err(error) = written {
+        if written.is_err() {
             // Half a line would spoil the next one. If this fails too, resuming mends it.
             let _ = self.disk.cut(&path, self.journal_bytes);
-            return Err(SequenceError::io("write", &path)(error));
+        } else {
+            self.journal_bytes += line.len() as u64;
         }
-        self.journal_bytes += line.len() as u64;
-        Ok(())
+        self.or_disturbed(written, JOURNAL)
     }
 
-    /// Writes how it ended.
+    /// Writes how it ended. A sequence is complete only with all files that its journal names.
     ///
     /// # Errors
-    /// [`SequenceError::Io`] if that cannot be written.
+    /// [`SequenceError::Io`] if that cannot be written; [`SequenceError::Disturbed`] if another program has
+    /// changed the sequence, [`SequenceError::Renamed`] if it has got another name.
     pub fn finish(mut self, exit_status: ExitStatus, facts: StopFacts) -> Result<(), SequenceError> {
+        self.check()?;
+        let whole = if exit_status == ExitStatus::Complete { self.check_frames() } else { Ok(()) };
+        let (exit_status, reason) = match &whole {
+            Ok(()) => (exit_status, facts.reason),
+            Err(error) => (ExitStatus::Failed, Some(error.to_string())),
+        };
         let record = StopRecord {
             format: FORMAT_VERSION,
             exit_status,
-            frames: self.named.iter().filter(|(kind, _)| *kind == FrameKind::Scan).count(),
-            reason: facts.reason,
+            frames: self.named.keys().filter(|(kind, _)| *kind == FrameKind::Scan).count(),
+            reason,
             closure: facts.closure,
             times: facts.times,
             stopped: now(),
         };
-        write_record(&mut *self.disk, &self.folder.join(STOP), &record)?;
+        write_record(&mut *self.disk, &self.folder.path().join(STOP), &record)?;
         let (exit_status, frames, reason) = (exit_status.name(), record.frames, record.reason);
-        info!(folder = %self.folder.display(), exit_status, frames, reason, "sequence ended");
-        Ok(())
+        info!(folder = %self.folder.name().display(), exit_status, frames, reason, "sequence ended");
+        whole?;
+        match self.folder.whereabouts() {
+            Some(now) if now != self.folder.name() => {
+                Err(SequenceError::Renamed { folder: self.folder.name().to_owned(), now })
+            }
+            _ => Ok(()),
+        }
     }
-}
-
-/// A fresh name for a sequence: no two are the same.
-pub fn new_uid() -> String {
-    uuid::Uuid::now_v7().to_string()
-}
-
-/// The time, as in RFC 3339.
-pub fn now() -> String {
-    jiff::Timestamp::now().to_string()
 }
 
 /// Refuses a folder that is there already, unless it is empty.

@@ -25,7 +25,7 @@ pub trait Disk: Send {
     /// See [`make_folder`](Self::make_folder).
     fn write(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()>;
 
-    /// Adds bytes to the end of a file, which is made if it is not there.
+    /// Adds bytes to the end of a file that is there.
     ///
     /// # Errors
     /// See [`make_folder`](Self::make_folder).
@@ -97,7 +97,7 @@ impl Disk for RealDisk {
 
     fn append(&mut self, path: &Path, bytes: &[u8]) -> io::Result<()> {
         let _step = Step::begin();
-        not_following(OpenOptions::new().create(true).append(true)).open(path)?.write_all(bytes)
+        not_following(OpenOptions::new().append(true)).open(path)?.write_all(bytes)
     }
 
     fn sync(&mut self, path: &Path) -> io::Result<()> {

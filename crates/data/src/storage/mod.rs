@@ -12,6 +12,7 @@
 mod disk;
 mod faulty;
 mod free;
+mod held;
 mod inside;
 mod interruption;
 mod lines;
@@ -25,6 +26,7 @@ mod step;
 pub use disk::{Disk, RealDisk, is_in_the_making, is_of_the_system, is_own_folder, is_there, write_whole};
 pub use faulty::{DiskFault, FaultyDisk};
 pub use free::free_bytes;
+pub use held::{HeldFolder, is_same};
 pub use inside::read_inside;
 pub use interruption::abandon;
 pub use lines::open_lines;

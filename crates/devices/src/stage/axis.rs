@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{StageError, StageIdentity, StageState, StopSwitch};
+use super::{PositionSettings, StageError, StageIdentity, StageState, StopSwitch};
 
 /// Extra time for a motion beyond the time from velocity and acceleration.
 const GRACE: Duration = Duration::from_secs(5);
@@ -26,7 +26,13 @@ pub trait Axis: Send {
     /// Whether the device knew its position when it was connected. Does not ask the device.
     fn is_homed(&self) -> bool;
 
-    /// Homes the axis, and waits until it is at rest.
+    /// Asks the device for its [`PositionSettings`], and uses the answers from now on. Homing follows.
+    ///
+    /// # Errors
+    /// [`StageError`] if it does not answer, or its settings prevent a measurement.
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError>;
+
+    /// Homes the axis, and waits until it is at rest. Its settings have just been read.
     ///
     /// # Errors
     /// [`StageError`] if home was not found.
@@ -147,6 +153,10 @@ impl<A: Axis + ?Sized> Axis for Box<A> {
 
     fn is_homed(&self) -> bool {
         (**self).is_homed()
+    }
+
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        (**self).position_settings()
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {

@@ -6,7 +6,9 @@ use tracing::{debug, debug_span, info, warn};
 
 use super::axis::{Axis, Homed, Motion};
 use super::limits::REPORT_ROUNDING_MM;
-use super::{MotionLimits, PositionAfter, Stage, StageError, StageIdentity, StageState, StopSwitch};
+use super::{
+    MotionLimits, PositionAfter, PositionSettings, Stage, StageError, StageIdentity, StageState, StopSwitch,
+};
 
 /// Largest distance from 0 after homing, for stages with an encoder.
 const HOME_WITHIN_MM: f64 = 0.1;
@@ -196,6 +198,8 @@ impl<A: Axis> CheckedStage<A> {
     fn home_and_check(&mut self) -> Result<(), StageError> {
         self.refuse_if_stopped()?;
         (self.is_known, self.rest_mm, self.home_shift_mm) = (false, None, None);
+        // What had changed them, such as a power cut, is often the reason for homing.
+        self.axis.position_settings()?;
         let Homed { position_mm, shift_mm } = self.axis.home()?;
         let is_at_home = position_mm.abs() <= HOME_WITHIN_MM;
         if !is_at_home {
@@ -238,6 +242,11 @@ impl<A: Axis> Stage for CheckedStage<A> {
 
     fn travel_mm(&self) -> f64 {
         self.axis.travel_mm()
+    }
+
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        (self.is_known, self.rest_mm) = (false, None);
+        self.axis.position_settings()
     }
 
     fn home(&mut self) -> Result<(), StageError> {

@@ -24,6 +24,7 @@ mod stop;
 mod watch;
 pub mod zaber;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
 
@@ -62,6 +63,11 @@ impl fmt::Display for StageIdentity {
     }
 }
 
+/// Settings in a device that decide at which place a position is, by their names in its dialect: steps per
+/// mm, direction and pull-off of homing, ... They outlast a power cut, and other programs can change them.
+/// Empty: the device has none.
+pub type PositionSettings = BTreeMap<String, f64>;
+
 /// State of a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StageState {
@@ -84,7 +90,14 @@ pub trait Stage: Send {
     /// Length of the travel, in mm; positions go from 0 to this.
     fn travel_mm(&self) -> f64;
 
-    /// Homes the stage, and returns when it is at rest.
+    /// The settings that the device has now. After it the stage must be homed, because what has changed a
+    /// setting may have moved the carriage.
+    ///
+    /// # Errors
+    /// [`StageError`] if it does not answer, or its settings prevent a measurement.
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError>;
+
+    /// Homes the stage with the settings that it has now, and returns when it is at rest.
     ///
     /// # Errors
     /// [`StageError`] if homing fails; the position is unknown then.
@@ -150,6 +163,10 @@ impl<S: Stage + ?Sized> Stage for Box<S> {
 
     fn travel_mm(&self) -> f64 {
         (**self).travel_mm()
+    }
+
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        (**self).position_settings()
     }
 
     fn home(&mut self) -> Result<(), StageError> {

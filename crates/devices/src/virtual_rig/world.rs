@@ -44,7 +44,7 @@ impl World {
             View { pictures: Pictures::new(simulator), plant: stage.plant(), between, steps_made: 0 };
         let quit = Arc::new(AtomicBool::new(false));
         let (path, stop) = (output.to_owned(), Arc::clone(&quit));
-        let thread = std::thread::spawn(move || {
+        let show = move || {
             while !stop.load(Ordering::Relaxed) {
                 there = match there.take() {
                     Some(mut output) => view.refresh(&mut output).is_ok().then_some(output),
@@ -57,7 +57,12 @@ impl World {
                     }
                 };
             }
-        });
+        };
+        let thread = std::thread::Builder::new().spawn(show).map_err(|error| CameraError::System {
+            camera: output.to_owned(),
+            action: "start the scene",
+            detail: error.to_string(),
+        })?;
         Ok(Self { quit, thread: Some(thread) })
     }
 }

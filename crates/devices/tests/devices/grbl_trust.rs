@@ -172,3 +172,61 @@ fn no_damaged_byte_while_connecting_begins_a_motion() {
         }
     }
 }
+
+#[test]
+fn settings_that_come_with_the_power_hold_from_homing_on() {
+    let device = homed();
+    let plant = device.lock().unwrap().plant();
+    let mut stage = connect(&device);
+    let before = stage.position_settings().unwrap();
+    assert_eq!((before["$100"], before["$27"]), (250.0, 1.0));
+    stage.home().unwrap();
+    device.lock().unwrap().change_setting(100, 500.0);
+    device.lock().unwrap().power_cycle();
+    assert!(stage.move_to(10.0).is_err());
+    stage.home().unwrap();
+    let home = plant.carriage_steps();
+    stage.move_to(10.0).unwrap();
+    assert_eq!(home - plant.carriage_steps(), 5000);
+    assert_eq!(stage.position_settings().unwrap()["$100"], 500.0);
+    // What has changed them may have moved it.
+    assert_eq!(stage.move_to(1.0), Err(StageError::NotHomed));
+    // A setting that prevents a measurement is found then, too.
+    device.lock().unwrap().change_setting(22, 0.0);
+    let error = stage.home().unwrap_err().to_string();
+    assert!(error.contains("$22=1"), "{error}");
+}
+
+/// A controller that says for ever that it moves, at one place.
+#[derive(Default)]
+struct Restless {
+    asked: usize,
+    sent: Vec<u8>,
+}
+
+impl SimulatedDevice for Restless {
+    fn receive(&mut self, byte: u8) {
+        match byte {
+            b'?' => self.asked += 1,
+            b'\n' => self.sent.extend(b"ok\r\n"),
+            _ => {}
+        }
+    }
+
+    fn advance(&mut self, _time: Duration) {
+        let answer = b"<Run|MPos:1.000,0.000,0.000|FS:0,0>\r\n";
+        (0..std::mem::take(&mut self.asked)).for_each(|_| self.sent.extend(answer));
+    }
+
+    fn take_sent(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.sent)
+    }
+}
+
+#[test]
+fn a_controller_that_never_rests_is_told_from_one_that_does_not_answer() {
+    let link = Box::new(SimulatedLink::new(Restless::default()));
+    let error = GrblStage::connect(link, GrblOptions::default()).err().unwrap().to_string();
+    assert!(error.contains("it stays in state Run and obeys no reset"), "{error}");
+    assert!(!error.contains("does not answer"), "{error}");
+}

@@ -23,6 +23,7 @@ fn write_sequence(folder: &Path) -> Vec<Frame> {
         program: "test".to_owned(),
         created: "2001-01-01T00:00:00Z".to_owned(),
         origin: Origin::Captured {
+            stage_settings: Default::default(),
             stage: "simulator".to_owned(),
             camera: "simulator".to_owned(),
             configuration: None,

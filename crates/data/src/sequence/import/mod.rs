@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 
 use jiff::civil::DateTime;
 
+use super::clock::{new_uid, now};
 use super::error::SequenceError;
 use super::pixels::{
     DecodedImage, ImageFault, LARGEST_IMAGE, decode_grey, header, time_taken, with_bit_depth,
@@ -22,8 +23,7 @@ use super::positions::read_positions;
 use super::reader::{MOST_FRAMES, START, describe};
 use super::record::{ExitStatus, FORMAT_VERSION, FrameKind, Origin, SequenceRecord};
 use super::writer::{
-    FrameFacts, SequenceWriter, StopFacts, new_uid, now, publish, refuse_existing, scratch_beside,
-    write_record,
+    FrameFacts, SequenceWriter, StopFacts, publish, refuse_existing, scratch_beside, write_record,
 };
 use crate::storage::{RealDisk, read_file};
 use epirig_core::frame::Frame;

@@ -9,7 +9,7 @@ use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
+use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -57,7 +57,14 @@ impl PtyServer {
             link: link.to_owned(),
             quit: Arc::clone(&quit),
         };
-        let thread = std::thread::spawn(move || server.run(pty));
+        let thread = Builder::new().spawn(move || server.run(pty)).map_err(|error| {
+            remove_link(link);
+            LinkError::Io {
+                port: link.display().to_string(),
+                action: "start the device",
+                detail: error.to_string(),
+            }
+        })?;
         Ok(Self { link: link.to_owned(), quit, thread: Some(thread) })
     }
 

@@ -55,6 +55,10 @@ impl Axis for Puppet {
         self.homed
     }
 
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        Ok(PositionSettings::new())
+    }
+
     fn home(&mut self) -> Result<Homed, StageError> {
         (self.homed, self.at_mm) = (true, self.home_mm);
         Ok(Homed { position_mm: self.home_mm, shift_mm: Some(0.25) })

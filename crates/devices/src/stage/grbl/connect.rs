@@ -8,7 +8,7 @@ use super::protocol::{
     STATUS_QUERY, TRIES,
 };
 use super::response::{Response, State, Status};
-use super::settings::{ALWAYS_POWERED, IDLE_DELAY, Settings};
+use super::settings::{ALWAYS_POWERED, IDLE_DELAY, Readings, Settings};
 use super::texts::error_text;
 use crate::stage::StageError;
 
@@ -110,6 +110,7 @@ pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
             break;
         }
     }
+    let mut busy = None;
     for _ in 0..EXCHANGES {
         lines.send_byte(STATUS_QUERY)?;
         let until = lines.now() + STATUS_PATIENCE;
@@ -118,9 +119,19 @@ pub(super) fn reset(lines: &mut Lines) -> Result<(), StageError> {
             if restarted || matches!(status.state, State::Idle | State::Alarm) {
                 return Ok(());
             }
+            busy = Some(status.state);
         }
     }
-    Err(no_answer(lines, "reset", RESET_PATIENCE * TRIES))
+    Err(match busy {
+        Some(state) => StageError::Foreign {
+            port: lines.port().to_owned(),
+            expected: NAME,
+            heard: format!("it stays in state {state:?} and obeys no reset"),
+            hint: "switch its power off and on; if that does not help, its firmware is not GRBL 1.1"
+                .to_owned(),
+        },
+        None => no_answer(lines, "reset", RESET_PATIENCE * TRIES),
+    })
 }
 
 pub(super) fn command(lines: &mut Lines, line: &str) -> Result<(), StageError> {
@@ -146,9 +157,10 @@ pub(super) fn ask(lines: &mut Lines, line: &str, mut take: impl FnMut(Response))
     }
 }
 
-/// Reads all settings until two readings agree, because a damaged setting would shift home.
+/// Reads all settings until two readings of each agree, because a damaged setting would shift home.
 pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
     let mut before: Option<Settings> = None;
+    let mut readings = Readings::default();
     for _ in 0..EXCHANGES {
         let mut settings = Settings::default();
         let asked = ask(lines, "$$", |response| {
@@ -156,12 +168,18 @@ pub(super) fn read_settings(lines: &mut Lines) -> Result<Settings, StageError> {
                 settings.insert(number, value);
             }
         });
-        match asked {
-            Ok(()) if before.as_ref() == Some(&settings) => return Ok(settings),
-            Ok(()) => before = Some(settings),
-            Err(error @ StageError::Link(_)) => return Err(error),
-            Err(_) => {}
+        if let Err(error @ StageError::Link(_)) = asked {
+            return Err(error);
         }
+        // Whole tables may lack settings; so may those of controllers with this dialect.
+        if asked.is_ok() && before.as_ref() == Some(&settings) {
+            return Ok(settings);
+        }
+        readings.add(&settings);
+        if let Some(settings) = readings.confirmed() {
+            return Ok(settings);
+        }
+        before = asked.is_ok().then_some(settings);
     }
     Err(StageError::Foreign {
         port: lines.port().to_owned(),

@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use super::GrblAxis;
-use super::connect::{refused, reset, set_feed};
+use super::connect::{refused, set_feed};
 use super::lines::Heard;
 use super::protocol::{BOOT_PATIENCE, POLL, STATUS_QUERY};
 use super::response::{Response, State};
@@ -25,11 +25,6 @@ const OF_ANY_AXIS: [u8; 2] = [8, 9];
 impl GrblAxis {
     /// Homes, checks where it ends, and marks the controller.
     pub(super) fn find_home(&mut self) -> Result<Homed, StageError> {
-        // Ends any operation, and any wait.
-        if !self.status().is_ok_and(|status| matches!(status.state, State::Idle | State::Alarm)) {
-            reset(&mut self.lines)?;
-        }
-        self.distrust()?;
         let before_mm = self.status()?.position_mm;
         let began = self.lines.now();
         self.search(&before_mm)?;

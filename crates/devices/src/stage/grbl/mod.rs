@@ -21,8 +21,8 @@ mod texts;
 use std::time::Duration;
 
 use super::{
-    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StageState, StopSwitch,
-    Urgency, WhenMoving,
+    Axis, CheckedStage, Homed, Kinematics, Motion, PositionSettings, StageError, StageIdentity, StageState,
+    StopSwitch, Urgency, WhenMoving,
 };
 use crate::link::Link;
 use connect::{greet, hold, outlast, power_always, read_feed, read_settings, reset, set_feed};
@@ -33,7 +33,7 @@ pub use protocol::BAUD;
 use protocol::{NAME, STATUS_PATIENCE};
 pub use response::{Response, State, Status};
 pub use settings::AxisLetter;
-use settings::{ALWAYS_POWERED, AxisSettings, HomeIs, IDLE_DELAY};
+use settings::{ALWAYS_POWERED, AxisSettings, HomeIs, IDLE_DELAY, Settings};
 pub use texts::{alarm_text, error_text};
 
 /// Options of a GRBL stage.
@@ -98,13 +98,7 @@ impl GrblAxis {
         lines.send_line("")?;
         lines.answer(STATUS_PATIENCE)?;
         let settings = read_settings(&mut lines)?;
-        // `$I` tells where home is, but one flipped bit makes `$H` of it. The end of homing tells it, too.
-        let [axis, other] =
-            [HomeIs::PullOff, HomeIs::Origin].map(|home| settings.check(options.axis, home, lines.port()));
-        let (mut axis, mut other) = (axis?, other?);
-        if other.travel_mm < axis.travel_mm {
-            std::mem::swap(&mut axis, &mut other);
-        }
+        let (axis, other) = both_homes(&settings, options.axis, lines.port())?;
         let was_powered = power_always(&mut lines, &settings)?;
         if !was_powered {
             notes.push(format!(
@@ -161,6 +155,18 @@ impl GrblAxis {
     }
 }
 
+/// The axis with the home that leaves less travel, and with the other one that GRBL may be built for. `$I`
+/// tells which it is, but one flipped bit makes `$H` of it. The end of homing tells it, too.
+fn both_homes(
+    settings: &Settings,
+    letter: AxisLetter,
+    port: &str,
+) -> Result<(AxisSettings, AxisSettings), StageError> {
+    let [axis, other] = [HomeIs::PullOff, HomeIs::Origin].map(|home| settings.check(letter, home, port));
+    let (axis, other) = (axis?, other?);
+    Ok(if other.travel_mm < axis.travel_mm { (other, axis) } else { (axis, other) })
+}
+
 /// Comes to rest a controller that was found moving or held. Returns its mark, if it was held by this program
 /// with its position kept, and its status.
 fn settle(
@@ -214,6 +220,19 @@ impl Axis for GrblAxis {
 
     fn is_homed(&self) -> bool {
         self.is_homed
+    }
+
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        // It tells them at rest only.
+        if !self.status().is_ok_and(|status| matches!(status.state, State::Idle | State::Alarm)) {
+            reset(&mut self.lines)?;
+        }
+        self.distrust()?;
+        let letter = self.options.axis;
+        let settings = read_settings(&mut self.lines)?;
+        (self.axis, self.other) = both_homes(&settings, letter, self.lines.port())?;
+        power_always(&mut self.lines, &settings)?;
+        Ok(settings.of_positions(letter))
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {

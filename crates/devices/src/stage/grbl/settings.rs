@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::mark::homed_mark;
-use crate::stage::{Kinematics, StageError};
+use crate::stage::{Kinematics, PositionSettings, StageError};
 
 const MINUTE_S: f64 = 60.0;
 
@@ -26,6 +26,12 @@ const STEPS_PER_MM: u8 = 100;
 const RATE: u8 = 110;
 const ACCELERATION: u8 = 120;
 const TRAVEL: u8 = 130;
+
+/// The settings of GRBL 1.1, but for those of a spindle.
+const OF_EVERY_GRBL: [u8; 31] = [
+    0, 1, 2, 3, 4, 5, 6, 10, 11, 12, 13, 20, 21, 22, 23, 24, 25, 26, 27, 100, 101, 102, 110, 111, 112, 120,
+    121, 122, 130, 131, 132,
+];
 
 /// Axes of the largest controllers with this dialect.
 pub(super) const MOST_AXES: usize = 6;
@@ -163,23 +169,25 @@ impl Settings {
 
     /// All that gives a machine coordinate its place on the axis.
     fn facts(&self, axis: AxisLetter, home: HomeIs) -> String {
-        let offset = axis.index() as u8;
-        let of_axis = [HOMING_TO_NEGATIVE, PULL_OFF, STEPS_PER_MM + offset, TRAVEL + offset];
         let mut facts = format!("{} {home:?}", axis.letter());
-        for number in INVERTED.into_iter().chain(of_axis) {
+        for number in of_positions(axis) {
             facts += &format!(" ${number}={:?}", self.get(number));
         }
         facts
     }
 
-    /// The settings that differ from those of `before`, as `$3 was 0 and is 255`, except `except`.
+    /// The same of the settings alone, for a record.
+    pub(super) fn of_positions(&self, axis: AxisLetter) -> PositionSettings {
+        let known = of_positions(axis).filter_map(|number| Some((format!("${number}"), self.get(number)?)));
+        known.collect()
+    }
+
+    /// The settings that differ from those of `before`, as `$3 was 0 and is 255`, except `except`. Of those
+    /// that only one of the two readings has, nothing is known.
     pub(super) fn changes(&self, before: &Self, except: u8) -> Vec<String> {
-        let numbers = before
-            .values
-            .iter()
-            .filter(|(number, value)| **number != except && self.values.get(number) != Some(value));
-        let now = |number: &u8| self.get(*number).map_or("is missing".to_owned(), |now| format!("is {now}"));
-        numbers.map(|(number, value)| format!("${number} was {value} and {}", now(number))).collect()
+        let both = before.values.iter().filter_map(|(number, was)| Some((*number, *was, self.get(*number)?)));
+        let changed = both.filter(|(number, was, now)| *number != except && was != now);
+        changed.map(|(number, was, now)| format!("${number} was {was} and is {now}")).collect()
     }
 
     fn half_steps_mm(&self) -> [f64; MOST_AXES] {
@@ -210,6 +218,48 @@ impl Settings {
                 .push(format!("its hard limits are off (${HARD_LIMITS}=0): lost steps may run into the end"));
         }
         notes
+    }
+}
+
+/// Numbers of the settings that give a machine coordinate its place on the axis.
+fn of_positions(axis: AxisLetter) -> impl Iterator<Item = u8> {
+    let offset = axis.index() as u8;
+    let of_axis = [HOMING_TO_NEGATIVE, PULL_OFF, STEPS_PER_MM + offset, TRAVEL + offset];
+    INVERTED.into_iter().chain(of_axis)
+}
+
+/// The settings of several readings, of which some lines may be damaged: a value counts once two readings
+/// have it.
+#[derive(Debug, Default)]
+pub(super) struct Readings {
+    /// Numbers, values, and the readings that have them.
+    seen: Vec<(u8, f64, u32)>,
+}
+
+impl Readings {
+    pub(super) fn add(&mut self, settings: &Settings) {
+        for (&number, &value) in &settings.values {
+            match self.seen.iter_mut().find(|(known, had, _)| (*known, *had) == (number, value)) {
+                Some((.., readings)) => *readings += 1,
+                None => self.seen.push((number, value, 1)),
+            }
+        }
+    }
+
+    /// The settings in force, once all are known that every GRBL 1.1 has.
+    pub(super) fn confirmed(&self) -> Option<Settings> {
+        let mut settings = Settings::default();
+        for number in 0..=u8::MAX {
+            let mut values: Vec<_> =
+                self.seen.iter().filter(|(known, _, readings)| *known == number && *readings > 1).collect();
+            values.sort_by_key(|(.., readings)| *readings);
+            match values[..] {
+                [] => {}
+                [.., (.., second), (.., first)] if second == first => return None,
+                [.., (_, value, _)] => settings.insert(number, *value),
+            }
+        }
+        OF_EVERY_GRBL.iter().all(|number| settings.get(*number).is_some()).then_some(settings)
     }
 }
 
@@ -333,6 +383,30 @@ mod tests {
         let odd = settings(26.667, 1.0, 0.0);
         assert_eq!((odd.home_steps, odd.target_steps(odd.travel_mm)), (-27, -1600));
         assert!(odd.ordered_mm(-1600) > -60.0);
+    }
+
+    #[test]
+    fn a_value_counts_once_two_readings_have_it() {
+        let reading = |damaged: &[(u8, f64)], lost: u8| {
+            let mut settings = Settings::default();
+            let all = OF_EVERY_GRBL.into_iter().filter(|number| *number != lost);
+            all.for_each(|number| settings.insert(number, f64::from(number)));
+            damaged.iter().for_each(|(number, value)| settings.insert(*number, *value));
+            settings
+        };
+        let mut readings = Readings::default();
+        readings.add(&reading(&[(100, 1000.0)], 27));
+        assert_eq!(readings.confirmed(), None);
+        readings.add(&reading(&[(13, 130.0)], 0));
+        readings.add(&reading(&[], 100));
+        // $100 has been read right once, and wrong once.
+        assert_eq!(readings.confirmed(), None);
+        readings.add(&reading(&[(100, 1000.0)], 27));
+        readings.add(&reading(&[], 27));
+        // As often right as wrong.
+        assert_eq!(readings.confirmed(), None);
+        readings.add(&reading(&[(7, 0.0)], 10));
+        assert_eq!(readings.confirmed(), Some(reading(&[], 7)));
     }
 
     #[test]

@@ -13,7 +13,8 @@ use firmware_protocol::message::{
 };
 
 use super::{
-    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StageState, StopSwitch, Urgency,
+    Axis, CheckedStage, Homed, Kinematics, Motion, PositionSettings, StageError, StageIdentity, StageState,
+    StopSwitch, Urgency,
 };
 use crate::link::Link;
 use conversation::Conversation;
@@ -302,10 +303,19 @@ impl Axis for NativeAxis {
         self.is_homed
     }
 
-    fn home(&mut self) -> Result<Homed, StageError> {
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
         // From here on the present boot is the valid one.
         let identity = self.conversation.hello()?;
         self.meet(identity)?;
+        let Identity { steps_per_mm, travel_nm, .. } = self.identity;
+        Ok(PositionSettings::from([
+            ("steps_per_mm".to_owned(), f64::from(steps_per_mm)),
+            ("travel_mm".to_owned(), travel_nm as f64 / NM_PER_MM),
+            ("pull_off_mm".to_owned(), f64::from(self.settings.pull_off_nm) / NM_PER_MM),
+        ]))
+    }
+
+    fn home(&mut self) -> Result<Homed, StageError> {
         let patience = self.homing_patience();
         let before = self.status()?;
         if before.moving {

@@ -10,8 +10,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::{
-    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StagePosition, StageState,
-    StopSwitch, Urgency,
+    Axis, CheckedStage, Homed, Kinematics, Motion, PositionSettings, StageError, StageIdentity,
+    StagePosition, StageState, StopSwitch, Urgency,
 };
 use course::{Course, End};
 pub use driver::Simulated;
@@ -254,6 +254,11 @@ impl Axis for SimAxis {
 
     fn is_homed(&self) -> bool {
         self.homed
+    }
+
+    // Nothing outlasts the program.
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        Ok(PositionSettings::new())
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {

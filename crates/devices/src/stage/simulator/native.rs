@@ -24,6 +24,7 @@ const FIRST_BOOT: u32 = 1;
 
 /// The firmware's state machine with a simulated carriage.
 pub struct NativeDevice {
+    build: Build,
     device: Device,
     axis: Axis,
     boot_id: u32,
@@ -54,6 +55,7 @@ impl NativeDevice {
         let plant = Plant::new(LOW_SWITCH_AT, HIGH_SWITCH_AT);
         plant.set_switches_work(troubles.switches_work());
         Self {
+            build: BUILD,
             device: Device::new(BUILD, FIRST_BOOT),
             axis: Axis::new(),
             boot_id: FIRST_BOOT,
@@ -92,7 +94,7 @@ impl NativeDevice {
     /// Switches the power off and on.
     pub fn reset(&mut self) {
         self.boot_id = self.boot_id.wrapping_add(1);
-        self.device = Device::new(BUILD, self.boot_id);
+        self.device = Device::new(self.build, self.boot_id);
         self.axis = Axis::new();
         self.operating = false;
     }
@@ -152,6 +154,10 @@ impl SimulatedDevice for NativeDevice {
     fn advance(&mut self, time: Duration) {
         match self.troubles.advance(time) {
             Some(Mishap::Reset) => self.reset(),
+            Some(Mishap::OtherSettings) => {
+                self.build.steps_per_mm += 1;
+                self.reset();
+            }
             Some(Mishap::LimitCloses) => self.plant.press_switches(true),
             Some(Mishap::LimitOpens) => self.plant.press_switches(false),
             None => {}

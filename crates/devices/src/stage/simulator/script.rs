@@ -29,6 +29,14 @@ pub enum DeviceFault {
         /// Time since the start of the move.
         after: Duration,
     },
+    /// The stage restarts in this move with another number of steps per mm: its settings were changed, or it
+    /// has another controller.
+    OtherSettings {
+        /// Number of the move.
+        in_move: u32,
+        /// Time since the start of the move.
+        after: Duration,
+    },
     /// The cable is disconnected in this move, and connected again.
     HangUp {
         /// Number of the move.
@@ -49,8 +57,8 @@ pub enum DeviceFault {
 
 /// The faults of a device.
 ///
-/// As text: `switch-never-closes`, `no-motion@3`, `mute@3/2s`, `reset@3+0.2s`, `hang-up@3+0.2s/1s`,
-/// `limit@3+0.2s`, where 3 is the number of the move. Several faults are separated by commas.
+/// As text: `switch-never-closes`, `no-motion@3`, `mute@3/2s`, `reset@3+0.2s`,
+/// `settings@3+0.2s`, `hang-up@3+0.2s/1s`, `limit@3+0.2s`, where 3 is the number of the move. Several faults are separated by commas.
 ///
 /// ```
 /// use epirig_devices::stage::simulator::FaultScript;
@@ -80,6 +88,7 @@ impl fmt::Display for DeviceFault {
             Self::NoMotion { from_move } => write!(to, "no-motion@{from_move}"),
             Self::Mute { after_move, lasting } => write!(to, "mute@{after_move}/{}s", s(lasting)),
             Self::Reset { in_move, after } => write!(to, "reset@{in_move}+{}s", s(after)),
+            Self::OtherSettings { in_move, after } => write!(to, "settings@{in_move}+{}s", s(after)),
             Self::HangUp { in_move, after, lasting } => {
                 write!(to, "hang-up@{in_move}+{}s/{}s", s(after), s(lasting))
             }
@@ -109,6 +118,7 @@ fn parse_fault(text: &str) -> Result<DeviceFault, String> {
     let wrong = || {
         format!(
             "\"{text}\" is not a complete fault; faults are switch-never-closes, no-motion@MOVE, mute@MOVE/TIMEs, reset@MOVE+TIMEs, \
+             settings@MOVE+TIMEs, \
              hang-up@MOVE+TIMEs/TIMEs, limit@MOVE+TIMEs"
         )
     };
@@ -128,6 +138,7 @@ fn parse_fault(text: &str) -> Result<DeviceFault, String> {
         ("no-motion", false, false) => Ok(DeviceFault::NoMotion { from_move: number }),
         ("mute", false, true) => Ok(DeviceFault::Mute { after_move: number, lasting: time(lasting)? }),
         ("reset", true, false) => Ok(DeviceFault::Reset { in_move: number, after: time(after)? }),
+        ("settings", true, false) => Ok(DeviceFault::OtherSettings { in_move: number, after: time(after)? }),
         ("hang-up", true, true) => {
             Ok(DeviceFault::HangUp { in_move: number, after: time(after)?, lasting: time(lasting)? })
         }
@@ -153,6 +164,8 @@ pub struct Troubles {
 pub enum Mishap {
     /// It restarts.
     Reset,
+    /// It restarts with other settings.
+    OtherSettings,
     /// A limit switch closes.
     LimitCloses,
     /// The limit switch opens again.
@@ -232,6 +245,9 @@ impl Troubles {
         for fault in &self.script.faults {
             match *fault {
                 DeviceFault::Reset { in_move, after } if now(in_move, after) => mishap = Some(Mishap::Reset),
+                DeviceFault::OtherSettings { in_move, after } if now(in_move, after) => {
+                    mishap = Some(Mishap::OtherSettings);
+                }
                 DeviceFault::LimitCloses { in_move, after } if now(in_move, after) => {
                     self.limit_for = LIMIT_CLOSED;
                     mishap = Some(Mishap::LimitCloses);

@@ -29,6 +29,8 @@ pub struct ZaberDevice {
     stalled: bool,
     interrupted: bool,
     low_voltage: bool,
+    /// Microsteps per step.
+    resolution: u32,
     run: Option<(Run, Way)>,
     homing: bool,
     checksums: bool,
@@ -65,6 +67,7 @@ impl ZaberDevice {
             stalled: false,
             interrupted: false,
             low_voltage: false,
+            resolution: 64,
             run: None,
             homing: false,
             checksums: false,
@@ -162,6 +165,8 @@ impl ZaberDevice {
             ["tools", "echo", message] => Ok(message.to_owned()),
             ["get", "device.id"] => Ok("50081".to_owned()),
             ["get", "version"] => Ok("7.28".to_owned()),
+            ["get", "resolution"] => Ok(self.resolution.to_string()),
+            ["get", "limit.min" | "limit.home.preset"] => Ok("0".to_owned()),
             ["get", "limit.max"] => Ok(TRAVEL_MICROSTEPS.to_string()),
             ["get", "maxspeed"] => Ok(format!("{MAX_SPEED}")),
             ["get", "accel"] => Ok(format!("{ACCELERATION}")),
@@ -241,7 +246,8 @@ impl SimulatedDevice for ZaberDevice {
 
     fn advance(&mut self, time: Duration) {
         match self.troubles.advance(time) {
-            Some(Mishap::Reset) => {
+            Some(mishap @ (Mishap::Reset | Mishap::OtherSettings)) => {
+                self.resolution += u32::from(mishap == Mishap::OtherSettings);
                 (self.run, self.referenced, self.position, self.homing) = (None, false, 0, false);
             }
             Some(Mishap::LimitCloses) => {

@@ -6,7 +6,8 @@ mod message;
 use std::time::Duration;
 
 use super::{
-    Axis, CheckedStage, Homed, Kinematics, Motion, StageError, StageIdentity, StageState, StopSwitch, Urgency,
+    Axis, CheckedStage, Homed, Kinematics, Motion, PositionSettings, StageError, StageIdentity, StageState,
+    StopSwitch, Urgency,
 };
 use crate::link::{Inbox, Link};
 pub use driver::Zaber;
@@ -19,6 +20,10 @@ const NAME: &str = "zaber";
 
 /// Baud rate of the serial line.
 pub const BAUD: u32 = 115_200;
+
+/// Microsteps per step, the ends of the travel, and the count at the home sensor. Models differ in which they
+/// have.
+const POSITION_SETTINGS: [&str; 4] = ["resolution", "limit.min", "limit.max", "limit.home.preset"];
 
 const UM_PER_MM: f64 = 1000.0;
 const REPLY_PATIENCE: Duration = Duration::from_millis(300);
@@ -108,17 +113,22 @@ impl ZaberAxis {
         stage.synchronise()?;
         let model = stage.ask(0, "get device.id")?.data;
         let version = stage.ask(0, "get version")?.data;
-        stage.travel_mm = stage.number("get limit.max")? * stage.microstep_mm();
-        stage.kinematics = Kinematics {
-            velocity_mm_s: stage.number("get maxspeed")? / VELOCITY_UNIT * stage.microstep_mm(),
-            acceleration_mm_s2: stage.number("get accel")? / ACCELERATION_UNIT * stage.microstep_mm(),
-            step_mm: stage.microstep_mm(),
-        };
-        if stage.travel_mm.min(stage.kinematics.velocity_mm_s) <= 0.0 {
-            return Err(stage.foreign("it has no travel or no speed".to_owned()));
-        }
+        stage.read_limits()?;
         stage.description = format!("Zaber device {model}, firmware {version}, {:.1} mm", stage.travel_mm);
         Ok(stage)
+    }
+
+    fn read_limits(&mut self) -> Result<(), StageError> {
+        self.travel_mm = self.number("get limit.max")? * self.microstep_mm();
+        self.kinematics = Kinematics {
+            velocity_mm_s: self.number("get maxspeed")? / VELOCITY_UNIT * self.microstep_mm(),
+            acceleration_mm_s2: self.number("get accel")? / ACCELERATION_UNIT * self.microstep_mm(),
+            step_mm: self.microstep_mm(),
+        };
+        if self.travel_mm.min(self.kinematics.velocity_mm_s) <= 0.0 {
+            return Err(self.foreign("it has no travel or no speed".to_owned()));
+        }
+        Ok(())
     }
 
     /// Waits until all answers to a former process have come: the device answers in order, and only it knows
@@ -296,6 +306,21 @@ impl Axis for ZaberAxis {
     /// Its warnings show in each answer whether it has a reference.
     fn is_homed(&self) -> bool {
         true
+    }
+
+    fn position_settings(&mut self) -> Result<PositionSettings, StageError> {
+        // A device that has restarted sends no checksums.
+        self.synchronise()?;
+        self.read_limits()?;
+        let mut settings = PositionSettings::new();
+        for name in POSITION_SETTINGS {
+            match self.number(&format!("get {name}")) {
+                Ok(value) => drop(settings.insert(name.to_owned(), value)),
+                Err(StageError::Refused { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(settings)
     }
 
     fn home(&mut self) -> Result<Homed, StageError> {

@@ -74,3 +74,36 @@ fn a_hard_limit_in_mid_move_is_named() {
     stage.home().unwrap();
     assert_eq!(board.carriage(0), HOME);
 }
+
+#[test]
+fn settings_that_change_between_and_in_a_power_loss_are_found_before_anything_moves() {
+    let Some(mut board) = board(&[]) else { return };
+    let mut stage = board.connect();
+    let recorded = stage.position_settings().unwrap();
+    assert_eq!((recorded["$100"], recorded["$27"], recorded["$130"]), (STEPS_PER_MM, 1.0, 60.0));
+    stage.home().unwrap();
+    stage.move_to(5.0).unwrap();
+    drop(stage);
+    // Between two processes.
+    board.other_program("$100=50");
+    let at = board.carriage(0);
+    let mut stage = board.connect();
+    assert_eq!(stage.position_settings().unwrap()["$100"], 50.0);
+    assert_eq!(board.carriage(0), at);
+    stage.home().unwrap();
+    // 1 mm below the switch is 50 steps now, and 10 mm are 500.
+    assert_eq!(board.carriage(0), SWITCH - 50);
+    stage.move_to(10.0).unwrap();
+    assert_eq!(SWITCH - 50 - board.carriage(0), 500);
+    // While it is connected, and its power goes.
+    "$100=100\n$27=2\n".bytes().for_each(|byte| board.slip_in(byte));
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    board.tell("reset");
+    assert!(stage.move_to(20.0).is_err());
+    let found = stage.position_settings().unwrap();
+    assert_eq!((found["$100"], found["$27"]), (STEPS_PER_MM, 2.0));
+    stage.home().unwrap();
+    assert_eq!(board.carriage(0), SWITCH - 200);
+    stage.move_to(10.0).unwrap();
+    assert_eq!(SWITCH - 200 - board.carriage(0), 1000);
+}

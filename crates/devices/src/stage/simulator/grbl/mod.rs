@@ -26,6 +26,9 @@ const ALARM_SILENCE: Duration = Duration::from_millis(500);
 /// Time from a reset to the banner.
 const BOOT: Duration = Duration::from_millis(25);
 
+/// Number of the setting of the X axis.
+const STEPS_PER_MM: u8 = 100;
+
 /// Position of the high switch above the start, and of the low switch below it, in steps.
 const HIGH_SWITCH_AT: i64 = 2000;
 const LOW_SWITCH_AT: i64 = -20_000;
@@ -148,6 +151,11 @@ impl GrblDevice {
     /// The carriage and its switches.
     pub fn plant(&self) -> Plant {
         self.plant.clone()
+    }
+
+    /// Changes a setting, as another program does.
+    pub fn change_setting(&mut self, number: u8, value: f64) {
+        self.table.set(number, value);
     }
 
     /// Switches the power off and on. Settings are kept.
@@ -383,6 +391,11 @@ impl SimulatedDevice for GrblDevice {
     fn advance(&mut self, time: Duration) {
         match self.troubles.advance(time) {
             Some(Mishap::Reset) => self.power_cycle(),
+            Some(Mishap::OtherSettings) => {
+                // 251 instead of 250: so little that the picture does not show it.
+                self.change_setting(STEPS_PER_MM, self.table.get(STEPS_PER_MM) * 1.004);
+                self.power_cycle();
+            }
             Some(Mishap::LimitCloses) => self.plant.press_switches(true),
             Some(Mishap::LimitOpens) => self.plant.press_switches(false),
             None => {}
