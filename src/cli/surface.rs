@@ -81,9 +81,6 @@ pub(super) struct Surface {
     /// Cut-off of the L-filter, in mm: longer waves do not count as roughness [default: no filter]
     #[arg(long, value_name = "MM")]
     l_filter_mm: Option<f64>,
-    /// Points of surface.ply as measured, without removal of the form
-    #[arg(long)]
-    points_with_form: bool,
     #[command(flatten)]
     anyway: AnywayArgument,
 }
@@ -108,18 +105,12 @@ impl Surface {
             line,
             profile_width_px: self.profile_width as usize,
             filters,
-            points_with_form: self.points_with_form,
         };
         let out = self.out.unwrap_or_else(|| results.join("surface"));
         let folder = ResultsFolder::create(&out, ResultsKind::Surface, self.overwrite)?;
         let halves = halves(&sequence, &opened, talk)?;
-        let measured = MeasuredSurface {
-            sequence: &sequence,
-            results: &results,
-            opened: &opened,
-            heights,
-            halves: halves.as_ref(),
-        };
+        let measured =
+            MeasuredSurface { sequence: &sequence, opened: &opened, heights, halves: halves.as_ref() };
         let summary = inspect_surface(measured, &questions, &folder)?;
         folder.commit()?;
         let conclusion = conclusion(&summary, planned_mm(&sequence));
@@ -206,7 +197,7 @@ fn usual_surface(folder: &Path, results: &Path, talk: &Talk) -> Result<(SurfaceS
     let out = results.join("surface");
     let folder = ResultsFolder::create(&out, ResultsKind::Surface, false)?;
     let halves = halves(sequence, &opened, talk)?;
-    let measured = MeasuredSurface { sequence, results, opened: &opened, heights, halves: halves.as_ref() };
+    let measured = MeasuredSurface { sequence, opened: &opened, heights, halves: halves.as_ref() };
     let summary = inspect_surface(measured, &questions, &folder)?;
     folder.commit()?;
     Ok((summary, out.join(REPORT)))
