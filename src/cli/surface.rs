@@ -43,11 +43,11 @@ const REPORT: &str = "report.html";
 All values belong to the largest connected region (of --region or --mask, if given), without
 outliers, very uncertain heights and its rim. Outliers are left out, too: fewer connected pixels than a hollow needs, more than eight
 standard deviations above the upper or below the lower level. The folder results/surface holds
-report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff,
-height.gsf, height.x3p and surface.ply (the region after removal of the form), hollows.csv,
-profile.csv, surface.json, and pictures. With a filter it also holds filtered_mm.tiff and
-filtered.x3p (the heights between the cut-offs). In used.png, white pixels were used, light grey
-ones are walls and outliers, and dark grey ones were left out; pixels.png has a legend."
+report.html (the whole measurement on one page, which prints and needs no network), height_mm.tiff
+(the region after removal of the form), hollows.csv, profile.csv, surface.json, and pictures. With
+a filter it also holds filtered_mm.tiff (the heights between the cut-offs). In used.png, white
+pixels were used, light grey ones are walls and outliers, and dark grey ones were left out;
+pixels.png has a legend. `epirig export` makes PLY, GSF, X3P and other formats of the heights."
 )]
 pub(super) struct Surface {
     /// Folder of the sequence
